@@ -20,6 +20,7 @@ from app.survey.catalogue import built_in
 from app.survey.checks import Issue
 from app.survey.corrected import Corrected
 from app.survey.interval import half_width_m
+from app.survey.measure import Figure
 from app.survey.records import Event
 from app.survey.stated import Joints, Length, RigSigma, Stated, Zero
 from app.survey.tag import StatedTag
@@ -98,6 +99,7 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
         "voice_notes": (),
         "tagged_by": "Operator 1",
         "tagged_at": AT + timedelta(seconds=seq),
+        "figures": (),
     }
     stated = {name: fields.pop(name, None) for name in ENTERED if name != "clock_from"}
     frame = fields.pop("frame", 0 if distance_m is None else round(distance_m * 100))
@@ -110,6 +112,17 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
 def remarked(entry: Entry, remark: str) -> Entry:
     """Return the entry with another remark."""
     return replace(entry, tag=entry.tag.model_copy(update={"remark": remark}))
+
+
+def measured(entry: Entry) -> Entry:
+    """Return the entry with a width and a depth that were measured in its frame."""
+    points = [
+        {"frame": entry.tag.frame, "pixel": pixel} for pixel in ([100.0, 80.0], [300.0, 240.0])
+    ]
+    measures = [{"kind": kind, "points": points} for kind in ("width", "depth")]
+    figures = (Figure("width", 23.04, 1.52, None, None), Figure("depth", 42.0, 3.2, 14.0, 0.91))
+    tag = entry.tag.model_copy(update={"measures": measures})
+    return replace(entry, tag=tag, figures=figures)
 
 
 def photo(folder: Path, seq: int, asset: str = "CUL-0041") -> Photo:

@@ -134,7 +134,7 @@ class _Tag(_Part):
         return ImportedTag(
             id=self.id,
             seq=self.seq,
-            fields=self.fields.to_json(),
+            fields=self.fields.model_dump(exclude_none=True),
             photo_sha256=self.photo_sha256,
             created_by=self.created_by,
             created_at=self.created_at,

@@ -20,6 +20,8 @@ from app.inspections.corrections import Corrections
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.tables import IMPORTED, Inspection
+from app.survey.measure import Figure, Measure
+from app.survey.measuring import figure_of, figures_of
 from app.survey.place import (
     Anchor,
     Course,
@@ -97,6 +99,8 @@ class Observations:
         check_frame(inspection, len(track), tag.frame)
         if tag.pixel is not None:
             check_pixel(inspection, *tag.pixel)
+        for measure in tag.measures or ():
+            _check_points(inspection, len(track), measure)
         if tag.pixel and inspection.source_kind == IMPORTED and is_unmeasured(track):
             raise PixelOutsidePicture(f"{NO_FILM} Tag it without a pixel.")
         stated = StatedTag.kept(tag.model_dump())
@@ -137,14 +141,18 @@ class Observations:
         self._inspections.get(inspection_id)
         rows, course = self._store.listed(inspection_id), self._course(inspection_id)
         places = places_of(course, [row.tag for row in rows])
-        return [ObservationView(row, place) for row, place in zip(rows, places, strict=True)]
+        return [
+            ObservationView(row, place, figures_of(course, row.tag))
+            for row, place in zip(rows, places, strict=True)
+        ]
 
     def get(self, inspection_id: str, observation_id: str) -> ObservationView:
         """Return an observation that is not deleted."""
         row = self._store.get(inspection_id, observation_id)
         if row.deleted_at is not None:
             raise ObservationNotFound("This observation was deleted; it can be restored.")
-        return ObservationView(row, place_of(self._course(inspection_id), row.tag))
+        course = self._course(inspection_id)
+        return ObservationView(row, place_of(course, row.tag), figures_of(course, row.tag))
 
     def wall_at(self, inspection_id: str, frame: int, pixel: tuple[float, float]) -> WallUnder:
         """Return the wall point that a pixel of a tracked frame shows.
@@ -162,10 +170,29 @@ class Observations:
             )
         return found
 
+    def measured(self, inspection_id: str, measure: Measure) -> Figure:
+        """Return the figure of a measure that is not stored.
+
+        Raises:
+            FrameOutsideVideo, PixelOutsidePicture: The film has no such frame or pixel.
+            FrameNotFound: A frame is not tracked, or the picture cannot show this.
+        """
+        inspection, course = self._inspections.get(inspection_id), self._course(inspection_id)
+        _check_points(inspection, len(course.raw), measure)
+        figure = figure_of(course, measure)
+        if figure is None:
+            raise FrameNotFound(
+                f"No {measure.kind} can be derived: a frame is not tracked yet, a pixel shows no "
+                "wall, or the picture cannot show this."
+            )
+        return figure
+
     def wall_grid(self, inspection_id: str) -> WallGrid:
         """Return the rays of a grid of pixels over the picture, with pose 0."""
         return wall_grid(
-            rig_of(self._inspections.get(inspection_id)), self._tracks.stance(inspection_id)
+            rig_of(self._inspections.get(inspection_id)),
+            self._tracks.stance(inspection_id),
+            self._corrections.adjusted(inspection_id).scale,
         )
 
     def next_stretch(self, inspection_id: str) -> int:
@@ -189,9 +216,10 @@ class Observations:
             known = self._courses.get(inspection_id)
             # During a run rows are only added; existing ones stay.
             places: MutableMapping[Anchor, Place] = {}
+            figures: MutableMapping[str, Figure] = {}
             if known is not None and known.adjusted is adjusted and known.stance == stance:
-                places = known.places
-            course = self._courses[inspection_id] = Course(adjusted, raw, places, stance)
+                places, figures = known.places, known.figures
+            course = self._courses[inspection_id] = Course(adjusted, raw, places, stance, figures)
         return course
 
 
@@ -236,3 +264,9 @@ def check_frame(inspection: Inspection, tracked: int, frame: int) -> None:
         limit = frame + 1
     if frame >= limit:
         raise FrameOutsideVideo(f"The video has no frame {frame}; its last one is {limit - 1}.")
+
+
+def _check_points(inspection: Inspection, tracked: int, measure: Measure) -> None:
+    for point in measure.points:
+        check_frame(inspection, tracked, point.frame)
+        check_pixel(inspection, *point.pixel)

@@ -20,6 +20,7 @@ from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.catalogue.table import Code
 from app.survey.checks import Issue
 from app.survey.corrected import Corrected
+from app.survey.measure import Figure
 from app.survey.records import Event
 from app.survey.review import DRAFT, ReviewState
 from app.survey.tag import StatedTag
@@ -124,6 +125,8 @@ class Entry:
     more_photos: tuple[Photo, ...] = ()
     """Further photos, and drawings on copies of photos, in the order of the person."""
     voice_notes: tuple[VoiceNote, ...] = ()
+    figures: tuple[Figure | None, ...] = ()
+    """Of the tag's measures, in their order; None where nothing can be derived."""
 
     @property
     def photos(self) -> tuple[Photo, ...]:

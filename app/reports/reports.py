@@ -330,6 +330,7 @@ def _entry(
         tagged_at=row.created_at,
         edited_at=row.edited_at,
         edited_by=row.edited_by,
+        figures=view.figures,
     )
 
 

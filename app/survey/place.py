@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from app.survey.adjustment.adjusted_track import Adjusted, Source
 from app.survey.adjustment.joints import NearJoint
 from app.survey.interval import half_width_m
+from app.survey.measure import Figure
 from app.survey.records import Observation
 from app.survey.tag import Tag
 from app.survey.track_rows import estimate_at, is_unmeasured
@@ -66,6 +67,8 @@ class ObservationView:
 
     row: Observation
     place: Place | None
+    figures: tuple[Figure | None, ...] = ()
+    """Of its measures, in their order; None where nothing can be said."""
 
     @property
     def at_joint(self) -> bool:
@@ -110,6 +113,8 @@ class Course:
     """Places derived before with the same correction and stance of the same run."""
     stance: Stance = AS_STATED
     """Pose of the camera in the pipe at the first frame."""
+    figures: MutableMapping[str, Figure] = field(default_factory=dict)
+    """Figures of measures, kept like the places."""
 
     @cached_property
     def is_unmeasured(self) -> bool:
@@ -174,9 +179,13 @@ class WallGrid:
     """None on a floor."""
     start: Pose
     """Pose of the camera in the first frame: from the pipe's axis, or from the floor."""
+    scale: float
+    """True length over the length of the raw track."""
 
 
-def wall_grid(rig: Rig, stance: Stance, cols: int = 33, rows: int = 25) -> WallGrid:
+def wall_grid(
+    rig: Rig, stance: Stance, scale: float = 1.0, cols: int = 33, rows: int = 25
+) -> WallGrid:
     """Compute the rays of a grid of pixels, with the pose of the first frame."""
     u_px = np.linspace(0, rig.camera.width - 1, cols)
     v_px = np.linspace(0, rig.camera.height - 1, rows)
@@ -188,6 +197,7 @@ def wall_grid(rig: Rig, stance: Stance, cols: int = 33, rows: int = 25) -> WallG
         robot_rays(rig, pixels).reshape(rows, cols, 3),
         None if rig.pipe.diameter_mm is None else rig.pipe.diameter_mm / 2,
         replace(stance.pose, y_mm=y_mm, z_mm=z_mm),
+        scale,
     )
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, StringConstraints
 
 from app.survey.given import LINE, TEXT, Clock, CodeName, Frame, Given, Letter, Pixel
+from app.survey.measure import Measures
 
 LONGEST_IMPORTED_REMARK = 40_000
 """Characters; other programs allow longer remarks than this page."""
@@ -37,6 +38,9 @@ class Tag(Given):
         None, description="Mark of a stretch: A1 starts, C1 changes, B1 finishes number 1."
     )
     remark: Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)] | None = None
+    measures: Measures | None = Field(
+        None, description="What was measured on the wall; the answer has the figures in `measured`."
+    )
 
 
 class StatedTag(Tag):

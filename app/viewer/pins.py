@@ -24,6 +24,7 @@ from app.viewer.geometry import (
 )
 from app.viewer.views import CameraMode
 from app.viewer.wording import Wording
+from vo_core.geometry.measure import developed_points
 
 Color = tuple[int, int, int]
 
@@ -35,6 +36,7 @@ _SEVERITY_COLORS: tuple[Color, ...] = (
     (255, 136, 44),
     (255, 62, 66),
 )
+
 _UNRATED: Color = (124, 176, 255)
 _COLORS = (*_SEVERITY_COLORS, _UNRATED)
 _SELECTED: Color = (255, 255, 255)
@@ -47,6 +49,8 @@ _MIN_WHISKER = 0.04
 """Smallest half-width of a drawn whisker, in scales of the section."""
 _NARROW = 0.12
 """Half the width of a patch across its length, in scales."""
+_BETWEEN = 8
+"""Pieces of a measured line between two points, as the wall is curved."""
 _CROWDED = 5.0
 """In an overview, pins closer than this, in scales, are labelled with their code alone."""
 _CLICKED_RAD = 0.012
@@ -73,6 +77,9 @@ class Pin:
     """Other end of a sector that runs clockwise from `clock`."""
     finish_m: float | None = None
     """Other end of a stretch that begins at `distance_m`."""
+    measured_m: tuple[tuple[tuple[float, float, float], ...], ...] = ()
+    """Lines that were measured on the wall, through world points; a polygon ends where it begins.
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,6 +260,7 @@ class Pins:
             ]
             xs = np.array([first_m, last_m])
             lines += [_lines_at(section, xs, np.full(2, arc)) for arc in (arc_from_m, arc_to_m)]
+        lines += [along_wall(section, np.array(points)) for points in pin.measured_m]
         return np.concatenate([line.reshape(-1, 2, 3) for line in lines])
 
     def _ring(self, pin: Pin) -> NDArray[np.float64]:
@@ -336,6 +344,14 @@ def _lines_at(section: Section, xs_m: Vector, arcs_m: Vector) -> NDArray[np.floa
     """Return (N - 1, 2, 3) lines from point to point of the wall."""
     points = _points(section, xs_m, arcs_m, _ON_WALL)
     return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def along_wall(section: Section, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (M, 2, 3) lines through (N, 3) points that follow the wall between them."""
+    corners = developed_points(points_m, section.radius_m)
+    at = np.linspace(0, len(corners) - 1, _BETWEEN * (len(corners) - 1) + 1)
+    xs, arcs = (np.interp(at, np.arange(len(corners)), column) for column in corners.T)
+    return _lines_at(section, xs, arcs)
 
 
 def _area(section: Section, pin: Pin) -> tuple[float, float, float, float] | None:

@@ -16,6 +16,7 @@ from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.catalogue.table import Code, CodeTable
+from app.survey.measure import Figure
 from app.survey.place import ObservationView
 from app.survey.rounding import metres
 from app.survey.stretches import stretches
@@ -340,6 +341,7 @@ def _pins(views: Sequence[ObservationView], table: CodeTable, language: Language
                 u95_m=place.u95_m,
                 clock_h=place.wall.clock_h if place.wall else None,
                 lateral_m=place.wall.lateral_mm / 1000 if place.wall else 0.0,
+                figures=view.figures,
             )
         )
     return pins
@@ -356,6 +358,7 @@ def defect_pin(
     u95_m: float | None,
     clock_h: float | None,
     lateral_m: float,
+    figures: Sequence[Figure | None],
 ) -> Pin:
     """Return the pin of an observation.
 
@@ -369,6 +372,7 @@ def defect_pin(
         u95_m: Half of the 95 % interval of the distance; None where it is unknown.
         clock_h: Exact clock position from the pixel, used if none was stated.
         lateral_m: Distance to the right of the axis.
+        figures: What was measured there.
     """
     code = " ".join(filter(None, (tag.code, tag.char1, tag.char2)))
     label = None if kind is None else kind.label_ms if language == "ms" else kind.label
@@ -382,4 +386,10 @@ def defect_pin(
         lateral_m=lateral_m,
         clock_to=tag.clock_to if tag.clock_from else None,
         finish_m=finish_m,
+        measured_m=tuple(_line_m(figure) for figure in figures if figure),
     )
+
+
+def _line_m(figure: Figure) -> tuple[tuple[float, float, float], ...]:
+    points = tuple((x / 1000, y / 1000, z / 1000) for x, y, z in figure.points_mm)
+    return (*points, points[0]) if figure.kind == "area" else points

@@ -27,6 +27,7 @@ def scene_page(report: Report) -> str:
             u95_m=entry.u95_m,
             clock_h=entry.clock_h,
             lateral_m=entry.y_m or 0.0,
+            figures=entry.figures,
         )
         for entry in report.entries
         if entry.distance_m is not None

@@ -12,7 +12,7 @@ import { errorText } from './words.js';
 /** Fields that a person enters; the server derives all others. */
 const FIELDS = [
   'frame', 'pixel', 'code', 'char1', 'char2', 'quant1', 'quant2', 'clock_from', 'clock_to',
-  'severity', 'continuous', 'remark',
+  'severity', 'continuous', 'remark', 'measures',
 ];
 /** Fields that are equal throughout a stretch. */
 const SHARED = ['code', 'char1', 'char2'];
@@ -284,7 +284,8 @@ export class Observations extends Store {
     const clock = 'clock_from' in changes && {
       clock: item.clock_from ?? this.#placeOf(item.frame, item.pixel).clock,
     };
-    this.#replace({ ...item, ...place, ...clock });
+    const figures = 'measures' in changes && { measured: null };
+    this.#replace({ ...item, ...place, ...clock, ...figures });
     queue('save', id, fieldsOf(item), madeOf(before, seen));
   }
 

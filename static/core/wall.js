@@ -40,7 +40,7 @@ export class WallGrid {
     }
   }
 
-  /** @param {{cols, rows, u, v, rays, radius_mm, start}} grid of the server */
+  /** @param {{cols, rows, u, v, rays, radius_mm, start, scale}} grid of the server */
   constructor(grid) {
     this.#grid = grid;
     this.#strips = stripsOf(grid);
@@ -53,11 +53,29 @@ export class WallGrid {
    * @returns {WallPoint|null} null where the wall is not seen
    */
   at(u, v, pose) {
-    const { rays } = this.#grid;
-    const corners = this.#corners(u, v);
-    if (!corners || corners.some(({ i, j }) => rays[i][j] === null)) return null;
-    const mean = [0, 1, 2].map((k) => corners.reduce((sum, { i, j, weight }) => sum + weight * rays[i][j][k], 0));
-    return this.#cast(mean, this.#view(pose));
+    const ray = this.#ray(u, v);
+    return ray && this.#cast(ray, this.#view(pose));
+  }
+
+  /** Radius of the pipe in mm, null on a floor. */
+  get radius() {
+    return this.#grid.radius_mm;
+  }
+
+  /**
+   * Returns the wall point under a pixel and where the camera stands, as [along, right, down] in mm of the
+   * corrected track; null where the wall is not seen.
+   * @param {number} u
+   * @param {number} v
+   * @param {Pose} pose
+   */
+  sight(u, v, pose) {
+    const ray = this.#ray(u, v);
+    const view = this.#view(pose);
+    const at = ray && this.#meet(ray, view);
+    if (!at) return null;
+    const corrected = ([x, y, z]) => [pose.x_mm + this.#grid.scale * (x - pose.x_mm), this.#grid.scale * y, this.#grid.scale * z];
+    return { at: corrected(at), from: corrected(view.from) };
   }
 
   /**
@@ -115,8 +133,23 @@ export class WallGrid {
     };
   }
 
-  /** Returns the wall point that a ray of the robot meets, or null: |o + t d| = R across the axis. */
-  #cast(ray, { from, turn }) {
+  /** Returns the ray of a pixel in the robot's axes, not normalised; null outside the lens. */
+  #ray(u, v) {
+    const { rays } = this.#grid;
+    const corners = this.#corners(u, v);
+    if (!corners || corners.some(({ i, j }) => rays[i][j] === null)) return null;
+    return [0, 1, 2].map((k) => corners.reduce((sum, { i, j, weight }) => sum + weight * rays[i][j][k], 0));
+  }
+
+  /** Returns the wall point that a ray of the robot meets, or null. */
+  #cast(ray, view) {
+    const at = this.#meet(ray, view);
+    const isFloor = this.#grid.radius_mm === null;
+    return at && { distance_m: at[0] / 1000, right_mm: at[1], clock_h: isFloor ? null : clockOf(at) };
+  }
+
+  /** Returns where a ray of the robot meets the wall, [along, right, down], or null: |o + t d| = R across the axis. */
+  #meet(ray, { from, turn }) {
     const { radius_mm: radius } = this.#grid;
     const [x, y, z] = turn.map((row) => dot(row, ray));
     const [, right, down] = from;
@@ -126,8 +159,7 @@ export class WallGrid {
       t = (Math.sqrt(b * b - a * (right * right + down * down - radius * radius)) - b) / a;
     }
     if (!(t > 0 && t < Infinity)) return null;
-    const at = [from[0] + t * x, right + t * y, down + t * z];
-    return { distance_m: at[0] / 1000, right_mm: at[1], clock_h: radius === null ? null : clockOf(at) };
+    return [from[0] + t * x, right + t * y, down + t * z];
   }
 
   #corners(u, v) {

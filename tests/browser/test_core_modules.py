@@ -12,9 +12,14 @@ import pytest
 from clips import SIZE, numbered_clip, rig_for_clip
 from playwright.sync_api import APIResponse, Page, Route
 from steps import Server, log_in
+from tracks import straight_track
 
 from app.lab.simulation import SCENARIOS
-from app.survey.place import wall_grid
+from app.survey.adjustment.adjust import adjust
+from app.survey.measure import Measure
+from app.survey.measuring import figure_of
+from app.survey.place import Course, wall_grid
+from app.survey.stated import Stated
 from app.web.columns import packed
 from app.web.schemas.observations import WallGridOut
 from vo_core import Pose
@@ -246,6 +251,51 @@ def test_a_camera_that_looks_aside_has_the_wall_under_the_cursor(site: Page, pos
         assert seen[2] == pytest.approx(exact.clock_h, abs=0.02)
         assert seen[1] == pytest.approx(150.0 * sin(radians(30 * (6 - seen[2]))), abs=0.1)
         assert seen[3:] == pytest.approx(pixel, abs=1.0)
+
+
+def test_the_page_measures_what_the_server_does(site: Page) -> None:
+    rig = SCENARIOS["forward"].rig
+    row = straight_track(np.array([900.0]))
+    course = Course(adjust(row, rig, Stated(), []), row)
+    clicks = [(180.0, 400.0), (420.0, 420.0), (400.0, 330.0), (250.0, 100.0)]
+    counts = {"length": 4, "width": 2, "area": 4, "gap": 2, "step": 2, "depth": 2}
+    shown = site.evaluate(
+        """async ([grid, clicks, counts, pose]) => {
+          const { WallGrid } = await import('/static/core/wall.js');
+          const { measured } = await import('/static/core/measure.js');
+          const wall = new WallGrid(grid);
+          const sights = clicks.map(([u, v]) => wall.sight(u, v, pose));
+          return Object.entries(counts).map(([kind, count]) => {
+            const { value, percent } = measured(kind, sights.slice(0, count), wall.radius);
+            return [value, percent];
+          });
+        }""",
+        [WallGridOut.of(wall_grid(rig, AS_STATED)).model_dump(), clicks, counts, _row(Pose(900.0))],
+    )
+    for (kind, count), (value, percent) in zip(counts.items(), shown, strict=True):
+        points = [{"frame": 0, "pixel": list(click)} for click in clicks[:count]]
+        figure = figure_of(course, Measure.model_validate({"kind": kind, "points": points}))
+        assert figure is not None
+        assert value == pytest.approx(figure.value, rel=0.01, abs=0.5), kind
+        assert percent == (figure.percent and pytest.approx(figure.percent, rel=0.01))
+
+
+def test_a_size_becomes_the_quantity_of_a_code_in_its_unit(site: Page) -> None:
+    stated = site.evaluate(
+        """async () => {
+          const { quantityOf } = await import('/static/core/measure.js');
+          const depth = { value: 41.2, percent: 13.7 };
+          const other = { value: -18.04, percent: null };
+          return [
+            quantityOf('depth', depth, '%', 150), quantityOf('depth', depth, 'mm', 150),
+            quantityOf('step', other, '%', 150), quantityOf('gap', other, 'mm', null),
+            quantityOf('width', { value: 2.34, percent: null }, 'mm', 150),
+            quantityOf('area', other, 'mm', 150), quantityOf('length', other, 'deg', 150),
+            quantityOf('step', other, '%', null),
+          ];
+        }"""
+    )
+    assert stated == [14, 41, 6, 18, 2.3, None, None, None]
 
 
 @pytest.mark.parametrize("pose", LOOKING, ids=["ahead", "aside"])

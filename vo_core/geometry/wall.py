@@ -252,8 +252,8 @@ def in_camera(rig: Rig, rays: Points) -> Points:
     return np.asarray(rays @ rotation_robot_camera(rig.mount))
 
 
-def camera_position(rig: Rig, pose: Pose) -> Matrix:
-    """(3,) position in the world."""
+def camera_position(rig: Rig, pose: Pose | Poses) -> Matrix:
+    """(3,) position in the world, or (3, N) of N poses."""
     return np.array([pose.x_mm, rig.mount.lateral_mm + pose.y_mm, _camera_z(rig) + pose.z_mm])
 
 

@@ -6,6 +6,7 @@ import math
 from datetime import UTC, datetime
 from typing import Any
 
+from app.reports.content.sizes import figure_text
 from app.reports.content.words import words_of
 from app.reports.pdf.text import one_line
 from app.reports.report import Entry, Language, Report, Units
@@ -120,6 +121,14 @@ class Translator:
         """Return the quantities with units."""
         both = ((entry.tag.quant1, entry.unit1), (entry.tag.quant2, entry.unit2))
         return [_with_unit(value, unit) for value, unit in both if value is not None]
+
+    def sizes(self, entry: Entry) -> list[str]:
+        """Return what was measured on the wall: `Width 23 ± 2 mm`."""
+        return [
+            " ".join([self.one_of("measure", figure.kind), figure_text(figure)])
+            for figure in entry.figures
+            if figure
+        ]
 
     def stretch(self, entry: Entry) -> str:
         """Format the stretch mark: `A1` for the start of stretch 1, C for a change, B for its

@@ -14,6 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from app.reports.content.condition import ACT_NOW, CLEANED_AWAY, condition_of
+from app.reports.content.sizes import outlines
 from app.reports.content.text import legible
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.html.pipe_strip import pipe_strip
@@ -112,6 +113,8 @@ def write(report: Report) -> Written:
             for n, photo in enumerate(photo for photo in entry.photos if photo.jpeg)
         ],
         jpeg_base64=_jpeg_base64,
+        outlines=outlines,
+        video=report.source.video,
         scene=scene,
         header=_header(report, t),
         measured=[

@@ -99,6 +99,7 @@ def _first(canvas: Canvas, y: float, entry: Entry, t: Translator) -> float:
         (t("entry.joint"), NOTHING if entry.joint_no is None else str(entry.joint_no)),
         (t("entry.clock_long"), t.clock_in_words(entry) or NOTHING),
         (t("entry.quantity"), ", ".join(t.quantities(entry)) or NOTHING),
+        *([(t("entry.measured"), "; ".join(sizes))] if (sizes := t.sizes(entry)) else []),
         (t("emergency.coordinates"), place),
         (t("emergency.to_go"), t.length(entry.to_go_m)),
         (t("emergency.tagged_by"), entry.tagged_by),

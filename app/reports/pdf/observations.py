@@ -50,7 +50,11 @@ def _row(entry: Entry, t: Translator) -> tuple[Cell, ...]:
         t.short_place(entry),
         "" if entry.joint_no is None else str(entry.joint_no),
         [(t.code(entry), CELL.bold())],
-        [(t.label(entry), CELL), (_short_remark(entry, t), CELL.soft())],
+        [
+            (t.label(entry), CELL),
+            *((size, CELL) for size in t.sizes(entry)),
+            (_short_remark(entry, t), CELL.soft()),
+        ],
         t.clock(entry),
         [(quantity, CELL) for quantity in t.quantities(entry)],
         t.stretch(entry),

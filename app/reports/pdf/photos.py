@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from reportlab.lib.colors import HexColor
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable, PageBreak
 
+from app.reports.content.sizes import Outline, outlines
 from app.reports.content.translator import Translator
 from app.reports.pdf.flow import BADGE, Figure, Heading, batches, draw_badge, note
 from app.reports.pdf.pictures import jpeg_of
@@ -16,6 +20,9 @@ from app.reports.report import Entry, Photo, Report
 ENOUGH_PX = 800
 """Pixels for 250 dpi in print."""
 
+_HALO, _SIZE = HexColor(0x080A0C), HexColor(0x5FF2E0)
+"""Colours of measures, as on the page."""
+
 _GAP = 8 * mm
 _WIDTH = (WIDTH - _GAP) / 2
 _PICTURE = 56 * mm
@@ -24,7 +31,12 @@ _CAPTION = 17 * mm
 
 def photos(report: Report, t: Translator) -> list[Flowable]:
     """Build pages of photos in the order of the table."""
-    shown = [(entry, photo) for entry in report.entries for photo in entry.photos if photo.jpeg]
+    shown = [
+        (entry, photo, outlines(entry, photo, report.source.video))
+        for entry in report.entries
+        for photo in entry.photos
+        if photo.jpeg
+    ]
     if not shown:
         return [Heading(t("photos.title")), note(t("photos.none")), PageBreak()]
     parts: list[Flowable] = []
@@ -38,11 +50,11 @@ def photos(report: Report, t: Translator) -> list[Flowable]:
     return parts
 
 
-def _pair(pair: tuple[tuple[Entry, Photo], ...], t: Translator) -> Figure:
+def _pair(pair: tuple[tuple[Entry, Photo, list[Outline]], ...], t: Translator) -> Figure:
     def paint(canvas: Canvas) -> None:
-        for n, (entry, photo) in enumerate(pair):
+        for n, (entry, photo, lines) in enumerate(pair):
             x = n * (_WIDTH + _GAP)
-            draw_photo(canvas, photo, x, _CAPTION, _WIDTH, _PICTURE, t)
+            draw_photo(canvas, photo, x, _CAPTION, _WIDTH, _PICTURE, t, lines)
             _caption(canvas, entry, photo, x, t)
 
     return Figure(_PICTURE + _CAPTION + 1.5 * mm, paint)
@@ -56,8 +68,11 @@ def draw_photo(
     width: float,
     height: float,
     t: Translator,
+    lines: Sequence[Outline] = (),
 ) -> None:
-    """Draw the picture as large as the field allows; without one, the field says so."""
+    """Draw the picture as large as the field allows, with what was measured on it; without one,
+    the field says so.
+    """
     canvas.setFillColor(WASH)
     canvas.rect(x, y, width, height, 0, 1)
     jpeg = photo.shown if photo else None
@@ -66,9 +81,17 @@ def draw_photo(
         px_wide, px_high = picture.getSize()
         scale = min(width / px_wide, height / px_high)
         shown_w, shown_h = px_wide * scale, px_high * scale
-        canvas.drawImage(
-            picture, x + (width - shown_w) / 2, y + (height - shown_h) / 2, shown_w, shown_h
-        )
+        left, bottom = x + (width - shown_w) / 2, y + (height - shown_h) / 2
+        canvas.drawImage(picture, left, bottom, shown_w, shown_h)
+        for line in lines:
+            _draw_outline(
+                canvas,
+                [
+                    (left + across * shown_w, bottom + (1 - down) * shown_h)
+                    for across, down in line.points
+                ],
+                is_closed=line.is_closed,
+            )
         return
     canvas.setStrokeColor(RULE)
     canvas.setLineWidth(0.6)
@@ -78,10 +101,28 @@ def draw_photo(
     else:
         is_there = jpeg is not None and jpeg.exists()
         reason = t("photos.broken" if is_there else "photos.missing", name=photo.name)
-    lines = lines_of(reason, CELL.bold(), width - 10 * mm)
-    top = y + height / 2 + (len(lines) / 2 - 1) * CELL.leading + 2
-    for n, line in enumerate(lines):
-        draw(canvas, x + width / 2, top - n * CELL.leading, line.text, line.style, "centre")
+    sentence = lines_of(reason, CELL.bold(), width - 10 * mm)
+    top = y + height / 2 + (len(sentence) / 2 - 1) * CELL.leading + 2
+    for n, row in enumerate(sentence):
+        draw(canvas, x + width / 2, top - n * CELL.leading, row.text, row.style, "centre")
+
+
+def _draw_outline(
+    canvas: Canvas, points: Sequence[tuple[float, float]], *, is_closed: bool
+) -> None:
+    canvas.saveState()
+    canvas.setLineJoin(1)
+    for width_pt, colour in ((2.4, _HALO), (1.1, _SIZE)):
+        canvas.setLineWidth(width_pt)
+        canvas.setStrokeColor(colour)
+        path = canvas.beginPath()
+        path.moveTo(*points[0])
+        for point in points[1:]:
+            path.lineTo(*point)
+        if is_closed:
+            path.close()
+        canvas.drawPath(path)
+    canvas.restoreState()
 
 
 def _caption(canvas: Canvas, entry: Entry, photo: Photo, x: float, t: Translator) -> None:
@@ -94,6 +135,6 @@ def _caption(canvas: Canvas, entry: Entry, photo: Photo, x: float, t: Translator
     label = t.label(entry)
     draw(canvas, x, y - 3.7 * mm, shortened(label, CELL, _WIDTH), CELL)
     clock = t.clock_in_words(entry)
-    details = [clock, t.time(entry.time_s), photo.name]
+    details = [*t.sizes(entry), clock, t.time(entry.time_s), photo.name]
     line = " · ".join(part for part in details if part)
     draw(canvas, x, y - 7.1 * mm, shortened(line, SMALL, _WIDTH), SMALL.soft())

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 
+from app.reports.content.sizes import figure_text
 from app.reports.content.text import legible
 from app.reports.report import Entry, Loss, Report, Written
 from app.survey.rounding import decimals
@@ -63,6 +64,7 @@ DICTIONARY = (
     Column("tagged_by", "Who tagged it"),
     Column("tagged_at", "When, ISO 8601"),
     Column("edited_at", "When it was changed last, ISO 8601; empty if never"),
+    Column("measured", "Sizes measured on the wall, with the half-widths of their 95 % intervals"),
 )
 
 COLUMNS = tuple(column.name for column in DICTIONARY)
@@ -165,7 +167,13 @@ def _row(report: Report, entry: Entry) -> dict[str, Cell]:
         "tagged_by": entry.tagged_by,
         "tagged_at": iso(entry.tagged_at),
         "edited_at": iso(entry.edited_at),
+        "measured": _measured(entry),
     }
+
+
+def _measured(entry: Entry) -> str | None:
+    found = [f"{figure.kind} {figure_text(figure)}" for figure in entry.figures if figure]
+    return "; ".join(found) or None
 
 
 def _csv_cell(name: str, value: Cell) -> Cell:

@@ -1,4 +1,4 @@
-"""Finds the frame that shows a place on the wall."""
+"""Finds the frame that shows a place on the wall, and sizes between places."""
 
 from __future__ import annotations
 
@@ -6,11 +6,19 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from app.errors import IncompleteWallPoint, InspectionNotFound, WallNotSeen
+from app.errors import (
+    FrameNotFound,
+    FrameOutsideVideo,
+    IncompleteWallPoint,
+    InspectionNotFound,
+    PixelOutsidePicture,
+    WallNotSeen,
+)
 from app.inspections.picking import WallPlace
+from app.survey.measure import Measure
 from app.web.deps import InspectionId, ServicesDep, viewer
 from app.web.schemas.failures import failures
-from app.web.schemas.observations import FrameAtOut
+from app.web.schemas.observations import FrameAtOut, MeasuredOut
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["observations"])
 
@@ -34,3 +42,13 @@ def frame_at(
     place = WallPlace(1000 * distance_m, clock, y_mm)
     seen = services.picking.frame_at(inspection_id, place, near_frame)
     return FrameAtOut(frame=seen.frame, pixel=list(seen.pixel))
+
+
+@router.post(
+    "/measure",
+    responses=failures(InspectionNotFound, FrameNotFound, FrameOutsideVideo, PixelOutsidePicture),
+)
+@viewer
+def measure(inspection_id: InspectionId, body: Measure, services: ServicesDep) -> MeasuredOut:
+    """Return the size of a measure on the wall, with its interval; nothing is stored."""
+    return MeasuredOut.of(services.observations.measured(inspection_id, body))

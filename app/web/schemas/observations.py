@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from app.survey import rounding
 from app.survey.given import Pixel
+from app.survey.measure import Figure, Measure
 from app.survey.place import ObservationView, WallGrid, WallUnder
 from app.survey.tag import Tag
 from app.web.schemas.figures import metres, rounded
@@ -21,6 +22,29 @@ class FrameAtOut(BaseModel):
 
     frame: int
     pixel: Pixel
+
+
+class MeasuredOut(BaseModel):
+    """The size that a measure has on the wall, with half of its 95 % interval."""
+
+    value: float
+    """mm, or mm2; of a step positive into the pipe."""
+    u95: float
+    unit: Literal["mm", "mm2"]
+    percent: float | None
+    """Of the diameter, for a depth."""
+    percent_u95: float | None
+
+    @classmethod
+    def of(cls, figure: Figure) -> MeasuredOut:
+        """Convert a figure."""
+        return cls(
+            value=round(figure.value, 2),
+            u95=rounding.rounded_up(figure.u95, 2),
+            unit="mm2" if figure.kind == "area" else "mm",
+            percent=rounded(figure.percent, 2),
+            percent_u95=rounded(figure.percent_u95, 2),
+        )
 
 
 class ObservationOut(BaseModel):
@@ -40,6 +64,9 @@ class ObservationOut(BaseModel):
     severity: int | None
     continuous: str | None
     remark: str | None
+    measures: list[Measure] | None
+    measured: list[MeasuredOut | None]
+    """Figures of `measures`, in their order; None where nothing can be derived (yet)."""
     distance_m: float | None
     """Corrected distance; None until the frame is tracked."""
     distance_u95_m: float | None
@@ -68,6 +95,7 @@ class ObservationOut(BaseModel):
             **entered,
             id=row.id,
             seq=row.seq,
+            measured=[MeasuredOut.of(figure) if figure else None for figure in view.figures],
             distance_m=metres(place.distance_mm) if place else None,
             distance_u95_m=place.u95_m if place else None,
             distance_raw_m=metres(place.raw_mm) if place else None,
@@ -144,6 +172,8 @@ class WallGridOut(BaseModel):
     radius_mm: float | None
     """None on a floor."""
     start: StartOut
+    scale: float
+    """True length over the length of the raw track, by the corrections."""
 
     @classmethod
     def of(cls, grid: WallGrid) -> WallGridOut:
@@ -157,6 +187,7 @@ class WallGridOut(BaseModel):
             rays=[[_ray(ray) for ray in row] for row in grid.rays.tolist()],
             radius_mm=grid.radius_mm,
             start=StartOut.of(grid.start),
+            scale=grid.scale,
         )
 
 

@@ -6,6 +6,7 @@ import { lengthUnit } from '../../core/units.js';
 import { language, t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
+import { measuresOnPhoto } from '../measure-tool/on-photo.js';
 import { detach } from './actions.js';
 import { openDrawing } from './drawing-dialog.js';
 import { photosOf } from './photos.js';
@@ -139,6 +140,7 @@ function markup(desk, item, photos, at, title, isBurntIn) {
     <div class="photo" data-part="picture">
       <img src="${url}" alt="${alt}" width="${video.width}" height="${video.height}" />
       ${!attachment && item.pixel && mark(item.pixel, video)}
+      ${!attachment && measuresOnPhoto(item, video.width, video.height)}
       ${strokes.length > 0 && html`<canvas class="photo__strokes" data-part="strokes" aria-hidden="true"></canvas>`}
     </div>
     <div class="photo__tools">

@@ -3,6 +3,7 @@
 import { stretchNumber, stretchRole } from '../../core/stretches.js';
 import { clockHour } from '../../core/units.js';
 import { t } from '../../core/words.js';
+import { kindsText } from '../measure-tool/figures.js';
 import { unitOf } from '../defect-form/units.js';
 import { labelOf, valueText } from '../history-panel/differences.js';
 import { severityText } from '../severity-mark/severity-mark.js';
@@ -61,6 +62,11 @@ function fieldsOfObservation(_mine, catalogue) {
     quantity(2),
     { label: labelOf('continuous'), names: ['continuous'], text: stretchText },
     { label: labelOf('remark'), names: ['remark'], text: ({ remark }) => remark ?? '' },
+    {
+      label: labelOf('measures'),
+      names: ['measures'],
+      text: ({ measures }) => kindsText(measures ?? []),
+    },
     { label: t('form.place'), names: ['frame', 'pixel'], text: placeText },
   ];
 }

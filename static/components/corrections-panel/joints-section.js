@@ -55,16 +55,16 @@ class JointsSection extends Component {
   /** While it is on, a click on the picture marks a joint. */
   #togglePicking() {
     const { picking } = this.desk;
-    picking.set(picking.value ? null : (mark) => this.#mark(mark));
+    picking.set(picking.value === this.#mark ? null : this.#mark);
   }
 
-  #mark({ frame, pixel }) {
+  #mark = ({ frame, pixel }) => {
     const rounded = pixel.map((coordinate) => Math.round(coordinate * 10) / 10);
     this.#edit({ use: true, marked: [...this.#joints.marked, { frame, pixel: rounded }] });
-  }
+  };
 
   #showPicking() {
-    const isOn = this.desk.picking.value !== null;
+    const isOn = this.desk.picking.value === this.#mark; // measuring takes clicks too
     this.parts.mark.setAttribute('aria-pressed', String(isOn));
     this.parts.marking.hidden = !isOn;
   }

@@ -14,6 +14,7 @@ import { copyLink } from '../inspection-page/links.js';
 import {
   changeStretch, dissolveStretch, finishStretch, joinPoints, otherEnd, startStretchAt,
 } from '../inspection-page/stretches.js';
+import '../measure-tool/measure-box.js';
 import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
 import { unitOf } from './units.js';
 import '../attachments/defect-attachments.js';
@@ -89,6 +90,7 @@ class DefectForm extends Component {
             <div class="field">${head('defect-remark', t('form.remark'), 'remark')}
               <textarea class="input" id="defect-remark" name="remark" rows="3" maxlength="2000" aria-describedby="needs-remark"></textarea></div>
           </div>
+          <measure-box class="form__wide" data-part="measures"></measure-box>
           <section class="form__stretch form__wide" aria-label="${t('stretch.label')}" data-part="stretchField">
             <p class="number" data-part="stretch"></p>
             <div class="form__row" data-part="stretchButtons"></div>
@@ -252,6 +254,7 @@ class DefectForm extends Component {
     parts.severityWord.textContent = severityWord(grade);
     for (const name of ['remark', 'quant1', 'quant2']) this.#put(name, elements.namedItem(name), item[name], isDiscarded);
     this.#fillNeeds(item, catalogue.row(item.code, item.char1, item.char2));
+    parts.measures.set(item);
     this.#fillStretch(item);
     parts.anchor.textContent = anchorText(item);
   }

@@ -2,10 +2,12 @@
 
 import { chainage } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
+import { kindsText } from '../measure-tool/figures.js';
 import { ALL_FIELDS } from '../rig-form/fields.js';
 
 /** Labels of the statements about distances. */
 const STATED = {
+  measures: kindsText,
   zero: (zero) => t('history.zero_text', { frame: zero.frame, offset: chainage(zero.offset_m) }),
   lengths: (lengths) =>
     lengths

@@ -28,6 +28,7 @@ import { Unrolled } from '../../core/unrolled.js';
 import { WallGrid, frameShowing } from '../../core/wall.js';
 import { errorText, t } from '../../core/words.js';
 import { Large } from './large.js';
+import { Measuring } from '../measure-tool/measuring.js';
 
 /** How often the 3D robot follows the shown frame. */
 const SHOW_EVERY_MS = 66;
@@ -113,6 +114,7 @@ export class Desk extends EventTarget {
     this.health = new Health(inspection.id);
     this.unrolled = new Unrolled(inspection.id, signal);
     this.history = new History();
+    this.measuring = new Measuring(this, signal);
     this.observations = new Observations(
       inspection.id, outbox, this.history, (frame, pixel) => this.#placeOf(frame, pixel), signal,
     );

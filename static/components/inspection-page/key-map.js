@@ -97,6 +97,7 @@ export function keyMap(page) {
           label: t('keys.severity'),
           run: (event, key) => page.rate(Number(key.at(-1))),
         },
+        { keys: ['Shift+m'], shown: ['Shift + M'], needs: 'operator', label: t('measure.start_help'), run: () => desk.measuring.startSelected() },
         { keys: ['m'], shown: ['M'], needs: 'operator', label: t('keys.move'), run: () => desk.moveHere() },
         { keys: ['Shift+p'], shown: ['Shift + P'], needs: 'operator', label: t('attach.add_photo'), run: () => addPhoto(desk) },
         { keys: ['y'], shown: ['Y'], label: t('link.copy'), run: () => copyLink(desk) },

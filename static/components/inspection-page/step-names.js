@@ -11,6 +11,7 @@ const NAMES = {
   tag: (item) => t('step.tag', { name: nameOf(item) }),
   delete: (item) => t('step.delete', { name: nameOf(item) }),
   edit: (item, [{ before, after }]) => {
+    if ('measures' in after) return t('step.measure', { name: nameOf(item) });
     if ('frame' in after) return t('step.move', { name: nameOf(item) });
     return t('step.edit', { name: nameOf(item), ...firstDifference(before, after) });
   },

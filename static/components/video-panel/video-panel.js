@@ -16,6 +16,7 @@ import { t } from '../../core/words.js';
 import { drawSeverity } from '../severity-mark/severity-mark.js';
 import '../code-chain/code-chain.js';
 import { icon } from '../icon/icon.js';
+import { paintOnPicture } from '../measure-tool/on-picture.js';
 import { quickCodes } from './quick-codes.js';
 import { filmGestures } from './film-gestures.js';
 import { FilmView, layoutOf, transformOf } from './film-view.js';
@@ -126,6 +127,7 @@ class VideoPanel extends Component {
     this.listen(desk.playhead, 'change', () => this.repaint());
     this.listen(desk.selection, 'change', () => this.repaint());
     this.listen(desk.observations, 'change', () => this.repaint());
+    this.listen(desk.measuring, 'change', () => this.repaint());
     this.listen(desk.track, 'change', () => this.#tracked());
     this.listen(desk.inspection, 'change', () => this.#stateChanged());
     this.listen(desk.live, 'message', ({ detail }) => this.#ended(detail.header));
@@ -488,7 +490,9 @@ class VideoPanel extends Component {
       labelled.add(room);
       paintLabel(context, mark.code, x, y + MARK_PX, layout, styles);
     }
-    if (this.#cursor) this.#paintCursor(context, toStage(this.#cursor), layout, styles);
+    const label = (text, x, y) => paintLabel(context, text, x, y, layout, styles);
+    paintOnPicture(context, desk, { toStage, layout, cursor: this.#cursor, label, styles });
+    if (this.#cursor && !desk.measuring.value) this.#paintCursor(context, toStage(this.#cursor), layout, styles);
   }
 
   #paintCursor(context, [x, y], layout, styles) {

@@ -12,6 +12,8 @@ import { chainage, clockHour, u95FromSigma } from '../../core/units.js';
 import { TilePictures } from '../../core/unrolled.js';
 import { frameShowing } from '../../core/wall.js';
 import { errorText, t } from '../../core/words.js';
+import { paintOnWall, paintWallScale } from '../measure-tool/on-wall.js';
+import { runningMeasure, storedMeasures } from '../measure-tool/paint.js';
 import { numberEvery, paintHair, paintMark, paintPlate, paintPlayhead, paintStretch } from '../strip/paint.js';
 import { stripSettings } from '../strip/settings.js';
 import { Strip, markText, nearestMark } from '../strip/strip.js';
@@ -77,6 +79,7 @@ class WallStrip extends Strip {
       this.#showEmpty();
     });
     this.listen(stripSettings, 'change', () => this.#showSettings());
+    this.listen(desk.measuring, 'change', () => this.repaint());
     for (const store of [desk.unrolled, this.pictures, desk.track]) {
       this.listen(store, 'change', () => this.stale());
     }
@@ -199,6 +202,7 @@ class WallStrip extends Strip {
   }
 
   markAt(x, y) {
+    if (this.desk.picking.value) return null; // the click is wanted, not the mark under it
     const marks = this.marks.map((mark) => ({ item: mark.item, apart: Math.hypot(mark.x - x, mark.y - y) }));
     return nearestMark(marks, MARK_PX);
   }
@@ -217,7 +221,10 @@ class WallStrip extends Strip {
     const { plot, height } = this;
     const { row } = this.desk.playhead.value;
     if (row) this.#paintNow(context, styles, plot, row, height);
-    if (this.rows) this.#paintPointer(context, styles, plot, height);
+    if (!this.rows) return;
+    paintOnWall(context, styles, plot, height, runningMeasure(this.desk.measuring, null), this.#toPlace);
+    paintWallScale(context, styles, plot, height);
+    this.#paintPointer(context, styles, plot, height);
   }
 
   #showEmpty() {
@@ -243,7 +250,9 @@ class WallStrip extends Strip {
     this.#paintRowLines(context, plot);
     this.#paintJoints(context, styles, plot, height);
     this.#paintStretches(context, styles, plot);
+    const measured = this.desk.observations.value.filter((item) => item.measures);
     context.restore();
+    paintOnWall(context, styles, plot, height, storedMeasures(this.desk, measured), this.#toPlace);
     this.#paintRowLabels(context, colour, plot, height);
     this.#paintMarks(context, styles, plot);
   }
@@ -341,6 +350,13 @@ class WallStrip extends Strip {
       paintMark(context, styles, item, x, y, MARK_PX, item.id === selection.value);
     }
   }
+
+  /** Returns the place of a measured point on the strip. */
+  #toPlace = ({ frame, pixel }) => {
+    const row = this.desk.track.row(frame);
+    const point = row && this.desk.wall?.at(...pixel, row);
+    return point ? [this.plot.toX(1000 * point.distance_m), this.rows.toY(this.#arcOf(point))] : null;
+  };
 
   /** Returns the row of an observation: of its pixel, else of its clock position, else of the invert. */
   #rowOf({ frame, pixel, clock_from: from, clock }) {

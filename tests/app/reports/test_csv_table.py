@@ -2,9 +2,10 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import pytest
-from reports import OBSERVATIONS, report
+from reports import OBSERVATIONS, measured, report
 
 from app.reports.tables.table import COLUMNS, write
 
@@ -38,6 +39,12 @@ def test_no_number_becomes_text_and_no_text_a_formula():
 def test_any_text_comes_back(remark):
     (row,) = rows_of(report(observations=[{"distance_m": 1.0, "remark": remark}]))
     assert row["remark"] == remark
+
+
+def test_sizes_stand_with_their_intervals():
+    made = report(observations=[{"distance_m": 1.0}])
+    (row,) = rows_of(replace(made, entries=tuple(map(measured, made.entries))))
+    assert row["measured"] == "width 23 ± 2 mm; depth 42 ± 4 mm (14.0 ± 1.0 %)"
 
 
 def test_what_cannot_be_encoded_is_replaced():

@@ -143,16 +143,23 @@ TEXTS = st.sampled_from(
      "two\nlines\tand more", "ж" * 2000]
 )  # fmt: skip
 NAMES = TEXTS.filter(str.isprintable).map(lambda text: text[:200])
+PIXELS = st.tuples(st.floats(0, 255), st.floats(0, 159)).map(list)
+POINTS = st.fixed_dictionaries({"frame": st.integers(0, 30), "pixel": PIXELS})
 LETTERS = st.sampled_from(["A", "B", "Z", "XP"])
+MEASURES = st.fixed_dictionaries(
+    {"kind": st.sampled_from(["length", "area"]),
+     "points": st.lists(POINTS, min_size=3, max_size=5)}
+)  # fmt: skip
 FIELDS = st.fixed_dictionaries(
     {"frame": st.integers(0, 30)},
     optional={
-        "pixel": st.tuples(st.floats(0, 255), st.floats(0, 159)).map(list),
+        "pixel": PIXELS,
         "code": st.sampled_from(["BAB", "BCD", "BDC", "XYZ9"]), "char1": LETTERS, "char2": LETTERS,
         "quant1": st.floats(-1e6, 1e6), "quant2": st.integers(0, 100),
         "clock_from": st.integers(1, 12), "clock_to": st.integers(1, 12),
         "severity": st.integers(0, 5), "continuous": st.sampled_from(["A1", "C1", "B1", "A999"]),
         "remark": TEXTS, "at_joint": st.booleans(), "photo_name": NAMES,
+        "measures": st.lists(MEASURES, min_size=1, max_size=3),
     },
 )  # fmt: skip
 HEADERS = st.fixed_dictionaries(

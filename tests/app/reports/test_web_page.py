@@ -8,7 +8,7 @@ from axe_playwright_python.sync_playwright import Axe
 from hypothesis import given, settings
 from playwright.sync_api import expect
 from random_reports import reports
-from reports import OBSERVATIONS, report
+from reports import OBSERVATIONS, measured, report
 
 from app.errors import NoScene
 from app.reports.html.web_page import write
@@ -71,6 +71,15 @@ def test_the_table_states_what_the_report_does(opened):
     assert (
         page.locator(".alarm").inner_text() == "Act now: Broken wall: fallen in, 12.40 m ± 0.06 m"
     )
+
+
+def test_what_was_measured_is_drawn_on_the_photo(opened, tmp_path):
+    made = report(tmp_path, [{"distance_m": 1.0, "code": "BAB"}])
+    page = opened(replace(made, entries=tuple(map(measured, made.entries))))
+    expect(page.get_by_text("Width 23 ± 2 mm")).to_have_count(2)
+    box, photo = (page.locator(f"figure {name}").bounding_box() for name in ("svg", "img"))
+    assert (box["x"], box["y"]) == (photo["x"], photo["y"])
+    expect(page.locator("figure polyline.size")).to_have_count(2)
 
 
 def test_in_feet_and_malay_it_says_so(opened):

@@ -16,7 +16,7 @@ from app.viewer.geometry import (
     torus,
     tube,
 )
-from app.viewer.pins import Pin, pin_under
+from app.viewer.pins import Pin, along_wall, pin_under
 from app.viewer.trail import STEP_MM, Thinner
 from app.viewer.views import view_of
 from vo_core import Pose, Rig, wall_point
@@ -243,3 +243,11 @@ def test_path_grows_with_the_way() -> None:
     xs = np.arange(0, 5001, 0.5)
     kept = Thinner().thin(xs, np.zeros_like(xs), np.ones_like(xs))
     assert len(kept) == 5000 / STEP_MM + 1
+
+
+def test_a_measured_line_follows_the_wall_between_its_points() -> None:
+    ends = np.array([[1.0, 0.15, 0.0], [1.2, -0.13, 0.075]])  # from 3 o'clock over the invert to 8
+    lines = along_wall(PIPE, ends)
+    assert np.ptp(np.hypot(*lines[..., 1:].reshape(-1, 2).T)) < 1e-9
+    assert (lines[1:, 0] == lines[:-1, 1]).all()
+    assert (lines[0, 0, 0], lines[-1, 1, 0]) == (1.0, 1.2)

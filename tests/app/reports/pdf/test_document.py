@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pypdf import PdfReader
-from reports import HEADER, entry, full_report, remarked, report
+from reports import HEADER, entry, full_report, measured, remarked, report
 
 from app.reports import pdf as document
 from app.reports.content.translator import Translator
@@ -18,6 +18,9 @@ from app.reports.formats import FORMATS
 from app.reports.pdf import fonts
 from app.reports.tables.table import rows
 from app.survey.rounding import decimals
+
+TEAL_BGR = (0xE0, 0xF2, 0x5F)
+"""Colour of what was measured."""
 
 LONG = "Retak memanjang. 钢筋外露。 ظاهر تسرب. தமிழ் சாலை. ถนนสุขุมวิท " * 160
 
@@ -120,6 +123,18 @@ def test_photos_are_embedded_and_one_that_is_missing_or_broken_says_so(full, tmp
     assert "CUL-0041-003.jpg cannot be read" in text
     photos = [len(page.images) for page in PdfReader(io.BytesIO(content)).pages]
     assert sum(photos) == len(entries) - 2 + 1  # and the logo
+
+
+def test_what_was_measured_stands_in_the_table_and_is_drawn_on_the_photo(tmp_path):
+    made = report(tmp_path, [{"distance_m": 1.0, "code": "BAB"}])
+    content = document.write(replace(made, entries=tuple(map(measured, made.entries)))).content
+
+    assert text_of(content).count("Width 23 ± 2 mm") == 2
+    assert "Depth 42 ± 4 mm (14.0 ± 1.0 %)" in text_of(content)
+    apart = [
+        abs(page[..., :3].astype(int) - TEAL_BGR).max(axis=2) for page in pictures_of(content, 2)
+    ]
+    assert max((page < 40).sum() for page in apart) > 200
 
 
 def test_malay_and_feet(full):

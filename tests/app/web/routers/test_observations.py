@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 from builders import (
+    FOCAL_PX,
+    HEIGHT_MM,
     STEP_MM,
     Client,
     assert_error,
@@ -47,6 +49,8 @@ def test_everything_that_was_entered_comes_back(shared: Client, done: str) -> No
         "frame": 12, "pixel": [3.5, 70.0], "code": "BAB", "char1": "B", "char2": "A",
         "quant1": 2.5, "quant2": 0.0, "clock_from": 10, "clock_to": 2, "severity": 4,
         "continuous": "A1", "remark": "crack, <b>wide</b>\nsecond line",
+        "measures": [{"kind": "gap", "points": [
+            {"frame": 12, "pixel": [40.0, 80.0]}, {"frame": 13, "pixel": [60.0, 80.0]}]}],
     }  # fmt: skip
     name = str(uuid.uuid4())
     assert shared.put(path(done, name), json=entered).status_code == 200
@@ -54,6 +58,49 @@ def test_everything_that_was_entered_comes_back(shared: Client, done: str) -> No
     assert {field: tag[field] for field in entered} == entered
     assert tag["clock"] == 10
     assert tag in listed(shared, done)
+
+
+WIDTH: dict[str, Any] = {
+    "kind": "width",
+    "points": [{"frame": 30, "pixel": [80.0, 79.5]}, {"frame": 30, "pixel": [180.0, 79.5]}],
+}
+WIDTH_MM = 100 * HEIGHT_MM / FOCAL_PX
+
+
+def test_a_measure_of_a_tag_comes_with_its_figure(shared: Client, done: str) -> None:
+    tag = shared.tag(done, frame=30, measures=[WIDTH]).json()
+    (figure,) = tag["measured"]
+    assert figure["value"] == pytest.approx(WIDTH_MM, rel=0.005)
+    assert 0 < figure["u95"] < 0.1 * WIDTH_MM
+    assert (figure["unit"], figure["percent"]) == ("mm", None)
+    assert tag in listed(shared, done)
+
+
+def test_a_size_is_measured_without_a_tag(shared: Client, done: str) -> None:
+    measured = shared.post(f"/api/inspections/{done}/measure", json=WIDTH)
+    assert measured.json() == shared.tag(done, frame=30, measures=[WIDTH]).json()["measured"][0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "code"),
+    [
+        ({"frame": 30, "pixel": [500.0, 10.0]}, "pixel_outside_picture"),
+        ({"frame": 4000, "pixel": [10.0, 10.0]}, "frame_outside_video"),
+    ],
+)
+def test_a_measure_outside_the_film_is_refused(
+    shared: Client, done: str, changes: dict[str, Any], code: str
+) -> None:
+    outside = {**WIDTH, "points": [WIDTH["points"][0], changes]}
+    assert_error(shared.tag(done, frame=30, measures=[outside]), 422, code)
+    assert_error(shared.post(f"/api/inspections/{done}/measure", json=outside), 422, code)
+
+
+def test_a_depth_on_a_floor_cannot_be_measured(shared: Client, done: str) -> None:
+    depth = {**WIDTH, "kind": "depth"}
+    assert_error(
+        shared.post(f"/api/inspections/{done}/measure", json=depth), 404, "frame_not_found"
+    )
 
 
 @ON_BOTH

@@ -1,0 +1,62 @@
+"""What was measured on the wall: figures in words, and lines to draw on a photo."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from app.reports.report import Entry, Photo
+from app.survey.measure import Figure
+from app.survey.rounding import decimals, rounded_up
+
+_UNITS = {"area": "mm²"}
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The clicks of a measure on the photo."""
+
+    points: tuple[tuple[float, float], ...]
+    """Shares of the picture's width and height, from its upper left corner."""
+    is_closed: bool
+
+
+def figure_text(figure: Figure) -> str:
+    """Format `23 ± 2 mm`, of a depth with its share of the diameter: `42 ± 3 mm (14 ± 1 %)`."""
+    size = f"{_with_interval(figure.value, figure.u95)} {_UNITS.get(figure.kind, 'mm')}"
+    if figure.percent is None or figure.percent_u95 is None:
+        return size
+    return f"{size} ({_with_interval(figure.percent, figure.percent_u95)} %)"
+
+
+def _with_interval(value: float, u95: float) -> str:
+    digits = 1 if u95 < 1 else 0
+    return f"{decimals(value, digits)} ± {decimals(rounded_up(u95, digits), digits)}"
+
+
+def outlines(entry: Entry, photo: Photo, video: Mapping[str, Any]) -> list[Outline]:
+    """Return the measures that were clicked in the frame of the photo.
+
+    There are none for a photo of another frame, nor for a marked copy: a caption below the picture
+    makes it higher, and a drawing may lie over the same place.
+
+    Args:
+        entry: The entry with the photo.
+        photo: One of its photos.
+        video: The film with its `width` and `height`, px; pixel centres are at integers.
+    """
+    if photo.of not in ("", entry.id) or photo.marked is not None:
+        return []
+    measures: list[Mapping[str, Any]] = entry.tag.measures or []  # type: ignore[assignment]
+    return [
+        Outline(
+            tuple(
+                ((u + 0.5) / video["width"], (v + 0.5) / video["height"])
+                for u, v in (point["pixel"] for point in measure["points"])
+            ),
+            measure["kind"] == "area",
+        )
+        for measure in measures
+        if all(point["frame"] == entry.tag.frame for point in measure["points"])
+    ]

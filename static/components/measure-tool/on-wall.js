@@ -1,0 +1,43 @@
+/** What measuring draws over the unrolled wall. */
+
+import { t } from '../../core/words.js';
+import { paintPlate } from '../strip/paint.js';
+import { paintMeasure, paintScaleBar } from './paint.js';
+
+/** Greatest length of the scale bar. */
+const BAR_PX = 140;
+/** From a measure to the middle of its label. */
+const AWAY_PX = 20;
+
+/**
+ * Draws measures within the plot of the strip.
+ * @param {CanvasRenderingContext2D} context
+ * @param {CSSStyleDeclaration} styles
+ * @param {{left: number, right: number, width: number}} plot
+ * @param {number} height of the strip
+ * @param {import('./paint.js').Drawn[]} drawn
+ * @param {(point: import('../../core/measure.js').Point) => [number, number]|null} toPlace
+ */
+export function paintOnWall(context, styles, plot, height, drawn, toPlace) {
+  const label = (text, x, top, bottom) => {
+    const y = bottom + 2 * AWAY_PX < height ? bottom + AWAY_PX : top - AWAY_PX;
+    paintPlate(context, styles, text, x, y, [plot.left, plot.right]);
+  };
+  context.save();
+  context.beginPath();
+  context.rect(plot.left, 0, plot.width, height);
+  context.clip();
+  // On the strip the measures of one defect lie close together: the newest is labelled.
+  const labelled = drawn.findLast(({ isStrong }) => isStrong);
+  for (const one of drawn) {
+    paintMeasure(context, one, one.measure.points.map(toPlace), one === labelled ? label : () => {});
+  }
+  context.restore();
+}
+
+/** Draws the scale along the pipe; around it the unseen hours are compressed. */
+export function paintWallScale(context, styles, plot, height) {
+  const textOf = (size) => t('measure.bar_along', { size });
+  const at = [plot.right - BAR_PX - 10, height - 8];
+  paintScaleBar(context, 1 / plot.mmPerUnit, at, BAR_PX, textOf, styles.getPropertyValue('--sans'));
+}
