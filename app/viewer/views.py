@@ -51,9 +51,10 @@ def view_of(
             np.array([robot_x_m - 0.2 * size, 0.0, axis_z]),
             np.radians(45),
         )
+    # Just far enough behind that the ring on the wall, the place that the film shows, is in sight.
     return View(
-        np.array([robot_x_m - 4.4 * size, -0.42 * size, axis_z - 0.4 * size]),
-        np.array([robot_x_m + 1.0 * size, 0.1 * size, axis_z + 0.12 * size]),
+        np.array([robot_x_m - 2.2 * size, 0.0, axis_z]),
+        np.array([robot_x_m + 1.0 * size, 0.0, axis_z]),
         np.radians(60),
     )
 
