@@ -10,15 +10,17 @@ from dataclasses import dataclass, field
 import viser
 
 from app.viewer.culvert import Culvert, JointMark
-from app.viewer.geometry import Section
+from app.viewer.geometry import Cut, Section, WallHit
 from app.viewer.interval import Interval
 from app.viewer.page import with_our_head
 from app.viewer.pin import Pin
 from app.viewer.pin_labels import Emphasis
-from app.viewer.pins import Pins
+from app.viewer.pins import Pins, pin_under
 from app.viewer.robot import Robot
+from app.viewer.ruler import Ruler
+from app.viewer.scale_bar import ScaleBar
 from app.viewer.trail import MAX_POINTS, PathPoint, Trail
-from app.viewer.views import CameraMode, Observers, Reach, named_stretch
+from app.viewer.views import CameraMode, Observers, Reach, named_stretch, sight_line
 from app.viewer.wall import TexturedWall, WallPictures
 from app.viewer.wording import Wording
 from vo_core.rig import Rig
@@ -36,6 +38,7 @@ class Shown:
     pins: tuple[Pin, ...]
     mode: CameraMode
     reach_m: Reach
+    cut: Cut
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,21 @@ class Selection:
     """The pin to highlight; None: none."""
 
     id: str | None
+
+
+@dataclass(frozen=True)
+class Pointer:
+    """Where the pointer is in the view: right and down, as shares of its size; None: elsewhere."""
+
+    at: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Measure:
+    """Whether clicks measure, and the points that they have set: none, one or two."""
+
+    is_on: bool
+    points: tuple[WallHit, ...] = ()
 
 
 @dataclass
@@ -53,6 +71,9 @@ class Inbox:
     preview: bytes | None = None
     pins: tuple[Pin, ...] | None = None
     selection: Selection | None = None
+    pointer: Pointer | None = None
+    measure: Measure | None = None
+    cut: Cut | None = None
     mode: CameraMode | None = None
     wording: Wording | None = None
     length_m: float | None = None
@@ -82,13 +103,16 @@ class Drawing:
         _light(scene)
         scene.world_axes.visible = False
         # Makes browsers send shift-clicks; the pump, which knows the user, intercepts them.
-        scene.on_click(modifier="shift")(lambda _: None)
+        scene.on_click(modifier="shift")(_ignore)
         self._culvert = Culvert(scene, section)
         self._robot = Robot(scene, rig, section)
         self._interval = Interval(scene, section)
         self._wall = TexturedWall(scene, section)
         self._trail = Trail(scene, section)
         self._pins = Pins(scene, section, names_all=names_all)
+        self._scale_bar = ScaleBar(scene, section)
+        self._ruler = Ruler(scene, section)
+        self._measure = Measure(is_on=False)
         self._observers = Observers(server, section)
         self._mode: CameraMode = "overview"
         self._wording = Wording()
@@ -97,6 +121,8 @@ class Drawing:
         self._preview: bytes | None = None
         self._preview_due_s = 0.0  # time.monotonic
         self._selected: str | None = None
+        self._hovered: str | None = None
+        self._cut: Cut = "none"
         self._show_robot()
 
         @server.on_client_connect
@@ -106,7 +132,7 @@ class Drawing:
     @property
     def shown(self) -> Shown:
         """Return a copy for other threads."""
-        return Shown(self._pins_shown, self._mode, self._culvert.reach_m)
+        return Shown(self._pins_shown, self._mode, self._culvert.reach_m, self._cut)
 
     def due_in_s(self) -> float | None:
         """Return the time until a waiting picture may be sent; None if none waits."""
@@ -125,6 +151,10 @@ class Drawing:
         if inbox.mode is not None:
             self._mode = inbox.mode
             self._observers.set_mode(inbox.mode)
+        if inbox.cut is not None:
+            self._cut = inbox.cut
+            self._culvert.set_cut(inbox.cut)
+            self._wall.set_cut(inbox.cut)
         if inbox.length_m is not None:
             self._culvert.grow_to(inbox.length_m)
         if inbox.joints is not None:
@@ -141,6 +171,12 @@ class Drawing:
             self._selected = inbox.selection.id
         if inbox.pins is not None or inbox.mode is not None or inbox.selection is not None:
             self._pins.show(self._pins_shown, self._mode, self._selected)
+        if inbox.pointer is not None:
+            self._hovered = self._pin_at(inbox.pointer)
+        if inbox.measure is not None:
+            self._show_measure(inbox.measure)
+        elif inbox.wording is not None:
+            self._ruler.show(self._measure.points, self._wording)
         if is_seen_anew or inbox.pose is not None:
             self._pose = inbox.pose or self._pose
             self._culvert.grow_to(self._pose.distance_mm / 1000)
@@ -153,13 +189,38 @@ class Drawing:
         self._wall.update(robot_x_m)
         named_m = named_stretch(self._mode, self._section, self._culvert.reach_m, robot_x_m)
         self._culvert.label(named_m, self._mode, self._wording)
-        self._pins.label(self._mode, Emphasis(self._selected), robot_x_m, self._wording)
+        emphasis = Emphasis(self._selected, self._hovered)
+        self._pins.label(self._mode, emphasis, robot_x_m, self._wording)
+        seen_m = named_m[1] - named_m[0] if self._mode == "overview" else 0.0
+        self._scale_bar.show(robot_x_m, seen_m, self._wording)
         self._observers.update(self._culvert.reach_m, robot_x_m)
 
     def page(self) -> str:
         """Return everything as a page."""
         self._observers.set_initial(self._culvert.reach_m)
         return with_our_head(self.server.scene.as_html(dark_mode=True))
+
+    def _pin_at(self, pointer: Pointer) -> str | None:
+        """Return the id of the pin under the pointer; each page has one browser."""
+        for client in self.server.get_clients().values():
+            if pointer.at is None:
+                break
+            origin, direction = sight_line(client.camera, pointer.at)
+            pin = pin_under(
+                self._pins_shown, self._mode, self._section, origin.tolist(), direction.tolist()
+            )
+            if pin is not None:
+                return pin.id
+        return None
+
+    def _show_measure(self, measure: Measure) -> None:
+        """While measuring, browsers send plain clicks too, as a finger has no Shift key."""
+        if measure.is_on and not self._measure.is_on:
+            self.server.scene.on_click()(_measured)
+        elif self._measure.is_on and not measure.is_on:
+            self.server.scene.remove_click_callback(_measured)
+        self._measure = measure
+        self._ruler.show(measure.points, self._wording)
 
     def _show_robot(self) -> None:
         self._robot.show(self._pose, self._mode, self._wording)
@@ -172,6 +233,14 @@ class Drawing:
             pause_s = max(_PREVIEW_PERIOD_S, len(self._preview) / _PREVIEW_BYTES_PER_S)
             self._preview_due_s = time.monotonic() + pause_s
             self._preview = None
+
+
+def _ignore(_: viser.SceneClickEvent) -> None:
+    """The pump has taken the click."""
+
+
+def _measured(_: viser.SceneClickEvent) -> None:
+    """The pump has taken the click; another function, so that it can be removed alone."""
 
 
 def _light(scene: viser.SceneApi) -> None:

@@ -18,15 +18,15 @@ MOST_NEAR = 6
 """Most pins that are labelled because they are near: more would hide each other."""
 _NEAR: dict[CameraMode, tuple[float, float]] = {
     "overview": (8.0, 8.0),
-    "follow": (4.0, 8.0),
-    "inside": (0.0, 9.0),
+    "follow": (3.0, 7.0),
+    "inside": (0.5, 4.5),
 }
 """Behind and ahead of the robot, in scales of the section."""
 
 _TIERS = 3
-_STEP = 0.35
+_STEP: dict[CameraMode, float] = {"overview": 0.6, "follow": 0.25, "inside": 0.25}
 """Neighbouring labels stand on different tiers, this far apart in scales."""
-_ABOVE_AXIS = 1.25
+_ABOVE_AXIS = 1.1
 """Height of the lowest tier seen from outside, in scales: clear of the wall."""
 _ABOVE_HEAD = 0.2
 """Height of the lowest tier above the pin's head seen from inside, in scales."""
@@ -105,7 +105,7 @@ class PinLabels:
             f"» {text}" if is_selected else text,
             1.5 if is_selected else 1.15,
             (x_m, y_m, z_m),
-            (x_m, y_m, base_m - _STEP * tier * size),
+            (x_m, y_m, base_m - _STEP[mode] * tier * size),
             pin.color,
         )
 

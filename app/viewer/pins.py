@@ -18,9 +18,11 @@ from app.viewer.geometry import (
     PinHit,
     Section,
     Vector,
+    joined,
     octahedron,
     phi_of_clock,
     strip,
+    wall_points,
 )
 from app.viewer.pin import COLORS, Color, Pin
 from app.viewer.pin_labels import Emphasis, PinLabels
@@ -137,7 +139,7 @@ class Pins:
             if meshes:
                 self._patches[color] = self._scene.add_mesh_simple(
                     f"/pins/patches/{COLORS.index(color)}",
-                    *_joined(meshes),
+                    *joined(meshes),
                     color=color,
                     opacity=0.45,
                     cast_shadow=False,
@@ -206,8 +208,8 @@ def pin_under(
         return None
     ways = np.linspace(0.0, 1.0, 6)[None, :, None]
     xs_m, arcs_m = [pin.distance_m for pin in pins], [_arc(section, pin) for pin in pins]
-    feet = _points(section, xs_m, arcs_m, _ON_WALL)[:, None]
-    heads = _points(section, xs_m, arcs_m, _HEAD)[:, None]
+    feet = wall_points(section, xs_m, arcs_m, _ON_WALL)[:, None]
+    heads = wall_points(section, xs_m, arcs_m, _HEAD)[:, None]
     sight = feet + ways * (heads - feet) - o  # (pins, 6 points of the stem, 3)
     ahead = sight @ (d / length)
     beside = np.linalg.norm(sight - ahead[..., None] * (d / length), axis=2)
@@ -229,13 +231,13 @@ def _head_m(section: Section, pin: Pin, mode: CameraMode) -> float:
 
 
 def _head(section: Section, pin: Pin) -> Vector:
-    (point,) = _points(section, [pin.distance_m], [_arc(section, pin)], _HEAD)
+    (point,) = wall_points(section, [pin.distance_m], [_arc(section, pin)], _HEAD)
     return np.asarray(point)
 
 
 def _on_wall(section: Section, pin: Pin, x_m: float, around_m: float = 0.0) -> Vector:
     """Return a point of the wall near the pin, `around_m` to the right of it along the wall."""
-    (point,) = _points(section, [x_m], [_arc(section, pin) + around_m], _ON_WALL)
+    (point,) = wall_points(section, [x_m], [_arc(section, pin) + around_m], _ON_WALL)
     return np.asarray(point)
 
 
@@ -246,21 +248,9 @@ def _arc(section: Section, pin: Pin) -> float:
     return section.radius_m * phi_of_clock(12.0 if pin.clock is None else pin.clock)
 
 
-def _points(
-    section: Section, xs_m: Sequence[float] | Vector, arcs_m: Sequence[float] | Vector, inset: float
-) -> NDArray[np.float64]:
-    """Return (N, 3) points slightly before the wall, by a distance in scales."""
-    x, arc = np.asarray(xs_m, np.float64), np.asarray(arcs_m, np.float64)
-    inset_m = inset * section.scale_m
-    if section.radius_m is None:
-        return np.stack([x, arc, np.full_like(x, -inset_m)], axis=1)
-    phi, reach = arc / section.radius_m, section.radius_m - inset_m
-    return np.stack([x, reach * np.sin(phi), reach * np.cos(phi)], axis=1)
-
-
 def _lines_at(section: Section, xs_m: Vector, arcs_m: Vector) -> NDArray[np.float64]:
     """Return (N - 1, 2, 3) lines from point to point of the wall."""
-    points = _points(section, xs_m, arcs_m, _ON_WALL)
+    points = wall_points(section, xs_m, arcs_m, _ON_WALL)
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
@@ -280,11 +270,3 @@ def _area(section: Section, pin: Pin) -> tuple[float, float, float, float] | Non
     # Clockwise as seen in the direction of travel: the wall angle falls. 12 to 12 is all around.
     hours = (pin.clock_to - pin.clock) % 12 or 12.0  # type: ignore[operator]
     return first_m, last_m, arc_m - np.pi / 6 * hours * section.scale_m, arc_m
-
-
-def _joined(meshes: Sequence[Mesh]) -> Mesh:
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    return Mesh(
-        np.concatenate([mesh.vertices for mesh in meshes]),
-        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]),
-    )

@@ -19,7 +19,7 @@ _TRIM = (104, 114, 124)
 _TYRE = (52, 56, 60)
 _LAMP = (255, 244, 214)
 _SIGHT = (64, 214, 255)
-_LABEL_HEIGHT: dict[CameraMode, float] = {"overview": 3.4, "follow": 2.4, "inside": 0.72}
+_LABEL_HEIGHT: dict[CameraMode, float] = {"overview": 3.4, "follow": 1.9, "inside": 0.72}
 """Height above the axis, in scales of the section: clear of the pins' labels, and in sight."""
 
 
@@ -50,9 +50,11 @@ class Robot:
         x_m, y_m = estimate.distance_mm / 1000, estimate.y_mm / 1000
         self._frame.position = camera_xyz_m(self._rig, x_m, y_m)
         self._frame.wxyz = yaw_wxyz(np.radians(estimate.yaw_deg))
-        # From inside the observer rides along, and the robot would fill the picture; its lamp stays.
+        # From inside the robot would fill the picture; its lamp stays.
+        is_solid = mode != "inside"
         for part in self._solid:
-            part.visible = mode != "inside"
+            if part.visible != is_solid:
+                part.visible = is_solid
 
         self._label.visible = not wording.is_late
         self._label.text = _label_text(estimate, wording)
@@ -108,7 +110,7 @@ class Robot:
             color=_LAMP,
             intensity=3.3 * size**2,  # in cd: the same light on the wall of any size of pipe
             distance=9 * size,
-            position=frustum.rotation @ [0.0, 0.0, 0.1 * size],
+            position=tuple(0.1 * size * frustum.rotation[:, 2]),
         )
 
     def _draw_camera(self, frustum: Frustum) -> viser.CameraFrustumHandle:

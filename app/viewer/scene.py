@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from app.viewer.culvert import JointMark
-from app.viewer.drawing import Drawing, Inbox, Selection
-from app.viewer.geometry import PinHit, Section, WallHit
+from app.viewer.drawing import Drawing, Inbox, Measure, Pointer, Selection
+from app.viewer.geometry import Cut, PinHit, Section, WallHit
 from app.viewer.pin import Pin
 from app.viewer.pins import pin_under
 from app.viewer.private_server import ViewerUnavailable, start_private_server, stop_private_server
@@ -28,6 +28,7 @@ from vo_core.track import Estimate, Track
 __all__ = [
     "CameraMode",
     "CulvertScene",
+    "Cut",
     "JointMark",
     "Pin",
     "PinHit",
@@ -113,6 +114,7 @@ class CulvertScene:
         self._lock = threading.Lock()
         self._inbox = Inbox()
         self._thinner = Thinner()
+        self._measure = Measure(is_on=False)
         self._wake = threading.Event()
         self._closing = threading.Event()
         server = start_private_server(socket_path)
@@ -175,6 +177,38 @@ class CulvertScene:
             self._inbox.selection = Selection(pin_id)
         self._wake.set()
 
+    def point_at(self, at: tuple[float, float] | None) -> None:
+        """Label the pin at this place of the view: right and down, as shares of its size."""
+        with self._lock:
+            self._inbox.pointer = Pointer(at)
+        self._wake.set()
+
+    def set_cut(self, cut: Cut) -> None:
+        """Cut half of a pipe away; defects stay, wherever they are."""
+        with self._lock:
+            self._inbox.cut = cut
+        self._wake.set()
+
+    @property
+    def is_measuring(self) -> bool:
+        """Whether clicks set the points of the ruler."""
+        return self._measure.is_on
+
+    def set_measuring(self, is_on: bool) -> None:
+        """Let clicks measure from now on, or no longer; then the line disappears."""
+        if is_on != self.is_measuring:
+            self._put_measure(Measure(is_on))
+
+    def measure_to(self, point: WallHit) -> None:
+        """Set the next point; a third one begins another line."""
+        before = self._measure.points if len(self._measure.points) < 2 else ()
+        self._put_measure(Measure(is_on=True, points=(*before, point)))
+
+    def _put_measure(self, measure: Measure) -> None:
+        with self._lock:
+            self._measure = self._inbox.measure = measure
+        self._wake.set()
+
     def set_wall(self, tiles: Sequence[WallTile], layout: WallLayout, read: ReadPicture) -> None:
         """Show exactly these pictures of the wall, as many as a browser can hold.
 
@@ -212,11 +246,12 @@ class CulvertScene:
         self, origin: tuple[float, float, float], direction: tuple[float, float, float]
     ) -> PinHit | WallHit | None:
         """Return what a ray in scene coordinates meets: a pin, or the wall drawn towards its
-        origin.
+        origin. While measuring, pins do not cover the wall.
         """
         shown = self._shown
-        pin = pin_under(shown.pins, shown.mode, self._section, origin, direction)
-        return pin or self._section.hit(origin, direction, shown.reach_m)
+        pins = () if self.is_measuring else shown.pins
+        pin = pin_under(pins, shown.mode, self._section, origin, direction)
+        return pin or self._section.hit(origin, direction, shown.reach_m, shown.cut)
 
     def close(self) -> None:
         """Disconnect every browser, stop the server and remove its socket."""
