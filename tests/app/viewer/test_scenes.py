@@ -282,7 +282,11 @@ def test_a_correction_moves_robot_path_wall_and_tags(server: Client, done: str) 
                 and m["name"] == wall
                 and abs(m["position"][0] - raw_m - 1.0) < 0.01
             ),
-            "tag": says("1.00 m ±"),
+            "tag": lambda m: (
+                m["type"] == "SetPositionMessage"
+                and m["name"] == "/pins/labels/0"
+                and abs(m["position"][0] - 1.0) < 0.01
+            ),
             "path": lambda m: m.get("name") == "/trail/0" and m["type"] == "LineSegmentsMessage",
         }
         while waited:
