@@ -41,6 +41,8 @@ const SHAPES = {
   whole: html`<path d="M2.500 5v10M17.500 5v10M5 10h10M7.500 7.500L5 10l2.500 2.500M12.500 7.500L15 10l-2.500 2.500" />`,
   swap: html`<path d="M3.500 7h11M11.500 4l3 3-3 3M16.500 13h-11M8.500 10l-3 3 3 3" />`,
   flag: html`<path d="M5 17.500V3h10l-2.500 3.500L15 10H5" />`,
+  ruler: html`<path d="M2.500 7h15v6.500h-15zM6 7v3M9.500 7v4M13 7v3" />`,
+  expand: html`<path d="M3.500 8V3.500H8M12 3.500h4.500V8M16.500 12v4.500H12M8 16.500H3.500V12" />`,
   forward: html`<path d="M7.500 4.500L13 10l-5.500 5.500" />`,
   back: html`<path d="M12.500 4.500L7 10l5.500 5.500" />`,
 };

@@ -6,6 +6,7 @@ import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { lengthUnit } from '../../core/units.js';
 import { language, t } from '../../core/words.js';
+import { icon } from '../icon/icon.js';
 import { orToast } from '../toast-stack/toast-stack.js';
 
 const REMEMBERED = 'chainage.camera';
@@ -53,10 +54,10 @@ class ViewerPanel extends Component {
             <select class="input viewer__cut" aria-label="${t('viewer.cut')}" title="${t('viewer.cut_help')}" data-part="cut">
               ${CUTS.map(([half, label]) => html`<option value="${half}">${label}</option>`)}
             </select>
-            <button class="button button--small" aria-pressed="false" title="${t('viewer.measure_help')}"
-              data-part="measure">${t('viewer.measure')}</button>
-            <button class="button button--small" aria-pressed="false" title="${t('viewer.full_help')}"
-              data-part="full">${t('viewer.full')}</button>
+            <button class="button button--small button--icon" aria-pressed="false" aria-label="${t('viewer.measure')}"
+              title="${t('viewer.measure_help')}" data-part="measure">${icon('ruler')}</button>
+            <button class="button button--small button--icon" aria-pressed="false" aria-label="${t('viewer.full')}"
+              title="${t('viewer.full_help')}" data-part="full">${icon('expand')}</button>
           </div>
         </div>
         <div class="viewer__stage">
