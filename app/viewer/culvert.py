@@ -10,7 +10,18 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from app.viewer.geometry import Mesh, Section, Vector, dashed, plank, torus, tube
+from app.viewer.geometry import (
+    Cut,
+    Mesh,
+    Section,
+    Vector,
+    cut_away,
+    dashed,
+    half_shell,
+    plank,
+    torus,
+    tube,
+)
 from app.viewer.views import CameraMode, Reach
 from app.viewer.wording import Wording
 
@@ -51,6 +62,7 @@ class Culvert:
         self._section = section
         self._first = 0
         self._last = 0  # metres first..last are drawn
+        self._cut: Cut = "none"
         self._joints: tuple[JointMark, ...] = ()
         self._drawn: dict[str, viser.BatchedMeshHandle] = {}
         self._labels: list[viser.LabelHandle] = []
@@ -73,6 +85,13 @@ class Culvert:
         """Show exactly these joints."""
         if tuple(joints) != self._joints:
             self._joints = tuple(joints)
+            self._draw_joints()
+
+    def set_cut(self, cut: Cut) -> None:
+        """Cut half of the pipe away."""
+        if cut != self._cut:
+            self._cut = cut
+            self._draw_wall()
             self._draw_joints()
 
     def label(self, stretch_m: Reach, mode: CameraMode, wording: Wording) -> None:
@@ -112,9 +131,11 @@ class Culvert:
             radius = self._section.radius_m
             # One-sided walls: opaque from inside, transparent towards an observer outside.
             pipe = tube((1 + _BEHIND) * radius, 1.0, inward=True)
-            self._repeat("wall", pipe, starts, wall)
+            if self._cut != "none":
+                pipe = half_shell((1 + _BEHIND) * radius, 0.08 * radius, *self._kept_rad(radius))
+            self._repeat("wall", pipe, starts, wall, is_two_sided=self._cut != "none")
             ends = np.array([self._first, self._last], np.float64)
-            self._repeat("ends", torus(1.05 * radius, 0.055 * radius), ends, _COLLAR)
+            self._repeat("ends", self._left(_collar(radius), radius), ends, _COLLAR)
         self._draw_tape()
 
     def _draw_joints(self) -> None:
@@ -130,11 +151,19 @@ class Culvert:
             self._repeat("expected", line, expected, _EXPECTED, lower_m=lower_m)
         else:
             gap = tube((1 + _BEHIND / 2) * radius, 0.04 * radius, inward=True)
-            self._repeat("joints", gap, seen - 0.02 * radius, _JOINT)
-            self._repeat("collars", torus(1.05 * radius, 0.055 * radius), seen, _COLLAR)
+            self._repeat("joints", self._left(gap, radius), seen - 0.02 * radius, _JOINT)
+            self._repeat("collars", self._left(_collar(radius), radius), seen, _COLLAR)
             ring = torus((1 - _BEHIND) * radius, 0.012 * radius, sides=_SIDES)
             broken = dashed(ring, _SIDES, dashes=24, share=0.45)
-            self._repeat("expected", broken, expected, _EXPECTED)
+            self._repeat("expected", self._left(broken, radius), expected, _EXPECTED)
+
+    def _left(self, mesh: Mesh, radius_m: float) -> Mesh:
+        """Return what the cut leaves of it."""
+        return mesh if self._cut == "none" else cut_away(mesh, *self._kept_rad(radius_m))
+
+    def _kept_rad(self, radius_m: float) -> tuple[float, float]:
+        first_m, last_m = self._section.kept_arcs_m(self._cut)
+        return first_m / radius_m, last_m / radius_m
 
     def _repeat(
         self,
@@ -144,6 +173,7 @@ class Culvert:
         colors: Colors,
         *,
         lower_m: float = 0.0,
+        is_two_sided: bool = False,
     ) -> None:
         if name in self._drawn:
             self._drawn[name].visible = len(xs_m) > 0
@@ -159,6 +189,7 @@ class Culvert:
             batched_wxyzs=np.tile(_NO_TURN, (len(xs_m), 1)),
             batched_positions=positions,
             batched_colors=colors,
+            side="double" if is_two_sided else "front",
             lod="off",
             cast_shadow=False,
             receive_shadow=False,
@@ -192,3 +223,7 @@ class Culvert:
         if on_crown:
             return np.array([x_m, 0.0, section.axis_z_m - 0.9 * size])
         return np.array([x_m, section.half_width_m + 0.8 * size, section.radius_m or 0.0])
+
+
+def _collar(radius_m: float) -> Mesh:
+    return torus(1.05 * radius_m, 0.055 * radius_m)

@@ -1,5 +1,6 @@
 // Of the page of the 3D view alone: its origin is opaque, so it and the page around it share nothing
-// but these messages.  From the page: {isLimited, keys}.  To the page: the keys that are pressed here.
+// but these messages.  From the page: {isLimited, keys}.  To the page: the keys that are pressed here, and
+// where the pointer rests.
 
 // viser's client compiles script when it starts, for splats, and when its server sends some.  Our policy
 // refuses both, and would report each try as an error of the page: what is compiled does nothing here.
@@ -43,6 +44,30 @@ addEventListener('keydown', (event) => {
   if (fromPage.keys.has(name) && !altKey) event.preventDefault();
   parent.postMessage({ key, code, shiftKey, ctrlKey, metaKey, altKey, repeat }, location.origin);
 });
+
+// What is under the pointer is looked up on the server, so a moving pointer is reported seldom.  While a
+// button is pressed the view is being turned, and nothing is looked up.
+const POINTER_EVERY_MS = 150;
+let [pointer, pointerTimer] = [null, 0];
+
+function reportPointer() {
+  pointerTimer = 0;
+  if (parent !== window) parent.postMessage({ pointer }, location.origin);
+}
+
+function pointAt(at) {
+  pointer = at;
+  pointerTimer ||= setTimeout(reportPointer, POINTER_EVERY_MS);
+}
+
+addEventListener(
+  'pointermove',
+  ({ buttons, clientX, clientY }) => {
+    if (!buttons) pointAt([clientX / innerWidth, clientY / innerHeight]);
+  },
+  { passive: true, capture: true },
+);
+document.documentElement.addEventListener('pointerleave', () => pointAt(null));
 
 // Without a graphics card a 3D picture takes long, and everything else waits for it.  While a camera
 // runs, and while nothing has changed, the animation takes these shares of the time at most.

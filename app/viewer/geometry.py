@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,10 @@ class PinHit:
     id: str
 
 
+Cut = Literal["none", "top", "side"]
+"""Half of the pipe that is cut away: none, the upper, or the right one, near the observer."""
+
+
 @dataclass(frozen=True, slots=True)
 class Section:
     """Cross-section of the wall."""
@@ -96,6 +100,13 @@ class Section:
         half_m = self.half_width_m if self.radius_m is None else math.pi * self.radius_m
         return -half_m, half_m
 
+    def kept_arcs_m(self, cut: Cut) -> tuple[float, float]:
+        """Return first and last arc of the wall that a cut leaves; nothing is cut off a floor."""
+        if cut == "none" or self.radius_m is None:
+            return self.arcs_m
+        quarter_m = math.pi / 2 * self.radius_m
+        return (-quarter_m, quarter_m) if cut == "top" else (-2 * quarter_m, 0.0)
+
     def below(
         self, x_m: NDArray[np.float64], y_m: NDArray[np.float64], *, above_m: float
     ) -> Vector:
@@ -107,29 +118,58 @@ class Section:
         return np.stack([x_m, y_m, z], axis=-1)
 
     def hit(
-        self, origin: Sequence[float], direction: Sequence[float], reach_m: tuple[float, float]
+        self,
+        origin: Sequence[float],
+        direction: Sequence[float],
+        reach_m: tuple[float, float],
+        cut: Cut = "none",
     ) -> WallHit | None:
-        """Return where a ray first meets the inner side of the wall from reach_m[0] to reach_m[1].
+        """Return where a ray first meets the wall that is drawn from reach_m[0] to reach_m[1].
 
-        For an observer outside, the near wall is not drawn, so the far crossing counts; from inside
-        there is only one ahead.
+        For an observer outside, the near wall of a whole pipe is not drawn, so the far crossing
+        counts; from inside there is only one ahead. What a cut has left is drawn from both sides.
         """
         o, d = np.asarray(origin, np.float64), np.asarray(direction, np.float64)
+        for t in self._crossings(o, d, near_too=cut != "none"):
+            point = o + t * d
+            if t > 0 and self._is_drawn(point, reach_m, cut):
+                x, y, z = point
+                clock_h = None if self.radius_m is None else clock_of(float(np.arctan2(y, z)))
+                return WallHit(float(x), clock_h, float(y))
+        return None
+
+    def _crossings(self, o: Vector, d: Vector, *, near_too: bool) -> list[float]:
+        """Return where o + t d crosses the surface of the wall, as t, the nearest first."""
         if self.radius_m is None:
-            t = -o[2] / d[2] if abs(d[2]) > 1e-12 else -1.0
-        else:
-            # |o + t d| = R across the axis: a t^2 + 2 b t + c = 0.
-            a, b, c = d[1:] @ d[1:], o[1:] @ d[1:], o[1:] @ o[1:] - self.radius_m**2
-            inner = b * b - a * c
-            t = (-b + np.sqrt(inner)) / a if a > 1e-12 and inner >= 0 else -1.0
-        x, y, z = o + t * d
-        on_drawn_wall = reach_m[0] <= x <= reach_m[1] and (
-            self.radius_m is not None or abs(y) <= self.half_width_m
-        )
-        if t <= 0 or not on_drawn_wall:
-            return None
-        clock_h = None if self.radius_m is None else clock_of(float(np.arctan2(y, z)))
-        return WallHit(float(x), clock_h, float(y))
+            return [float(-o[2] / d[2])] if abs(d[2]) > 1e-12 else []
+        # |o + t d| = R across the axis: a t^2 + 2 b t + c = 0.
+        a, b, c = d[1:] @ d[1:], o[1:] @ d[1:], o[1:] @ o[1:] - self.radius_m**2
+        inner = b * b - a * c
+        if a <= 1e-12 or inner < 0:
+            return []
+        near, far = (float((-b + sign * np.sqrt(inner)) / a) for sign in (-1, 1))
+        return [near, far] if near_too else [far]
+
+    def _is_drawn(self, point: Vector, reach_m: tuple[float, float], cut: Cut) -> bool:
+        x, y, z = point
+        if not reach_m[0] <= x <= reach_m[1]:
+            return False
+        if self.radius_m is None:
+            return bool(abs(y) <= self.half_width_m)
+        first_m, last_m = self.kept_arcs_m(cut)
+        return bool(first_m <= self.radius_m * np.arctan2(y, z) <= last_m)
+
+
+def wall_points(
+    section: Section, xs_m: Sequence[float] | Vector, arcs_m: Sequence[float] | Vector, inset: float
+) -> NDArray[np.float64]:
+    """Return (N, 3) points before the wall by `inset` scales; arcs as in `Section.arcs_m`."""
+    x, arc = np.asarray(xs_m, np.float64), np.asarray(arcs_m, np.float64)
+    inset_m = inset * section.scale_m
+    if section.radius_m is None:
+        return np.stack([x, arc, np.full_like(x, -inset_m)], axis=1)
+    phi, reach = arc / section.radius_m, section.radius_m - inset_m
+    return np.stack([x, reach * np.sin(phi), reach * np.cos(phi)], axis=1)
 
 
 def phi_of_clock(clock_h: float) -> float:
@@ -211,6 +251,49 @@ def dashed(mesh: Mesh, sides: int, *, dashes: int, share: float) -> Mesh:
     """Cut gaps into a strip, tube or torus with this number of sides; `share` of it stays."""
     side = np.arange(len(mesh.faces)) % sides
     return Mesh(mesh.vertices, mesh.faces[side * dashes / sides % 1.0 < share])
+
+
+def half_shell(radius_m: float, thickness_m: float, phi_from: float, phi_to: float) -> Mesh:
+    """Return a pipe, one metre long from the origin along +X, of which only the wall between two
+    angles is left: inner and outer side and both faces of the cut.
+
+    Its triangles have no common side to face, so it is to be drawn from both sides.
+    """
+    phi = np.linspace(phi_from, phi_to, 33)
+    ring = np.stack([np.zeros_like(phi), np.sin(phi), np.cos(phi)], axis=1)
+    inner, outer = radius_m * ring, (radius_m + thickness_m) * ring
+    # Each part has its own vertices: shared ones would round the edges of the cut.
+    parts = [inner, outer, np.stack([inner[0], outer[0]]), np.stack([inner[-1], outer[-1]])]
+    meshes = [_extruded(line) for line in parts]
+    return joined(meshes)
+
+
+def _extruded(line: NDArray[np.float64]) -> Mesh:
+    count = len(line)
+    here = np.arange(count - 1)
+    faces = np.concatenate(
+        [
+            np.stack([here, here + count, here + 1], axis=1),
+            np.stack([here + count, here + count + 1, here + 1], axis=1),
+        ]
+    )
+    return Mesh(np.concatenate([line, line + np.array([1.0, 0.0, 0.0])]), faces)
+
+
+def cut_away(mesh: Mesh, phi_from: float, phi_to: float) -> Mesh:
+    """Keep the triangles whose middles are between two wall angles."""
+    _, y, z = mesh.vertices[mesh.faces].mean(axis=1).T
+    phi = np.arctan2(y, z)
+    return Mesh(mesh.vertices, mesh.faces[(phi_from <= phi) & (phi <= phi_to)])
+
+
+def joined(meshes: Sequence[Mesh]) -> Mesh:
+    """Return several meshes as one."""
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]),
+    )
 
 
 def octahedron() -> Mesh:

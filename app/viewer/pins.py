@@ -18,27 +18,18 @@ from app.viewer.geometry import (
     PinHit,
     Section,
     Vector,
+    joined,
     octahedron,
     phi_of_clock,
     strip,
+    wall_points,
 )
+from app.viewer.pin import COLORS, Color, Pin
+from app.viewer.pin_labels import Emphasis, PinLabels
 from app.viewer.views import CameraMode
 from app.viewer.wording import Wording
 from vo_core.geometry.measure import developed_points
 
-Color = tuple[int, int, int]
-
-_SEVERITY_COLORS: tuple[Color, ...] = (
-    (154, 166, 178),
-    (86, 204, 150),
-    (190, 212, 78),
-    (252, 202, 56),
-    (255, 136, 44),
-    (255, 62, 66),
-)
-
-_UNRATED: Color = (124, 176, 255)
-_COLORS = (*_SEVERITY_COLORS, _UNRATED)
 _SELECTED: Color = (255, 255, 255)
 
 _ON_WALL = 0.015
@@ -51,35 +42,8 @@ _NARROW = 0.12
 """Half the width of a patch across its length, in scales."""
 _BETWEEN = 8
 """Pieces of a measured line between two points, as the wall is curved."""
-_CROWDED = 5.0
-"""In an overview, pins closer than this, in scales, are labelled with their code alone."""
 _CLICKED_RAD = 0.012
 """Largest angle between a click and a pin; about 8 px of a window 640 px high."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pin:
-    """A defect on the wall."""
-
-    id: str
-    distance_m: float
-    clock: float | None
-    """In (0, 12]; None on a floor."""
-    u95_m: float | None
-    """Half of the 95 % interval of the distance; None where it is unknown."""
-    severity: int | None
-    """From 0, a note, to 5, act now; None if not rated."""
-    label: str
-    """Code and name, in the viewer's language."""
-    lateral_m: float = 0.0
-    """Distance to the right of the axis; used on a floor only."""
-    clock_to: float | None = None
-    """Other end of a sector that runs clockwise from `clock`."""
-    finish_m: float | None = None
-    """Other end of a stretch that begins at `distance_m`."""
-    measured_m: tuple[tuple[tuple[float, float, float], ...], ...] = ()
-    """Lines that were measured on the wall, through world points; a polygon ends where it begins.
-    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,47 +57,46 @@ class _Shape:
     patch: Mesh | None
 
 
-@dataclass(frozen=True, slots=True)
-class _Label:
-    """A label as last sent."""
-
-    text: str
-    scale: float
-    at: tuple[float, float, float]
-
-
 class Pins:
-    """Draws all pins in a few nodes, and a label for each.
+    """Draws all pins in a few nodes.
 
-    The shape of a pin is computed once, and a label is sent only when it changes, so that one pin
-    more does not make server and browsers repeat the work for 2000 others.
+    The shape of a pin is computed once, so that one pin more does not make the server repeat the
+    work for 2000 others.
     """
 
-    def __init__(self, scene: viser.SceneApi, section: Section) -> None:
+    def __init__(self, scene: viser.SceneApi, section: Section, *, names_all: bool) -> None:
         self._scene = scene
         self._section = section
+        self._sorted: list[Pin] = []
+        self._labels = PinLabels(scene, section, names_all=names_all)
         self._heads: viser.BatchedMeshHandle | None = None
         self._lines: viser.LineSegmentsHandle | None = None
         self._patches: dict[Color, viser.MeshHandle] = {}
         self._shapes: dict[Pin, _Shape] = {}
-        self._labels: dict[str, tuple[viser.LabelHandle, _Label]] = {}
-        """Labels by the id of the pin."""
-        self._unused: list[viser.LabelHandle] = []
-        """Hidden labels: viser keeps a node forever, so it is reused for another pin."""
 
-    def show(
-        self, pins: Sequence[Pin], mode: CameraMode, selected: str | None, wording: Wording
-    ) -> None:
+    def show(self, pins: Sequence[Pin], mode: CameraMode, selected: str | None) -> None:
         """Draw exactly these pins and highlight the one with the id `selected`."""
-        pins = sorted(pins, key=lambda pin: pin.distance_m)
+        pins = self._sorted = sorted(pins, key=lambda pin: pin.distance_m)
         self._shapes = {pin: self._shapes.get(pin) or self._shape(pin) for pin in pins}
-        self._show_labels(pins, mode, selected, wording)
         self._show_patches(pins)
         if pins:
             self._draw(pins, mode, selected)
         for node in (self._heads, self._lines):
             if node is not None:
                 node.visible = bool(pins)
+
+    def label(
+        self, mode: CameraMode, emphasis: Emphasis, robot_x_m: float, wording: Wording
+    ) -> None:
+        """Label the pins near the robot and those that are emphasised."""
+        self._labels.show(
+            self._sorted,
+            lambda pin: self._shapes[pin].head,
+            mode,
+            emphasis,
+            robot_x_m,
+            wording,
+        )
 
     def _shape(self, pin: Pin) -> _Shape:
         return _Shape(_head(self._section, pin), self._segments(pin), self._patch(pin))
@@ -148,14 +111,14 @@ class Pins:
             batched_wxyzs=np.tile(SO3.identity().wxyz, (len(pins), 1)),
             batched_positions=np.array([self._shapes[pin].head for pin in pins]),
             batched_scales=heads,
-            batched_colors=np.array([_color(pin) for pin in pins], np.uint8),
+            batched_colors=np.array([pin.color for pin in pins], np.uint8),
             flat_shading=True,
             lod="off",
             cast_shadow=False,
             receive_shadow=False,
         )
         segments = [self._shapes[pin].lines for pin in pins]
-        colors = np.array([_color(pin) for pin in pins], np.uint8) // 2
+        colors = np.array([pin.color for pin in pins], np.uint8) // 2
         for n, pin in enumerate(pins):
             if pin.id == selected:
                 segments[n] = np.concatenate([segments[n], self._ring(pin)])
@@ -168,58 +131,18 @@ class Pins:
             thickness=0.028 * _enlarged(mode) * size,
         )
 
-    def _show_labels(
-        self, pins: Sequence[Pin], mode: CameraMode, selected: str | None, wording: Wording
-    ) -> None:
-        there = {pin.id for pin in pins}
-        for id_ in [id_ for id_ in self._labels if id_ not in there]:
-            handle, _ = self._labels.pop(id_)
-            handle.visible = False
-            self._unused.append(handle)
-        distances = np.array([-np.inf, *(pin.distance_m for pin in pins), np.inf])
-        gaps = np.diff(distances)
-        crowded = np.minimum(gaps[:-1], gaps[1:]) < _CROWDED * self._section.scale_m
-        above_m = 0.16 * self._section.scale_m
-        for pin, is_crowded in zip(pins, crowded.tolist(), strict=True):
-            is_selected = pin.id == selected
-            is_short = is_crowded and mode == "overview" and not is_selected
-            text = _short_text(pin) if is_short else _text(pin, wording)
-            x_m, y_m, z_m = self._shapes[pin].head.tolist()
-            self._show_label(
-                pin.id,
-                _Label(
-                    f"» {text}" if is_selected else text,
-                    1.5 if is_selected else 1.15,
-                    (x_m, y_m, z_m - above_m),
-                ),
-            )
-
-    def _show_label(self, id_: str, label: _Label) -> None:
-        handle, before = self._labels.get(id_, (None, None))
-        if label == before:
-            return
-        if handle is None:
-            handle = self._unused.pop() if self._unused else self._new_label()
-            handle.visible = True
-        handle.text, handle.font_screen_scale, handle.position = label.text, label.scale, label.at
-        self._labels[id_] = handle, label
-
-    def _new_label(self) -> viser.LabelHandle:
-        name = f"/pins/labels/{len(self._labels)}"  # none is unused: every label has a pin
-        return self._scene.add_label(name, "", anchor="bottom-center")
-
     def _show_patches(self, pins: Sequence[Pin]) -> None:
         """Draw stretches and sectors, those of one colour in one node."""
-        for color in _COLORS:
+        for color in COLORS:
             meshes = [
                 mesh
                 for pin in pins
-                if _color(pin) == color and (mesh := self._shapes[pin].patch) is not None
+                if pin.color == color and (mesh := self._shapes[pin].patch) is not None
             ]
             if meshes:
                 self._patches[color] = self._scene.add_mesh_simple(
-                    f"/pins/patches/{_COLORS.index(color)}",
-                    *_joined(meshes),
+                    f"/pins/patches/{COLORS.index(color)}",
+                    *joined(meshes),
                     color=color,
                     opacity=0.45,
                     cast_shadow=False,
@@ -288,8 +211,9 @@ def pin_under(
     if length == 0:
         return None
     ways = np.linspace(0.0, 1.0, 6)[None, :, None]
-    feet = np.array([_on_wall(section, pin, pin.distance_m) for pin in pins])[:, None]
-    heads = np.array([_head(section, pin) for pin in pins])[:, None]
+    xs_m, arcs_m = [pin.distance_m for pin in pins], [_arc(section, pin) for pin in pins]
+    feet = wall_points(section, xs_m, arcs_m, _ON_WALL)[:, None]
+    heads = wall_points(section, xs_m, arcs_m, _HEAD)[:, None]
     sight = feet + ways * (heads - feet) - o  # (pins, 6 points of the stem, 3)
     ahead = sight @ (d / length)
     beside = np.linalg.norm(sight - ahead[..., None] * (d / length), axis=2)
@@ -311,13 +235,13 @@ def _head_m(section: Section, pin: Pin, mode: CameraMode) -> float:
 
 
 def _head(section: Section, pin: Pin) -> Vector:
-    (point,) = _points(section, [pin.distance_m], [_arc(section, pin)], _HEAD)
+    (point,) = wall_points(section, [pin.distance_m], [_arc(section, pin)], _HEAD)
     return np.asarray(point)
 
 
 def _on_wall(section: Section, pin: Pin, x_m: float, around_m: float = 0.0) -> Vector:
     """Return a point of the wall near the pin, `around_m` to the right of it along the wall."""
-    (point,) = _points(section, [x_m], [_arc(section, pin) + around_m], _ON_WALL)
+    (point,) = wall_points(section, [x_m], [_arc(section, pin) + around_m], _ON_WALL)
     return np.asarray(point)
 
 
@@ -328,21 +252,9 @@ def _arc(section: Section, pin: Pin) -> float:
     return section.radius_m * phi_of_clock(12.0 if pin.clock is None else pin.clock)
 
 
-def _points(
-    section: Section, xs_m: Sequence[float] | Vector, arcs_m: Sequence[float] | Vector, inset: float
-) -> NDArray[np.float64]:
-    """Return (N, 3) points slightly before the wall, by a distance in scales."""
-    x, arc = np.asarray(xs_m, np.float64), np.asarray(arcs_m, np.float64)
-    inset_m = inset * section.scale_m
-    if section.radius_m is None:
-        return np.stack([x, arc, np.full_like(x, -inset_m)], axis=1)
-    phi, reach = arc / section.radius_m, section.radius_m - inset_m
-    return np.stack([x, reach * np.sin(phi), reach * np.cos(phi)], axis=1)
-
-
 def _lines_at(section: Section, xs_m: Vector, arcs_m: Vector) -> NDArray[np.float64]:
     """Return (N - 1, 2, 3) lines from point to point of the wall."""
-    points = _points(section, xs_m, arcs_m, _ON_WALL)
+    points = wall_points(section, xs_m, arcs_m, _ON_WALL)
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
@@ -370,29 +282,3 @@ def _area(section: Section, pin: Pin) -> tuple[float, float, float, float] | Non
     # Clockwise as seen in the direction of travel: the wall angle falls. 12 to 12 is all around.
     hours = (pin.clock_to - pin.clock) % 12 or 12.0  # type: ignore[operator]
     return first_m, last_m, arc_m - np.pi / 6 * hours * section.scale_m, arc_m
-
-
-def _joined(meshes: Sequence[Mesh]) -> Mesh:
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    return Mesh(
-        np.concatenate([mesh.vertices for mesh in meshes]),
-        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]),
-    )
-
-
-def _color(pin: Pin) -> Color:
-    return _UNRATED if pin.severity is None else _SEVERITY_COLORS[pin.severity]
-
-
-def _short_text(pin: Pin) -> str:
-    """Write the severity in words too: colour is never the only sign."""
-    return pin.label if pin.severity is None else f"S{pin.severity} {pin.label}"
-
-
-def _text(pin: Pin, wording: Wording) -> str:
-    parts = [wording.distance(pin.distance_m)]
-    if pin.u95_m is not None:
-        parts.append(wording.interval(pin.u95_m))
-    if pin.finish_m is not None:
-        parts += [wording.word("to"), wording.distance(pin.finish_m)]
-    return f"{_short_text(pin)}\n{' '.join(parts)}"

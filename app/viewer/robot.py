@@ -19,7 +19,7 @@ _TRIM = (104, 114, 124)
 _TYRE = (52, 56, 60)
 _LAMP = (255, 244, 214)
 _SIGHT = (64, 214, 255)
-_LABEL_HEIGHT: dict[CameraMode, float] = {"overview": 3.4, "follow": 1.7, "inside": 0.72}
+_LABEL_HEIGHT: dict[CameraMode, float] = {"overview": 3.4, "follow": 1.9, "inside": 0.72}
 """Height above the axis, in scales of the section: clear of the pins' labels, and in sight."""
 
 
@@ -32,7 +32,14 @@ class Robot:
         self._section = section
         self._frame = scene.add_frame("/robot", show_axes=False)
         frustum = Frustum.of(rig)
+        self._solid = (
+            scene.add_frame("/robot/body", show_axes=False),
+            scene.add_frame(
+                "/robot/camera", show_axes=False, wxyz=SO3.from_matrix(frustum.rotation).wxyz
+            ),
+        )
         self._draw_body(frustum)
+        self._draw_lamp(frustum)
         self._picture = self._draw_camera(frustum)
         self._label = scene.add_label(
             "/robot_label", "", font_screen_scale=1.6, anchor="bottom-center"
@@ -43,6 +50,11 @@ class Robot:
         x_m, y_m = estimate.distance_mm / 1000, estimate.y_mm / 1000
         self._frame.position = camera_xyz_m(self._rig, x_m, y_m)
         self._frame.wxyz = yaw_wxyz(np.radians(estimate.yaw_deg))
+        # From inside the robot would fill the picture; its lamp stays.
+        is_solid = mode != "inside"
+        for part in self._solid:
+            if part.visible != is_solid:
+                part.visible = is_solid
 
         self._label.visible = not wording.is_late
         self._label.text = _label_text(estimate, wording)
@@ -63,12 +75,14 @@ class Robot:
         wheel_z, deck_z = ground - 0.2 * size, ground - 0.36 * size
         ahead = 0.12 * size if mount.view == "forward" else frustum.half_extent_robot_m[0]
         front = -min(ahead, size) - 0.14 * size
-        self._box("chassis", _BODY, (1.25, 0.62, 0.24), (front - 0.62 * size, y, deck_z))
-        self._box("deck", _TRIM, (0.8, 0.4, 0.08), (front - 0.66 * size, y, deck_z - 0.16 * size))
+        self._box("body/chassis", _BODY, (1.25, 0.62, 0.24), (front - 0.62 * size, y, deck_z))
+        self._box(
+            "body/deck", _TRIM, (0.8, 0.4, 0.08), (front - 0.66 * size, y, deck_z - 0.16 * size)
+        )
         for name, along in (("rear", -1.02), ("front", -0.24)):
             for side in (-1, 1):
                 self._scene.add_cylinder(
-                    f"/robot/wheel_{name}_{'left' if side < 0 else 'right'}",
+                    f"/robot/body/wheel_{name}_{'left' if side < 0 else 'right'}",
                     radius=0.2 * size,
                     height=0.14 * size,
                     color=_TYRE,
@@ -80,20 +94,27 @@ class Robot:
         arm_z = -0.1 * size if mount.view == "down" else 0.0
         mast_x = front - 0.12 * size
         self._box(
-            "mast",
+            "body/mast",
             _TRIM,
             (0.09, 0.12, abs(deck_z - arm_z) / size + 0.09),
             (mast_x, y, (deck_z + arm_z) / 2),
         )
-        self._box("arm", _TRIM, (-mast_x / size, 0.1, 0.09), (mast_x / 2, y, arm_z))
+        self._box("body/arm", _TRIM, (-mast_x / size, 0.1, 0.09), (mast_x / 2, y, arm_z))
         if y:
-            self._box("cross", _TRIM, (0.09, abs(y) / size, 0.09), (0.0, y / 2, arm_z))
+            self._box("body/cross", _TRIM, (0.09, abs(y) / size, 0.09), (0.0, y / 2, arm_z))
+
+    def _draw_lamp(self, frustum: Frustum) -> None:
+        size = self._section.scale_m
+        self._scene.add_light_point(
+            "/robot/lamp",
+            color=_LAMP,
+            intensity=3.3 * size**2,  # in cd: the same light on the wall of any size of pipe
+            distance=9 * size,
+            position=tuple(0.1 * size * frustum.rotation[:, 2]),
+        )
 
     def _draw_camera(self, frustum: Frustum) -> viser.CameraFrustumHandle:
         size = self._section.scale_m
-        self._scene.add_frame(
-            "/robot/camera", show_axes=False, wxyz=SO3.from_matrix(frustum.rotation).wxyz
-        )
         self._box("camera/head", _BODY, (0.24, 0.2, 0.18), (0.0, 0.0, -0.1 * size))
         self._scene.add_cylinder(
             "/robot/camera/lens",
@@ -102,13 +123,6 @@ class Robot:
             color=_LAMP,
             cast_shadow=False,
             receive_shadow=False,
-        )
-        self._scene.add_light_point(
-            "/robot/camera/lamp",
-            color=_LAMP,
-            intensity=3.3 * size**2,  # in cd: the same light on the wall of any size of pipe
-            distance=9 * size,
-            position=(0.0, 0.0, 0.1 * size),
         )
         # viser normalises a frustum by its volume: depth = scale / cbrt(tan(fov/2)^2 aspect / 3).
         volume = np.tan(frustum.fov_rad / 2) ** 2 * frustum.aspect / 3

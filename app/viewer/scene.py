@@ -9,24 +9,18 @@ from __future__ import annotations
 import gc
 import tempfile
 import threading
-import time
-from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
-import viser
-
-from app.viewer.culvert import Culvert, JointMark
-from app.viewer.geometry import PinHit, Section, WallHit
-from app.viewer.interval import Interval
-from app.viewer.page import with_our_head
-from app.viewer.pins import Pin, Pins, pin_under
+from app.viewer.culvert import JointMark
+from app.viewer.drawing import Drawing, Inbox, Measure, Pointer, Selection
+from app.viewer.geometry import Cut, PinHit, Section, WallHit
+from app.viewer.pin import Pin
+from app.viewer.pins import pin_under
 from app.viewer.private_server import ViewerUnavailable, start_private_server, stop_private_server
-from app.viewer.robot import Robot
-from app.viewer.trail import MAX_POINTS, PathPoint, Thinner, Trail
-from app.viewer.views import CameraMode, Observers, Reach, named_stretch
-from app.viewer.wall import ReadPicture, TexturedWall, WallLayout, WallPictures, WallTile
+from app.viewer.trail import Thinner
+from app.viewer.views import CameraMode
+from app.viewer.wall import ReadPicture, WallLayout, WallPictures, WallTile
 from app.viewer.wording import Wording
 from vo_core.rig import Rig
 from vo_core.track import Estimate, Track
@@ -34,6 +28,7 @@ from vo_core.track import Estimate, Track
 __all__ = [
     "CameraMode",
     "CulvertScene",
+    "Cut",
     "JointMark",
     "Pin",
     "PinHit",
@@ -48,20 +43,7 @@ __all__ = [
 _TICK_S = 1 / 15
 """Interval at which robot and following cameras move together."""
 
-_PREVIEW_PERIOD_S = 0.2
-_PREVIEW_BYTES_PER_S = 100_000
-"""Limit of the picture stream: queued pictures delay a browser on a slow line."""
-
 _CLOSE_LIMIT_S = 15.0
-
-
-@dataclass(frozen=True)
-class _Shown:
-    """Everything that can be clicked."""
-
-    pins: tuple[Pin, ...]
-    mode: CameraMode
-    reach_m: Reach
 
 
 def still_page(
@@ -95,8 +77,8 @@ def still_page(
         socket_path = Path(folder) / "still"
         server = start_private_server(socket_path)
         try:
-            drawing = _Drawing(server, rig, Section.of(rig), threading.Event())
-            inbox = _Inbox(pins=tuple(pins), joints=tuple(joints), wording=wording)
+            drawing = Drawing(server, rig, Section.of(rig), threading.Event(), names_all=True)
+            inbox = Inbox(pins=tuple(pins), joints=tuple(joints), wording=wording)
             if len(track):
                 columns = (track.distance_mm, track.y_mm, track.sigma_distance_mm)
                 inbox.path.extend(Thinner().thin(*(column.tolist() for column in columns)))
@@ -116,28 +98,6 @@ def still_page(
             gc.collect()  # stopped viser servers remain in reference cycles
 
 
-@dataclass(frozen=True)
-class _Selection:
-    id: str | None
-
-
-@dataclass
-class _Inbox:
-    """What to draw next, only the newest of each kind."""
-
-    pose: Estimate | None = None
-    preview: bytes | None = None
-    pins: tuple[Pin, ...] | None = None
-    selection: _Selection | None = None
-    mode: CameraMode | None = None
-    wording: Wording | None = None
-    length_m: float | None = None
-    joints: tuple[JointMark, ...] | None = None
-    wall: WallPictures | None = None
-    path_is_reset: bool = False
-    path: deque[PathPoint] = field(default_factory=lambda: deque(maxlen=MAX_POINTS))
-
-
 class CulvertScene:
     """The culvert, the robot, its path and the defects, as shown to one page.
 
@@ -152,13 +112,14 @@ class CulvertScene:
         self.socket_path = socket_path
         self._section = Section.of(rig)
         self._lock = threading.Lock()
-        self._inbox = _Inbox()
+        self._inbox = Inbox()
         self._thinner = Thinner()
+        self._measure = Measure(is_on=False)
         self._wake = threading.Event()
         self._closing = threading.Event()
         server = start_private_server(socket_path)
         try:
-            drawing = _Drawing(server, rig, self._section, self._wake)
+            drawing = Drawing(server, rig, self._section, self._wake, names_all=False)
         except Exception as error:
             stop_private_server(server, socket_path)
             raise ViewerUnavailable(f"The 3D view cannot be drawn: {error}.") from error
@@ -213,7 +174,39 @@ class CulvertScene:
     def select(self, pin_id: str | None) -> None:
         """Highlight this pin, now or as soon as it exists; None: no pin."""
         with self._lock:
-            self._inbox.selection = _Selection(pin_id)
+            self._inbox.selection = Selection(pin_id)
+        self._wake.set()
+
+    def point_at(self, at: tuple[float, float] | None) -> None:
+        """Label the pin at this place of the view: right and down, as shares of its size."""
+        with self._lock:
+            self._inbox.pointer = Pointer(at)
+        self._wake.set()
+
+    def set_cut(self, cut: Cut) -> None:
+        """Cut half of a pipe away; defects stay, wherever they are."""
+        with self._lock:
+            self._inbox.cut = cut
+        self._wake.set()
+
+    @property
+    def is_measuring(self) -> bool:
+        """Whether clicks set the points of the ruler."""
+        return self._measure.is_on
+
+    def set_measuring(self, is_on: bool) -> None:
+        """Let clicks measure from now on, or no longer; then the line disappears."""
+        if is_on != self.is_measuring:
+            self._put_measure(Measure(is_on))
+
+    def measure_to(self, point: WallHit) -> None:
+        """Set the next point; a third one begins another line."""
+        before = self._measure.points if len(self._measure.points) < 2 else ()
+        self._put_measure(Measure(is_on=True, points=(*before, point)))
+
+    def _put_measure(self, measure: Measure) -> None:
+        with self._lock:
+            self._measure = self._inbox.measure = measure
         self._wake.set()
 
     def set_wall(self, tiles: Sequence[WallTile], layout: WallLayout, read: ReadPicture) -> None:
@@ -253,11 +246,12 @@ class CulvertScene:
         self, origin: tuple[float, float, float], direction: tuple[float, float, float]
     ) -> PinHit | WallHit | None:
         """Return what a ray in scene coordinates meets: a pin, or the wall drawn towards its
-        origin.
+        origin. While measuring, pins do not cover the wall.
         """
         shown = self._shown
-        pin = pin_under(shown.pins, shown.mode, self._section, origin, direction)
-        return pin or self._section.hit(origin, direction, shown.reach_m)
+        pins = () if self.is_measuring else shown.pins
+        pin = pin_under(pins, shown.mode, self._section, origin, direction)
+        return pin or self._section.hit(origin, direction, shown.reach_m, shown.cut)
 
     def close(self) -> None:
         """Disconnect every browser, stop the server and remove its socket."""
@@ -266,7 +260,7 @@ class CulvertScene:
         self._writer.join(_CLOSE_LIMIT_S)
         gc.collect()  # stopped viser servers remain in reference cycles
 
-    def _write(self, drawing: _Drawing) -> None:
+    def _write(self, drawing: Drawing) -> None:
         try:
             while True:
                 self._wake.wait(drawing.due_in_s())
@@ -274,7 +268,7 @@ class CulvertScene:
                 if self._closing.is_set():
                     return
                 with self._lock:
-                    inbox, self._inbox = self._inbox, _Inbox()
+                    inbox, self._inbox = self._inbox, Inbox()
                 with drawing.server.atomic():
                     drawing.apply(inbox)
                     self._shown = drawing.shown  # what a browser shows can be clicked
@@ -283,123 +277,3 @@ class CulvertScene:
         finally:
             self._closing.set()
             stop_private_server(drawing.server, self.socket_path)
-
-
-class _Drawing:
-    """Everything that touches viser; used by one thread at a time."""
-
-    def __init__(
-        self, server: viser.ViserServer, rig: Rig, section: Section, wake: threading.Event
-    ) -> None:
-        self.server = server
-        self._section = section
-        scene = server.scene
-        scene.set_up_direction("-z")
-        _light(scene)
-        scene.world_axes.visible = False
-        # Makes browsers send shift-clicks; the pump, which knows the user, intercepts them.
-        scene.on_click(modifier="shift")(lambda _: None)
-        self._culvert = Culvert(scene, section)
-        self._robot = Robot(scene, rig, section)
-        self._interval = Interval(scene, section)
-        self._wall = TexturedWall(scene, section)
-        self._trail = Trail(scene, section)
-        self._pins = Pins(scene, section)
-        self._observers = Observers(server, section)
-        self._mode: CameraMode = "overview"
-        self._wording = Wording()
-        self._pose = Estimate(0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, "ok", 0.0)
-        self._pins_shown: tuple[Pin, ...] = ()
-        self._preview: bytes | None = None
-        self._preview_due_s = 0.0  # time.monotonic
-        self._selected: str | None = None
-        self._show_robot()
-
-        @server.on_client_connect
-        async def _(_: viser.ClientHandle) -> None:
-            wake.set()
-
-    @property
-    def shown(self) -> _Shown:
-        """Return a copy for other threads."""
-        return _Shown(self._pins_shown, self._mode, self._culvert.reach_m)
-
-    def due_in_s(self) -> float | None:
-        """Return the time until a waiting picture may be sent; None if none waits."""
-        waits_s = [s for s in (self._preview_due_in_s(), self._wall.due_in_s()) if s is not None]
-        return min(waits_s, default=None)
-
-    def _preview_due_in_s(self) -> float | None:
-        if self._preview is None:
-            return None
-        return max(0.0, self._preview_due_s - time.monotonic())
-
-    def apply(self, inbox: _Inbox) -> None:
-        """Draw what has changed."""
-        self._wording = inbox.wording or self._wording
-        is_seen_anew = inbox.mode is not None or inbox.wording is not None
-        if inbox.mode is not None:
-            self._mode = inbox.mode
-            self._observers.set_mode(inbox.mode)
-        if inbox.length_m is not None:
-            self._culvert.grow_to(inbox.length_m)
-        if inbox.joints is not None:
-            self._culvert.set_joints(inbox.joints)
-        if inbox.wall is not None:
-            self._wall.set(inbox.wall)
-        if inbox.path_is_reset:
-            self._trail.reset()
-        if inbox.path:
-            self._trail.add(tuple(inbox.path))
-        if inbox.pins is not None:
-            self._pins_shown = inbox.pins
-        if inbox.selection is not None:
-            self._selected = inbox.selection.id
-        if is_seen_anew or inbox.pins is not None or inbox.selection is not None:
-            self._pins.show(self._pins_shown, self._mode, self._selected, self._wording)
-        if is_seen_anew or inbox.pose is not None:
-            self._pose = inbox.pose or self._pose
-            self._culvert.grow_to(self._pose.distance_mm / 1000)
-            self._show_robot()
-
-    def follow(self, preview: bytes | None) -> None:
-        """Send the pictures that are due, and move labels and observers along."""
-        self._show_preview(preview)
-        robot_x_m = self._pose.distance_mm / 1000
-        self._wall.update(robot_x_m)
-        named_m = named_stretch(self._mode, self._section, self._culvert.reach_m, robot_x_m)
-        self._culvert.label(named_m, self._mode, self._wording)
-        self._observers.update(self._culvert.reach_m, robot_x_m)
-
-    def page(self) -> str:
-        """Return everything as a page."""
-        self._observers.set_initial(self._culvert.reach_m)
-        return with_our_head(self.server.scene.as_html(dark_mode=True))
-
-    def _show_robot(self) -> None:
-        self._robot.show(self._pose, self._mode, self._wording)
-        self._interval.show(self._pose, self._mode)
-
-    def _show_preview(self, newest: bytes | None) -> None:
-        self._preview = newest or self._preview
-        if self._preview is not None and self._preview_due_in_s() == 0.0:
-            self._robot.show_preview(self._preview)
-            pause_s = max(_PREVIEW_PERIOD_S, len(self._preview) / _PREVIEW_BYTES_PER_S)
-            self._preview_due_s = time.monotonic() + pause_s
-            self._preview = None
-
-
-def _light(scene: viser.SceneApi) -> None:
-    """Add dim daylight from above, so that the lamp of the robot is visible."""
-    scene.configure_default_lights(enabled=False)
-    scene.configure_environment_map(None)
-    scene.add_light_hemisphere(
-        "/light/sky",
-        sky_color=(190, 212, 235),
-        ground_color=(112, 112, 118),
-        intensity=1.0,
-        position=(0.0, 0.0, -1.0),  # its direction
-    )
-    scene.add_light_directional(
-        "/light/sun", color=(255, 246, 232), intensity=1.2, position=(-1.0, 1.6, -3.0)
-    )

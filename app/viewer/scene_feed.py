@@ -34,6 +34,7 @@ from app.tracking.worker import Worker
 from app.viewer.scene import (
     CameraMode,
     CulvertScene,
+    Cut,
     JointMark,
     Pin,
     WallLayout,
@@ -58,6 +59,9 @@ class Look:
     frame: int | None = None
     """Frame at which the robot is shown; None lets it follow the tracking."""
     mode: CameraMode = "overview"
+    cut: Cut = "none"
+    is_measuring: bool = False
+    """Whether clicks set the points of the ruler, and tag nothing."""
     selected: str | None = None
     """Id of the observation whose pin is highlighted."""
     wording: Wording = field(default_factory=Wording)
@@ -155,6 +159,8 @@ class SceneFeed(Worker):
     def _set_look(self) -> None:
         look = self._look()
         self.scene.set_camera(look.mode)
+        self.scene.set_cut(look.cut)
+        self.scene.set_measuring(look.is_measuring)
         self.scene.select(look.selected)
 
     def _note(self, **due: bool | Update | None) -> None:

@@ -24,7 +24,7 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.tracking.live import Live
 from app.tracking.unrolled import Unrolled
-from app.viewer.scene import CameraMode, CulvertScene, ViewerUnavailable, Wording
+from app.viewer.scene import CameraMode, CulvertScene, Cut, ViewerUnavailable, Wording
 from app.viewer.scene_feed import Look, SceneFeed
 
 MOST_OPEN = 48
@@ -59,6 +59,23 @@ class PageView:
         self.look = replace(self.look, mode=mode)
         if self.feed is not None:
             self.feed.scene.set_camera(mode)
+
+    def set_cut(self, cut: Cut) -> None:
+        """Cut half of the pipe away."""
+        self.look = replace(self.look, cut=cut)
+        if self.feed is not None:
+            self.feed.scene.set_cut(cut)
+
+    def set_measuring(self, is_on: bool) -> None:
+        """Let clicks measure; a view that is opened anew starts without a line."""
+        self.look = replace(self.look, is_measuring=is_on)
+        if self.feed is not None:
+            self.feed.scene.set_measuring(is_on)
+
+    def point_at(self, at: tuple[float, float] | None) -> None:
+        """Label the pin under the pointer."""
+        if self.feed is not None:
+            self.feed.scene.point_at(at)
 
     def select(self, observation_id: str | None) -> None:
         """Highlight the pin of an observation; None: no pin."""

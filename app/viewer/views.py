@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 import viser
+from viser.transforms import SO3
 
 from app.viewer.geometry import Section, Vector
 
@@ -51,9 +52,10 @@ def view_of(
             np.array([robot_x_m - 0.2 * size, 0.0, axis_z]),
             np.radians(45),
         )
+    # Just far enough behind that the ring on the wall, the place that the film shows, is in sight.
     return View(
-        np.array([robot_x_m - 4.4 * size, -0.42 * size, axis_z - 0.4 * size]),
-        np.array([robot_x_m + 1.0 * size, 0.1 * size, axis_z + 0.12 * size]),
+        np.array([robot_x_m - 2.2 * size, 0.0, axis_z]),
+        np.array([robot_x_m + 1.0 * size, 0.0, axis_z]),
         np.radians(60),
     )
 
@@ -108,6 +110,17 @@ def _fit(offset: Vector, depth: Vector, tan: float) -> tuple[float, float]:
     """Return sideways shift and distance of the nearest observer who sees all offsets."""
     high, low = np.max(offset - tan * depth), np.max(-offset - tan * depth)
     return float(high - low) / 2, float(high + low) / (2 * tan)
+
+
+def sight_line(camera: viser.CameraHandle, at: tuple[float, float]) -> tuple[Vector, Vector]:
+    """Return origin and direction of the ray through a point of the picture.
+
+    `at` holds right and down as shares of the picture's size. A camera looks along its Z, X is
+    right and Y down.
+    """
+    half = np.tan(camera.fov / 2)
+    across = [(2 * at[0] - 1) * half * camera.aspect, (2 * at[1] - 1) * half, 1.0]
+    return np.asarray(camera.position), np.asarray(SO3(camera.wxyz).as_matrix() @ across)
 
 
 @dataclass(frozen=True)

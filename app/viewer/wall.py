@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import viser
 
-from app.viewer.geometry import Section, strip
+from app.viewer.geometry import Cut, Section, strip
 from app.viewer.glb import textured_glb
 
 MAX_PIXELS = 24_000_000
@@ -79,6 +79,7 @@ class TexturedWall:
     def __init__(self, scene: viser.SceneApi, section: Section) -> None:
         self._scene = scene
         self._section = section
+        self._cut: Cut = "none"
         self._layout: WallLayout | None = None
         self._read: ReadPicture = lambda _: None
         self._tiles: dict[int, WallTile] = {}
@@ -95,6 +96,18 @@ class TexturedWall:
         for index, drawn in self._drawn.items():
             _move(drawn, self._tiles[index])
 
+    def set_cut(self, cut: Cut) -> None:
+        """Cut the pictures with the wall; `update` draws what is left of them."""
+        if cut != self._cut:
+            self._cut = cut
+            self._remove(list(self._drawn))
+
+    def _kept_m(self, layout: WallLayout) -> tuple[float, float] | None:
+        """Return first and last arc of the pictures that the cut leaves; None if nothing."""
+        first_m, last_m = self._section.kept_arcs_m(self._cut)
+        first_m, last_m = max(first_m, layout.arc_from_m), min(last_m, layout.arc_to_m)
+        return (first_m, last_m) if first_m < last_m else None
+
     def due_in_s(self) -> float | None:
         """Return the time until `update` has work; None if not before the next change."""
         return None if self._due_s is None else max(0.0, self._due_s - time.monotonic())
@@ -102,7 +115,7 @@ class TexturedWall:
     def update(self, robot_x_m: float) -> None:
         """Send the next few pictures, the nearest to the robot first."""
         self._due_s = None
-        if self._layout is None:
+        if self._layout is None or self._kept_m(self._layout) is None:
             return
         room = max(1, MAX_PIXELS // (self._layout.width_px * self._layout.height_px))
         by_distance = sorted(
@@ -133,9 +146,12 @@ class TexturedWall:
 
     def _send(self, tile: WallTile, layout: WallLayout) -> None:
         jpeg = self._read(tile.index)
-        if jpeg is None:
+        kept_m = self._kept_m(layout)
+        if jpeg is None or kept_m is None:
             return
-        mesh, uv = strip(self._section, layout.arc_from_m, layout.arc_to_m)
+        mesh, uv = strip(self._section, *kept_m)
+        height_m = layout.arc_to_m - layout.arc_from_m
+        uv[:, 1] = (kept_m[0] - layout.arc_from_m + uv[:, 1] * (kept_m[1] - kept_m[0])) / height_m
         glb = textured_glb(mesh, uv, jpeg)
         drawn = self._drawn.get(tile.index)
         if drawn is not None:

@@ -51,6 +51,17 @@ class Wording:
         digits = _DECIMALS[self.units] + more_decimals
         return f"{decimals(metres, digits, unit=_METRES_IN[self.units])} {self.units}"
 
+    @property
+    def unit_m(self) -> float:
+        """The unit of distances in metres."""
+        return _METRES_IN[self.units]
+
+    def length(self, metres: float) -> str:
+        """Format a length on the wall, '215 mm' or '2.15 m' from a metre on, or '0.7 ft'."""
+        if self.units == "m" and metres < 1:
+            return f"{decimals(metres, 0, unit=0.001)} mm"
+        return self.distance(metres)
+
     def interval(self, half_m: float) -> str:
         """Format '± 0.02 m', rounded up."""
         unit_m, digits = _METRES_IN[self.units], _DECIMALS[self.units]

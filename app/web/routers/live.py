@@ -17,6 +17,7 @@ from app.inspections.corrections import Corrections
 from app.survey.notices import Notice
 from app.tracking.live import Event, Update
 from app.viewer.clicks import Click
+from app.viewer.scene import Cut
 from app.viewer.scenes import PageView
 from app.viewer.wording import Language, Units, Wording
 from app.web.answers import body_of
@@ -62,7 +63,26 @@ class _Words(msgspec.Struct, tag="words", tag_field="type"):
     """Whether to omit the robot's distance, as the page draws seldom."""
 
 
-_Command = _Ack | _Ping | _Show | _Camera | _Select | _Words
+class _Cut(msgspec.Struct, tag="cut", tag_field="type"):
+    half: Cut
+
+
+class _Measure(msgspec.Struct, tag="measure", tag_field="type"):
+    """Whether clicks in the 3D view measure instead of tagging."""
+
+    on: bool
+
+
+_Share = Annotated[float, msgspec.Meta(ge=0, le=1)]
+
+
+class _Point(msgspec.Struct, tag="point", tag_field="type"):
+    """Where the pointer is in the 3D view; None: elsewhere."""
+
+    at: tuple[_Share, _Share] | None
+
+
+_Command = _Ack | _Ping | _Show | _Camera | _Select | _Words | _Cut | _Measure | _Point
 _commands: msgspec.json.Decoder[_Command] = msgspec.json.Decoder(_Command)
 
 
@@ -192,6 +212,12 @@ async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView) -> None:
                 view.set_camera(mode)
             case _Select(observation):
                 view.select(observation)
+            case _Cut(half):
+                view.set_cut(half)
+            case _Measure(on):
+                view.set_measuring(on)
+            case _Point(at):
+                view.point_at(at)
             case _Words(language, units, late):
                 view.set_wording(Wording(language, units, is_late=late))
 

@@ -16,6 +16,7 @@ from starlette.responses import RedirectResponse
 from app.viewer.clicks import Click
 from app.viewer.page import ETAG, HEADERS, PAGE
 from app.viewer.pump import pump
+from app.viewer.scene import WallHit
 from app.web.deps import PAGE_ID, InspectionId, PrincipalDep, ServicesDep, page_of, viewer
 
 router = APIRouter(prefix="/viewer", include_in_schema=False)
@@ -82,8 +83,12 @@ async def connect(
     """Forward bytes as the role allows; clicks go to the surrounding page."""
     page = page_of(socket)
 
-    async def on_click(click: Click) -> None:
-        services.clicks.publish(inspection_id, page, click)
-
     async with services.scenes.use(inspection_id, page) as scene:
+
+        async def on_click(click: Click) -> None:
+            if not scene.is_measuring:
+                services.clicks.publish(inspection_id, page, click)
+            elif isinstance(click, WallHit):
+                scene.measure_to(click)
+
         await pump(socket, scene, socket.state.principal.role, on_click)

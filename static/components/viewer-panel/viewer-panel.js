@@ -1,7 +1,8 @@
-/** The 3D culvert in its frame, and the choice of its camera. */
+/** The 3D culvert in its frame: its camera, its cut, measuring by clicks, and full screen. */
 
 import { html, render } from '../../core/html.js';
 import { pageId } from '../../core/page-id.js';
+import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { lengthUnit } from '../../core/units.js';
 import { language, t } from '../../core/words.js';
@@ -14,6 +15,12 @@ const CAMERAS = [
   ['inside', t('viewer.inside'), t('viewer.inside_help')],
 ];
 
+const CUTS = [
+  ['none', t('viewer.cut_none')],
+  ['top', t('viewer.cut_top')],
+  ['side', t('viewer.cut_side')],
+];
+
 class ViewerPanel extends Component {
   /** Keys pressed in the 3D view, as `keydown` events. */
   keys = new EventTarget();
@@ -21,6 +28,7 @@ class ViewerPanel extends Component {
   bound = [];
 
   #mode;
+  #isMeasuring = false;
   /** Whether software renders the view, which is then drawn seldom while a camera runs. */
   #isSlow = false;
 
@@ -29,16 +37,24 @@ class ViewerPanel extends Component {
     this.setAttribute('role', 'region');
     this.setAttribute('aria-label', t('viewer.title'));
     const { id } = this.desk.inspection;
+    const isPipe = this.desk.inspection.value.rig?.pipe.shape !== 'flat';
     const gl = document.createElement('canvas').getContext('webgl2');
     this.#isSlow = gl !== null && isSlow(gl);
     const size = this.#isLate ? `&fixedDpr=${devicePixelRatio / 2}` : '';
     this.parts = render(
       this,
       html`<div class="viewer__head">
-          <h2>${t('viewer.title')} <small class="dim" data-part="late" title="${t('viewer.late_help')}">${t('viewer.late')}</small></h2>
+          <h2><span class="visually-hidden">${t('viewer.title')}</span> <small class="dim" data-part="late" title="${t('viewer.late_help')}">${t('viewer.late')}</small></h2>
           <div class="viewer__cameras" role="group" aria-label="${t('viewer.cameras')}">
             ${CAMERAS.map(([mode, label, title]) => html`<button class="button button--small" data-mode="${mode}"
               aria-pressed="false" title="${title}">${label}</button>`)}
+          </div>
+          <div class="viewer__tools" role="group" aria-label="${t('viewer.tools')}">
+            <select class="input viewer__cut" aria-label="${t('viewer.cut')}" title="${t('viewer.cut_help')}" data-part="cut">
+              ${CUTS.map(([half, label]) => html`<option value="${half}">${label}</option>`)}
+            </select>
+            <button class="button button--small button--icon" aria-pressed="false" aria-label="${t('viewer.measure')}"
+              title="${t('viewer.measure_help')}" data-part="measure">${icon('ruler')}</button>
             <button class="button button--small button--icon" data-part="large" aria-pressed="false"
               aria-label="${t('viewer.large')}" title="${t('viewer.large')}">${icon('large')}</button>
           </div>
@@ -54,9 +70,7 @@ class ViewerPanel extends Component {
       this.listen(button, 'click', () => this.#choose(button.dataset.mode));
     }
     this.listen(this.parts.large, 'click', () => this.desk.large.toggle('viewer'));
-    this.listen(this.desk.large, 'change', () => {
-      this.parts.large.setAttribute('aria-pressed', String(this.desk.large.value === 'viewer'));
-    });
+    this.listen(this.desk.large, 'change', () => this.#pressed(this.parts.large, this.desk.large.value === 'viewer'));
     if (gl) {
       this.listen(this.parts.frame, 'load', () => this.#briefFrame());
       this.listen(this.desk.inspection, 'change', () => {
@@ -69,6 +83,10 @@ class ViewerPanel extends Component {
     // The new tag is edited here: the keyboard focus returns to the page.
     this.listen(this.desk.live, 'wall_click', () => this.parts.frame?.blur());
     this.parts.late.hidden = !this.#isLate;
+    this.parts.cut.hidden = !isPipe;
+    this.parts.measure.hidden = !may('operator');
+    this.listen(this.parts.cut, 'change', () => this.#send());
+    this.listen(this.parts.measure, 'click', () => this.#measure(!this.#isMeasuring));
     this.#choose(localStorage.getItem(REMEMBERED) ?? 'follow');
   }
 
@@ -93,10 +111,19 @@ class ViewerPanel extends Component {
     this.parts.frame?.contentWindow.postMessage({ isLimited: this.#isLive, keys }, '*');
   }
 
-  /** Accepts only key presses of a person: the client in the frame is not ours. */
+  /** Accepts only the pointer and key presses of a person: the client in the frame is not ours. */
   #hear({ source, data }) {
     const { frame } = this.parts;
-    if (source !== frame.contentWindow || document.activeElement !== frame) return;
+    if (source !== frame.contentWindow) return;
+    if ('pointer' in data) {
+      this.desk.live.send({ type: 'point', at: placeOf(data.pointer) });
+      return;
+    }
+    if (document.activeElement !== frame) return;
+    if (data.key === 'Escape' && this.#isMeasuring) {
+      this.#measure(false);
+      return;
+    }
     if (data.key !== 'Escape' && !navigator.userActivation.isActive) return;
     this.keys.dispatchEvent(new KeyboardEvent('keydown', data));
   }
@@ -106,14 +133,33 @@ class ViewerPanel extends Component {
     localStorage.setItem(REMEMBERED, mode);
     this.#send();
     for (const button of this.querySelectorAll('[data-mode]')) {
-      button.setAttribute('aria-pressed', String(button.dataset.mode === mode));
+      this.#pressed(button, button.dataset.mode === mode);
     }
+  }
+
+  #pressed(button, isPressed) {
+    button.setAttribute('aria-pressed', String(isPressed));
+  }
+
+  /** Clicks in the view measure until this is switched off; they tag nothing meanwhile. */
+  #measure(isOn) {
+    this.#isMeasuring = isOn;
+    this.#pressed(this.parts.measure, isOn);
+    this.desk.live.send({ type: 'measure', on: isOn });
   }
 
   #send() {
     this.desk.live.send({ type: 'words', language, units: lengthUnit, late: this.#isLate });
+    this.desk.live.send({ type: 'cut', half: this.parts.cut.value });
+    this.desk.live.send({ type: 'measure', on: this.#isMeasuring });
     this.desk.live.send({ type: 'camera', mode: this.#mode });
   }
+}
+
+/** Right and down as shares of the view; null elsewhere. */
+function placeOf(pointer) {
+  const isPlace = Array.isArray(pointer) && pointer.length === 2 && pointer.every((share) => share >= 0 && share <= 1);
+  return isPlace ? pointer : null;
 }
 
 /** Whether there is no graphics card: then half the size keeps a live page below 100 ms a picture. */

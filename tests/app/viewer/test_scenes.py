@@ -173,6 +173,28 @@ def test_what_a_page_wished_before_its_view_came_is_done(server: Client, done: s
             until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
 
 
+def test_clicks_measure_while_the_page_measures(server: Client, done: str) -> None:
+    with page(server, done) as live, look(server, done) as socket:
+
+        def click(x_m: float) -> None:
+            ray = {"ray_origin": (x_m, 0.0, -0.05), "ray_direction": (0.0, 0.0, 1.0)}
+            message = {"type": "ScenePointerMessage", "event_type": "click"} | ray
+            socket.send(msgspec.msgpack.encode(message))
+
+        command(live, "measure", on=True)
+        until(socket, lambda m: m["type"] == "ScenePointerEnableMessage" and None in m["modifiers"])
+        click(0.1)
+        until(socket, lambda m: m.get("name") == "/ruler/0" and m.get("visible") is True)
+        click(0.3)
+        until(socket, says("≈ 200 mm"))
+        command(live, "measure", on=False)
+        until(socket, lambda m: m.get("name") == "/ruler/label" and m.get("visible") is False)
+        click(0.4)
+        while not isinstance(clicked := live.recv(PATIENCE_S), str):
+            pass
+        assert json.loads(clicked)["distance_m"] == pytest.approx(0.4)  # of the others it got none
+
+
 def test_labels_are_in_the_language_and_unit_of_the_page(server: Client, done: str) -> None:
     server.tag(done, frame=20, code="BAB", char1="C", char2="A")
     with page(server, done) as live, look(server, done) as socket:
@@ -282,7 +304,11 @@ def test_a_correction_moves_robot_path_wall_and_tags(server: Client, done: str) 
                 and m["name"] == wall
                 and abs(m["position"][0] - raw_m - 1.0) < 0.01
             ),
-            "tag": says("1.00 m ±"),
+            "tag": lambda m: (
+                m["type"] == "SetPositionMessage"
+                and m["name"] == "/pins/labels/0"
+                and abs(m["position"][0] - 1.0) < 0.01
+            ),
             "path": lambda m: m.get("name") == "/trail/0" and m["type"] == "LineSegmentsMessage",
         }
         while waited:

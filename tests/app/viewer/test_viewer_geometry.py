@@ -16,7 +16,8 @@ from app.viewer.geometry import (
     torus,
     tube,
 )
-from app.viewer.pins import Pin, along_wall, pin_under
+from app.viewer.pin import Pin
+from app.viewer.pins import along_wall, pin_under
 from app.viewer.trail import STEP_MM, Thinner
 from app.viewer.views import view_of
 from vo_core import Pose, Rig, wall_point

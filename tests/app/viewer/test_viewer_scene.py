@@ -72,7 +72,7 @@ replay.marks = iter(range(1, 1000))
 def test_late_joiner_gets_the_whole_scene(served: Served) -> None:
     served.scene.set_length(4000)
     served.scene.extend_path([0, 50, 100], [0, 0, 0], [1, 1, 1])
-    served.scene.set_pins([Pin("a", 1.25, 7.5, 0.004, 2, "BAF C")])
+    served.scene.set_pins([Pin("a", 0.25, 7.5, 0.004, 2, "BAF C")])
     served.scene.set_joints([JointMark(1, 1.47, is_seen=True), JointMark(2, 2.97, is_seen=False)])
     served.scene.set_camera("follow")
 
@@ -81,7 +81,7 @@ def test_late_joiner_gets_the_whole_scene(served: Served) -> None:
     assert {"/culvert/wall", "/robot/camera/view", "/interval/ok/band", "/trail/0"} <= names_of(
         messages
     )
-    assert {"S2 BAF C\n1.25 m ± 0.01 m", "joint 1 · 1.47 m"} <= texts_of(messages)
+    assert {"S2 BAF C\n0.25 m ± 0.01 m", "joint 1 · 1.47 m"} <= texts_of(messages)
     assert "joint 2 · 2.97 m · expected" in texts_of(messages)
 
 
@@ -282,15 +282,44 @@ def test_tile_is_a_glb_that_shows_its_picture(served: Served) -> None:
 
 
 def test_selected_pin_is_marked_and_the_others_are_not(served: Served) -> None:
-    pins = [Pin("a", 1, 6, 0.01, 5, "BAB"), Pin("b", 2, 6, 0.02, 1, "BBC")]
+    pins = [Pin("a", 0.5, 6, 0.01, 5, "BAB"), Pin("b", 2, 6, 0.02, 1, "BBC")]
+    served.scene.set_camera("follow")
     served.scene.set_pins(pins)
     served.scene.select("b")
     marked = texts_of(replay(served))
     served.scene.select(None)
     unmarked = texts_of(replay(served))
 
-    assert {"S5 BAB\n1.00 m ± 0.01 m", "» S1 BBC\n2.00 m ± 0.02 m"} <= marked
+    assert {"S5 BAB\n0.50 m ± 0.01 m", "» S1 BBC\n2.00 m ± 0.02 m"} <= marked
     assert not {text for text in unmarked if "»" in text}
+
+
+def test_pins_are_labelled_near_the_robot_with_a_line_to_each(served: Served) -> None:
+    pins = [Pin(str(k), 0.5 * k, 3, None, None, f"P{k}.") for k in range(40)]
+    served.scene.set_pins(pins)
+
+    def named(x_m: float) -> set[str]:
+        served.scene.show_pose(make_estimate(1000 * x_m))
+        with served.client() as client:
+            client.until_robot_says(f"{x_m:.3f} m")
+        with late_joiner(served.scene) as client:
+            served.scene.show_pose(make_estimate(1000 * x_m + 1))
+            seen = client.replay() + client.until_robot_says(f"{x_m + 0.001:.3f} m")
+        leaders = [m for m in seen if m.get("name") == "/pins/leaders" and "props" in m]
+        assert len(leaders[-1]["props"]["points"]) > 0
+        return {text.split(".")[0] for text in texts_of(seen) if text.startswith("P")}
+
+    assert named(2.0) == {"P2", "P3", "P4", "P5", "P6"}
+    assert named(15.0) == {"P28", "P29", "P30", "P31", "P32"}
+
+
+def test_the_robot_is_hidden_from_inside_but_lights_the_pipe(served: Served) -> None:
+    outside = shown_in(replay(served))
+    served.scene.set_camera("inside")
+    inside = shown_in(replay(served))
+
+    assert {"/robot/body", "/robot/camera"} <= outside - inside
+    assert "/robot/lamp" in inside
 
 
 def test_stretches_and_sectors_are_patches_of_their_colour(served: Served) -> None:
@@ -345,15 +374,15 @@ def test_an_hour_of_everything_is_no_more_to_keep_than_a_minute(
 
 def test_pins_replace_each_other(served: Served) -> None:
     served.scene.set_camera("inside")
-    served.scene.set_pins([Pin("a", 1, 6, 0.01, 5, "BAB"), Pin("b", 2, None, 0.02, None, "BBC")])
+    served.scene.set_pins([Pin("a", 0.1, 6, 0.01, 5, "BAB"), Pin("b", 1, None, 0.02, None, "BBC")])
     both = texts_of(replay(served))
-    served.scene.set_pins([Pin("b", 2.5, None, 0.02, None, "BBC"), Pin("b", 3, 1, 0.03, 1, "BBA")])
+    served.scene.set_pins([Pin("b", 2.5, None, 0.02, None, "BBC"), Pin("b", 1, 1, 0.03, 1, "BBA")])
     one = texts_of(replay(served))
     served.scene.set_pins([])
     none = texts_of(replay(served))
 
-    assert {"S5 BAB\n1.00 m ± 0.01 m", "BBC\n2.00 m ± 0.02 m"} <= both
-    assert {text for text in one if text.startswith(("BB", "S"))} == {"S1 BBA\n3.00 m ± 0.03 m"}
+    assert {"S5 BAB\n0.10 m ± 0.01 m", "BBC\n1.00 m ± 0.02 m"} <= both
+    assert {text for text in one if text.startswith(("BB", "S"))} == {"S1 BBA\n1.00 m ± 0.03 m"}
     assert not {text for text in none if "±" in text and "\n" in text}
 
 

@@ -1,0 +1,259 @@
+"""Draws everything in one viser scene: what is new, and what moves along with the robot."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass, field
+
+import viser
+
+from app.viewer.culvert import Culvert, JointMark
+from app.viewer.geometry import Cut, Section, WallHit
+from app.viewer.interval import Interval
+from app.viewer.page import with_our_head
+from app.viewer.pin import Pin
+from app.viewer.pin_labels import Emphasis
+from app.viewer.pins import Pins, pin_under
+from app.viewer.robot import Robot
+from app.viewer.ruler import Ruler
+from app.viewer.scale_bar import ScaleBar
+from app.viewer.trail import MAX_POINTS, PathPoint, Trail
+from app.viewer.views import CameraMode, Observers, Reach, named_stretch, sight_line
+from app.viewer.wall import TexturedWall, WallPictures
+from app.viewer.wording import Wording
+from vo_core.rig import Rig
+from vo_core.track import Estimate
+
+_PREVIEW_PERIOD_S = 0.2
+_PREVIEW_BYTES_PER_S = 100_000
+"""Limit of the picture stream: queued pictures delay a browser on a slow line."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Everything that can be clicked."""
+
+    pins: tuple[Pin, ...]
+    mode: CameraMode
+    reach_m: Reach
+    cut: Cut
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The pin to highlight; None: none."""
+
+    id: str | None
+
+
+@dataclass(frozen=True)
+class Pointer:
+    """Where the pointer is in the view: right and down, as shares of its size; None: elsewhere."""
+
+    at: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Measure:
+    """Whether clicks measure, and the points that they have set: none, one or two."""
+
+    is_on: bool
+    points: tuple[WallHit, ...] = ()
+
+
+@dataclass
+class Inbox:
+    """What to draw next, only the newest of each kind."""
+
+    pose: Estimate | None = None
+    preview: bytes | None = None
+    pins: tuple[Pin, ...] | None = None
+    selection: Selection | None = None
+    pointer: Pointer | None = None
+    measure: Measure | None = None
+    cut: Cut | None = None
+    mode: CameraMode | None = None
+    wording: Wording | None = None
+    length_m: float | None = None
+    joints: tuple[JointMark, ...] | None = None
+    wall: WallPictures | None = None
+    path_is_reset: bool = False
+    path: deque[PathPoint] = field(default_factory=lambda: deque(maxlen=MAX_POINTS))
+
+
+class Drawing:
+    """Everything that touches viser; used by one thread at a time."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        rig: Rig,
+        section: Section,
+        wake: threading.Event,
+        *,
+        names_all: bool,
+    ) -> None:
+        """`wake` is set when a browser has come; `names_all` labels all pins, near or not."""
+        self.server = server
+        self._section = section
+        scene = server.scene
+        scene.set_up_direction("-z")
+        _light(scene)
+        scene.world_axes.visible = False
+        # Makes browsers send shift-clicks; the pump, which knows the user, intercepts them.
+        scene.on_click(modifier="shift")(_ignore)
+        self._culvert = Culvert(scene, section)
+        self._robot = Robot(scene, rig, section)
+        self._interval = Interval(scene, section)
+        self._wall = TexturedWall(scene, section)
+        self._trail = Trail(scene, section)
+        self._pins = Pins(scene, section, names_all=names_all)
+        self._scale_bar = ScaleBar(scene, section)
+        self._ruler = Ruler(scene, section)
+        self._measure = Measure(is_on=False)
+        self._observers = Observers(server, section)
+        self._mode: CameraMode = "overview"
+        self._wording = Wording()
+        self._pose = Estimate(0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, "ok", 0.0)
+        self._pins_shown: tuple[Pin, ...] = ()
+        self._preview: bytes | None = None
+        self._preview_due_s = 0.0  # time.monotonic
+        self._selected: str | None = None
+        self._hovered: str | None = None
+        self._cut: Cut = "none"
+        self._show_robot()
+
+        @server.on_client_connect
+        async def _(_: viser.ClientHandle) -> None:
+            wake.set()
+
+    @property
+    def shown(self) -> Shown:
+        """Return a copy for other threads."""
+        return Shown(self._pins_shown, self._mode, self._culvert.reach_m, self._cut)
+
+    def due_in_s(self) -> float | None:
+        """Return the time until a waiting picture may be sent; None if none waits."""
+        waits_s = [s for s in (self._preview_due_in_s(), self._wall.due_in_s()) if s is not None]
+        return min(waits_s, default=None)
+
+    def _preview_due_in_s(self) -> float | None:
+        if self._preview is None:
+            return None
+        return max(0.0, self._preview_due_s - time.monotonic())
+
+    def apply(self, inbox: Inbox) -> None:
+        """Draw what has changed."""
+        self._wording = inbox.wording or self._wording
+        is_seen_anew = inbox.mode is not None or inbox.wording is not None
+        if inbox.mode is not None:
+            self._mode = inbox.mode
+            self._observers.set_mode(inbox.mode)
+        if inbox.cut is not None:
+            self._cut = inbox.cut
+            self._culvert.set_cut(inbox.cut)
+            self._wall.set_cut(inbox.cut)
+        if inbox.length_m is not None:
+            self._culvert.grow_to(inbox.length_m)
+        if inbox.joints is not None:
+            self._culvert.set_joints(inbox.joints)
+        if inbox.wall is not None:
+            self._wall.set(inbox.wall)
+        if inbox.path_is_reset:
+            self._trail.reset()
+        if inbox.path:
+            self._trail.add(tuple(inbox.path))
+        if inbox.pins is not None:
+            self._pins_shown = inbox.pins
+        if inbox.selection is not None:
+            self._selected = inbox.selection.id
+        if inbox.pins is not None or inbox.mode is not None or inbox.selection is not None:
+            self._pins.show(self._pins_shown, self._mode, self._selected)
+        if inbox.pointer is not None:
+            self._hovered = self._pin_at(inbox.pointer)
+        if inbox.measure is not None:
+            self._show_measure(inbox.measure)
+        elif inbox.wording is not None:
+            self._ruler.show(self._measure.points, self._wording)
+        if is_seen_anew or inbox.pose is not None:
+            self._pose = inbox.pose or self._pose
+            self._culvert.grow_to(self._pose.distance_mm / 1000)
+            self._show_robot()
+
+    def follow(self, preview: bytes | None) -> None:
+        """Send the pictures that are due, and move labels and observers along."""
+        self._show_preview(preview)
+        robot_x_m = self._pose.distance_mm / 1000
+        self._wall.update(robot_x_m)
+        named_m = named_stretch(self._mode, self._section, self._culvert.reach_m, robot_x_m)
+        self._culvert.label(named_m, self._mode, self._wording)
+        emphasis = Emphasis(self._selected, self._hovered)
+        self._pins.label(self._mode, emphasis, robot_x_m, self._wording)
+        seen_m = named_m[1] - named_m[0] if self._mode == "overview" else 0.0
+        self._scale_bar.show(robot_x_m, seen_m, self._wording)
+        self._observers.update(self._culvert.reach_m, robot_x_m)
+
+    def page(self) -> str:
+        """Return everything as a page."""
+        self._observers.set_initial(self._culvert.reach_m)
+        return with_our_head(self.server.scene.as_html(dark_mode=True))
+
+    def _pin_at(self, pointer: Pointer) -> str | None:
+        """Return the id of the pin under the pointer; each page has one browser."""
+        for client in self.server.get_clients().values():
+            if pointer.at is None:
+                break
+            origin, direction = sight_line(client.camera, pointer.at)
+            pin = pin_under(
+                self._pins_shown, self._mode, self._section, origin.tolist(), direction.tolist()
+            )
+            if pin is not None:
+                return pin.id
+        return None
+
+    def _show_measure(self, measure: Measure) -> None:
+        """While measuring, browsers send plain clicks too, as a finger has no Shift key."""
+        if measure.is_on and not self._measure.is_on:
+            self.server.scene.on_click()(_measured)
+        elif self._measure.is_on and not measure.is_on:
+            self.server.scene.remove_click_callback(_measured)
+        self._measure = measure
+        self._ruler.show(measure.points, self._wording)
+
+    def _show_robot(self) -> None:
+        self._robot.show(self._pose, self._mode, self._wording)
+        self._interval.show(self._pose, self._mode)
+
+    def _show_preview(self, newest: bytes | None) -> None:
+        self._preview = newest or self._preview
+        if self._preview is not None and self._preview_due_in_s() == 0.0:
+            self._robot.show_preview(self._preview)
+            pause_s = max(_PREVIEW_PERIOD_S, len(self._preview) / _PREVIEW_BYTES_PER_S)
+            self._preview_due_s = time.monotonic() + pause_s
+            self._preview = None
+
+
+def _ignore(_: viser.SceneClickEvent) -> None:
+    """The pump has taken the click."""
+
+
+def _measured(_: viser.SceneClickEvent) -> None:
+    """The pump has taken the click; another function, so that it can be removed alone."""
+
+
+def _light(scene: viser.SceneApi) -> None:
+    """Add dim daylight from above, so that the lamp of the robot is visible."""
+    scene.configure_default_lights(enabled=False)
+    scene.configure_environment_map(None)
+    scene.add_light_hemisphere(
+        "/light/sky",
+        sky_color=(190, 212, 235),
+        ground_color=(112, 112, 118),
+        intensity=1.0,
+        position=(0.0, 0.0, -1.0),  # its direction
+    )
+    scene.add_light_directional(
+        "/light/sun", color=(255, 246, 232), intensity=1.2, position=(-1.0, 1.6, -3.0)
+    )
