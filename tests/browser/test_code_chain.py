@@ -1,4 +1,4 @@
-"""A full code by letters, the last code again, and what a digit key gives with all details."""
+"""A full code by letters, the last code again, digit keys that give all details, and repairs."""
 
 from __future__ import annotations
 
@@ -99,3 +99,24 @@ def test_a_digit_key_gives_all_that_was_kept_for_it(
     assert (tag["frame"], tag["quant1"]) == (1, 2)
     desk.reload()
     expect(desk.locator(".quick__code").last).to_have_text("9Crack C A 2")
+
+
+def test_checks_offer_the_repair_and_lead_to_where_the_wall_was_lost(desk: Page) -> None:
+    desk.evaluate(
+        """() => {
+          const { track, checks } = document.querySelector('inspection-page').desk;
+          track.column('status').fill(2, 7, 11);
+          checks.dispatchEvent(new Event('change'));
+        }"""
+    )
+    desk.get_by_role("tab", name="Checks").click()
+    desk.get_by_role("button", name="Add BCD here").click()
+    expect(desk.locator(".defect")).to_have_count(1)
+    expect(desk.get_by_label("Code", exact=True)).to_have_value("BCD")
+    expect_saved(desk)
+    desk.get_by_role("tab", name="Checks").click()
+    expect(desk.get_by_role("button", name="Add BCE here")).to_be_visible()
+    expect(desk.get_by_role("button", name="Add BCD here")).to_have_count(0)
+    expect(desk.get_by_text("(4 frames)")).to_be_visible()
+    desk.get_by_role("button", name="Look at it").click()
+    expect_frame(desk, 7)

@@ -4,10 +4,14 @@
  */
 
 import { html, render } from '../../core/html.js';
+import { lostRuns } from '../../core/lost.js';
+import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
+import { timecode } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { toastError } from '../toast-stack/toast-stack.js';
+import { repairsOf } from './repairs.js';
 import { sentenceOf } from './sentences.js';
 
 const OF_HEADER = new Set(['header_field_empty', 'abandoned_without_reason', 'end_not_reached']);
@@ -18,6 +22,9 @@ const OF_FORM = new Set([
   'no_joint_near', 'severe_without_photo',
 ]);
 
+/** More lost stretches than this are not listed: the strip shows them all. */
+const LISTED = 50;
+
 class ChecksPanel extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -25,13 +32,22 @@ class ChecksPanel extends Component {
       this,
       html`<div class="checks__head"><p role="status" data-part="summary"></p>
           <button class="button button--quiet button--small" data-part="again">${icon('retry')}${t('checks.again')}</button></div>
-        <div data-part="list"></div>`,
+        <div data-part="list"></div>
+        <section aria-labelledby="checks-lost" data-part="lostField" hidden><h3 class="checks__title" id="checks-lost">${t('checks.lost_list')}</h3>
+          <ul class="checks__group" data-part="lost"></ul></section>`,
     );
     const { desk, parts } = this;
     this.listen(parts.again, 'click', () => desk.checks.load().catch(toastError));
     this.listen(parts.list, 'click', ({ target }) => {
       const button = target.closest('[data-issue]');
-      if (button) this.#goTo(desk.checks.value[Number(button.dataset.issue)]);
+      if (!button) return;
+      const issue = desk.checks.value[Number(button.dataset.issue)];
+      if (button.dataset.repair) repairsOf(issue, desk)[Number(button.dataset.repair)].run();
+      else this.#goTo(issue);
+    });
+    this.listen(parts.lost, 'click', ({ target }) => {
+      const button = target.closest('[data-frame]');
+      if (button) desk.seek(Number(button.dataset.frame));
     });
     this.listen(desk.checks, 'change', () => this.#show());
     this.listen(desk.observations, 'change', () => this.#show());
@@ -41,6 +57,7 @@ class ChecksPanel extends Component {
   #show() {
     const { parts, desk } = this;
     const { value: issues } = desk.checks;
+    this.#showLost();
     if (issues === null) {
       parts.summary.textContent = t('checks.looking');
       return;
@@ -67,12 +84,36 @@ class ChecksPanel extends Component {
     );
   }
 
+  /** Lists the longest stretches in which the wall was lost, in the order of the film. */
+  #showLost() {
+    const { parts, desk: { track } } = this;
+    const length = ({ first, last }) => last - first;
+    const runs = lostRuns(track.column('status'))
+      .sort((a, b) => length(b) - length(a))
+      .slice(0, LISTED)
+      .sort((a, b) => a.first - b.first);
+    const text = JSON.stringify(runs);
+    if (parts.lost.dataset.shows === text) return;
+    parts.lost.dataset.shows = text;
+    parts.lostField.hidden = runs.length === 0;
+    const times = track.column('time_s');
+    render(
+      parts.lost,
+      html`${runs.map(({ first, last }) => html`<li class="check check--block">${icon('stop')}
+        <p class="number">${t('checks.lost_from_to', { from: timecode(times[first]), to: timecode(times[last]), n: last - first + 1 })}</p>
+        <button class="button button--small" data-frame="${first}">${t('checks.look')}</button></li>`)}`,
+    );
+  }
+
   #row(issue, level) {
     const action = actionOf(issue);
     const index = this.desk.checks.value.indexOf(issue);
+    const repairs = mayEdit() ? repairsOf(issue, this.desk) : [];
     return html`<li class="check check--${level}">${icon(level === 'block' ? 'stop' : 'alert')}
       <p>${this.#sentence(issue)}</p>
-      ${action && html`<button class="button button--small" data-issue="${index}">${action}</button>`}</li>`;
+      <div class="check__actions">${repairs.map(({ name }, i) => html`<button class="button button--small" data-issue="${index}"
+        data-repair="${i}">${name}</button>`)}${action && html`<button class="button button--small"
+        data-issue="${index}">${action}</button>`}</div></li>`;
   }
 
   #sentence(issue) {
