@@ -8,9 +8,14 @@ import { Store } from './store.js';
 
 const COPY = 'chainage.preferences';
 
+/** What a digit key may give to a tag beside the code, in the order of the server. */
+const UNSTATED = {
+  char1: null, char2: null, severity: null, quant1: null, quant2: null, clock_from: null, clock_to: null,
+};
+
 /** Main codes of EN 13508-2 for the digit keys 1 to 9, the server's defaults. */
 export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BBF', 'BDD'].map(
-  (code) => ({ code, char1: null, char2: null }),
+  (code) => ({ code, ...UNSTATED }),
 );
 
 /**

@@ -8,8 +8,6 @@ import { t } from '../../core/words.js';
 import { quickCodes } from '../video-panel/quick-codes.js';
 import { toast, toastError } from '../toast-stack/toast-stack.js';
 
-const FIELDS = ['code', 'char1', 'char2', 'severity', 'quant1', 'quant2', 'clock_from', 'clock_to'];
-
 class QuickKey extends Component {
   #item = null;
 
@@ -43,7 +41,7 @@ class QuickKey extends Component {
   async #keep(i) {
     const before = preferences.value.quick_codes;
     const all = USUAL_CODES.map((usual, k) => before[k] ?? usual);
-    all[i] = Object.fromEntries(FIELDS.map((name) => [name, this.#item[name] ?? null]));
+    all[i] = Object.fromEntries(Object.keys(USUAL_CODES[i]).map((name) => [name, this.#item[name] ?? null]));
     await this.#save(all);
     toast(t('form.quick_kept', { key: i + 1 }), { action: t('page.undo'), run: () => this.#save(before) });
   }

@@ -185,7 +185,7 @@ async function showQuickCodes({ codes }, save, report) {
     };
     const choose = ({ code, char1, char2 }) => {
       const chosen = USUAL_CODES.map((other, k) => preferences.value.quick_codes[k] ?? other);
-      chosen[i] = { code, char1: char1 || null, char2: char2 || null };
+      chosen[i] = { ...usual, code, char1: char1 || null, char2: char2 || null };
       save({ quick_codes: chosen });
       show(); // at once: the person may be typing another code when the answer comes
     };
