@@ -32,7 +32,10 @@ addEventListener('fetch', (event) => {
   const { request } = event;
   const { origin, pathname } = new URL(request.url);
   if (origin !== location.origin) return;
-  if (pathname === '/api/login' || pathname === '/api/logout') event.waitUntil(removeData());
+  if (pathname === '/api/login' || pathname === '/api/logout') {
+    event.respondWith(asAnother(request));
+    return;
+  }
   if (request.method !== 'GET') return;
   if (request.mode === 'navigate') {
     if (!/^\/(login|viewer|api)(\/|$)/.test(pathname)) event.respondWith(page(event));
@@ -42,6 +45,16 @@ addEventListener('fetch', (event) => {
     event.respondWith(data(event));
   }
 });
+
+/** Sends a log-in or log-out; what one person has read is removed before it, and what came meanwhile after it. */
+async function asAnother(request) {
+  await removeData();
+  try {
+    return await fetch(request);
+  } finally {
+    await removeData();
+  }
+}
 
 const isKept = (pathname) => (INSPECTION.test(pathname) || OF_ALL.test(pathname)) && !NOT_KEPT.test(pathname);
 

@@ -54,7 +54,7 @@ class Lenses:
             answer = self._answers.decode(child.receive(_ANSWER_TIMEOUT_S))
         except TimeoutError as error:
             raise MediaTimeout("The calibration took too long; send a shorter film.") from error
-        except (EOFError, OSError) as error:
+        except (EOFError, OSError, msgspec.MsgspecError) as error:
             logger.warning("The process that calibrated died: %s.", describe_exit(child.end()))
             raise MediaFailed("The calibration was stopped; send a shorter film.") from error
         finally:

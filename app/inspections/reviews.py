@@ -12,7 +12,7 @@ from app.storage.reviews import ReviewStore
 from app.storage.tables import Inspection, RemarkRow
 from app.storage.tokens import Role
 from app.survey.records import Event
-from app.survey.review import RemarkKind, ReviewState, is_for_admins
+from app.survey.review import RemarkKind, ReviewState
 from app.tracking.live import Live
 
 logger = logging.getLogger(__name__)
@@ -61,9 +61,8 @@ class Reviews:
             WrongReviewState: The state cannot directly follow the present one.
             OpenQuestions: It is to be approved, and a question is not settled.
         """
-        if is_for_admins(self._inspections.get(inspection_id).review_state, state):
-            who.require(Role.ADMIN)
-        if self._store.move(inspection_id, state, who.name, reason):
+        is_admin = who.role.may(Role.ADMIN)
+        if self._store.move(inspection_id, state, who.name, reason, is_admin=is_admin):
             logger.info("Inspection %s: %s by %s.", inspection_id, state, who.name)
             self._live.observations_changed(inspection_id)
 

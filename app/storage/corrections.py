@@ -13,6 +13,7 @@ from app.storage.database import Database
 from app.storage.inspections import existing, unlocked
 from app.storage.tables import ENDED, EventRow, Inspection
 from app.survey.records import RESCALED
+from app.survey.review import APPROVED
 from app.survey.versions import Require
 
 
@@ -71,7 +72,8 @@ class CorrectionStore:
     def rescale(self, inspection_id: str, change: Rescaling, revision: int) -> int | None:
         """Record that the run changed the distance scale; return the new revision.
 
-        Return None and record nothing if the revision is no longer `revision`.
+        Return None and record nothing if the revision is no longer `revision`, or if the inspection
+        was approved meanwhile.
 
         Raises:
             InspectionNotFound: No inspection has this id.
@@ -79,7 +81,7 @@ class CorrectionStore:
 
         def apply(session: Session) -> int | None:
             row = existing(session, inspection_id)
-            if row.revision != revision:
+            if row.revision != revision or row.review_state == APPROVED:
                 return None
             row.revision += 1
             row.corrected_mm = row.sigma_corrected_mm = None

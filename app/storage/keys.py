@@ -82,6 +82,10 @@ def voice(inspection_id: str, attachment_id: str, suffix: str) -> str:
     return f"{inspection(inspection_id)}/voice/{attachment_id}{suffix}"
 
 
-def clip(inspection_id: str, observation_id: str, frame: int) -> str:
-    """Return the key of the clip around an observation at a frame; it can be made again."""
-    return f"{inspection(inspection_id)}/clips/{observation_id}-{frame}.mp4"
+def clip(inspection_id: str, observation_id: str, frame: int, film_sha256: str) -> str:
+    """Return the key of the clip around an observation at a frame; it can be made again.
+
+    A recording that was continued is another film: a clip at its old end lacks what came then.
+    """
+    name = f"{observation_id}-{frame}-{film_sha256[:16]}.mp4"
+    return f"{inspection(inspection_id)}/clips/{name}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 
-from sqlalchemy import and_, select
+from sqlalchemy import and_, func, select
 from sqlalchemy.orm import Session
 
 from app.errors import (
@@ -18,8 +18,8 @@ from app.errors import (
 from app.storage.database import Database
 from app.storage.inspections import existing, open_questions, unlocked
 from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
-from app.survey.records import REVIEWED, Event
-from app.survey.review import APPROVED, RemarkKind, ReviewState, may_follow
+from app.survey.records import BROUGHT_IN, REVIEWED, Event
+from app.survey.review import APPROVED, RemarkKind, ReviewState, is_for_admins, may_follow
 from app.survey.tag import StatedTag, entered
 from app.survey.versions import version_of
 
@@ -54,20 +54,38 @@ class ReviewStore:
             return list(session.scalars(query))
 
     def steps(self, inspection_id: str) -> list[Event]:
-        """Return every change of the state, oldest first."""
+        """Return every change of the state, oldest first; those before an import are not of this
+        review.
+        """
+        imported = select(func.coalesce(func.max(EventRow.id), 0)).where(
+            EventRow.inspection_id == inspection_id, EventRow.action == BROUGHT_IN
+        )
         query = (
             select(EventRow)
-            .where(EventRow.inspection_id == inspection_id, EventRow.action == REVIEWED)
+            .where(
+                EventRow.inspection_id == inspection_id,
+                EventRow.action == REVIEWED,
+                EventRow.id > imported.scalar_subquery(),
+            )
             .order_by(EventRow.id)
         )
         with self._database.read() as session:
             return [row.record() for row in session.scalars(query)]
 
-    def move(self, inspection_id: str, state: ReviewState, who: str, reason: str | None) -> bool:
+    def move(
+        self,
+        inspection_id: str,
+        state: ReviewState,
+        who: str,
+        reason: str | None,
+        *,
+        is_admin: bool,
+    ) -> bool:
         """Set the state of the review; return whether it was another one.
 
         Raises:
             InspectionNotFound: No inspection has this id.
+            Forbidden: Only admins approve, and reopen what is approved.
             StillRunning: It is queued or running.
             WrongReviewState: The state cannot directly follow the present one.
             OpenQuestions: It is to be approved, and a question is not settled.
@@ -77,6 +95,8 @@ class ReviewStore:
             row = existing(session, inspection_id)
             if row.review_state == state:
                 return False
+            if is_for_admins(row.review_state, state) and not is_admin:
+                raise Forbidden(f"Only an admin may set {row.review_state!r} to {state!r}.")
             _require_step(session, row, state)
             before, after = {"review": row.review_state}, {"review": state}
             row.review_state = state

@@ -11,6 +11,7 @@ from sqlalchemy import ColumnElement, and_, select, update
 from sqlalchemy.orm import Session
 
 from app.errors import ClaimLost, StillRunning
+from app.storage.attachments import AttachmentRow
 from app.storage.database import Database
 from app.storage.inspections import existing, require_unlocked, unlocked
 from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
@@ -372,11 +373,8 @@ def _queue_again(session: Session, row: Inspection) -> None:
     row.fps = row.distance_mm = row.sigma_distance_mm = None
     row.corrected_mm = row.sigma_corrected_mm = None
     # A photo that was missing for want of a track gets another try.
-    session.execute(
-        update(ObservationRow)
-        .where(ObservationRow.inspection_id == row.id)
-        .values(photo_error=None)
-    )
+    for table in (ObservationRow, AttachmentRow):
+        session.execute(update(table).where(table.inspection_id == row.id).values(photo_error=None))
 
 
 def _flat(rig: Mapping[str, Any]) -> dict[str, Any]:

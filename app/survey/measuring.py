@@ -125,7 +125,9 @@ def figure_of(course: Course, measure: Measure) -> Figure | None:
 def _size(kind: MeasureKind, path: _Path, *, is_corrected: bool) -> Figure | None:
     size = _SIZE[kind]
     value = size(path.sight(path.rig))
-    errors = [*_by_clicks(path, size), size(path.drifted()) - value]
+    # The sigma of a corrected scale is that of the whole size, the way between the frames included.
+    drifted = path.drifted(scale_sigma=0.0 if is_corrected else path.scale_sigma)
+    errors = [*_by_clicks(path, size), size(drifted) - value]
     # A known length sets the scale whatever the rig states; what is left of the rig is its tilt.
     errors += [size(path.sight(other)) - value for other in _tilted(path.rig)]
     if is_corrected:
@@ -144,12 +146,16 @@ def _depth(path: _Path) -> Figure | None:
         return fill_share(sight.points_xyz)
 
     value = share(path.sight(rig))
-    errors = list(_by_clicks(path, share))
-    errors += [share(path.sight(other)) - value for other in (*_tilted(rig), *_resized(rig))]
-    by_diameter = value * rig.tolerance.diameter_mm / diameter_mm
+    by_clicks = list(_by_clicks(path, share))
+    others = [(other, share(path.sight(other))) for other in (*_tilted(rig), *_resized(rig))]
+    errors = [*by_clicks, *(found - value for _, found in others)]
     percent = _figure("depth", 100 * value, [100 * error for error in errors])
-    of_diameter = [diameter_mm * error for error in (*errors, by_diameter)]
-    whole = _figure("depth", value * diameter_mm, of_diameter)
+    # Another diameter changes the share and what it is a share of.
+    errors_mm = [diameter_mm * error for error in by_clicks] + [
+        found * (other.pipe.diameter_mm or diameter_mm) - value * diameter_mm
+        for other, found in others
+    ]
+    whole = _figure("depth", value * diameter_mm, errors_mm)
     if percent is None or whole is None:
         return None
     return replace(whole, percent=percent.value, percent_u95=percent.u95)
@@ -190,11 +196,11 @@ class _Path:
         points = self._cast(self.rig, rays, np.repeat(np.arange(len(beside)), 2)).points_xyz
         return points.reshape(-1, 2, 3)
 
-    def drifted(self) -> _Sight:
+    def drifted(self, scale_sigma: float) -> _Sight:
         """What the points are when the camera drove farther between their frames, by one sigma."""
         driven_mm = self.distance_mm - self.distance_mm[0]
         variance = np.abs(self.registration_mm**2 - self.registration_mm[0] ** 2)
-        drift_mm = np.sqrt(variance + (self.scale_sigma * driven_mm) ** 2) * np.sign(driven_mm)
+        drift_mm = np.sqrt(variance + (scale_sigma * driven_mm) ** 2) * np.sign(driven_mm)
         return self.sight(self.rig).moved(drift_mm)
 
     def _cast(self, rig: Rig, rays: Points, of: NDArray[np.intp]) -> _Sight:

@@ -65,13 +65,14 @@ class Clips:
         """
         inspection = self._inspections.get(inspection_id)
         row = self._observations.get(inspection_id, observation_id)
-        clip = StoredBlob(self._blobs, keys.clip(inspection_id, row.id, row.frame))
-        if clip.exists():
-            return clip
         if not inspection.has_film:
             raise FrameNotFound(NO_FILM)
         if not inspection.source_sha256:
             raise NothingRecorded("The film is still being recorded; a clip is cut when it ends.")
+        key = keys.clip(inspection_id, row.id, row.frame, inspection.source_sha256)
+        clip = StoredBlob(self._blobs, key)
+        if clip.exists():
+            return clip
         estimate = estimate_at(self._tracks.get(inspection_id), row.frame)
         if estimate is None:
             raise FrameNotFound(f"Frame {row.frame} is not tracked yet.")

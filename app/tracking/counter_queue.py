@@ -42,6 +42,7 @@ from app.logs import about
 from app.storage.blobs import StoredBlob
 from app.storage.inspections import InspectionStore, require_unlocked
 from app.storage.tables import ENDED
+from app.survey.review import APPROVED
 from app.tracking.counter_files import SEARCHED, CounterFiles, KeptCounter
 from app.tracking.film_files import FilmFiles
 from app.tracking.live import Event, Update
@@ -265,7 +266,7 @@ class CounterQueue(Worker):
     def _look(self, inspection_id: str) -> None:
         """Read the counter of an ended inspection, unless its film is read already."""
         row = self._inspections.get(inspection_id)
-        if row.status not in ENDED or not row.has_film:
+        if row.status not in ENDED or not row.has_film or row.review_state == APPROVED:
             return
         film = self._films.of(row)
         try:

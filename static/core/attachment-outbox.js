@@ -27,7 +27,10 @@ const ANSWER_LIMIT_S = 60;
  * @property {{code: string, message: string}} [refusal] why the server refuses it
  */
 
-/** Events: `change`, `answered` (detail {operation, answer}), and `elsewhere`: the list must be read again. */
+/**
+ * Events: `change`, `answered` (detail {operation, answer}), `refused` (detail {operation, error}), and
+ * `elsewhere`: the list must be read again.
+ */
 export class AttachmentOutbox extends EventTarget {
   /** What prevents the first operation from being sent, or null. */
   reason = null;
@@ -73,9 +76,12 @@ export class AttachmentOutbox extends EventTarget {
   /** Resolves when the operation is safe in this browser; it is sent in the background. */
   async add(operation) {
     const added = { id: idInTime(), ...operation };
-    this.#known = [...this.#known, added];
+    // What was refused of the same attachment is settled by this.
+    const settled = this.#known.filter(({ attachment, refusal }) => refusal && attachment === operation.attachment);
+    this.#known = [...this.#known.filter((other) => !settled.includes(other)), added];
     this.#changed();
     await this.#operations.put(added);
+    for (const { id } of settled) await this.#operations.delete(id);
     this.#others.postMessage(null);
     this.#sender.flush();
   }
@@ -127,6 +133,7 @@ export class AttachmentOutbox extends EventTarget {
       if (operation.kind !== 'delete' || error.status !== 404) {
         this.reason = null;
         await this.#note(operation.id, { refusal: { code: error.code, message: error.message } });
+        this.dispatchEvent(new CustomEvent('refused', { detail: { operation, error } }));
         return;
       }
     }

@@ -48,12 +48,14 @@ def step_mm(points_xyz: Points, camera_xyz: Points, radius_mm: float | None) -> 
     through the second one, (2, 3) `camera_xyz` to `points_xyz`, meets it at the edge.
 
     Returns:
-        nan where the ray runs along the section: a camera that looks straight at the wall sees no
-        step.
+        nan where the ray runs along the section, as a camera that looks straight at the wall sees
+        no step, and where the section lies behind the camera.
     """
     section, towards = points_xyz[0, 0], points_xyz[1] - camera_xyz[1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        edge = camera_xyz[1] + (section - camera_xyz[1, 0]) / towards[0] * towards
+    ahead = section - camera_xyz[1, 0]
+    if ahead * towards[0] <= 0:
+        return float("nan")
+    edge = camera_xyz[1] + ahead / towards[0] * towards
     if radius_mm is None:
         return float(-edge[2])
     return float(radius_mm - np.hypot(edge[1], edge[2]))

@@ -12,6 +12,7 @@ from app.errors import (
     AttachmentNotFound,
     FrameNotFound,
     FrameOutsideVideo,
+    InspectionLocked,
     InspectionNotFound,
     ObservationNotFound,
     PhotoNotFound,
@@ -42,7 +43,7 @@ _ONE = "/observations/{observation_id}/attachments/{attachment_id}"
 @router.get("/attachments", responses=failures(InspectionNotFound))
 @viewer
 def list_all(inspection_id: InspectionId, services: ServicesDep) -> AttachmentsOut:
-    """Return the attachments of all observations that are not deleted."""
+    """Return the attachments that are not deleted, those of deleted observations too."""
     found = services.attachments.all(inspection_id)
     return AttachmentsOut(attachments=[AttachmentOut.of(one) for one in found])
 
@@ -50,6 +51,7 @@ def list_all(inspection_id: InspectionId, services: ServicesDep) -> AttachmentsO
 @router.put(
     _ONE,
     responses=failures(
+        InspectionLocked,
         InspectionNotFound,
         ObservationNotFound,
         FrameNotFound,
@@ -77,7 +79,11 @@ def put(
 @router.put(
     f"{_ONE}/voice",
     responses=failures(
-        InspectionNotFound, ObservationNotFound, WrongContentType, TooManyAttachments
+        InspectionLocked,
+        InspectionNotFound,
+        ObservationNotFound,
+        WrongContentType,
+        TooManyAttachments,
     ),
 )
 @operator
@@ -110,7 +116,11 @@ def put_voice(
     return _out(services, inspection_id, observation_id, attachment_id)
 
 
-@router.delete(_ONE, status_code=204, responses=failures(InspectionNotFound, AttachmentNotFound))
+@router.delete(
+    _ONE,
+    status_code=204,
+    responses=failures(InspectionLocked, InspectionNotFound, AttachmentNotFound),
+)
 @operator
 def delete(
     inspection_id: InspectionId,
@@ -123,7 +133,10 @@ def delete(
     services.attachments.delete(inspection_id, observation_id, attachment_id, principal.name)
 
 
-@router.post(f"{_ONE}/restore", responses=failures(InspectionNotFound, AttachmentNotFound))
+@router.post(
+    f"{_ONE}/restore",
+    responses=failures(InspectionLocked, InspectionNotFound, AttachmentNotFound),
+)
 @operator
 def restore(
     inspection_id: InspectionId,

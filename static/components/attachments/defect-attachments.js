@@ -82,8 +82,8 @@ class DefectAttachments extends Component {
         clearInterval(this.#timer);
         if (this.isConnected) this.#fill();
       });
-      this.#timer = setInterval(() => this.#fillRecording(), TICK_MS);
-      if (!this.isConnected) this.#recording.stop(); // the form was closed while the browser asked
+      if (this.isConnected) this.#timer = setInterval(() => this.#fillRecording(), TICK_MS);
+      else this.#recording.discard(); // the form was closed while the browser asked
     } catch (error) {
       if (!(error instanceof DOMException)) throw error;
       parts.fault.textContent = error.name === 'NotAllowedError' ? t('attach.microphone_refused') : t('attach.no_microphone');

@@ -12,7 +12,8 @@ export const canRecord = () => Boolean(navigator.mediaDevices?.getUserMedia && g
 /**
  * Starts a recording; it ends by `stop`, or after `LONGEST_S`.
  * @param {(sound: Blob, durationS: number) => void} onDone
- * @returns {Promise<{stop: () => void, since: number}>} `since` by `performance.now`
+ * @returns {Promise<{stop: () => void, discard: () => void, since: number}>} `discard` ends it without `onDone`;
+ *     `since` by `performance.now`
  * @throws {DOMException} there is no microphone, or the person refuses it
  */
 export async function record(onDone) {
@@ -21,6 +22,7 @@ export async function record(onDone) {
   const recorder = new MediaRecorder(stream, { mimeType, audioBitsPerSecond: BITS_PER_S });
   const parts = [];
   const since = performance.now();
+  let isDiscarded = false;
   const stop = () => recorder.state !== 'inactive' && recorder.stop();
   const timer = setTimeout(stop, 1000 * LONGEST_S);
   const warn = (event) => event.preventDefault(); // what is being said is nowhere yet
@@ -30,9 +32,14 @@ export async function record(onDone) {
     clearTimeout(timer);
     removeEventListener('beforeunload', warn);
     for (const track of stream.getTracks()) track.stop();
+    if (isDiscarded) return;
     const seconds = Math.min(LONGEST_S, Math.max(0.1, (performance.now() - since) / 1000));
     onDone(new Blob(parts, { type: recorder.mimeType }), Math.round(10 * seconds) / 10);
   });
   recorder.start();
-  return { stop, since };
+  const discard = () => {
+    isDiscarded = true;
+    stop();
+  };
+  return { stop, discard, since };
 }

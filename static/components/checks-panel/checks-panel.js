@@ -50,6 +50,7 @@ class ChecksPanel extends Component {
       if (button) desk.seek(Number(button.dataset.frame));
     });
     this.listen(desk.checks, 'change', () => this.#show());
+    this.listen(desk.track, 'change', () => this.#showLost());
     this.listen(desk.observations, 'change', () => this.#show());
     this.#show();
   }

@@ -41,6 +41,8 @@ class CodeChain extends Component {
     this.hidden = false;
     this.#end?.abort();
     this.#end = new AbortController();
+    // In the 3D view the keys would go on moving its camera.
+    if (document.activeElement instanceof HTMLIFrameElement) document.activeElement.blur();
     // Before the keys of the page: while a code is typed, they are its letters.
     document.addEventListener('keydown', (event) => this.#key(event), { capture: true, signal: this.#end.signal });
     this.#type('');
@@ -58,6 +60,7 @@ class CodeChain extends Component {
     if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
     if (target instanceof Element && target.matches('input:not([type=range]), textarea, select')) return;
     if (!/^([a-z0-9]|Enter|Escape|Backspace)$/i.test(key)) return;
+    if (key === 'Enter' && target instanceof Element && target.closest('button, a[href], summary')) return;
     event.preventDefault();
     event.stopImmediatePropagation();
     this.#press(key);

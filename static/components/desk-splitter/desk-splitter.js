@@ -61,6 +61,12 @@ class DeskSplitter extends Component {
     return PARTS[this.dataset.of].isColumn ? width : height;
   }
 
+  get #limit() {
+    const { least, most, isColumn } = PARTS[this.dataset.of];
+    const { clientWidth, clientHeight } = this.#desk;
+    return Math.max(least, most * (isColumn ? clientWidth : clientHeight));
+  }
+
   #press(event, { isColumn, growsOnward }) {
     const [back, onward] = isColumn ? ['ArrowLeft', 'ArrowRight'] : ['ArrowUp', 'ArrowDown'];
     const [less, more] = growsOnward ? [back, onward] : [onward, back];
@@ -79,10 +85,8 @@ class DeskSplitter extends Component {
 
   /** Gives the part a size in px, null for the usual one. */
   #size(px) {
-    const { least, most, isColumn } = PARTS[this.dataset.of];
-    const { clientWidth, clientHeight } = this.#desk;
-    const limit = Math.max(least, most * (isColumn ? clientWidth : clientHeight));
-    this.size = px === null ? null : Math.round(Math.min(Math.max(px, least), limit));
+    const { least } = PARTS[this.dataset.of];
+    this.size = px === null ? null : Math.round(Math.min(Math.max(px, least), this.#limit));
     const property = `--desk-${this.dataset.of}`;
     if (this.size === null) this.#desk.style.removeProperty(property);
     else this.#desk.style.setProperty(property, `${this.size}px`);
@@ -90,6 +94,8 @@ class DeskSplitter extends Component {
   }
 
   #state() {
+    this.setAttribute('aria-valuemin', String(PARTS[this.dataset.of].least));
+    this.setAttribute('aria-valuemax', String(Math.round(this.#limit)));
     this.setAttribute('aria-valuenow', String(Math.round(this.#now)));
   }
 

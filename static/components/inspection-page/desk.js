@@ -341,6 +341,12 @@ export class Desk extends EventTarget {
     else this.fault(t('desk.not_tracked'));
   }
 
+  /** Whether changes of this inspection were refused and wait for a decision. */
+  get hasRefused() {
+    const { id } = this.inspection;
+    return [this.outbox, this.attachmentOutbox].some((box) => box.openFor(id).some(({ refusal }) => refusal));
+  }
+
   /** Resolves when nothing that was entered in this browser waits for the server, or when `signal` aborts. */
   async whenSent(signal) {
     for (const box of [this.outbox, this.attachmentOutbox]) await whenSent(box, this.inspection.id, signal);
@@ -433,10 +439,11 @@ export class Desk extends EventTarget {
   /** Handles a click on the wall in the 3D view: tags the place, or marks it where marks are wanted. */
   async #wallClicked({ distance_m, clock_h, lateral_m }) {
     const place = { distance_m, clock_h, right_mm: 1000 * lateral_m };
+    const { value: pick } = this.picking; // what the click was for
     try {
       const found = await frameShowing(this.inspection.id, place, this.playhead.value.frame, this.#signal);
-      if (this.picking.value) this.picking.value(found);
-      else this.tag(found);
+      if (!pick) this.tag(found);
+      else if (pick === this.picking.value) pick(found);
     } catch (error) {
       if (error.name === 'AbortError') return;
       if (!(error instanceof ApiError)) throw error;

@@ -150,6 +150,7 @@ class InspectionPage extends Component {
       if (!error.isOvertaken || operation.inspection !== id) toastError(error);
       if (error.code === 'inspection_locked') this.#lookAgain();
     });
+    this.listen(desk.attachmentOutbox, 'refused', ({ detail: { error } }) => toastError(error));
     this.listen(desk.observations, 'change', () => this.#showObservations());
     this.listen(desk.history, 'change', () => this.#showHistory());
     this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());

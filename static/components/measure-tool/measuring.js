@@ -72,11 +72,11 @@ export class Measuring extends Store {
     const { id, kind, points } = this.value;
     if (points.length < KINDS[kind].least) return;
     const figure = await this.#figureOf({ kind, points });
-    if (this.value?.points !== points) return; // cancelled, or more was clicked meanwhile
+    if (this.value?.points !== points || !figure) return; // cancelled or changed meanwhile, or refused
     this.cancel();
     const { observations } = this.#desk;
     const item = observations.find(id);
-    if (!item || !figure) return;
+    if (!item) return;
     const measures = [...(item.measures ?? []), { kind, points }];
     observations.edit(id, { measures, ...this.#quantity(item, kind, figure) });
   }
@@ -99,6 +99,7 @@ export class Measuring extends Store {
 
   #pick = ({ frame, pixel }) => {
     const { value } = this;
+    if (value.points.length === KINDS[value.kind].most) return; // a double click, while the last one is being stored
     const points = [...value.points, { frame, pixel: toHundredths(pixel) }];
     const isComplete = points.length === KINDS[value.kind].most;
     this.#have({ ...value, points, figure: null }, isComplete);

@@ -53,8 +53,11 @@ export async function pressed(desk, { target }) {
     note(desk, item, { kind: 'settled' }, (isBack) => desk.review.settle(settle, isSettled !== isBack));
   } else {
     await desk.review.withdraw(withdraw);
-    note(desk, item, remark, (isBack) => (isBack ? desk.review.say(remark) : desk.review.withdraw(withdraw)));
-    desk.done(t('reviewing.withdrawn'));
+    // Only what this person says again is the same: not another's remark, a settled one, or an acceptance, which
+    // would be of the defect as it is now.
+    const isSame = remark.by === preferences.person?.name && !remark.settled_at && remark.kind !== 'accepted';
+    if (isSame) note(desk, item, remark, (isBack) => (isBack ? desk.review.say(remark) : desk.review.withdraw(withdraw)));
+    desk.done(t('reviewing.withdrawn'), isSame ? {} : { action: null });
   }
 }
 
@@ -76,7 +79,7 @@ function goToDefect(desk, id) {
   desk.editing.set(true);
 }
 
-/** A remark is its author's alone, so nobody overtakes it. */
+/** Remarks are few and short: an undo does not ask what others have done meanwhile. */
 function note(desk, item, remark, run) {
   desk.history.add({ what: 'remark', item, changes: [remark], run, isOvertaken: async () => false });
 }

@@ -35,6 +35,10 @@ class ReviewPanel extends Component {
     const blocking = (desk.checks.value ?? []).filter(({ level }) => level === 'block').length;
     const chosen = await askStep(state, state === 'reopened' ? 0 : blocking);
     if (chosen === null) return;
+    if (desk.hasRefused) {
+      desk.fault(t('reviewing.undecided'));
+      return;
+    }
     await desk.whenSent(this.signal);
     await desk.review.move(state, chosen.reason);
     await desk.inspection.load();

@@ -7,6 +7,7 @@ import { count } from '../../core/units.js';
 import { errorText, t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
+import { toastError } from '../toast-stack/toast-stack.js';
 
 const NUMBERS = [
   ['columns', t('board.columns'), ''],
@@ -92,7 +93,7 @@ export async function askBoard(model) {
   });
   await closed;
   ended.abort();
-  await upload?.cancel();
+  upload?.cancel().catch(toastError); // what was found does not depend on it
   return isTaken ? found : null;
 }
 

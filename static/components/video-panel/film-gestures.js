@@ -28,10 +28,12 @@ export function filmGestures(element, view, sizes, signal) {
     view.zoomAt(Math.exp(-event.deltaY / WHEEL_PX), ...at(event), ...sizes());
   }, { passive: false });
   listen('pointerdown', (event) => {
+    if (event.button !== 0) return;
     if (pressed.size === 0) hasMoved = false;
     pressed.set(event.pointerId, { at: at(event), from: at(event) });
   });
   listen('pointermove', (event) => {
+    if (event.buttons === 0) pressed.delete(event.pointerId); // released outside, or over a menu
     const own = pressed.get(event.pointerId);
     if (!own) return;
     const before = [...pressed.values()].map((pointer) => pointer.at);

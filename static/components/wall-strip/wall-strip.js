@@ -127,12 +127,12 @@ class WallStrip extends Strip {
   /** Tags the place, or shows the frame that shows it best. */
   async #act(mm, arc) {
     const { desk, parts } = this;
+    const { value: pick } = desk.picking; // what the click was for
     parts.track.classList.add('wall__track--busy');
     try {
       const near = desk.playhead.value.frame;
       const found = await frameShowing(desk.inspection.id, this.#placeOf(mm, arc), near, this.signal);
-      const { value: pick } = desk.picking;
-      if (pick) pick(found);
+      if (pick) pick === desk.picking.value && pick(found);
       else if (stripSettings.value.click === 'tag' && mayEdit()) desk.tag(found);
       else desk.seek(found.frame);
     } catch (error) {
