@@ -40,6 +40,8 @@ import '../viewer-panel/viewer-panel.js';
 import '../wall-strip/wall-strip.js';
 
 const TRACK_POLL_S = 0.7;
+/** Pause after the last change, after which the list is read for the times without a server. */
+const KEPT_AFTER_MS = 5000;
 
 class InspectionPage extends Component {
   /** @type {string} */
@@ -50,6 +52,7 @@ class InspectionPage extends Component {
   #keys;
   #isKept = true;
   #isFollowing = false;
+  #keeping = 0;
   /** Whether the inspection was approved when the page was built. */
   #isLocked = false;
 
@@ -150,6 +153,7 @@ class InspectionPage extends Component {
       if (!error.isOvertaken || operation.inspection !== id) toastError(error);
       if (error.code === 'inspection_locked') this.#lookAgain();
     });
+    this.listen(desk.outbox, 'answered', () => this.#keepCurrent());
     this.listen(desk.attachmentOutbox, 'refused', ({ detail: { error } }) => toastError(error));
     this.listen(desk.observations, 'change', () => this.#showObservations());
     this.listen(desk.history, 'change', () => this.#showHistory());
@@ -458,6 +462,13 @@ class InspectionPage extends Component {
       button.disabled = !step;
       button.title = withKey(title, key);
     }
+  }
+
+  /** Reads the list again after changes: a browser keeps what was read, and opens it without the server. */
+  #keepCurrent() {
+    if (!navigator.serviceWorker?.controller) return;
+    clearTimeout(this.#keeping);
+    this.#keeping = setTimeout(() => this.isConnected && this.#lookAgain(), KEPT_AFTER_MS);
   }
 
   /** Reads what others have tagged while the page was hidden. */

@@ -8,7 +8,6 @@
 import { html, render, setText } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
 import { withKey } from '../../core/keys.js';
-import { preferences } from '../../core/preferences.js';
 import { onThemeChange, sharpContext, typeScale } from '../../core/screen.js';
 import { Component } from '../../core/store.js';
 import { chainage, clockHour, timecode } from '../../core/units.js';
@@ -17,7 +16,9 @@ import { drawSeverity } from '../severity-mark/severity-mark.js';
 import '../code-chain/code-chain.js';
 import { icon } from '../icon/icon.js';
 import { paintOnPicture } from '../measure-tool/on-picture.js';
-import { quickCodes } from './quick-codes.js';
+import { Marks } from './marks.js';
+import { MARK_PX, paintCentre, paintLabel, paintRing, placeOf } from './overlay-drawing.js';
+import './quick-buttons.js';
 import { filmGestures } from './film-gestures.js';
 import { FilmView, layoutOf, transformOf } from './film-view.js';
 import './picture-age.js';
@@ -29,9 +30,6 @@ import { toastError } from '../toast-stack/toast-stack.js';
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const ZOOM_STEP = 1.5;
 const PAN_PX = 60;
-const MARK_PX = 22;
-/** Marks closer than this share of their size are drawn as one: the selected, else the gravest. */
-const APART = 1 / 3;
 /** Room of one label, across and down: more labels would overlap. */
 const LABEL_ROOM = [56, 24];
 const BUSY_SHOWN_AFTER_MS = 250;
@@ -45,14 +43,13 @@ class VideoPanel extends Component {
   /** Speed of playing, one of SPEEDS. */
   #speed = 1;
   #busySince = 0;
-  /** Wall points by observation; a changed observation is a new object. Cleared when the track restarts. */
-  #wallPoints = new WeakMap();
-  #generation = 0;
+  #marks;
   /** Id of the run whose track is shown. */
   #run = null;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    this.#marks = new Marks(this.desk);
     const { video } = this.desk.inspection.value;
     this.parts = render(
       this,
@@ -90,7 +87,7 @@ class VideoPanel extends Component {
           <button class="button button--small" data-part="live" aria-pressed="false"
             title="${t('video.follow')}">${icon('live')}${t('video.live')}</button>
         </div>
-        <div class="quick" role="group" aria-label="${t('video.quick')}" data-needs="operator" data-part="quick"></div>`,
+        <quick-buttons class="quick" role="group" aria-label="${t('video.quick')}" data-needs="operator"></quick-buttons>`,
     );
     const { parts, desk } = this;
     parts.stage.style.setProperty('--aspect', `${video.width} / ${video.height}`);
@@ -107,9 +104,6 @@ class VideoPanel extends Component {
       if (event.target.closest('button')) event.preventDefault();
     });
     this.listen(parts.time, 'pointerup', () => parts.time.blur());
-    this.listen(parts.quick, 'click', ({ target }) => this.#tagQuickly(target.closest('button')));
-    this.listen(preferences, 'change', () => this.#showQuick());
-    this.#showQuick();
     this.listen(parts.zoomIn, 'click', () => this.zoom(1));
     this.listen(parts.zoomOut, 'click', () => this.zoom(-1));
     this.listen(parts.whole, 'click', () => this.#view.showWhole());
@@ -194,22 +188,6 @@ class VideoPanel extends Component {
   /** Moves an enlarged picture: 1 shows what lies right of it, or below. */
   pan(across, down) {
     this.#view.move(-PAN_PX * across, -PAN_PX * down, this.#size(), this.desk.inspection.value.video);
-  }
-
-  #showQuick() {
-    render(
-      this.parts.quick,
-      html`<button class="button quick__code quick__code--plain"><kbd>T</kbd>${t('video.tag')}</button>
-        ${quickCodes(this.desk.catalogue).map(({ tag: { code }, label }, i) => html`<button class="button quick__code"
-          data-quick="${i}" title="${code}: ${label}"><kbd>${i + 1}</kbd>${label}</button>`)}`,
-    );
-  }
-
-  #tagQuickly(button) {
-    if (!button) return;
-    const { quick } = button.dataset;
-    if (quick === undefined) this.desk.tagCentre();
-    else this.desk.tagAs(preferences.value.quick_codes[quick]);
   }
 
   /** Begins a code with the letter that was pressed. */
@@ -399,49 +377,8 @@ class VideoPanel extends Component {
     else this.desk.tag({ pixel });
   }
 
-  #markAt([u, v]) {
-    const reach = MARK_PX / 2 / this.#layout(typeScale()).scale;
-    return this.#marks().find(({ pixel }) => Math.hypot(pixel[0] - u, pixel[1] - v) <= reach) ?? null;
-  }
-
-  /**
-   * Returns the marks of observations whose wall point is in the picture now, merged where they overlap:
-   * [{id, severity, code, pixel}].
-   */
-  #marks() {
-    const { observations, playhead, selection, wall } = this.desk;
-    const { frame, row } = playhead.value;
-    if (!row || !wall) return [];
-    const rank = ({ id, severity }) => (id === selection.value ? Infinity : severity ?? -1);
-    const shown = new Map();
-    const cell = (MARK_PX * APART) / this.#layout(typeScale()).scale;
-    for (const item of observations.value) {
-      const point = this.#wallPoint(item);
-      const pixel = item.frame === frame ? item.pixel : point && wall.pixel(point, row);
-      if (!pixel) continue;
-      const place = placeOf(pixel, cell, cell);
-      const other = shown.get(place);
-      if (!other || rank(item) > rank(other)) shown.set(place, { ...item, pixel });
-    }
-    return [...shown.values()];
-  }
-
-  /**
-   * Returns the wall point of an observation, or null without a pixel or before its frame is tracked.
-   */
-  #wallPoint(item) {
-    const { track, wall } = this.desk;
-    if (track.generation !== this.#generation) {
-      this.#generation = track.generation;
-      this.#wallPoints = new WeakMap();
-    }
-    const known = this.#wallPoints.get(item);
-    if (known !== undefined) return known;
-    const row = item.pixel && track.row(item.frame);
-    if (!row) return null;
-    const found = wall.at(...item.pixel, row);
-    this.#wallPoints.set(item, found);
-    return found;
+  #markAt(pixel) {
+    return this.#marks.at(pixel, this.#layout(typeScale()).scale);
   }
 
   /** Shows the part of the picture that was chosen; the overlay draws itself where that is. */
@@ -480,7 +417,7 @@ class VideoPanel extends Component {
     if (!desk.playhead.value.row || !hasFilm(desk.inspection.value)) return;
     paintCentre(context, toStage([(layout.width - 1) / 2, (layout.height - 1) / 2]));
     const labelled = new Set();
-    for (const mark of this.#marks()) {
+    for (const mark of this.#marks.inPicture(layout.scale)) {
       const [x, y] = toStage(mark.pixel);
       const isSelected = mark.id === desk.selection.value;
       if (isSelected) paintRing(context, x, y, styles);
@@ -542,45 +479,5 @@ const tool = (part, sign, label, key) => html`<button class="button button--smal
 
 const button = (part, sign, label, key) => html`<button class="button button--icon" data-part="${part}"
   aria-label="${label}" title="${t('video.with_key', { what: label, key })}">${icon(sign)}</button>`;
-
-function paintCentre(context, [x, y]) {
-  for (const [width, colour] of [[3, 'rgb(0 0 0 / 55%)'], [1.2, 'rgb(255 255 255 / 85%)']]) {
-    context.lineWidth = width;
-    context.strokeStyle = colour;
-    context.beginPath();
-    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
-      context.moveTo(x + 6 * dx, y + 6 * dy);
-      context.lineTo(x + 16 * dx, y + 16 * dy);
-    }
-    context.stroke();
-  }
-}
-
-/** Returns the cell of a raster that contains a point. */
-const placeOf = ([x, y], across, down) => `${Math.round(x / across)} ${Math.round(y / down)}`;
-
-function paintRing(context, x, y, styles) {
-  context.lineWidth = 2.5;
-  context.strokeStyle = styles.getPropertyValue('--accent');
-  context.beginPath();
-  context.arc(x, y, MARK_PX / 2 + 6, 0, 2 * Math.PI);
-  context.stroke();
-}
-
-/** Draws text on a dark plate, kept within the picture. */
-function paintLabel(context, text, x, y, layout, styles) {
-  context.font = `600 15px ${styles.getPropertyValue('--sans')}`;
-  const width = context.measureText(text).width + 14;
-  const right = layout.left + layout.width * layout.scale;
-  const left = Math.min(Math.max(x - width / 2, layout.left + 2), right - width - 2);
-  const middle = Math.max(y, layout.top + 14);
-  context.fillStyle = 'rgb(8 10 12 / 82%)';
-  context.beginPath();
-  context.roundRect(left, middle - 12, width, 24, 5);
-  context.fill();
-  context.fillStyle = '#ffffff';
-  context.textBaseline = 'middle';
-  context.fillText(text, left + 7, middle + 1);
-}
 
 customElements.define('video-panel', VideoPanel);
