@@ -18,7 +18,7 @@ from pathlib import Path
 
 from sqlalchemy import Connection, Engine, create_engine, event
 
-from app.errors import NO_ROOM, DiskFull, UnusableBackup, UnusableDatabase
+from app.errors import NO_ROOM, Busy, DiskFull, UnusableBackup, UnusableDatabase
 from app.storage import revisions
 from app.storage.files import sync_folder
 
@@ -98,7 +98,9 @@ class Sqlite:
         return Sqlite(copy)
 
     def translated(self, error: BaseException) -> BaseException:
-        """Return DiskFull for an error of the driver that means this, else the error."""
+        """Return DiskFull or Busy for an error of the driver that means this, else the error."""
+        if _code_of(error) == sqlite3.SQLITE_BUSY:
+            return Busy("It accepts no writes: another program is writing to it; try again later.")
         return DiskFull() if _is_of_full_disk(error, self._path) else error
 
 
@@ -155,16 +157,19 @@ def _in_transaction(engine: Engine) -> Iterator[Connection]:
         engine.dispose()
 
 
+def _code_of(error: BaseException) -> int | None:
+    """Return what SQLite reports, without the details of the extended codes; None of others."""
+    cause = getattr(error, "orig", error)  # SQLAlchemy's errors hold the driver's
+    return cause.sqlite_errorcode & 0xFF if isinstance(cause, sqlite3.OperationalError) else None
+
+
 def _is_of_full_disk(error: BaseException, path: Path) -> bool:
     """Return whether a transaction failed because the disk is full.
 
     SQLite reports ENOSPC as a full disk, but an exceeded quota or a failed sync as an I/O error;
     then a test write shows whether the disk is full.
     """
-    cause = getattr(error, "orig", error)  # SQLAlchemy's errors hold the driver's
-    if not isinstance(cause, sqlite3.OperationalError):
-        return False
-    code = cause.sqlite_errorcode & 0xFF  # without the details of the extended codes
+    code = _code_of(error)
     if code not in (sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN):
         return code == sqlite3.SQLITE_FULL
     try:

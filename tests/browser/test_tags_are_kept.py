@@ -88,7 +88,7 @@ def test_each_change_is_undone_in_turn(desk: Page) -> None:
     desk.keyboard.press("t")
     desk.keyboard.press("e")
     desk.get_by_label("Code", exact=True).fill("crack spiral")
-    desk.get_by_role("option").first.click()
+    desk.get_by_role("listbox", name="Codes").get_by_role("option").first.click()
     desk.get_by_role("button", name="Done").click()
     expect(code).to_have_text(["BAB A D"])
     desk.keyboard.press("Delete")

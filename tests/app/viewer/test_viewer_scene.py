@@ -374,15 +374,19 @@ def test_an_hour_of_everything_is_no_more_to_keep_than_a_minute(
 
 def test_pins_replace_each_other(served: Served) -> None:
     served.scene.set_camera("inside")
-    served.scene.set_pins([Pin("a", 0.1, 6, 0.01, 5, "BAB"), Pin("b", 1, None, 0.02, None, "BBC")])
+    served.scene.set_pins(
+        [Pin("a", 0.1, 6, 0.01, 5, "BAB"), Pin("b", 0.5, None, 0.02, None, "BBC")]
+    )
     both = texts_of(replay(served))
-    served.scene.set_pins([Pin("b", 2.5, None, 0.02, None, "BBC"), Pin("b", 1, 1, 0.03, 1, "BBA")])
+    served.scene.set_pins(
+        [Pin("b", 2.5, None, 0.02, None, "BBC"), Pin("b", 0.5, 1, 0.03, 1, "BBA")]
+    )
     one = texts_of(replay(served))
     served.scene.set_pins([])
     none = texts_of(replay(served))
 
-    assert {"S5 BAB\n0.10 m ± 0.01 m", "BBC\n1.00 m ± 0.02 m"} <= both
-    assert {text for text in one if text.startswith(("BB", "S"))} == {"S1 BBA\n1.00 m ± 0.03 m"}
+    assert {"S5 BAB\n0.10 m ± 0.01 m", "BBC\n0.50 m ± 0.02 m"} <= both
+    assert {text for text in one if text.startswith(("BB", "S"))} == {"S1 BBA\n0.50 m ± 0.03 m"}
     assert not {text for text in none if "±" in text and "\n" in text}
 
 

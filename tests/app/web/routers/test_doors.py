@@ -59,6 +59,7 @@ FOR_VIEWERS = {
     ("POST", "/api/logout"),
     ("PUT", "/api/me/preferences"),
     ("POST", f"{INSPECTION}/corrections/preview"),
+    ("POST", f"{INSPECTION}/measure"),
 }
 """They change nothing of an inspection."""
 FOR_ADMINS = {
@@ -67,6 +68,10 @@ FOR_ADMINS = {
     ("DELETE", "/api/packs/{pack_id}"),
     ("POST", "/api/archive/films"),
     ("POST", "/api/archive/films/preview"),
+    ("GET", "/api/tokens"),
+    ("POST", "/api/tokens"),
+    ("PUT", "/api/tokens/{name}/role"),
+    ("DELETE", "/api/tokens/{name}"),
 }
 ROLES = ("viewer", "operator", "admin")
 STARTS_WORK = ("POST", "/api/samples")
