@@ -120,8 +120,7 @@ class AttachmentStore:
             if is_same and row.rank == attachment.rank:
                 return False
             row.rank, row.drawing, row.deleted_at = attachment.rank, drawing, None
-            if not is_same:
-                _log(session, row.record(), "attached", who)
+            _log(session, row.record(), "attached", who)
             return True
 
         return self._database.write(apply)
