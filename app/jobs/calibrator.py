@@ -34,23 +34,23 @@ def main() -> None:
         request = msgspec.msgpack.decode(connection.recv_bytes(), type=CalibrationRequest)
         limits.apply(allowed)
         confine(reads=[*allowed.reads, request.video])
-        connection.send_bytes(encode(_answer(request)))
+        try:
+            answer = _answer(request)
+        except Exception as error:
+            answer = failure_of(error, "The calibration")
+        connection.send_bytes(encode(answer))
 
 
 def _answer(request: CalibrationRequest) -> FromCalibrator:
-    try:
-        # Imported here so that OpenCV is loaded under the limits.
-        from app.lab.calibration import Board, UnusableBoards, calibrate, find_boards
-        from vo_core.errors import UnreadableVideo
-    except Exception as error:
-        return failure_of(error, "The calibration")
+    # Imported here so that OpenCV is loaded under the limits.
+    from app.lab.calibration import Board, UnusableBoards, calibrate, find_boards
+    from vo_core.errors import UnreadableVideo
+
     try:
         board = Board(request.columns, request.rows, request.square_mm, request.marker_mm)
         found = calibrate(find_boards(_pictures(request.video), board), request.model)
     except (UnusableBoards, UnreadableVideo) as error:
         return Failed("invalid_calibration", str(error))
-    except Exception as error:
-        return failure_of(error, "The calibration")
     return Calibrated(
         camera=found.camera.model_dump(mode="json"),
         focal_percent=found.fx_percent / 2,

@@ -116,8 +116,8 @@ class AttachmentStore:
                 session.add(_row_of(attachment))
                 _log(session, attachment, "attached", who)
                 return True
-            is_same = row.deleted_at is None and row.drawing == drawing
-            if is_same and row.rank == attachment.rank:
+            stored = (row.rank, row.drawing, row.deleted_at)
+            if stored == (attachment.rank, drawing, None):
                 return False
             row.rank, row.drawing, row.deleted_at = attachment.rank, drawing, None
             _log(session, row.record(), "attached", who)

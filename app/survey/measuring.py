@@ -178,7 +178,7 @@ class _Path:
     poses: Poses
     """Of the raw track, which agree with the rig."""
     distance_mm: Matrix
-    """Corrected."""
+    """Of the corrected track, one for each click."""
     registration_mm: Matrix
     scale: float
     scale_sigma: float

@@ -48,7 +48,7 @@ class Photographed(Protocol):
 
     @property
     def inspection_id(self) -> str:
-        """Its inspection."""
+        """The inspection whose film it is cut from."""
 
     @property
     def id(self) -> str:

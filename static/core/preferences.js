@@ -75,3 +75,10 @@ class Preferences extends Store {
 }
 
 export const preferences = new Preferences();
+
+/** Returns the codes of all digit keys with another one for key `i + 1`; what is not stated of it is null. */
+export function quickCodesWith(i, tag) {
+  const all = USUAL_CODES.map((usual, k) => preferences.value.quick_codes[k] ?? usual);
+  all[i] = Object.fromEntries(Object.keys(USUAL_CODES[i]).map((name) => [name, tag[name] ?? null]));
+  return all;
+}

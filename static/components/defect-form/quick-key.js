@@ -2,7 +2,7 @@
 
 import { ApiError } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
-import { USUAL_CODES, preferences } from '../../core/preferences.js';
+import { preferences, quickCodesWith } from '../../core/preferences.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { quickCodes } from '../video-panel/quick-codes.js';
@@ -40,9 +40,7 @@ class QuickKey extends Component {
 
   async #keep(i) {
     const before = preferences.value.quick_codes;
-    const all = USUAL_CODES.map((usual, k) => before[k] ?? usual);
-    all[i] = Object.fromEntries(Object.keys(USUAL_CODES[i]).map((name) => [name, this.#item[name] ?? null]));
-    await this.#save(all);
+    await this.#save(quickCodesWith(i, this.#item));
     toast(t('form.quick_kept', { key: i + 1 }), { action: t('page.undo'), run: () => this.#save(before) });
   }
 

@@ -3,7 +3,7 @@
 import { ApiError, get, remove, send } from '../../core/api.js';
 import { Catalogue } from '../../core/codes.js';
 import { html, render } from '../../core/html.js';
-import { USUAL_CODES, preferences } from '../../core/preferences.js';
+import { USUAL_CODES, preferences, quickCodesWith } from '../../core/preferences.js';
 import { may } from '../../core/rights.js';
 import { LANGUAGES, errorText, t } from '../../core/words.js';
 import { codeSearch } from '../code-search/code-search.js';
@@ -184,9 +184,7 @@ async function showQuickCodes({ codes }, save, report) {
         : t('settings.quick_unknown');
     };
     const choose = ({ code, char1, char2 }) => {
-      const chosen = USUAL_CODES.map((other, k) => preferences.value.quick_codes[k] ?? other);
-      chosen[i] = { ...usual, code, char1: char1 || null, char2: char2 || null };
-      save({ quick_codes: chosen });
+      save({ quick_codes: quickCodesWith(i, { code, char1: char1 || null, char2: char2 || null }) });
       show(); // at once: the person may be typing another code when the answer comes
     };
     codeSearch(input, list, catalogue, choose);
