@@ -17,10 +17,10 @@ from app.errors import Busy, DiskFull, InspectionNotFound, StoreUnavailable
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
-from app.storage.defect_index import DefectFacts, DefectIndex, InspectionFacts, Token
+from app.storage.defect_index import DefectFacts, DefectIndex, InspectionFacts, Position, Token
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, Inspection
-from app.survey.catalogue.header import asset_of, project_of
+from app.survey.catalogue.header import asset_of, number_of, project_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.clock_hours import hour_bits
 from app.survey.film_quality import quality_of
@@ -115,7 +115,17 @@ class Indexer:
             distance_m=None if distance_mm is None else metres(distance_mm),
             distance_u95_m=None if sigma_mm is None else half_width_m(sigma_mm),
             quality=quality_of(self._tracks.get(row.id), self._tracks.health(row.id).columns()),
+            start=_position(row.header, "start"),
+            end=_position(row.header, "end"),
         )
+
+
+def _position(header: Mapping[str, Any], end: str) -> Position | None:
+    """Return where one end is by the header; None unless both numbers are degrees."""
+    lat, lon = (number_of(header.get(f"{end}_{name}")) for name in ("lat", "lon"))
+    if lat is None or lon is None or abs(lat) > 90 or abs(lon) > 180:
+        return None
+    return Position(lat, lon)
 
 
 def surveyed_on(header: Mapping[str, Any], created_at: datetime) -> date:

@@ -26,10 +26,10 @@ from app.storage.tables import (
     ObservationRow,
 )
 from app.survey.film_quality import PROBLEMS, FilmQuality
-from app.survey.folding import folded, words_of
+from app.survey.folding import folded, spelling, words_of
 from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
 
-INDEX_VERSION = 1
+INDEX_VERSION = 2
 """Version of how rows are derived: rows of another version are made again."""
 
 _PAGE = 2_000
@@ -46,6 +46,14 @@ class Token:
 
 
 @dataclass(frozen=True)
+class Position:
+    """A place on earth in degrees."""
+
+    lat: float
+    lon: float
+
+
+@dataclass(frozen=True)
 class InspectionFacts:
     """What the index holds of an inspection."""
 
@@ -56,6 +64,8 @@ class InspectionFacts:
     distance_m: float | None
     distance_u95_m: float | None
     quality: FilmQuality | None
+    start: Position | None
+    end: Position | None
 
 
 @dataclass(frozen=True)
@@ -161,8 +171,13 @@ class DefectIndex:
             name=facts.name,
             project=facts.project,
             asset=facts.asset,
+            asset_spelling=None if facts.asset is None else spelling(facts.asset),
             surveyed_on=facts.surveyed_on,
             folded=folded(*named),
+            start_lat=None if facts.start is None else facts.start.lat,
+            start_lon=None if facts.start is None else facts.start.lon,
+            end_lat=None if facts.end is None else facts.end.lat,
+            end_lon=None if facts.end is None else facts.end.lon,
             distance_m=facts.distance_m,
             distance_u95_m=facts.distance_u95_m,
             defects=len(defects),

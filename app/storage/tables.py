@@ -403,6 +403,37 @@ class Heartbeat(Base):
     at: Mapped[datetime]
 
 
+class RegisteredAsset(Base):
+    """A culvert of the owner's register, inspected or not."""
+
+    __tablename__ = "assets"
+
+    asset_id: Mapped[str] = mapped_column(String(200), primary_key=True)
+    """As people write it in the header of an inspection."""
+    spelling: Mapped[str] = mapped_column(String(200), index=True)
+    """What all ways of writing it have in common: see `app.survey.folding.spelling`."""
+    project: Mapped[str | None] = mapped_column(String(200), index=True)
+    header: Mapped[dict[str, Any]]
+    """Fields of a header that belong to the asset: what a new inspection begins with."""
+    line: Mapped[list[list[float]]] = mapped_column(JSON)
+    """Longitude and latitude in degrees from the start to the end; one point or none if unknown."""
+    folded: Mapped[str] = mapped_column(Text)
+    """Text for the search, without case and accents."""
+    changed_at: Mapped[datetime]
+    changed_by: Mapped[str] = mapped_column(String(100))
+
+
+class InspectionLabel(Base):
+    """A word by which people sort their inspections."""
+
+    __tablename__ = "inspection_labels"
+
+    inspection_id: Mapped[str] = mapped_column(
+        String(32), ForeignKey("inspections.id", ondelete="CASCADE"), primary_key=True
+    )
+    label: Mapped[str] = mapped_column(String(50), primary_key=True, index=True)
+
+
 class IndexedInspection(Base):
     """What the search knows of an inspection; derived, so that it may be deleted at any time."""
 
@@ -417,11 +448,18 @@ class IndexedInspection(Base):
     finished_at: Mapped[datetime | None]
     newest_event: Mapped[int | None]
     name: Mapped[str] = mapped_column(String(200))
-    project: Mapped[str | None] = mapped_column(Text)
+    project: Mapped[str | None] = mapped_column(Text, index=True)
     asset: Mapped[str | None] = mapped_column(Text, index=True)
+    asset_spelling: Mapped[str | None] = mapped_column(Text, index=True)
+    """Of the asset: see `app.survey.folding.spelling`."""
     surveyed_on: Mapped[date]
     folded: Mapped[str] = mapped_column(Text)
     """Name, project and asset without case and accents."""
+    start_lat: Mapped[float | None] = mapped_column(Float)
+    """Ends of the culvert by the header in degrees, each known as a pair or not at all."""
+    start_lon: Mapped[float | None] = mapped_column(Float)
+    end_lat: Mapped[float | None] = mapped_column(Float)
+    end_lon: Mapped[float | None] = mapped_column(Float)
     distance_m: Mapped[float | None] = mapped_column(Float)
     """Corrected distance of the end, with half of its 95 % interval."""
     distance_u95_m: Mapped[float | None] = mapped_column(Float)

@@ -18,6 +18,15 @@ def folded(*texts: object) -> str:
     return " ".join(bare.split())
 
 
+def spelling(asset_id: str) -> str:
+    """Return what all ways of writing an asset's id have in common: CV-01, cv 01 and CV01.
+
+    An id without a letter or digit is its own spelling.
+    """
+    bare = folded(asset_id)
+    return "".join(letter for letter in bare if letter.isalnum()) or bare
+
+
 def words_of(text: str) -> list[str]:
     """Return the folded words of a query; more than ten would only cost time."""
     return folded(text).split()[:_MOST_WORDS]

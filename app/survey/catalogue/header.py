@@ -109,6 +109,14 @@ FIELDS: tuple[HeaderField, ...] = (
 )  # fmt: skip
 """Every known field, in the order of a form."""
 
+ASSET_FIELDS = (
+    "start_node", "end_node", "upstream_node", "downstream_node", "client", "asset_type", "shape",
+    "height_mm", "width_mm", "material", "lining_type", "lining_material", "unit_length_m",
+    "known_length_m", "known_length_source", "expected_length_m", "year", "location_text", "road",
+    "road_chainage",
+)  # fmt: skip
+"""Fields that belong to the asset and not to one survey of it: a register may hold them."""
+
 _BY_NAME = {field.name: field for field in FIELDS}
 _NEEDED_IF: Mapping[str, tuple[str, tuple[Value, ...]]] = {
     # field: it is required when another field has one of these values

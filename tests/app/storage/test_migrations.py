@@ -209,6 +209,19 @@ ROWS_0010 = ROWS_0009 | {
         "created_by": "server",
     },
 }
+ROWS_0011 = ROWS_0010 | {
+    "remarks": {
+        "inspection_id": INSPECTION,
+        "id": TAG,
+        "observation_id": TAG,
+        "kind": "question",
+        "text": "Is it a root?",
+        "version": "1",
+        "made_at": NOW,
+        "made_by": "server",
+    },
+    "token_uses": {"token_digest": sha256(TOKEN), "seen_at": NOW},
+}
 ROWS = {
     "0001": ROWS_0001,
     "0002": ROWS_0002,
@@ -220,6 +233,7 @@ ROWS = {
     "0008": ROWS_0008,
     "0009": ROWS_0009,
     "0010": ROWS_0010,
+    "0011": ROWS_0011,
 }
 """What a database of each version may hold: a row of every table."""
 
