@@ -4,6 +4,7 @@
  */
 
 import { ApiError, get, put } from './api.js';
+import { recallMembers, remember } from './remembered.js';
 import { Store } from './store.js';
 
 const COPY = 'chainage.preferences';
@@ -34,7 +35,7 @@ class Preferences extends Store {
   person = null;
 
   constructor() {
-    super({ ...UNSET, ...JSON.parse(localStorage.getItem(COPY) ?? '{}') });
+    super(recallMembers(COPY, UNSET));
   }
 
   /**
@@ -69,7 +70,7 @@ class Preferences extends Store {
   /** Changes some preferences in this browser only. */
   keep(changes) {
     const value = { ...this.value, ...changes };
-    localStorage.setItem(COPY, JSON.stringify(value));
+    remember(COPY, value);
     this.set(value);
   }
 }

@@ -6,6 +6,7 @@
 import { ApiError, pause } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
+import { recall, remember } from '../../core/remembered.js';
 import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
@@ -204,7 +205,7 @@ class Unsent {
 
   /** @returns {Map<string, Entry>} */
   get all() {
-    return new Map(JSON.parse(localStorage.getItem(this.#key) ?? '[]'));
+    return new Map(recall(this.#key, []));
   }
 
   put(name, entry) {
@@ -220,8 +221,7 @@ class Unsent {
   }
 
   #keep(all) {
-    if (all.size) localStorage.setItem(this.#key, JSON.stringify([...all]));
-    else localStorage.removeItem(this.#key);
+    remember(this.#key, all.size ? [...all] : null);
   }
 }
 

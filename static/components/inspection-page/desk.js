@@ -4,6 +4,7 @@ import { ApiError } from '../../core/api.js';
 import { AttachmentOutbox } from '../../core/attachment-outbox.js';
 import { Attachments } from '../../core/attachments.js';
 import { Axis } from '../../core/axis.js';
+import { followRun } from '../../core/axis-following.js';
 import { Checks } from '../../core/checks.js';
 import { Catalogue } from '../../core/codes.js';
 import { lastCodes } from '../../core/code-chain.js';
@@ -65,6 +66,8 @@ export class Desk extends EventTarget {
   picking = new Store(null);
   /** Set by the page: shows a frame. */
   seek = null;
+  /** @type {import('../../core/desk-windows.js').DeskWindows|null} parts in windows of their own; null in such a window */
+  windows = null;
 
   #signal;
   /** Revision of the distances on the page. */
@@ -132,6 +135,7 @@ export class Desk extends EventTarget {
     }
     this.#findConflicts();
     this.live = new LiveFeed(`/api/inspections/${inspection.id}/live?page=${pageId}`, signal);
+    followRun(this, signal);
     this.playhead.addEventListener('change', () => this.#showIn3d(), { signal });
     this.track.addEventListener('change', () => this.#findRow(), { signal });
     this.observations.addEventListener('change', () => this.#dropLostSelection(), { signal });
