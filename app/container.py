@@ -31,6 +31,7 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
+from app.inspections.presence import Presence
 from app.inspections.reviews import Reviews
 from app.inspections.rigs import Rigs
 from app.inspections.samples import Samples
@@ -128,6 +129,7 @@ class Services:
     scenes: Scenes
     clicks: Clicks
     picking: Picking
+    presence: Presence
     webhook: Webhook
     meter_counter: MeterCounter
     health: Health
@@ -389,6 +391,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         scenes=scenes,
         clicks=Clicks(),
         picking=Picking(records.inspection_store, tracks, records.corrections),
+        presence=Presence(),
         webhook=webhook,
         meter_counter=meter_counter,
         health=Health(database, folder, blobs, media, tracking, photos),

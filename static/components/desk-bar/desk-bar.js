@@ -33,6 +33,7 @@ class DeskBar extends Component {
             <span role="status" data-part="chip"></span>
             <button type="button" class="chip-button" title="${t('tab.review')}" data-part="review"></button>
             <span class="desk-bar__pace dim number" data-part="pace"></span>
+            <p class="desk-bar__people" role="status" data-part="people"></p>
           </div>
           <div class="desk-bar__tools">
             <button class="button button--small" data-part="cancel" data-needs="operator" hidden>${icon('stop')}<span
@@ -79,6 +80,7 @@ class DeskBar extends Component {
       this.listen(store, 'change', () => this.#showSaving());
     }
     this.listen(desk.inspection, 'change', () => this.#showState());
+    this.listen(desk.people, 'change', () => this.#showPeople());
     this.listen(desk.observations, 'change', () => this.#showEmergency());
     this.listen(desk.history, 'change', () => this.#showHistory());
     this.#showState();
@@ -139,6 +141,16 @@ class DeskBar extends Component {
     save.textContent = count === 0 ? settled : t('desk.waiting', { n: count });
     save.title = isStuck ? reason : '';
     save.classList.toggle('save--waiting', count + undecided > 0);
+  }
+
+  #showPeople() {
+    const { people } = this.parts;
+    const { names } = this.desk.people;
+    const list = names.map(([name, pages]) => (pages > 1 ? t('people.pages', { name, pages }) : name)).join(', ');
+    const text = names.length ? t('people.here', { n: names.length, names: list }) : '';
+    if (people.title === text) return;
+    people.title = text;
+    render(people, html`${text && icon('people')}<span>${text}</span>`);
   }
 
   #showEmergency() {

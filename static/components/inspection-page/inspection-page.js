@@ -5,7 +5,7 @@ import { DeskWindows, followDesk, partOfWindow } from '../../core/desk-windows.j
 import { html, render } from '../../core/html.js';
 import { isUnfinished } from '../../core/inspection.js';
 import { bindKeys } from '../../core/keys.js';
-import { isLocked } from '../../core/review.js';
+import { People } from '../../core/people.js';
 import { Component } from '../../core/store.js';
 import { chainage } from '../../core/units.js';
 import { defectCount } from '../../core/stretches.js';
@@ -30,6 +30,7 @@ import '../distance-readout/distance-readout.js';
 import '../emergency-banner/emergency-banner.js';
 import '../live-bar/live-bar.js';
 import './rig-notice.js';
+import '../review-panel/lock-notice.js';
 import '../strip-log/strip-log.js';
 import '../tab-panels/tab-panels.js';
 import '../video-panel/video-panel.js';
@@ -37,8 +38,6 @@ import '../viewer-panel/viewer-panel.js';
 import '../wall-strip/wall-strip.js';
 
 const TRACK_POLL_S = 0.7;
-/** Pause after the last change, after which the list is read for the times without a server. */
-const KEPT_AFTER_MS = 5000;
 
 class InspectionPage extends Component {
   /** @type {string} */
@@ -49,9 +48,6 @@ class InspectionPage extends Component {
   #keys;
   #isKept = true;
   #isFollowing = false;
-  #keeping = 0;
-  /** Whether the inspection was approved when the page was built. */
-  #isLocked = false;
 
   async mount() {
     document.title = 'Chainage';
@@ -75,18 +71,13 @@ class InspectionPage extends Component {
   #build() {
     const { desk } = this;
     const part = partOfWindow();
-    this.#isLocked = isLocked(desk.inspection.value);
     if (part) {
       this.parts = buildWindow(this, part);
       followDesk(desk, part, this.signal);
     } else this.#buildDesk();
-    this.listen(desk.inspection, 'change', () => {
-      this.#beginAnewWhenLocked();
-      this.#showMessages();
-    });
+    this.listen(desk.inspection, 'change', () => this.#showMessages());
     this.listen(desk.inspection, 'change', () => desk.inspection.isUnfinished && this.#follow());
     this.listen(desk.live, 'message', ({ detail }) => orToast(() => this.#lookFor(detail.header.state)));
-    this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());
     this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
     this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#showDone(text, other));
     this.#showMessages();
@@ -102,6 +93,9 @@ class InspectionPage extends Component {
     const { id, name } = desk.inspection.value;
     document.title = `${name} · Chainage`;
     desk.windows = new DeskWindows(desk, this.signal);
+    desk.people = new People(desk.live, this.signal);
+    const edit = () => desk.people.edit(desk.editing.value ? desk.selection.value : null);
+    for (const store of [desk.editing, desk.selection]) this.listen(store, 'change', edit);
     this.parts = render(
       this,
       html`<desk-bar></desk-bar>
@@ -124,6 +118,7 @@ class InspectionPage extends Component {
               <conflict-notice hidden></conflict-notice>
               <div class="desk-messages" data-part="messages"></div>
               <rig-notice hidden></rig-notice>
+              <lock-notice hidden></lock-notice>
             </div>
           </div>
         </main>
@@ -139,9 +134,8 @@ class InspectionPage extends Component {
     // <conflict-notice> asks about overtaken changes of this inspection.
     this.listen(desk.outbox, 'refused', ({ detail: { operation, error } }) => {
       if (!error.isOvertaken || operation.inspection !== id) toastError(error);
-      if (error.code === 'inspection_locked') this.#lookAgain();
+      if (error.code === 'inspection_locked') orToast(() => desk.readAgain());
     });
-    this.listen(desk.outbox, 'answered', () => this.#keepCurrent());
     this.listen(desk.attachmentOutbox, 'refused', ({ detail: { error } }) => toastError(error));
     this.listen(desk.observations, 'change', () => this.#showObservations());
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
@@ -333,11 +327,6 @@ class InspectionPage extends Component {
 
   // What changes on the page ------------------------------------------------------------------
 
-  /** What can be changed on the page depends on the approval. */
-  #beginAnewWhenLocked() {
-    if (isLocked(this.desk.inspection.value) !== this.#isLocked) location.reload();
-  }
-
   #showQuestions() {
     this.parts.side.note('review', String(this.desk.review.questions.length || ''));
   }
@@ -368,19 +357,6 @@ class InspectionPage extends Component {
 
   #showObservations() {
     this.parts.side.note('defects', String(defectCount(this.desk.observations.value) || ''));
-  }
-
-  /** Reads the list again after changes: a browser keeps what was read, and opens it without the server. */
-  #keepCurrent() {
-    if (!navigator.serviceWorker?.controller) return;
-    clearTimeout(this.#keeping);
-    this.#keeping = setTimeout(() => this.isConnected && this.#lookAgain(), KEPT_AFTER_MS);
-  }
-
-  /** Reads what others have tagged while the page was hidden. */
-  #lookAgain() {
-    const { observations, review, inspection } = this.desk;
-    orToast(() => Promise.all([observations.load(), review.load(), inspection.load()]));
   }
 
   #announceTag({ code, distance_m }) {

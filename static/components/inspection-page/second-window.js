@@ -6,6 +6,7 @@ import { chainage } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { bindZoom, zoomAxis, zoomTools } from '../strip/zoom-tools.js';
 import '../distance-readout/distance-readout.js';
+import '../review-panel/lock-notice.js';
 import '../viewer-panel/viewer-panel.js';
 import '../wall-strip/wall-strip.js';
 
@@ -30,6 +31,7 @@ export function buildWindow(page, part) {
         <distance-readout class="panel"></distance-readout>
         ${part === 'wall' ? html`<wall-strip class="second__part panel"></wall-strip>` : html`<viewer-panel class="second__part panel"></viewer-panel>`}
         <div class="desk-messages" data-part="messages"></div>
+        <lock-notice hidden></lock-notice>
       </main>`,
   );
   if (part === 'wall') bindZoom(parts, desk, signal);
