@@ -230,8 +230,7 @@ class RigForm extends Component {
   }
 
   #turn(degrees) {
-    const turned = (this.value.mount.rotation_deg ?? 0) + degrees;
-    this.change({ 'mount.rotation_deg': ((((turned + 180) % 360) + 360) % 360) - 180 });
+    this.change({ 'mount.rotation_deg': turned(this.value.mount.rotation_deg ?? 0, degrees) });
   }
 
   #typed(input) {
