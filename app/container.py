@@ -313,6 +313,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     samples = Samples(folder, blobs, inspections, films, records.observations)
     stack.callback(samples.stop)
+    picking = Picking(records.inspection_store, tracks, records.corrections)
     scenes = Scenes(
         inspections,
         records.corrections,
@@ -320,6 +321,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.unrolled,
         live,
         records.packs,
+        picking,
     )
     alert_store = AlertStore(database)
     webhook = Webhook(client, alert_store, inspections, records.observations, records.packs)
@@ -390,7 +392,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         live=live,
         scenes=scenes,
         clicks=Clicks(),
-        picking=Picking(records.inspection_store, tracks, records.corrections),
+        picking=picking,
         presence=Presence(),
         webhook=webhook,
         meter_counter=meter_counter,

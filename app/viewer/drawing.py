@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import viser
 
+from app.survey.measure import Figure
 from app.viewer.culvert import Culvert, JointMark
 from app.viewer.geometry import Cut, Section, WallHit
 from app.viewer.interval import Interval
@@ -61,6 +62,8 @@ class Measure:
 
     is_on: bool
     points: tuple[WallHit, ...] = ()
+    figure: Figure | None = None
+    """The length between two points, as soon as it is known."""
 
 
 @dataclass
@@ -176,7 +179,7 @@ class Drawing:
         if inbox.measure is not None:
             self._show_measure(inbox.measure)
         elif inbox.wording is not None:
-            self._ruler.show(self._measure.points, self._wording)
+            self._show_ruler()
         if is_seen_anew or inbox.pose is not None:
             self._pose = inbox.pose or self._pose
             self._culvert.grow_to(self._pose.distance_mm / 1000)
@@ -220,7 +223,10 @@ class Drawing:
         elif self._measure.is_on and not measure.is_on:
             self.server.scene.remove_click_callback(_measured)
         self._measure = measure
-        self._ruler.show(measure.points, self._wording)
+        self._show_ruler()
+
+    def _show_ruler(self) -> None:
+        self._ruler.show(self._measure.points, self._wording, self._measure.figure)
 
     def _show_robot(self) -> None:
         self._robot.show(self._pose, self._mode, self._wording)
