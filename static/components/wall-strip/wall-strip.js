@@ -226,7 +226,7 @@ class WallStrip extends Strip {
     if (row) this.#paintNow(context, styles, plot, row, height);
     if (!this.rows) return;
     paintOnWall(context, styles, plot, height, runningMeasure(this.desk.measuring, null), this.#toPlace);
-    paintWallScale(context, styles, plot, height);
+    paintWallScale(context, styles, plot);
     this.#paintPointer(context, styles, plot, height);
   }
 

@@ -96,6 +96,21 @@ def test_two_clicks_measure_and_a_third_begins_anew(served: Served) -> None:
         client.until(lambda m: m.get("name") == "/ruler/0" and m.get("visible") is False)
 
 
+def test_in_a_low_window_only_the_selected_pin_is_labelled(served: Served) -> None:
+    pins = [Pin("1", 0.1, 6.0, None, 3, "BAB Crack"), Pin("2", 0.2, 6.0, None, 2, "BBA")]
+    with served.client() as client:
+        client.replay()
+        client.send_camera()
+        served.scene.set_pins(pins)
+        label(client, "/pins/labels/1", "S2 BBA")
+        client.send_camera(image_height=150)
+        client.until(lambda m: m.get("name") == "/robot_label" and m.get("visible") is False)
+        served.scene.select("2")
+        label(client, "/pins/labels/0", "» S2 BBA")
+        client.send_camera()
+        client.until(lambda m: m.get("name") == "/robot_label" and m.get("visible") is True)
+
+
 def test_a_cut_sends_what_is_left_of_the_pictures(served: Served) -> None:
     half_m = 0.15 * np.pi
     tiles = [WallTile(0, 1, 0.0, 0.5)]
