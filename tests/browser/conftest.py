@@ -9,7 +9,7 @@ from desks import WITHOUT_WEBGL
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect
 from steps import Server
 
-PATIENCE_MS = 8_000
+PATIENCE_MS = 60_000
 """Other workers of the same test run may have both cores."""
 
 expect.set_options(timeout=PATIENCE_MS)
