@@ -139,7 +139,9 @@ def test_a_digit_key_gives_all_that_was_kept_for_it(
     expect(desk.locator(".quick__code").last).to_have_text("9Crack C A 2")
 
 
-def test_checks_offer_the_repair_and_lead_to_where_the_wall_was_lost(desk: Page) -> None:
+def test_checks_offer_the_repair_and_lead_to_where_the_wall_was_lost(
+    desk: Page, server: Server, inspection: str
+) -> None:
     desk.evaluate(
         """() => {
           const { track, checks } = document.querySelector('inspection-page').desk;
@@ -158,3 +160,13 @@ def test_checks_offer_the_repair_and_lead_to_where_the_wall_was_lost(desk: Page)
     expect(desk.get_by_text("(4 frames)")).to_be_visible()
     desk.get_by_role("button", name="Look at it").click()
     expect_frame(desk, 7)
+
+    ends = ("0123abcd-0000-4000-8000-0000000000a1", "0123abcd-0000-4000-8000-0000000000b1")
+    for end, (frame, role) in zip(ends, ((15, "A1"), (3, "B1")), strict=True):
+        tag = {"frame": frame, "code": "BBC", "char1": "C", "severity": 1, "continuous": role}
+        server.ask("PUT", f"/api/inspections/{inspection}/observations/{end}", tag)
+    desk.get_by_role("button", name="Swap start and finish").click()
+    expect_saved(desk)
+    found = {item["id"]: item["continuous"] for item in observations(server, inspection)}
+    assert [found[end] for end in ends] == ["B1", "A1"]
+    expect(desk.get_by_role("button", name="Swap start and finish")).to_have_count(0)
