@@ -42,6 +42,7 @@ from app.ops.health import Health
 from app.ops.metrics import Metrics, WatchedServices
 from app.reports.report import Company
 from app.reports.reports import Reports
+from app.search.asset_map import AssetMaps, Background
 from app.search.export import ArchiveExport
 from app.search.indexer import IndexWorker
 from app.search.search import Search
@@ -52,6 +53,7 @@ from app.storage.archive_changes import ArchiveChanges
 from app.storage.archive_films import ArchiveFilms
 from app.storage.archive_intake import IntakeStore
 from app.storage.archive_rules import RuleStore
+from app.storage.asset_places import AssetPlaces
 from app.storage.blob_stores import blobs_at
 from app.storage.blobs import Blobs
 from app.storage.database import Database, stored_at
@@ -123,6 +125,7 @@ class Services:
     reports: Reports
     reviews: Reviews
     search: Search
+    asset_maps: AssetMaps
     archive_export: ArchiveExport
     live: Live
     scenes: Scenes
@@ -385,6 +388,9 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         reviews=Reviews(records.inspection_store, ReviewStore(database), live),
         archive_export=records.archive_export,
         search=Search(records.defect_index, index_worker),
+        asset_maps=AssetMaps(
+            AssetPlaces(database), Background(settings.map_tiles, settings.map_attribution)
+        ),
         live=live,
         scenes=scenes,
         clicks=Clicks(),

@@ -41,6 +41,7 @@ from app.web.routers import (
     access,
     aiming,
     archive,
+    asset_map,
     attachments,
     catalogue,
     corrections,
@@ -106,11 +107,11 @@ def create_app(settings: Settings) -> FastAPI:
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, attachments, picking,
         corrections, counter, media, catalogue, packs, rigs, reviews, samples, archive, search,
-        sources, meter_counter, tokens, unrolled, health, metrics, live, viewer, pages,
+        asset_map, sources, meter_counter, tokens, unrolled, health, metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))
-    app.add_middleware(Envelope)
+    app.add_middleware(Envelope, pictures_from=settings.map_tiles_origin)
     app.add_middleware(RequestLog)  # the last one added is the outermost
     return app
 
