@@ -15,6 +15,8 @@ import './components/archive-assets/archive-assets.js';
 import './components/archive-defects/archive-defects.js';
 import './components/archive-failures/archive-failures.js';
 import './components/archive-films/archive-films.js';
+import './components/archive-map/archive-map.js';
+import './components/asset-map/asset-map.js';
 import './components/archive-quality/archive-quality.js';
 import './components/archive-rules/archive-rules.js';
 import './components/compare-page/compare-page.js';
@@ -34,6 +36,7 @@ const PAGES = [
   [/^\/archive\/rules$/, 'archive-rules'],
   [/^\/archive\/defects$/, 'archive-defects'],
   [/^\/archive\/assets$/, 'archive-assets'],
+  [/^\/archive\/map$/, 'archive-map'],
   [/^\/archive\/quality$/, 'archive-quality'],
   [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],
 ];

@@ -11,6 +11,7 @@ const PAGES = [
   ['/archive/rules', t('archive.rules'), 'settings'],
   ['/archive/defects', t('archive.defects'), 'search'],
   ['/archive/assets', t('archive.assets'), 'layers'],
+  ['/archive/map', t('archive.map'), 'map'],
   ['/archive/quality', t('archive.quality'), 'video'],
 ];
 
