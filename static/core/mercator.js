@@ -7,8 +7,9 @@
 export const TILE_PX = 256;
 /** Zoom at which a view comes closest: some 7 cm in a px. */
 export const CLOSEST = 21;
-/** Zoom at which a single point is shown: some 1 m in a px. */
-const NEAR = 17;
+/** Zoom at which a single point is shown, and the closest for a short line: 1.2 m and 0.3 m in a px. */
+const NEAR_POINT = 17;
+const NEAR_LINE = 19;
 /** Beyond it the square ends. */
 const MOST_LAT = 85.0511287798066;
 /** WGS 84 */
@@ -81,7 +82,7 @@ export function fitted(points, size, margin) {
   }
   const free = [size.width, size.height].map((px) => Math.max(px - 2 * margin, 1));
   const scale = Math.min(free[0] / (right - left), free[1] / (bottom - top));
-  const zoom = Math.min(Math.log2(scale / TILE_PX), NEAR);
+  const zoom = Math.min(Math.log2(scale / TILE_PX), scale === Infinity ? NEAR_POINT : NEAR_LINE);
   return limited({ x: (left + right) / 2, y: (top + bottom) / 2, zoom }, size);
 }
 

@@ -146,16 +146,15 @@ class ArchiveMap extends Component {
   /** The row under the pointer or with the focus is highlighted on the map. */
   #bindsList() {
     const { list, map } = this.parts;
-    const placeAt = ({ target }) => {
-      const key = target.closest('[data-key]')?.dataset.key;
-      return this.#places.find(({ asset }) => asset.asset === key);
-    };
+    const nameAt = (target) => target.closest('[data-key]')?.dataset.key ?? null;
     for (const type of ['focusin', 'pointerover']) {
-      this.listen(list, type, (event) => map.highlight(placeAt(event)?.asset ?? null));
+      this.listen(list, type, ({ target }) => map.highlight(nameAt(target)));
     }
     for (const type of ['focusout', 'pointerleave']) this.listen(list, type, () => map.highlight(null));
-    this.listen(list, 'click', (event) => {
-      if (event.target.closest('button')) map.fit([placeAt(event)]);
+    this.listen(list, 'click', ({ target }) => {
+      if (!target.closest('button')) return;
+      const name = nameAt(target);
+      map.fit(this.#places.filter(({ asset }) => asset.asset === name));
     });
   }
 

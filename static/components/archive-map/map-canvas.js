@@ -42,8 +42,8 @@ export class MapCanvas extends Component {
   #scale = typeScale();
   /** @type {Mark[]} those in view, the worst first */
   #marks = [];
-  /** Asset whose mark is highlighted, or null. */
-  #asset = null;
+  /** Name of the asset whose mark is highlighted, or null. */
+  #highlighted = null;
   #pointed = null;
   #tiles = null;
   #isStale = true;
@@ -136,9 +136,9 @@ export class MapCanvas extends Component {
     return x >= 0 && y >= 0 && x <= this.#size.width && y <= this.#size.height;
   }
 
-  /** Puts a ring around the mark of an asset; null removes it. */
-  highlight(asset) {
-    this.#asset = asset;
+  /** @param {string|null} name of the asset whose mark gets a ring */
+  highlight(name) {
+    this.#highlighted = name;
     this.repaint();
   }
 
@@ -153,8 +153,13 @@ export class MapCanvas extends Component {
       this.paintMs = performance.now() - begun;
     }
     const sheet = { context: sharpContext(above, this.#scale), styles };
-    const marked = this.#asset && this.#marks.find(({ cluster }) => cluster.places.some(({ asset }) => asset === this.#asset));
-    for (const mark of new Set([marked, this.#pointed])) if (mark) paintHighlight(sheet, mark);
+    for (const mark of new Set([this.#highlightedMark(), this.#pointed])) if (mark) paintHighlight(sheet, mark);
+  }
+
+  #highlightedMark() {
+    if (this.#highlighted === null) return null;
+    const isIn = ({ cluster }) => cluster.places.some(({ asset }) => asset.asset === this.#highlighted);
+    return this.#marks.find(isIn);
   }
 
   #paintGround(sheet) {

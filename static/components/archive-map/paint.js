@@ -44,7 +44,8 @@ function paintGraticule({ context, styles, view, size }) {
     return Array.from({ length: Math.max(0, Math.floor(to / step) - first + 1) }, (_, i) => (first + i) * step);
   };
   context.lineWidth = 1;
-  context.strokeStyle = styles.getPropertyValue('--line');
+  context.setLineDash([1, 5]);
+  context.strokeStyle = styles.getPropertyValue('--line-strong');
   context.fillStyle = styles.getPropertyValue('--text-dim');
   context.font = `11px ${styles.getPropertyValue('--sans')}`;
   context.textBaseline = 'top';
@@ -65,6 +66,7 @@ function paintGraticule({ context, styles, view, size }) {
     context.fillText(degreesText(parallel, decimals, 'N', 'S'), size.width - 4, y + 3);
   }
   context.stroke();
+  context.setLineDash([]);
 }
 
 function degreesText(degrees, decimals, positive, negative) {
