@@ -36,6 +36,7 @@ class Inspected:
     severities: tuple[int, ...] = ()
     project: str | None = None
     place: dict[str, Any] = field(default_factory=dict)
+    status: str = "done"
 
 
 def fill(
@@ -73,7 +74,7 @@ def _registered(asset: Registered) -> dict[str, Any]:
 def _inspection(number: int, survey: Inspected) -> dict[str, Any]:
     header = {"asset_id": survey.asset, "date": survey.day, "project": survey.project}
     return {
-        "id": f"{number:032x}", "name": f"{survey.asset} {survey.day}", "status": "done",
+        "id": f"{number:032x}", "name": f"{survey.asset} {survey.day}", "status": survey.status,
         "rig": clip_rig(), "header": header | survey.place, "source_kind": "upload",
         "source_filename": "a.mp4", "source_size": 1, "source_sha256": "0" * 64,
         "video_file": "video.mp4", "video": {}, "corrections": {}, "revision": 0,

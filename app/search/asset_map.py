@@ -1,8 +1,4 @@
-"""The map of all assets: where each is, and how bad its newest inspection found it.
-
-Ways of writing an asset's id that `app.survey.folding.spelling` holds for one are one asset here:
-a grade must not be missing at a culvert because its inspection is written without the hyphen.
-"""
+"""The map of all assets: where each is, and how bad its newest inspection found it."""
 
 from __future__ import annotations
 
@@ -33,6 +29,8 @@ class MappedAsset:
     asset: str
     project: str | None
     """Of the register, else of its newest inspection."""
+    projects: frozenset[str]
+    """All that it belongs to: that of the register, and those of its inspections."""
     worst_severity: int | None
     """Of its newest inspection: what was repaired since an older one does not count."""
     inspections: int
@@ -83,30 +81,38 @@ class AssetMaps:
             assets=placed[:MOST_ASSETS],
             placed=len(placed),
             unplaced=len(found) - len(placed),
-            projects=sorted({asset.project for asset in every if asset.project}),
+            projects=sorted(frozenset[str]().union(*(asset.projects for asset in every))),
         )
 
 
 def assets_of(
-    register: Iterable[RegisteredPlace], surveys: Iterable[SurveyedPlace]
+    register: Sequence[RegisteredPlace], surveys: Iterable[SurveyedPlace]
 ) -> Iterator[MappedAsset]:
     """Yield each asset of the register, and every other one that was inspected.
+
+    One without a place of its own has that of an asset whose id is spelled alike: a grade must not
+    be missing at a culvert because its inspection is written without the hyphen.
 
     Args:
         register: The assets of the register.
         surveys: Their inspections and those of others, from the oldest to the newest.
     """
-    by_spelling: dict[str, list[SurveyedPlace]] = {}
+    by_asset: dict[str, list[SurveyedPlace]] = {}
     for survey in surveys:
-        by_spelling.setdefault(survey.spelling, []).append(survey)
-    registered = set()
+        by_asset.setdefault(survey.asset, []).append(survey)
+    lines = {asset: _newest_line(own) for asset, own in by_asset.items()}
+    alike = {own[0].spelling: lines[asset] for asset, own in by_asset.items() if lines[asset]}
+    alike |= {one.spelling: one.line for one in register if one.line}
     for one in register:
-        registered.add(one.spelling)
-        own = by_spelling.get(one.spelling, [])
-        yield _asset(one.asset, one.project, one.line, own)
-    for name, own in by_spelling.items():
-        if name not in registered:
-            yield _asset(own[-1].asset, None, [], own)
+        line = one.line or lines.get(one.asset) or alike.get(one.spelling, [])
+        yield _asset(one.asset, one.project, line, by_asset.pop(one.asset, []))
+    for asset, own in by_asset.items():
+        yield _asset(asset, None, lines[asset] or alike.get(own[0].spelling, []), own)
+
+
+def _newest_line(surveys: Sequence[SurveyedPlace]) -> list[list[float]]:
+    """Return the ends by the newest survey that states one."""
+    return next((survey.line for survey in reversed(surveys) if survey.line), [])
 
 
 def _asset(
@@ -119,18 +125,31 @@ def _asset(
     return MappedAsset(
         asset=asset,
         project=project or (newest.project if newest else None),
-        worst_severity=newest.worst_severity if newest else None,
+        projects=frozenset(name for name in (project, *(s.project for s in surveys)) if name),
+        worst_severity=_worst(surveys),
         inspections=len(surveys),
         last_on=newest.surveyed_on if newest else None,
-        line=line or next((one.line for one in reversed(surveys) if one.line), []),
+        line=line,
     )
 
 
+def _worst(surveys: Sequence[SurveyedPlace]) -> int | None:
+    """Return the worst severity of the newest day."""
+    grades = [
+        one.worst_severity
+        for one in surveys
+        if (one.has_run, one.surveyed_on) == (surveys[-1].has_run, surveys[-1].surveyed_on)
+    ]
+    return max((grade for grade in grades if grade is not None), default=None)
+
+
 def _is_wanted(asset: MappedAsset, wanted: WantedAssets) -> bool:
-    if wanted.project is not None and asset.project != wanted.project:
-        return False
     worst = asset.worst_severity
-    return wanted.severity_from is None or (worst is not None and worst >= wanted.severity_from)
+    return (
+        (wanted.asset is None or asset.asset == wanted.asset)
+        and (wanted.project is None or wanted.project in asset.projects)
+        and (wanted.severity_from is None or (worst is not None and worst >= wanted.severity_from))
+    )
 
 
 def _worst_first(asset: MappedAsset) -> tuple[int, str]:

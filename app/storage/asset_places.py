@@ -27,6 +27,8 @@ class SurveyedPlace(NamedTuple):
     asset: str
     spelling: str
     project: str | None
+    has_run: bool
+    """Whether it was tracked, or is: what waits for that must not hide what is known."""
     surveyed_on: date
     worst_severity: int | None
     start_lon: float | None
@@ -48,10 +50,11 @@ class AssetPlaces:
         self._database = database
 
     def read(self, spelling: str | None) -> tuple[list[RegisteredPlace], list[SurveyedPlace]]:
-        """Return the register by id, and the inspections from the oldest to the newest.
+        """Return the register by id, and the inspections from the oldest to the newest; those that
+        were not tracked yet come before all others.
 
         Args:
-            spelling: Of the only asset that is wanted; None for all.
+            spelling: Of the only assets that are wanted; None for all.
         """
         registered = select(
             RegisteredAsset.asset_id,
@@ -59,11 +62,13 @@ class AssetPlaces:
             RegisteredAsset.project,
             RegisteredAsset.line,
         ).order_by(RegisteredAsset.asset_id)
+        has_run = Inspection.status.in_(("running", "done"))
         surveyed = (
             select(
                 IndexedInspection.asset,
                 IndexedInspection.asset_spelling,
                 IndexedInspection.project,
+                has_run,
                 IndexedInspection.surveyed_on,
                 IndexedInspection.worst_severity,
                 IndexedInspection.start_lon,
@@ -73,7 +78,7 @@ class AssetPlaces:
             )
             .join(Inspection, Inspection.id == IndexedInspection.inspection_id)
             .where(IndexedInspection.asset_spelling.is_not(None))
-            .order_by(IndexedInspection.surveyed_on, Inspection.created_at)
+            .order_by(has_run, IndexedInspection.surveyed_on, Inspection.created_at)
         )
         if spelling is not None:
             registered = registered.where(RegisteredAsset.spelling == spelling)

@@ -241,7 +241,7 @@ def test_the_place_of_one_asset_is_a_picture_with_its_coordinates(
         """async () => {
           const main = document.querySelector('main');
           main.replaceChildren(document.createElement('asset-map'));
-          main.firstChild.show(await (await fetch('/api/map?asset=cv-01')).json());
+          main.firstChild.show(await (await fetch('/api/map?asset=CV-01')).json());
         }"""
     )
     expect(page.get_by_role("img", name="Where CV-01 lies")).to_be_visible()

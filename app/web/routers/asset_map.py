@@ -23,13 +23,14 @@ Name = Annotated[str | None, Query(max_length=20_000, pattern=LINE)]
 def asset_map(
     services: ServicesDep,
     project: Name = None,
-    asset: Annotated[Name, Query(description="However it is written: CV-01 or cv 01.")] = None,
+    asset: Name = None,
     severity_from: Annotated[int | None, Query(ge=0, le=5)] = None,
 ) -> AssetMapOut:
     """Return where the assets are, with the worst severity of the newest inspection of each.
 
-    The place is that of the register, else that of the header of the newest inspection that states
-    one. Of more than 20,000 assets the worst are returned.
+    Project and asset are whole names. The place is that of the register, else that of the header
+    of the newest inspection that states one, else that of an asset whose id is spelled alike, as
+    CV-01 and cv 01 are. Of more than 20,000 assets the worst are returned.
     """
     pending = services.search.pending()
     wanted = WantedAssets(project=project, asset=asset, severity_from=severity_from)

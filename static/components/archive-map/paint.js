@@ -2,6 +2,7 @@
 
 import { metresPerPx, placeIn, scaleAt, scaleBar, toDegrees, toWorld } from '../../core/mercator.js';
 import { count, lengthUnit } from '../../core/units.js';
+import { drawScaleBar, strokeOnHalo, textOnHalo } from '../scale-bar/scale-bar.js';
 import { drawSeverity } from '../severity-mark/severity-mark.js';
 
 const MARK_PX = 20;
@@ -162,56 +163,27 @@ export function paintHighlight({ context, styles }, { x, y, reach }) {
   context.stroke();
 }
 
+const lookOf = (styles) => ({
+  ink: styles.getPropertyValue('--text'),
+  halo: styles.getPropertyValue('--ground'),
+  font: styles.getPropertyValue('--sans'),
+});
+
 /** Draws a length on the ground, true at the middle of the view, in the lower left corner. */
 export function paintScaleBar({ context, styles, view, size }) {
   const { px, value, unit } = scaleBar(metresPerPx(view), Math.min(BAR_PX, size.width / 3), lengthUnit);
-  const [left, bottom] = [EDGE_PX, size.height - EDGE_PX];
-  const trace = () => {
-    context.beginPath();
-    context.moveTo(left, bottom - 6);
-    context.lineTo(left, bottom);
-    context.lineTo(left + px, bottom);
-    context.lineTo(left + px, bottom - 6);
-    context.stroke();
-  };
-  context.lineJoin = 'miter';
-  withHalo(context, styles, trace);
-  haloText(context, styles, `${count(value)} ${unit}`, left + 5, bottom - 5);
+  drawScaleBar(context, lookOf(styles), [EDGE_PX, size.height - EDGE_PX], px, `${count(value)} ${unit}`);
 }
 
 /** Draws an arrow to the north in the upper right corner: north is always up. */
 export function paintNorth({ context, styles, size }) {
   const [x, top] = [size.width - EDGE_PX - 8, EDGE_PX];
-  const trace = () => {
-    context.beginPath();
+  strokeOnHalo(context, lookOf(styles), () => {
     context.moveTo(x, top + 26);
     context.lineTo(x, top);
     context.moveTo(x - 5, top + 8);
     context.lineTo(x, top);
     context.lineTo(x + 5, top + 8);
-    context.stroke();
-  };
-  withHalo(context, styles, trace);
-  haloText(context, styles, 'N', x - 4.5, top + 40);
-}
-
-/** Draws lines in the colour of text, on a wider stroke that sets them off from tiles. */
-function withHalo(context, styles, trace) {
-  for (const [width, colour] of [[5, '--ground'], [2, '--text']]) {
-    context.lineWidth = width;
-    context.strokeStyle = styles.getPropertyValue(colour);
-    trace();
-  }
-}
-
-function haloText(context, styles, text, left, bottom) {
-  context.font = `600 12px ${styles.getPropertyValue('--sans')}`;
-  context.textAlign = 'left';
-  context.textBaseline = 'bottom';
-  context.lineWidth = 4;
-  context.lineJoin = 'round';
-  context.strokeStyle = styles.getPropertyValue('--ground');
-  context.strokeText(text, left, bottom);
-  context.fillStyle = styles.getPropertyValue('--text');
-  context.fillText(text, left, bottom);
+  });
+  textOnHalo(context, lookOf(styles), 'N', x - 4.5, top + 40);
 }

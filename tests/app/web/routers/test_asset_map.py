@@ -23,7 +23,9 @@ REGISTER = [
 ]
 INSPECTIONS = [
     Inspected("CV-01", "2019-05-02", (5,), "Old", ENDS),
-    Inspected("cv 01", "2024-05-02", (2, 3), "Other"),
+    Inspected("CV-01", "2024-05-02", (2, 3), "Other"),
+    Inspected("CV-01", "2025-05-02", status="draft"),
+    Inspected("cv 01", "2024-05-02", (4,)),
     Inspected("CV-02", "2020-05-02", (1,), None, ENDS),
     Inspected("CV-02", "2024-05-02"),
     Inspected("CV-05", "2024-05-02", (0,), "South", {"end_lat": 3.2, "end_lon": 101.7}),
@@ -62,7 +64,11 @@ def test_each_asset_has_its_place_and_the_grade_of_its_newest_inspection(client:
     found = shown(client)
     assert found.pop("assets") == [
         {
-            "asset": "CV-01", "project": "North", "worst_severity": 3, "inspections": 2,
+            "asset": "cv 01", "project": None, "worst_severity": 4, "inspections": 1,
+            "last_at": "2024-05-02", "line": [[101.5, 3.0], [101.5001, 3.0002]],
+        },
+        {
+            "asset": "CV-01", "project": "North", "worst_severity": 3, "inspections": 3,
             "last_at": "2024-05-02", "line": [[101.5, 3.0], [101.5001, 3.0002]],
         },
         {
@@ -79,7 +85,7 @@ def test_each_asset_has_its_place_and_the_grade_of_its_newest_inspection(client:
         },
     ]  # fmt: skip
     assert found == {
-        "placed": 4, "unplaced": 2, "projects": ["North", "South"], "pending": 0,
+        "placed": 5, "unplaced": 2, "projects": ["North", "Old", "Other", "South"], "pending": 0,
         "tiles": TILES, "attribution": "© Surveyors",
     }  # fmt: skip
 
@@ -90,9 +96,10 @@ def test_assets_are_wanted_by_project_grade_or_name(client: Client) -> None:
         return [asset["asset"] for asset in found["assets"]], found["unplaced"]
 
     assert names(project="South") == (["CV-05"], 2)
-    assert names(severity_from=1) == (["CV-01"], 1)
+    assert names(severity_from=1) == (["cv 01", "CV-01"], 1)
     assert names(project="North", severity_from=0) == (["CV-01"], 0)
-    assert names(asset="cv_01") == (["CV-01"], 0)
+    assert names(project="Old") == (["CV-01"], 0)
+    assert names(asset="cv 01") == (["cv 01"], 0)
     assert names(asset="CV-06") == ([], 1)
     assert names(project="Nowhere") == ([], 0)
     assert_error(client.get("/api/map?severity_from=6"), 422, "invalid_request")
