@@ -232,10 +232,16 @@ def test_the_projection_holds_at_the_antimeridian_the_poles_and_for_one_place(
     ]  # fmt: skip
 
 
-def test_the_place_of_one_asset_is_a_picture_with_its_coordinates(
+def test_a_map_without_assets_says_how_they_get_there_and_one_asset_has_a_picture(
     page: Page, server: Server
 ) -> None:
+    nothing = {"assets": [], "placed": 0, "unplaced": 3, "projects": [], "pending": 0}
+    page.route(re.compile(r"/api/map\?$"), lambda route: route.fulfill(json=nothing))
     log_in(page, server, "/archive/map")
+    expect(page.get_by_role("heading", name="No asset has coordinates yet")).to_be_visible()
+    expect(page.get_by_text("Latitude of the start")).to_be_visible()
+    expect(page.get_by_role("link", name="Register of assets")).to_be_visible()
+
     shown = page.locator("asset-map")
     page.evaluate(
         """async () => {

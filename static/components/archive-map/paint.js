@@ -71,9 +71,9 @@ function paintGraticule({ context, styles, view, size }) {
 }
 
 function degreesText(degrees, decimals, positive, negative) {
-  const text = `${Math.abs(degrees).toFixed(decimals)}°`;
-  if (Number(Math.abs(degrees).toFixed(decimals)) === 0) return text;
-  return `${text} ${degrees > 0 ? positive : negative}`;
+  const number = Math.abs(degrees).toFixed(decimals);
+  const hasSide = ![0, 180].includes(Number(number));
+  return `${number}°${hasSide ? ` ${degrees > 0 ? positive : negative}` : ''}`;
 }
 
 /** Draws the lines of the places that are long enough to be seen. */
