@@ -43,6 +43,7 @@ from app.web.routers import (
     archive,
     asset_map,
     attachments,
+    bulk,
     catalogue,
     corrections,
     counter,
@@ -106,8 +107,9 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, attachments, picking,
-        corrections, counter, media, catalogue, packs, rigs, reviews, samples, archive, search,
-        asset_map, sources, meter_counter, tokens, unrolled, health, metrics, live, viewer, pages,
+        corrections, counter, media, bulk, catalogue, packs, rigs, reviews, samples, archive,
+        search, asset_map, sources, meter_counter, tokens, unrolled, health, metrics, live,
+        viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))
