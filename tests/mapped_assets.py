@@ -50,8 +50,8 @@ def fill(
         for seq, severity in enumerate(survey.severities, 1)
     ]
     rows: dict[type[Base], list[dict[str, Any]]] = {
-        RegisteredAsset: [_registered(asset) for asset in registered],
-        Inspection: [_inspection(number, survey) for number, survey in surveys],
+        RegisteredAsset: [registered_row(asset) for asset in registered],
+        Inspection: [inspection_row(number, survey) for number, survey in surveys],
         ObservationRow: [_observation(*tag) for tag in tags],
     }
 
@@ -63,7 +63,8 @@ def fill(
     database.write(store)
 
 
-def _registered(asset: Registered) -> dict[str, Any]:
+def registered_row(asset: Registered) -> dict[str, Any]:
+    """Values of its row."""
     return {
         "asset_id": asset.asset, "spelling": spelling(asset.asset), "project": asset.project,
         "header": {}, "line": asset.line, "folded": folded(asset.asset, asset.project),
@@ -71,7 +72,8 @@ def _registered(asset: Registered) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _inspection(number: int, survey: Inspected) -> dict[str, Any]:
+def inspection_row(number: int, survey: Inspected) -> dict[str, Any]:
+    """Values of its row; the id is made of the number."""
     header = {"asset_id": survey.asset, "date": survey.day, "project": survey.project}
     return {
         "id": f"{number:032x}", "name": f"{survey.asset} {survey.day}", "status": survey.status,
