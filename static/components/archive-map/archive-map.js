@@ -28,6 +28,8 @@ const ZOOM_DECIMALS = 2;
 class ArchiveMap extends Component {
   #places = [];
   #filters = {};
+  /** Projects to choose from, a line each. */
+  #offered;
   #card;
   /** Ends with the question to the server. */
   #asked = new AbortController();
@@ -82,6 +84,7 @@ class ArchiveMap extends Component {
   #filter() {
     for (const name of FILTERS) this.#filters[name] = this.parts[name].value;
     this.#next = 'all';
+    this.#keepInAddress();
     this.#ask();
   }
 
@@ -111,6 +114,8 @@ class ArchiveMap extends Component {
   #offerProjects(projects) {
     const { project } = this.#filters;
     const names = projects.includes(project) || project === '' ? projects : [project, ...projects];
+    if (names.join('\n') === this.#offered) return; // a list that is open stays open
+    this.#offered = names.join('\n');
     render(this.parts.project, html`<option value="">${t('search.any')}</option>${names.map((name) => html`<option value="${name}">${name}</option>`)}`);
     this.parts.project.value = project;
   }
@@ -130,8 +135,13 @@ class ArchiveMap extends Component {
     const { map } = this.parts;
     const [lat, lon, zoom] = map.look;
     const at = [lat.toFixed(LAT_LON_DECIMALS), lon.toFixed(LAT_LON_DECIMALS), zoom.toFixed(ZOOM_DECIMALS)].join();
-    history.replaceState(null, '', `${location.pathname}?${new URLSearchParams([...this.#chosen(), ['at', at]])}`);
+    this.#keepInAddress(['at', at]);
     this.#list();
+  }
+
+  #keepInAddress(...looks) {
+    const query = new URLSearchParams([...this.#chosen(), ...looks]);
+    history.replaceState(null, '', `${location.pathname}${query.size ? `?${query}` : ''}`);
   }
 
   #list() {
