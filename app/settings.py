@@ -23,7 +23,7 @@ _TILES = re.compile(r"https?://[A-Za-z0-9.-]+(:[0-9]{1,5})?/[!-~]*")
 """Without user name and password; the policy of the page names the host as it stands."""
 _PLACEHOLDERS = re.compile(r"{[^}]*}|[{}]")
 _PEER = re.compile(r"(([A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]):)?[0-9]{1,5}")
-_SECRET = ("database", "token", "webhook_secret", "webhook_url")
+_SECRET = ("database", "map_tiles", "token", "webhook_secret", "webhook_url")
 _LOGO_BYTES = 2 * 2**20
 _LOGO_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 """First bytes of a PNG, and of a JPEG."""
@@ -172,6 +172,7 @@ class Settings(BaseSettings):
     map_tiles: str | None = Field(
         default=None,
         max_length=1000,
+        repr=False,
         description="Address of raster tiles below the map of assets, such as "
         "`https://tiles.example/{z}/{x}/{y}.png`; the browsers of all users fetch them from there. "
         "None by default.",

@@ -135,5 +135,6 @@ def test_a_logo_is_a_png_or_a_jpeg(environment, tmp_path, suffix):
 )
 def test_tiles_of_the_map_have_an_address_with_three_placeholders(environment, address):
     environment(MAP_TILES=address)
-    with pytest.raises(InvalidSettings, match=r"^CHAINAGE_MAP_TILES: It is an address"):
+    with pytest.raises(InvalidSettings, match=r"^CHAINAGE_MAP_TILES: It is an address") as error:
         Settings.load()
+    assert "secret" not in str(error.value)
