@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from app.access.access import Principal
 
 MOST_NAMED = 50
-"""Most others that a page is told of."""
+"""Most others in one message."""
 
 
 @dataclass(frozen=True)

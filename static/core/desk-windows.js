@@ -2,9 +2,9 @@
  * Parts of the desk in windows of their own, for a second screen. Such a window is the page of the same inspection with
  * `?window=`, tied to the desk by a channel of this browser that is named after the inspection.
  *
- * Messages of the desk: `who` asks which windows are open, `shown` {playhead, selection}, `close` {part}. Those of a
- * window: `open` and `closed` {part}, `seek` {frame}, `select` {id}. What is tagged or changed needs none: every page
- * follows the server and this browser's outbox.
+ * Messages of the desk: `who` asks which windows are open, `shown` {playhead, selection, isPicking}, `close` {part}.
+ * Those of a window: `open` and `closed` {part}, `seek` {frame}, `select` {id}, `picked` {found}. What is tagged or
+ * changed needs none: every page follows the server and this browser's outbox.
  */
 
 import { Store } from './store.js';
@@ -34,7 +34,7 @@ export class DeskWindows extends Store {
     this.#channel = channelOf(desk);
     this.#channel.onmessage = ({ data }) => this.#hear(data);
     signal.addEventListener('abort', () => this.#channel.close());
-    for (const store of [desk.playhead, desk.selection]) {
+    for (const store of [desk.playhead, desk.selection, desk.picking]) {
       store.addEventListener('change', () => this.value.length && this.#show(), { signal });
     }
     desk.observations.addEventListener('change', () => this.#select(this.#awaited), { signal });
@@ -62,13 +62,14 @@ export class DeskWindows extends Store {
     return opened !== null;
   }
 
-  #hear({ type, part, frame, id }) {
+  #hear({ type, part, frame, id, found }) {
     if (type === 'open') {
       if (!this.has(part)) this.set([...this.value, part]);
       this.#show();
     } else if (type === 'closed') this.#remove(part);
     else if (type === 'seek') this.#desk.seek(frame);
     else if (type === 'select') this.#select(id);
+    else if (type === 'picked') this.#desk.picking.value?.(found);
   }
 
   #remove(part) {
@@ -83,9 +84,9 @@ export class DeskWindows extends Store {
   }
 
   #show() {
-    const { frame, row, isLive } = this.#desk.playhead.value;
-    const playhead = { frame, row, isLive, capturedMs: null }; // its clock is that of this page
-    this.#channel.postMessage({ type: 'shown', playhead, selection: this.#desk.selection.value });
+    const { playhead: { value: now }, selection, picking } = this.#desk;
+    const playhead = { ...now, capturedMs: null }; // that is by the clock of this page
+    this.#channel.postMessage({ type: 'shown', playhead, selection: selection.value, isPicking: picking.value !== null });
   }
 }
 
@@ -102,11 +103,13 @@ export function followDesk(desk, part, signal) {
   const select = () => {
     if (selected === null || observations.find(selected)) selection.set(selected);
   };
+  const pick = (found) => channel.postMessage({ type: 'picked', found });
   channel.onmessage = ({ data }) => {
     if (data.type === 'who') channel.postMessage({ type: 'open', part });
     if (data.type === 'close' && data.part === part) window.close();
     if (data.type !== 'shown') return;
     playhead.set(data.playhead);
+    desk.picking.set(data.isPicking ? pick : null);
     selected = data.selection;
     select();
   };

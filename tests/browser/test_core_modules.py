@@ -156,6 +156,28 @@ def test_text_is_escaped_wherever_it_comes_from(site: Page) -> None:
     assert shown == [evil, evil + evil, 0]
 
 
+def test_broken_or_foreign_memories_of_a_browser_count_as_none(site: Page) -> None:
+    found = site.evaluate(
+        """async () => {
+          const { recall, recallMembers, remember } = await import('/static/core/remembered.js');
+          const read = (text, otherwise) => {
+            localStorage.setItem('x', text);
+            return recall('x', otherwise);
+          };
+          const recalled = [
+            read('{broken', {}), read('[1]', {}), read('null', {}), read('{"a": 1}', []),
+            read('"text"', null), read('{"a": 1}', null),
+          ];
+          remember('x', { lanes: 'all', click: 'seek', other: 1, pack: 7 });
+          const members = recallMembers('x', { lanes: ['wall'], click: 'tag', pack: null });
+          remember('x', null);
+          return [recalled, members, localStorage.getItem('x')];
+        }"""
+    )
+    usual = {"lanes": ["wall"], "click": "seek", "pack": 7}
+    assert found == [[{}, {}, {}, [], None, {"a": 1}], usual, None]
+
+
 def test_a_live_message_is_split_into_header_and_picture(site: Page) -> None:
     parsed = site.evaluate(
         """async () => {

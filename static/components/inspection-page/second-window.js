@@ -10,6 +10,8 @@ import '../review-panel/lock-notice.js';
 import '../viewer-panel/viewer-panel.js';
 import '../wall-strip/wall-strip.js';
 
+const ACKNOWLEDGED_AFTER_MS = 500;
+
 const TITLES = { viewer: t('viewer.title'), wall: t('wall.label') };
 
 /**
@@ -35,6 +37,10 @@ export function buildWindow(page, part) {
       </main>`,
   );
   if (part === 'wall') bindZoom(parts, desk, signal);
+  // The film is on the desk: here a few messages a second are enough for what changes with a run.
+  desk.live.addEventListener('message', ({ detail: { header } }) => {
+    setTimeout(() => desk.live.acknowledge(header.seq), ACKNOWLEDGED_AFTER_MS);
+  }, { signal });
   desk.addEventListener('tagged', ({ detail }) => desk.done(t('desk.tagged_point', { where: chainage(detail.distance_m) })), { signal });
   bindKeys(document, [
     { keys: ['u', 'Ctrl+z'], run: () => page.undo() },
