@@ -4,6 +4,9 @@ A defect of a later survey is the same as one of an earlier survey if it has the
 lies at the same distance within their 95 % intervals, and at most an hour of the clock away. The
 characters of a code may differ, because a crack that grows becomes a fracture. Surveys from the
 other end have other distances; a defect matches within its own direction only.
+
+A survey shows that a defect is gone, or that one is new, only if it covered the place: it reached
+beyond the whole interval in which the defect lies.
 """
 
 from __future__ import annotations
@@ -12,6 +15,15 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import date
+from typing import Literal, get_args
+
+Change = Literal["first", "new", "grown", "unchanged", "gone"]
+"""What one survey shows about a defect: `first` if no earlier one covered the place, `new` if one
+did and saw nothing, `grown` or `unchanged` (not worse) if it was seen before, else `gone`.
+"""
+CHANGES: tuple[Change, ...] = get_args(Change)
+_QUANTITIES = ("severity", "quant1", "quant2")
+"""What may grow; the first one that did is named."""
 
 UNSTATED_U95_M = 0.3
 """Half-width assumed for a distance without an interval, as another program measured it: counters
@@ -33,6 +45,9 @@ class Seen:
     u95_m: float | None
     clock: int | None
     severity: int | None
+    quant1: float | None = None
+    """First quantity of its code, like a width in mm; the second one follows."""
+    quant2: float | None = None
 
     @property
     def reach_m(self) -> float:
@@ -48,6 +63,23 @@ class Survey:
     direction: str
     """Direction of the header; surveys of different directions are not compared."""
     defects: Sequence[Seen]
+    end_m: float | None = None
+    """Distance that it reached; None if what it does not show means nothing, as nobody has looked
+    for defects yet."""
+
+    def covers(self, seen: Seen) -> bool:
+        """Return whether it would have shown a defect that another survey saw."""
+        return self.end_m is not None and seen.distance_m + seen.reach_m <= self.end_m
+
+
+@dataclass(frozen=True)
+class Growth:
+    """A quantity of a defect that is larger than when it was stated before."""
+
+    quantity: str
+    """severity, quant1 or quant2."""
+    before: float
+    after: float
 
 
 @dataclass
@@ -57,6 +89,8 @@ class Trace:
     direction: str
     seen: list[Seen] = field(default_factory=list)
     days: list[date] = field(default_factory=list)
+    surveys: list[int] = field(default_factory=list)
+    """Places of the surveys that saw it in the list of all surveys."""
 
     @property
     def first_severity(self) -> int | None:
@@ -74,6 +108,11 @@ class Trace:
         first, last = self.first_severity, self.last_severity
         return first is not None and last is not None and last > first
 
+    @property
+    def growth(self) -> Growth | None:
+        """What has grown from the sightings before to the last one."""
+        return _growth(self.seen[:-1], self.seen[-1])
+
 
 def traces_of(surveys: Sequence[Survey]) -> list[Trace]:
     """Follow every defect through the surveys.
@@ -84,7 +123,7 @@ def traces_of(surveys: Sequence[Survey]) -> list[Trace]:
         Each defect of each survey in exactly one trace, in the order of their last distances.
     """
     known: dict[tuple[str, str], list[Trace]] = {}
-    for survey in surveys:
+    for place, survey in enumerate(surveys):
         by_code: dict[str, list[Seen]] = {}
         for seen in survey.defects:
             by_code.setdefault(seen.code, []).append(seen)
@@ -98,8 +137,59 @@ def traces_of(surveys: Sequence[Survey]) -> list[Trace]:
                     traces.append(trace)
                 trace.seen.append(seen)
                 trace.days.append(survey.on)
+                trace.surveys.append(place)
     found = [trace for traces in known.values() for trace in traces]
     return sorted(found, key=lambda trace: trace.seen[-1].distance_m)
+
+
+def changes_of(trace: Trace, surveys: Sequence[Survey]) -> list[Change | None]:
+    """Return what each survey shows about a defect.
+
+    Args:
+        trace: The defect.
+        surveys: All that `traces_of` was given.
+    Returns:
+        One for each survey; None where it shows nothing about it: another direction, the place not
+        covered, not seen yet, or still gone.
+    """
+    seen_in = dict(zip(trace.surveys, trace.seen, strict=True))
+    changes: list[Change | None] = []
+    before: list[Seen] = []
+    state: Change | None = None
+    was_looked_for = False
+    for place, survey in enumerate(surveys):
+        change: Change | None = None
+        if survey.direction == trace.direction:
+            seen = seen_in.get(place)
+            if seen is not None:
+                change = _change_of(before, seen, was_looked_for=was_looked_for)
+                before.append(seen)
+            elif survey.covers(before[-1] if before else trace.seen[0]):
+                was_looked_for = True
+                change = "gone" if before and state != "gone" else None
+        state = change or state
+        changes.append(change)
+    return changes
+
+
+def _change_of(before: Sequence[Seen], seen: Seen, *, was_looked_for: bool) -> Change:
+    if not before:
+        return "new" if was_looked_for else "first"
+    return "unchanged" if _growth(before, seen) is None else "grown"
+
+
+def _growth(before: Sequence[Seen], after: Seen) -> Growth | None:
+    for name in _QUANTITIES:
+        stated = [value for one in before if (value := getattr(one, name)) is not None]
+        value = getattr(after, name)
+        if stated and value is not None and value > stated[-1]:
+            return Growth(name, stated[-1], value)
+    return None
+
+
+def counted(changes: Sequence[Change | None]) -> dict[Change, int]:
+    """Return how often each change occurs: of all defects in one survey."""
+    return {change: changes.count(change) for change in CHANGES}
 
 
 def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trace]:

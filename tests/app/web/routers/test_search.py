@@ -149,7 +149,7 @@ def test_the_history_of_an_asset_shows_what_grew(server: Client, done: str) -> N
     (asset,) = found(server, "assets", search="a/1 E")["assets"]
     assert asset == {
         "asset": "A/1 é", "project": "J2", "inspections": 2, "last_at": "2024-05-01",
-        "worst_severity": 4,
+        "worst_severity": 4, "filmed_id": None, "is_registered": False, "also_written": [],
     }  # fmt: skip
     history = found(server, "assets/A%2F1%20%C3%A9")
     assert history["asset"] == "A/1 é"
@@ -161,6 +161,10 @@ def test_the_history_of_an_asset_shows_what_grew(server: Client, done: str) -> N
     traces = {one["code"]: one for one in history["traces"]}
     grown = traces["BAB"]
     assert (grown["first_severity"], grown["last_severity"], grown["has_grown"]) == (2, 4, True)
+    assert (grown["change"], grown["changes"]) == ("grown", ["first", "grown"])
+    growth = {"quantity": "severity", "before": 2, "after": 4, "unit": None}
+    assert grown["growth"] == growth
+    assert second["changes"]["grown"] == sum(first["changes"].values()) - 1 == 1
     assert (grown["first_at"], grown["last_at"]) == ("2019-05-01", "2024-05-01")
     assert [(one["inspection_id"], one["observation_id"]) for one in grown["seen"]] == [
         (done, TAGS[1]), (later, TAGS[1]),
@@ -192,6 +196,6 @@ def test_the_quality_of_a_film_is_listed(server: Client, done: str) -> None:
 
 def test_who_may_only_look_may_search(shared: Client) -> None:
     with shared.anonymous() as nobody:
-        for path in ("defects", "assets", "assets/a", "quality"):
+        for path in ("defects", "projects", "assets", "assets/a", "quality"):
             assert_error(nobody.get(f"/api/archive/{path}"), 401, "unauthenticated")
     assert shared.headers["Authorization"] == f"Bearer {TOKEN}"
