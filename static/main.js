@@ -15,6 +15,7 @@ import './components/archive-assets/archive-assets.js';
 import './components/archive-defects/archive-defects.js';
 import './components/archive-failures/archive-failures.js';
 import './components/archive-films/archive-films.js';
+import './components/archive-projects/archive-projects.js';
 import './components/archive-quality/archive-quality.js';
 import './components/archive-rules/archive-rules.js';
 import './components/compare-page/compare-page.js';
@@ -33,6 +34,7 @@ const PAGES = [
   [/^\/archive\/failures$/, 'archive-failures'],
   [/^\/archive\/rules$/, 'archive-rules'],
   [/^\/archive\/defects$/, 'archive-defects'],
+  [/^\/archive\/projects$/, 'archive-projects'],
   [/^\/archive\/assets$/, 'archive-assets'],
   [/^\/archive\/quality$/, 'archive-quality'],
   [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],

@@ -20,6 +20,7 @@ from app.survey.asset_history import (
     counted,
     traces_of,
 )
+from app.survey.checks import END_CODES, START_CODE
 from app.survey.review import DRAFT
 from app.survey.search_terms import (
     AssetFilter,
@@ -36,6 +37,8 @@ from app.survey.search_terms import (
 _MOST_SURVEYS = 50
 """Newest inspections in the history of an asset."""
 _UNKNOWN = "unknown"
+_NO_DEFECTS = frozenset({START_CODE, *END_CODES})
+"""Codes that say where a survey began and ended."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,8 @@ class History:
     """Number of its inspections, of which the newest are in the next field."""
     inspections: list[Past]
     followed: list[Followed]
+    also_written: tuple[str, ...]
+    """Other ids with the same letters and digits: probably the same asset."""
 
 
 class Search:
@@ -129,6 +134,7 @@ class Search:
                 for place, found in enumerate(inspections)
             ],
             followed,
+            self._assets.also_written(asset),
         )
 
 
@@ -146,10 +152,12 @@ def _survey(found: FoundInspection, defects: Sequence[FoundDefect]) -> Survey:
             one.row.quant2,
         )
         for one in defects
-        if one.row.code is not None and one.row.distance_m is not None
+        if one.row.code is not None
+        and one.row.code not in _NO_DEFECTS
+        and one.row.distance_m is not None
     ]
     # A film that nobody has looked at yet shows of no defect that it is gone.
-    is_looked_at = bool(seen) or found.inspection.review_state != DRAFT
+    is_looked_at = bool(defects) or found.inspection.review_state != DRAFT
     return Survey(
         on=found.row.surveyed_on,
         direction=str(found.inspection.header.get("direction") or _UNKNOWN),

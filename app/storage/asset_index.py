@@ -15,7 +15,6 @@ from sqlalchemy import (
     ColumnElement,
     CompoundSelect,
     Subquery,
-    and_,
     case,
     exists,
     func,
@@ -89,7 +88,8 @@ class AssetIndex:
             total = counted(session, query)
             found = session.execute(query.order_by(*order).offset(page.offset).limit(page.limit))
             assets = [Asset(*row) for row in found]
-            return total, _with_clashes(session, assets)
+            alike = _alike(session, [one.asset for one in assets])
+            return total, [replace(one, also_written=alike[one.asset]) for one in assets]
 
     def projects(
         self, text: str, wanted: ProjectFilter, page: Page[ProjectSort]
@@ -110,6 +110,11 @@ class AssetIndex:
             total = counted(session, query)
             found = session.execute(query.order_by(*order).offset(page.offset).limit(page.limit))
             return total, [Project(*row) for row in found]
+
+    def also_written(self, asset: str) -> tuple[str, ...]:
+        """Return other ids with the same letters and digits: probably the same asset."""
+        with self._database.read() as session:
+            return _alike(session, [asset])[asset]
 
     def inspections_of(self, asset: str, limit: int) -> tuple[int, list[FoundInspection]]:
         """Return the number of inspections of an asset, and the newest of them, oldest first."""
@@ -267,29 +272,21 @@ def _projects_with_words(project: ColumnElement[Any], text: str) -> Iterator[Col
         yield exists().where(is_same, *with_words(table.folded, text))
 
 
-def _with_clashes(session: Session, assets: Sequence[Asset]) -> list[Asset]:
-    """Add to each asset the other ids that are spelled like its own."""
-    spellings = {spelling(one.asset) for one in assets}
-    alike: CompoundSelect[str, str] = union(
+def _alike(session: Session, assets: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Return for each of these assets the other ids that are spelled like its own."""
+    spellings = {spelling(asset) for asset in assets}
+    query: CompoundSelect[str, str] = union(
         select(IndexedInspection.asset_spelling, IndexedInspection.asset).where(
-            and_(
-                IndexedInspection.asset.is_not(None),
-                IndexedInspection.asset_spelling.in_(spellings),
-            )
+            IndexedInspection.asset_spelling.in_(spellings)
         ),
         select(RegisteredAsset.spelling, RegisteredAsset.asset_id).where(
             RegisteredAsset.spelling.in_(spellings)
         ),
     )
     ids: dict[str, list[str]] = {}
-    for spelled, asset in sorted(session.execute(alike).all()):
+    for spelled, asset in sorted(session.execute(query).all()):
         ids.setdefault(spelled, []).append(asset)
-    return [
-        replace(
-            one,
-            also_written=tuple(
-                other for other in ids.get(spelling(one.asset), ()) if other != one.asset
-            ),
-        )
-        for one in assets
-    ]
+    return {
+        asset: tuple(other for other in ids.get(spelling(asset), ()) if other != asset)
+        for asset in assets
+    }

@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field, StringConstraints, model_validator
 from app.inspections.inspections import InspectionView
 from app.storage.inspection_list import Found
 from app.storage.tables import IMPORTED, Inspection
+from app.survey.catalogue.header import asset_of, project_of
 from app.survey.given import TEXT, Given, Header, Name
 from app.survey.interval import half_width_m
 from app.survey.labels import Labels
@@ -170,6 +171,9 @@ class InspectionOut(BaseModel):
 
     id: str
     name: str
+    project: str | None
+    """Header field project, else job_ref, else client_job_ref."""
+    asset: str | None
     status: Literal["queued", "running", "done", "failed", "cancelled"]
     progress: ProgressOut
     distance_m: float | None
@@ -207,6 +211,8 @@ class InspectionOut(BaseModel):
         return cls(
             id=row.id,
             name=row.name,
+            project=project_of(row.header),
+            asset=asset_of(row.header),
             status=row.status,  # type: ignore[arg-type]  # checked by pydantic
             progress=ProgressOut(
                 frames_done=view.progress.frames_done,

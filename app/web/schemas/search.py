@@ -258,6 +258,8 @@ class HistoryOut(BaseModel):
     """The inspections of an asset, oldest first, and what became of its defects."""
 
     asset: str
+    also_written: list[str]
+    """Other ids with the same letters and digits: probably the same asset."""
     total: int
     """Number of its inspections; the newest of them follow."""
     pending: int
@@ -275,6 +277,7 @@ class HistoryOut(BaseModel):
         }
         return cls(
             asset=asset,
+            also_written=list(history.also_written),
             total=history.total,
             pending=pending,
             inspections=[SurveyOut.of(past) for past in history.inspections],

@@ -10,6 +10,7 @@ const PAGES = [
   ['/archive/failures', t('archive.failures'), 'alert'],
   ['/archive/rules', t('archive.rules'), 'settings'],
   ['/archive/defects', t('archive.defects'), 'search'],
+  ['/archive/projects', t('archive.projects'), 'folder'],
   ['/archive/assets', t('archive.assets'), 'layers'],
   ['/archive/quality', t('archive.quality'), 'video'],
 ];

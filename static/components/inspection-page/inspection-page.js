@@ -14,8 +14,9 @@ import { openExport } from '../export-dialog/export-dialog.js';
 import { EMERGENCY, GROUPS, formatOf } from '../export-dialog/formats.js';
 import { GRAVEST } from '../severity-mark/severity-mark.js';
 import { icon } from '../icon/icon.js';
-import { pace } from '../inspection-list/inspection-list.js';
+import { pace } from '../inspection-list/row.js';
 import { showKeys } from '../key-help/key-help.js';
+import { editLabels, showLabelButton } from '../labels/labels.js';
 import { closesElsewhere } from '../menu/menu.js';
 import { askEndOfRecording, openRecordOn } from '../run-again/run-again.js';
 import { reviewChip, statusChip } from '../status-chip/status-chip.js';
@@ -86,6 +87,7 @@ class InspectionPage extends Component {
             <h1 class="desk-bar__name" title="${name}">${name}</h1>
             <span role="status" data-part="chip"></span>
             <button type="button" class="chip-button" title="${t('tab.review')}" data-part="review"></button>
+            <button type="button" class="chip-button label-button" data-part="labels"></button>
             <span class="desk-bar__pace dim number" data-part="pace"></span>
           </div>
           <div class="desk-bar__tools">
@@ -166,6 +168,7 @@ class InspectionPage extends Component {
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
     this.listen(desk.review, 'change', () => this.#showReview());
     this.listen(parts.review, 'click', () => desk.tab.set('review'));
+    this.listen(parts.labels, 'click', () => orToast(() => editLabels(desk.inspection.value, () => desk.inspection.load())));
     this.listen(parts.cancel, 'click', () => orToast(() => this.#cancel()));
     this.listen(parts.recordOn, 'click', () => this.#recordOn());
     this.listen(parts.retry, 'click', () => orToast(() => this.#retry()));
@@ -372,7 +375,8 @@ class InspectionPage extends Component {
 
   #showState() {
     const { parts, desk } = this;
-    const { status, progress } = desk.inspection.value;
+    const { status, progress, labels } = desk.inspection.value;
+    showLabelButton(parts.labels, labels);
     if (parts.chip.dataset.status !== status) {
       parts.chip.dataset.status = status;
       render(parts.chip, statusChip(status));
