@@ -148,6 +148,8 @@ def _survey(found: FoundInspection, defects: Sequence[FoundDefect]) -> Survey:
             one.row.distance_u95_m,
             one.row.clock,
             one.row.severity,
+            one.row.clock_to,
+            one.row.continuous and one.row.continuous[0],
             one.row.quant1,
             one.row.quant2,
         )

@@ -1,12 +1,16 @@
 """What became of the defects of an asset from survey to survey.
 
-A defect of a later survey is the same as one of an earlier survey if it has the same main code,
-lies at the same distance within their 95 % intervals, and at most an hour of the clock away. The
-characters of a code may differ, because a crack that grows becomes a fracture. Surveys from the
-other end have other distances; a defect matches within its own direction only.
+A defect of a later survey is the same as one of an earlier survey if it has the same main code and
+the same role in a stretch, lies at the same distance within their 95 % intervals and the tolerance
+of a click, and at most an hour of the clock away. The characters of a code may differ, because a
+crack that grows becomes a fracture. Surveys from the other end have other distances; a defect
+matches within its own direction only.
 
 A survey shows that a defect is gone, or that one is new, only if it covered the place: it reached
 beyond the whole interval in which the defect lies.
+
+`static/components/compare-page/matching.js` has the same rules for two runs, which it also aligns
+by their joints or from both ends; a test compares both.
 """
 
 from __future__ import annotations
@@ -15,6 +19,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import date
+from math import hypot
 from typing import Literal, get_args
 
 Change = Literal["first", "new", "grown", "unchanged", "gone"]
@@ -28,8 +33,8 @@ _QUANTITIES = ("severity", "quant1", "quant2")
 UNSTATED_U95_M = 0.3
 """Half-width assumed for a distance without an interval, as another program measured it: counters
 of cables are read to a tenth of a metre, and slip."""
-_ROUNDING_M = 0.0005
-"""Distances are published to the millimetre."""
+_SPOT_M = 0.1
+"""Distance between two people's clicks on the same defect."""
 _CLOCK_REACH_H = 1
 """A clock position is entered as a whole hour."""
 
@@ -45,6 +50,10 @@ class Seen:
     u95_m: float | None
     clock: int | None
     severity: int | None
+    clock_to: int | None = None
+    """Where the sector that begins at `clock` ends, clockwise; None if that is one hour only."""
+    role: str | None = None
+    """A where a stretch starts, C where it changes, B where it finishes; None outside one."""
     quant1: float | None = None
     """First quantity of its code, like a width in mm; the second one follows."""
     quant2: float | None = None
@@ -199,7 +208,7 @@ def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trac
     widest_m = max((trace.seen[-1].reach_m for trace in traces), default=0.0)
     pairs = []
     for number, seen in enumerate(defects):
-        reach_m = seen.reach_m + widest_m + _ROUNDING_M
+        reach_m = _SPOT_M + hypot(seen.reach_m, widest_m)
         first = bisect_left(places_m, seen.distance_m - reach_m)
         last = bisect_right(places_m, seen.distance_m + reach_m)
         pairs += [
@@ -217,10 +226,26 @@ def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trac
 
 
 def _is_same(before: Seen, after: Seen) -> bool:
-    reach_m = before.reach_m + after.reach_m + _ROUNDING_M
-    if abs(after.distance_m - before.distance_m) > reach_m:
+    reach_m = _SPOT_M + hypot(before.reach_m, after.reach_m)
+    if before.role != after.role or abs(after.distance_m - before.distance_m) > reach_m:
         return False
     if before.clock is None or after.clock is None:
         return True
-    hours = abs(after.clock - before.clock)
-    return min(hours, 12 - hours) <= _CLOCK_REACH_H
+    return _hours_apart(_sector(before, before.clock), _sector(after, after.clock)) <= (
+        _CLOCK_REACH_H
+    )
+
+
+def _sector(seen: Seen, clock: int) -> tuple[int, int]:
+    return clock, clock if seen.clock_to is None else seen.clock_to
+
+
+def _hours_apart(one: tuple[int, int], other: tuple[int, int]) -> int:
+    """Return the hours between two sectors, 0 where they overlap."""
+    if _is_within(other[0], one) or _is_within(one[0], other):
+        return 0
+    return min((other[0] - one[1]) % 12, (one[0] - other[1]) % 12)
+
+
+def _is_within(hour: int, sector: tuple[int, int]) -> bool:
+    return (hour - sector[0]) % 12 <= (sector[1] - sector[0]) % 12

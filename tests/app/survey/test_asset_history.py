@@ -11,8 +11,8 @@ from app.survey.asset_history import Growth, Seen, Survey, changes_of, counted, 
 NUMBERS = count()
 
 
-def seen(distance_m, severity=None, *, code="BAB", u95_m=0.1, clock=12):
-    return Seen("i", f"o{next(NUMBERS)}", code, distance_m, u95_m, clock, severity)
+def seen(distance_m, severity=None, *, code="BAB", u95_m=0.1, clock=12, **more):
+    return Seen("i", f"o{next(NUMBERS)}", code, distance_m, u95_m, clock, severity, **more)
 
 
 def surveys(*found, directions=None):
@@ -33,15 +33,18 @@ def test_a_defect_that_grew_is_one_trace_with_its_first_and_last_severity():
 @pytest.mark.parametrize(
     ("later", "is_same"),
     [
-        (seen(3.2), True),  # the intervals touch
-        (seen(3.21), False),
-        (seen(3.25, u95_m=0.2), True),
-        (seen(3.39, u95_m=None), True),  # another program's distance has no interval
-        (seen(3.41, u95_m=None), False),
+        (seen(3.24), True),  # the interval of a difference, and the tolerance of a click
+        (seen(3.25), False),
+        (seen(3.3, u95_m=0.2), True),
+        (seen(3.41, u95_m=None), True),  # another program's distance has no interval
+        (seen(3.42, u95_m=None), False),
         (seen(3.0, code="BAC"), False),
         (seen(3.0, clock=1), True),  # across 12
         (seen(3.0, clock=2), False),
         (seen(3.0, clock=None), True),
+        (seen(3.0, clock=8, clock_to=11), True),
+        (seen(3.0, clock=8, clock_to=10), False),
+        (seen(3.0, role="A"), False),
     ],
 )
 def test_the_same_defect_has_the_same_code_near_the_same_place(later, is_same):
