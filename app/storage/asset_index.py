@@ -28,6 +28,7 @@ from app.storage.database import Database
 from app.storage.index_queries import (
     WITH_INSPECTION,
     FoundInspection,
+    a_page,
     counted,
     of_project,
     unknown_last,
@@ -85,8 +86,7 @@ class AssetIndex:
         query = select(rows).where(*_fitting_assets(rows.c.asset, wanted))
         order = (unknown_last(rows.c[page.sort], page), rows.c.asset)
         with self._database.read() as session:
-            total = counted(session, query)
-            found = session.execute(query.order_by(*order).offset(page.offset).limit(page.limit))
+            total, found = a_page(session, query, order, page)
             assets = [Asset(*row) for row in found]
             alike = _alike(session, [one.asset for one in assets])
             return total, [replace(one, also_written=alike[one.asset]) for one in assets]
@@ -107,8 +107,7 @@ class AssetIndex:
             query = query.where(or_(*_projects_with_words(rows.c.project, text)))
         order = (unknown_last(rows.c[page.sort], page), rows.c.project.asc().nulls_last())
         with self._database.read() as session:
-            total = counted(session, query)
-            found = session.execute(query.order_by(*order).offset(page.offset).limit(page.limit))
+            total, found = a_page(session, query, order, page)
             return total, [Project(*row) for row in found]
 
     def also_written(self, asset: str) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +29,20 @@ class FoundInspection:
 def counted(session: Session, query: Select[*tuple[Any, ...]]) -> int:
     """Return the number of rows of a query."""
     return session.scalar(select(func.count()).select_from(query.subquery())) or 0
+
+
+def a_page(
+    session: Session,
+    query: Select[*tuple[Any, ...]],
+    order: Sequence[ColumnElement[Any]],
+    page: Page[Any],
+) -> tuple[int, list[tuple[Any, ...]]]:
+    """Return the number of rows of a query and a page of them, for which it is run only once."""
+    numbered = query.add_columns(func.count().over()).order_by(*order)
+    found = session.execute(numbered.offset(page.offset).limit(page.limit)).all()
+    if not found:  # a page behind the last one does not have the number
+        return (counted(session, query) if page.offset else 0), []
+    return found[0][-1], [tuple(row[:-1]) for row in found]
 
 
 def ordered(column: Column[Any], page: Page[Any]) -> ColumnElement[Any]:

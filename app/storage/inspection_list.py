@@ -12,7 +12,7 @@ from sqlalchemy import ColumnElement, Select, exists, func, select
 
 from app.storage.alerts import EMERGENCY
 from app.storage.database import Database
-from app.storage.index_queries import of_project, ordered, unknown_last
+from app.storage.index_queries import a_page, of_project, ordered, unknown_last
 from app.storage.inspections import SEVERITY, SUMMARY, Summary
 from app.storage.tables import (
     Base,
@@ -55,27 +55,25 @@ class InspectionList:
 
     def found(self, wanted: InspectionFilter, page: Page[InspectionSort]) -> Found:
         """Return one page of the inspections that fit."""
-        fits = list(_conditions(wanted))
-        query = _sorted(select(Inspection.id, func.count().over()), page).where(*fits)
+        query = _with_index(select(Inspection.id)).where(*_conditions(wanted))
         number = select(func.count()).select_from(Inspection)
         with self._database.read() as session:
             # Two steps: counting the observations of all inspections takes seconds.
-            shown = session.execute(query.offset(page.offset).limit(page.limit)).all()
-            ids = [inspection_id for inspection_id, _ in shown]
+            total, shown = a_page(session, query, _order(page), page)
+            ids = [inspection_id for (inspection_id,) in shown]
             rows = session.execute(SUMMARY.where(Inspection.id.in_(ids)))
             by_id = {row[0].id: Summary(*row) for row in rows}
-            # A page behind the last one does not have the number.
-            total = shown[0][1] if shown else session.scalar(_with_index(number).where(*fits))
             return Found(
                 summaries=[by_id[one] for one in ids],
-                total=total or 0,
+                total=total,
                 stored=session.scalar(number) or 0,
                 grave=[Grave(*row) for row in session.execute(_GRAVE)],
             )
 
     def ids(self, wanted: InspectionFilter, page: Page[InspectionSort]) -> list[str]:
         """Return the ids of the inspections of a page."""
-        query = _sorted(select(Inspection.id), page).where(*_conditions(wanted))
+        query = _with_index(select(Inspection.id)).where(*_conditions(wanted))
+        query = query.order_by(*_order(page))
         with self._database.read() as session:
             return list(session.scalars(query.offset(page.offset).limit(page.limit)))
 
@@ -84,15 +82,12 @@ def _with_index(query: Select[*tuple[Any, ...]]) -> Select[*tuple[Any, ...]]:
     return query.outerjoin(IndexedInspection, IndexedInspection.inspection_id == Inspection.id)
 
 
-def _sorted(
-    query: Select[*tuple[Any, ...]], page: Page[InspectionSort]
-) -> Select[*tuple[Any, ...]]:
-    """Sort by what is asked for; equal ones are in the order of their ids."""
+def _order(page: Page[InspectionSort]) -> tuple[ColumnElement[Any], ...]:
+    """Return the order that is asked for; equal ones are in the order of their ids."""
     if page.sort in _OF_INSPECTION.c:
-        order = ordered(_OF_INSPECTION.c[page.sort], page)
-    else:
-        order = unknown_last(_OF_INDEX.c[page.sort], page)  # also what is not indexed yet
-    return _with_index(query).order_by(order, Inspection.id)
+        return ordered(_OF_INSPECTION.c[page.sort], page), _OF_INSPECTION.c.id
+    # What is not indexed yet comes last too.
+    return unknown_last(_OF_INDEX.c[page.sort], page), _OF_INSPECTION.c.id
 
 
 def _conditions(wanted: InspectionFilter) -> Iterator[ColumnElement[bool]]:
