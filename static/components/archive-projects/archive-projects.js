@@ -7,7 +7,7 @@ import { Component } from '../../core/store.js';
 import { count, day } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { assetTableMarkup, fillAssetTable } from '../archive-assets/asset-table.js';
-import { archivePage, exportButton, pendingNote, showFault } from '../archive-shell/archive-shell.js';
+import { archivePage, exportButton, factsMarkup, pendingNote, showFault } from '../archive-shell/archive-shell.js';
 import '../data-table/data-table.js';
 import { icon } from '../icon/icon.js';
 import { closesElsewhere } from '../menu/menu.js';
@@ -72,13 +72,13 @@ class ArchiveProjects extends Component {
           <a class="button" href="/?${query}">${icon('video')}${t('projects.inspections')}</a>
           ${project !== null && html`<a class="button" href="/archive/defects?${query}">${icon('search')}${t('archive.defects')}</a>
             <a class="button" href="/archive/map?${query}">${icon('flag')}${t('projects.map')}</a>`}`,
-        content: html`<dl class="project-facts panel" data-part="facts"></dl>${assetTableMarkup()}`,
+        content: html`<div class="project-facts panel" data-part="facts"></div>${assetTableMarkup()}`,
       }),
     );
     fillAssetTable(this, true);
     const load = async () => {
       const { projects } = await get(`/api/archive/projects?${query}`, this.signal);
-      render(this.parts.facts, factsMarkup(projects[0]));
+      render(this.parts.facts, projectFacts(projects[0]));
       return POLL_S;
     };
     poll(load, this.signal, (error) => showFault(this.parts.fault, error));
@@ -87,18 +87,17 @@ class ArchiveProjects extends Component {
 
 const queryOf = (project) => new URLSearchParams(project === null ? { no_project: 'true' } : { project });
 
-function factsMarkup(project) {
+function projectFacts(project) {
   if (!project) return html`<p class="dim">${t('projects.unknown')}</p>`;
   const { assets, inspections, done, approved, last_at: at, worst_severity: worst } = project;
-  const facts = [
+  return factsMarkup([
     [t('archive.assets'), count(assets)],
     [t('list.title'), count(inspections)],
     [t('projects.done'), count(done)],
     [t('projects.approved'), count(approved)],
     [t('assets.last'), at ? day(at) : '–'],
     [t('projects.worst'), worstMarkup(worst)],
-  ];
-  return html`${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd class="number">${value}</dd></div>`)}`;
+  ]);
 }
 
 const columns = () => [

@@ -70,6 +70,10 @@ export function followFilters(element, list, signal, onError) {
 /** Says that some inspections are not in the answer yet. */
 export const pendingNote = (n) => html`${n > 0 && html`<p class="message">${icon('wait')}<span>${t('search.pending', { n })}</span></p>`}`;
 
+/** Facts side by side: [name, value]. */
+export const factsMarkup = (facts) =>
+  html`<dl class="facts">${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd class="number">${value}</dd></div>`)}</dl>`;
+
 /** The way to everything, for other programs. */
 export const exportButton = () => html`<details class="menu export-all"><summary class="button">${icon('download')}${t('archive.export')}</summary>
   <div class="menu__list panel"><p class="menu__note">${t('archive.export_help')}</p>
