@@ -5,12 +5,11 @@ It is made when somebody wants it, and kept: it can be made again at any time.
 
 from __future__ import annotations
 
-import threading
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from app.errors import BlobNotFound, Busy, PhotoNotFound
+from app.errors import BlobNotFound, PhotoNotFound
 from app.storage import keys
 from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs
@@ -26,7 +25,6 @@ from app.tracking.videos import NO_FILM
 
 WIDTH_PX = 240
 _JPEG_QUALITY = 80
-_WAIT_FOR_TURN_S = 20.0
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class Shown:
 
 
 class Thumbnails:
-    """Makes thumbnails one at a time: a list that wants fifty must not delay the photos of tags."""
+    """Makes thumbnails, and keeps them as blobs."""
 
     def __init__(
         self,
@@ -63,7 +61,6 @@ class Thumbnails:
         self._blobs = blobs
         self._films = films
         self._media = media
-        self._turn = threading.Lock()
 
     def shown(self, inspection_id: str) -> Shown:
         """Return what the thumbnail shows.
@@ -88,20 +85,16 @@ class Thumbnails:
         Raises:
             PhotoNotFound: The file of the photo or the film is missing.
             UnreadableVideo, MediaFailed, MediaTimeout: It cannot be decoded.
-            Busy: Many thumbnails are being made.
+            Busy: Many pictures are being read from films.
         """
         key = keys.thumbnail(shown.inspection.id, shown.name)
         if self._blobs.exists(key):
             return self._blobs.get(key)
-        if not self._turn.acquire(timeout=_WAIT_FOR_TURN_S):
-            raise Busy("Many thumbnails are being made; try again in a moment.")
         try:
             whole = self._picture(shown)
             jpeg = self._media.reduced(whole, WIDTH_PX, _JPEG_QUALITY)
         except BlobNotFound as error:
             raise PhotoNotFound("The file of this picture is missing.") from error
-        finally:
-            self._turn.release()
         self._blobs.put_again(key, jpeg)
         return jpeg
 

@@ -26,7 +26,7 @@ from app.web.deps import InspectionId, ServicesDep, viewer
 from app.web.ranges import PRIVATE, blob_response
 from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.records import LossesOut
-from app.web.slow import slow
+from app.web.slow import for_lists, slow
 from app.web.versions import etag
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
@@ -75,7 +75,7 @@ def frame(
     | failures(InspectionNotFound, PhotoNotFound, *READING_A_FILM),
 )
 @viewer
-@slow
+@for_lists
 def thumbnail(inspection_id: InspectionId, services: ServicesDep, request: Request) -> Response:
     """Return a small picture: the photo of the worst defect, else a frame of the film."""
     shown = services.thumbnails.shown(inspection_id)

@@ -174,6 +174,32 @@ def test_the_history_of_an_asset_shows_what_grew(server: Client, done: str) -> N
     assert found(server, "assets/nobody")["inspections"] == []
 
 
+def imported(client: Client, day: str, *rows: str) -> None:
+    """A survey of another program, with rows of distance and code."""
+    listed = "\n".join(rows)
+    text = f"#B01=AAD;ABF\nCV-77;{day}\n#C=I;A\n{listed}\n#Z\n"
+    made = client.post("/api/imports", params={"filename": "old.txt"}, content=text.encode())
+    (inspection,) = made.raise_for_status().json()["inspections"]
+    header = {"asset_id": "CV-77", "date": day, "direction": "with_flow"}
+    state(client, inspection["id"], **header)
+
+
+def test_a_survey_shows_a_defect_as_gone_only_where_it_went(server: Client, done: str) -> None:
+    imported(server, "2015-05-01", "0;BCD", "3;BAB", "30;BAF", "40;BCE")
+    imported(server, "2019-05-01", "0;BCD", "12;BBA", "15;BDC")
+    imported(server, "2024-05-01", "0;BCD", "12;BBA", "40;BCE")
+    state(server, done, asset_id="CV-77", date="2025-05-01", direction="with_flow")  # not tagged
+    history = found(server, "assets/CV-77")
+    assert {one["code"]: one["changes"] for one in history["traces"]} == {
+        "BAB": ["first", "gone", None, None],
+        "BAF": ["first", None, "gone", None],
+        "BBA": [None, "new", "unchanged", None],
+    }
+    assert [one["has_film"] for one in history["inspections"]] == [False, False, False, True]
+    counts = history["inspections"][2]["changes"]
+    assert counts == {"first": 0, "new": 0, "grown": 0, "unchanged": 1, "gone": 1}
+
+
 @pytest.mark.parametrize(
     "query",
     [
