@@ -55,12 +55,14 @@ from app.storage.archive_changes import ArchiveChanges
 from app.storage.archive_films import ArchiveFilms
 from app.storage.archive_intake import IntakeStore
 from app.storage.archive_rules import RuleStore
+from app.storage.asset_index import AssetIndex
 from app.storage.asset_places import AssetPlaces
 from app.storage.blob_stores import blobs_at
 from app.storage.blobs import Blobs
 from app.storage.database import Database, stored_at
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
+from app.storage.inspection_list import InspectionList
 from app.storage.members import Hooks, members_of
 from app.storage.preferences import PreferenceStore
 from app.storage.reviews import ReviewStore
@@ -83,6 +85,7 @@ from app.tracking.relay import Relay
 from app.tracking.run_files import RunFiles
 from app.tracking.runs import Runs
 from app.tracking.succession import Duties, Succession
+from app.tracking.thumbnails import Thumbnails
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from app.viewer.clicks import Clicks
@@ -118,6 +121,7 @@ class Services:
     counter_queue: CounterQueue
     photos: Photos
     clips: Clips
+    thumbnails: Thumbnails
     media: Media
     packs: Packs
     rigs: Rigs
@@ -262,6 +266,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.enter_context(live.listening(None, index_worker.on_event))
     inspections = Inspections(
         records.inspection_store,
+        InspectionList(database),
+        records.label_store,
         folder,
         blobs,
         film_files,
@@ -388,6 +394,14 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         counter_queue=counter_queue,
         photos=photos,
         clips=clips,
+        thumbnails=Thumbnails(
+            records.inspection_store,
+            records.observation_store,
+            records.attachment_store,
+            blobs,
+            film_files,
+            media,
+        ),
         media=media,
         packs=records.packs,
         rigs=Rigs(RigStore(database)),
@@ -398,9 +412,11 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         bulk_exports=bulk_exports,
         reviews=Reviews(records.inspection_store, ReviewStore(database), live),
         archive_export=records.archive_export,
-        search=Search(records.defect_index, index_worker),
         asset_maps=AssetMaps(
             AssetPlaces(database), Background(settings.map_tiles, settings.map_attribution)
+        ),
+        search=Search(
+            records.defect_index, AssetIndex(database), records.label_store, index_worker
         ),
         live=live,
         scenes=scenes,

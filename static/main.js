@@ -17,6 +17,7 @@ import './components/archive-failures/archive-failures.js';
 import './components/archive-films/archive-films.js';
 import './components/archive-map/archive-map.js';
 import './components/asset-map/asset-map.js';
+import './components/archive-projects/archive-projects.js';
 import './components/archive-quality/archive-quality.js';
 import './components/archive-rules/archive-rules.js';
 import './components/compare-page/compare-page.js';
@@ -35,6 +36,7 @@ const PAGES = [
   [/^\/archive\/failures$/, 'archive-failures'],
   [/^\/archive\/rules$/, 'archive-rules'],
   [/^\/archive\/defects$/, 'archive-defects'],
+  [/^\/archive\/projects$/, 'archive-projects'],
   [/^\/archive\/assets$/, 'archive-assets'],
   [/^\/archive\/map$/, 'archive-map'],
   [/^\/archive\/quality$/, 'archive-quality'],

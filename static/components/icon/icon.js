@@ -43,6 +43,8 @@ const SHAPES = {
   whole: html`<path d="M2.500 5v10M17.500 5v10M5 10h10M7.500 7.500L5 10l2.500 2.500M12.500 7.500L15 10l-2.500 2.500" />`,
   swap: html`<path d="M3.500 7h11M11.500 4l3 3-3 3M16.500 13h-11M8.500 10l-3 3 3 3" />`,
   ruler: html`<path d="M2.500 13L13 2.500l4.500 4.500L7 17.500zM6 9.500l2 2M8.500 7l1.500 1.500M11 4.500l2 2" />`,
+  folder: html`<path d="M2.500 4.500h5.500l2 2.500h7.500v9h-15z" />`,
+  label: html`<path d="M3.500 3.500h6l7 7-6 6-7-7z" /><circle class="solid" cx="7" cy="7" r="1.200" />`,
   flag: html`<path d="M5 17.500V3h10l-2.500 3.500L15 10H5" />`,
   people: html`<circle cx="7.500" cy="7" r="3" /><path d="M2 16.500a5.500 5.500 0 0 1 11 0M13 4.300a3 3 0 0 1 0 5.400M15 11.800a5.500 5.500 0 0 1 3 4.700" />`,
   lock: html`<rect x="4.500" y="9" width="11" height="7.500" rx="1.500" /><path d="M7 9V6.500a3 3 0 0 1 6 0V9" />`,
