@@ -16,6 +16,7 @@ import './components/archive-defects/archive-defects.js';
 import './components/archive-failures/archive-failures.js';
 import './components/archive-films/archive-films.js';
 import './components/archive-quality/archive-quality.js';
+import './components/archive-register/archive-register.js';
 import './components/archive-rules/archive-rules.js';
 import './components/compare-page/compare-page.js';
 import './components/inspection-list/inspection-list.js';
@@ -35,6 +36,7 @@ const PAGES = [
   [/^\/archive\/defects$/, 'archive-defects'],
   [/^\/archive\/assets$/, 'archive-assets'],
   [/^\/archive\/quality$/, 'archive-quality'],
+  [/^\/archive\/register$/, 'archive-register'],
   [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],
 ];
 

@@ -11,6 +11,7 @@ const PAGES = [
   ['/archive/rules', t('archive.rules'), 'settings'],
   ['/archive/defects', t('archive.defects'), 'search'],
   ['/archive/assets', t('archive.assets'), 'layers'],
+  ['/archive/register', t('archive.register'), 'table'],
   ['/archive/quality', t('archive.quality'), 'video'],
 ];
 

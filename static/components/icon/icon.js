@@ -36,6 +36,7 @@ const SHAPES = {
   menu: html`<path d="M3.500 5.500h13M3.500 10h13M3.500 14.500h13" />`,
   settings: html`<path d="M3 6h7M14 6h3M3 14h3M10 14h7" /><circle cx="12" cy="6" r="2" /><circle cx="8" cy="14" r="2" />`,
   help: html`<circle cx="10" cy="10" r="7.500" /><path d="M7.700 7.800a2.400 2.400 0 1 1 3.400 2.200c-.800.400-1.100.900-1.100 1.700M10 14.200v.1" />`,
+  table: html`<rect x="2.500" y="4" width="15" height="12" rx="1" /><path d="M2.500 8h15M2.500 12h15M8 4v12" />`,
   search: html`<circle cx="8.500" cy="8.500" r="5" /><path d="M12.500 12.500l4 4" />`,
   layers: html`<path d="M10 3l7.500 4-7.500 4-7.500-4zM3.500 10.500L10 14l6.500-3.500M3.500 13.800L10 17.300l6.500-3.500" />`,
   minus: html`<path d="M4 10h12" />`,
