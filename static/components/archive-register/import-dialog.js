@@ -30,14 +30,20 @@ export async function importAssets() {
       if (error.name === 'AbortError') return;
       if (!(error instanceof ApiError)) throw error;
       parts.fault.textContent = errorText(error);
+      parts.state.textContent = '';
     }
     parts.pick.disabled = parts.take.disabled = false;
-    parts.state.textContent = '';
+  };
+
+  const showResult = (found) => {
+    render(parts.state, countsMarkup(found));
+    render(parts.result, resultMarkup(found));
   };
 
   const tryOut = (chosen) => during(async () => {
     file = chosen;
     parts.result.replaceChildren();
+    parts.state.textContent = '';
     parts.take.hidden = true;
     parts.name.textContent = `${file.name} · ${bytes(file.size)}`;
     if (file.size > MOST_BYTES) {
@@ -47,7 +53,7 @@ export async function importAssets() {
     parts.state.textContent = t('register.checking');
     const found = await importTable(file, true, left.signal);
     const changes = found.added + found.changed;
-    render(parts.result, resultMarkup(found));
+    showResult(found);
     parts.take.textContent = t('register.take_all', { n: changes, count: count(changes) });
     parts.take.hidden = found.faulty > 0 || changes === 0;
   });
@@ -73,7 +79,7 @@ export async function importAssets() {
     if (found.faulty === 0) {
       done = found;
       dialog.close();
-    } else render(parts.result, resultMarkup(found));
+    } else showResult(found);
   }));
   parts.pick.focus();
   await closed;
@@ -87,22 +93,23 @@ const dialogMarkup = () => html`<div class="drop register__drop" data-part="drop
       <a class="button" href="/api/register/template.csv" download>${icon('download')}${t('register.template')}</a></div>
     <p class="help">${t('register.columns')}</p></div>
     <input type="file" accept=".csv,.txt,.tsv,text/csv" aria-label="${t('register.pick')}" data-part="input" hidden /></div>
-  <p><b data-part="name"></b> <span class="dim" role="status" data-part="state"></span></p>
+  <div class="register__file"><b data-part="name"></b><div role="status" data-part="state"></div></div>
   <p class="fault" role="alert" data-part="fault"></p>
-  <div class="register__result" role="region" aria-live="polite" aria-label="${t('register.result')}" data-part="result"></div>
+  <div class="register__result" data-part="result"></div>
   <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
     <button type="button" class="button button--primary" data-part="take" hidden></button></div>`;
+
+const countsMarkup = ({ added, changed, same, faulty }) => html`<ul class="register__counts">
+  <li class="chip">${t('register.count_add', { n: added, count: count(added) })}</li>
+  <li class="chip">${t('register.count_change', { n: changed, count: count(changed) })}</li>
+  <li class="chip">${t('register.count_same', { n: same, count: count(same) })}</li>
+  ${faulty > 0 && html`<li class="chip chip--failed">${icon('alert')}${t('register.count_fault', { n: faulty, count: count(faulty) })}</li>`}</ul>`;
 
 function resultMarkup({ added, changed, same, faulty, faults, warnings, rows, ignored }) {
   const good = rows.filter(({ action }) => action !== 'fault');
   const total = added + changed + same;
-  return html`<ul class="register__counts">
-      <li class="chip">${t('register.count_add', { n: added, count: count(added) })}</li>
-      <li class="chip">${t('register.count_change', { n: changed, count: count(changed) })}</li>
-      <li class="chip">${t('register.count_same', { n: same, count: count(same) })}</li>
-      ${faulty > 0 && html`<li class="chip chip--failed">${icon('alert')}${t('register.count_fault', { n: faulty, count: count(faulty) })}</li>`}</ul>
-    ${ignored.length > 0 && html`<p class="message">${icon('info')}<span>${t('register.ignored', { n: ignored.length, names: ignored.join(', ') })}</span></p>`}
-    ${faulty > 0 && html`<p class="message message--error">${icon('alert')}<span>${t('register.repair')}</span></p>
+  return html`${ignored.length > 0 && html`<p class="message">${icon('info')}<span>${t('register.ignored', { n: ignored.length, names: ignored.join(', ') })}</span></p>`}
+    ${faulty > 0 && html`<p class="message message--error">${icon('alert')}<span>${t('register.repair')}${new Set(faults.map(({ row }) => row)).size < faulty && ` ${t('register.more_faults', { n: faults.length })}`}</span></p>
       ${tableMarkup(t('register.faults'), [t('register.column'), t('register.fault')], faults.map(({ row, column, detail }) => [row, column ?? t('register.whole_row'), detail]))}`}
     ${warnings.length > 0 && html`<p class="message message--warning">${icon('alert')}<span>${t('register.alike')}</span></p>
       ${tableMarkup(t('register.alike'), [t('archive.asset'), t('register.known_as')], warnings.map(({ row, asset_id: id, same: others }) => [row, id, others.join(', ')]))}`}
