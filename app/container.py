@@ -41,6 +41,7 @@ from app.jobs.messages import Limits
 from app.meter_counter.line import MeterCounter, Peer
 from app.ops.health import Health
 from app.ops.metrics import Metrics, WatchedServices
+from app.reports.bulk import BulkExports
 from app.reports.report import Company
 from app.reports.reports import Reports
 from app.search.export import ArchiveExport
@@ -124,6 +125,7 @@ class Services:
     preferences: Preferences
     samples: Samples
     reports: Reports
+    bulk_exports: BulkExports
     reviews: Reviews
     search: Search
     archive_export: ArchiveExport
@@ -345,6 +347,17 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
     access_store, token_file = AccessStore(database), TokenFile(folder.root)
+    clips = Clips(
+        records.inspection_store,
+        records.observation_store,
+        blobs,
+        film_files,
+        tracks,
+        Limits(settings.child_memory_bytes, CLIP_CPU_S),
+    )
+    bulk_exports = BulkExports(records.inspection_store, records.reports, clips.content_of)
+    bulk_exports.start()
+    stack.callback(bulk_exports.stop)
     return Services(
         access=Access(access_store, token_file, token),
         holders=Holders(access_store, token_file, token),
@@ -372,14 +385,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         counters=records.counters,
         counter_queue=counter_queue,
         photos=photos,
-        clips=Clips(
-            records.inspection_store,
-            records.observation_store,
-            blobs,
-            film_files,
-            tracks,
-            Limits(settings.child_memory_bytes, CLIP_CPU_S),
-        ),
+        clips=clips,
         media=media,
         packs=records.packs,
         rigs=Rigs(RigStore(database)),
@@ -388,6 +394,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,
+        bulk_exports=bulk_exports,
         reviews=Reviews(records.inspection_store, ReviewStore(database), live),
         archive_export=records.archive_export,
         search=Search(records.defect_index, index_worker),

@@ -58,6 +58,10 @@ class TooManyAttachments(AppError):
     """The observation has as many attachments as it may have."""
 
 
+class BulkExportNotFound(AppError):
+    """No bulk export has this id, or its archive is not made yet."""
+
+
 class TileNotFound(AppError):
     """The part of the wall was not seen."""
 

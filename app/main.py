@@ -42,6 +42,7 @@ from app.web.routers import (
     aiming,
     archive,
     attachments,
+    bulk,
     catalogue,
     corrections,
     counter,
@@ -106,8 +107,9 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, attachments, picking,
-        corrections, counter, media, catalogue, packs, rigs, register, reviews, samples, archive,
-        search, sources, meter_counter, tokens, unrolled, health, metrics, live, viewer, pages,
+        corrections, counter, media, bulk, catalogue, packs, rigs, register, reviews, samples,
+        archive, search, sources, meter_counter, tokens, unrolled, health, metrics, live, viewer,
+        pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))
