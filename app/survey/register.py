@@ -22,8 +22,7 @@ _DECIMALS = 7
 _TOGETHER = (
     ("shape", "height_mm", "width_mm"),
     ("known_length_m", "known_length_source"),
-    ("start_lat", "start_lon"),
-    ("end_lat", "end_lon"),
+    ("start_lat", "start_lon", "end_lat", "end_lon"),
 )
 """Fields that only mean something together."""
 _WKT = re.compile(

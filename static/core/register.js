@@ -12,8 +12,7 @@ export const MOST_BYTES = 16 * 2 ** 20;
 const TOGETHER = [
   ['shape', 'height_mm', 'width_mm'],
   ['known_length_m', 'known_length_source'],
-  ['start_lat', 'start_lon'],
-  ['end_lat', 'end_lon'],
+  ['start_lat', 'start_lon', 'end_lat', 'end_lon'],
 ];
 
 /**

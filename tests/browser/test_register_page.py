@@ -55,6 +55,8 @@ def test_from_a_table_of_the_owner_to_the_header_of_an_inspection(
     dialog.get_by_role("button", name="Save").click()
     expect(dialog.get_by_text("“3.2, 1010” is not latitude")).to_be_visible()
     dialog.get_by_label("Position").fill("3.2, 101.4\n3.21, 101.41")
+    dialog.get_by_role("textbox", name="Material", exact=True).fill("clay")
+    dialog.get_by_label("Year built").fill("1998")
     dialog.get_by_role("button", name="Save").click()
     expect(page.get_by_role("row", name="CV-02")).to_contain_text("line of 2 points")
 
@@ -93,11 +95,16 @@ def test_from_a_table_of_the_owner_to_the_header_of_an_inspection(
         12.5, 3.139, False,
     )  # fmt: skip
 
-    # The header of an inspection: each filled field is stored.
+    # The header of an inspection: all that is filled in is one step of the history.
     page.get_by_role("tab", name="Header").click()
     field["asset_id"].fill("CV-02")
     field["asset_id"].blur()
-    expect(filled).to_contain_text("Position")
+    expect(filled).to_have_text("Filled in from the register: Material, Year built.")
     expect(page.locator(".header-panel__state")).to_have_text("Saved")
     stored = json.load(server.ask("GET", f"/api/inspections/{made}"))["header"]
-    assert (stored["asset_id"], stored["end_lat"]) == ("CV-02", 3.21)
+    assert stored == header | {"asset_id": "CV-02", "material": "clay", "year": 1998}
+    events = json.load(server.ask("GET", f"/api/inspections/{made}/events"))["events"]
+    assert [event["after"]["header"] for event in events if event["action"] == "changed"] == [
+        stored,
+        header | {"asset_id": "CV-02"},
+    ]
