@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from typing import Any
 
 from sqlalchemy import ColumnElement, Executable, func, insert, select, union, update
 from sqlalchemy.orm import Session
 
-from app.errors import AssetNotFound
+from app.errors import AssetNotFound, Busy
 from app.storage.database import Database
 from app.storage.tables import IndexedInspection, RegisteredAsset
 from app.survey.folding import folded, spelling, words_of
@@ -19,6 +20,8 @@ from app.survey.versions import Require
 
 _AT_ONCE = 1_000
 """Ids of one query: databases limit the number of its parameters."""
+_TRIES = 5
+"""How often an import is planned anew because somebody has changed the register meanwhile."""
 
 
 class AssetStore:
@@ -98,18 +101,23 @@ class AssetStore:
             return steps(stated, _known(session, stated))
 
     def take(self, stated: Sequence[Stated], who: str) -> list[Step]:
-        """Add and change assets in one transaction; return what was done."""
+        """Add and change assets in one transaction; return what was done.
 
-        def apply(session: Session) -> list[Step]:
-            done = steps(stated, _known(session, stated))
+        Raises:
+            Busy: Others keep changing the register.
+        """
+        for _ in range(_TRIES):
+            # Planned before the transaction: other writes, such as tags, wait for its end.
+            with self._database.read() as session:
+                state, done = _state(session), steps(stated, _known(session, stated))
             now = datetime.now(UTC)
-            for action, change in (("add", insert), ("change", update)):
-                rows = [_columns(step.asset, who, now) for step in done if step.action == action]
-                if rows:
-                    session.execute(change(RegisteredAsset), rows)
-            return done
-
-        return self._database.write(apply)
+            added, changed = (
+                [_columns(step.asset, who, now) for step in done if step.action == action]
+                for action in ("add", "change")
+            )
+            if self._database.write(partial(_applied, state, added, changed)):
+                return done
+        raise Busy("Others keep changing the register; import the table again in a moment.")
 
     def spelt_alike(self, asset_ids: Iterable[str]) -> dict[str, list[str]]:
         """Return the ids in the register, and of inspected assets, that have one of the spellings
@@ -148,6 +156,24 @@ def _columns(asset: Asset, who: str, now: datetime) -> dict[str, Any]:
         "changed_at": now,
         "changed_by": who,
     }
+
+
+def _applied(
+    state: Hashable, added: list[dict[str, Any]], changed: list[dict[str, Any]], session: Session
+) -> bool:
+    """Insert and update rows, unless the register is no longer in the state of the plan."""
+    if _state(session) != state:
+        return False
+    for change, rows in ((insert, added), (update, changed)):
+        if rows:
+            session.execute(change(RegisteredAsset), rows)
+    return True
+
+
+def _state(session: Session) -> Hashable:
+    """Return what differs after every change of the register."""
+    query = select(func.count(), func.max(RegisteredAsset.changed_at)).select_from(RegisteredAsset)
+    return tuple(session.execute(query).one())
 
 
 def _known(session: Session, stated: Sequence[Stated]) -> Mapping[str, Asset]:

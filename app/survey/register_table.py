@@ -16,7 +16,6 @@ from typing import Literal
 from app.errors import InvalidTable
 from app.survey.catalogue.header import ASSET_FIELDS, FIELDS, Value
 from app.survey.catalogue.values import InvalidValue, value_of
-from app.survey.given import LINE
 from app.survey.register import (
     LONGEST_ID,
     LONGEST_REGISTERED,
@@ -33,6 +32,7 @@ from vo_core.csv_rows import plain, records, separator_of, unquoted
 
 MEDIA_TYPE = "text/csv; charset=utf-8"
 MOST_ROWS = 50_000
+MOST_COLUMNS = 500
 
 _KEY = "asset_id"
 _ENDS = ("start_lat", "start_lon", "end_lat", "end_lon")
@@ -41,7 +41,9 @@ TEMPLATE = (_KEY, "project", *ASSET_FIELDS, *_PLACE)
 """Columns that a table may have."""
 _WRITTEN = (_KEY, "project", *ASSET_FIELDS, "wkt")
 _NUMBERS = {field.name for field in FIELDS if field.kind == "number"}
-_PRINTABLE = re.compile(LINE)
+_CONTROL = re.compile("[\x00-\x08\x0e-\x1b\x7f-\x84\x86-\x9f]")
+_SHOWN = 60
+"""Characters that a message shows of what it found."""
 
 Action = Literal["add", "change", "same", "fault"]
 
@@ -120,7 +122,7 @@ def read_table(content: bytes) -> Table:
                 f"The table has more than {MOST_ROWS} rows; split it into several files."
             )
         reader.take(line, cells)
-    ignored = [name for name in columns if name not in TEMPLATE and name]
+    ignored = [name[:_SHOWN] for name in columns if name not in TEMPLATE and name]
     return Table(ignored, reader.rows, reader.stated, reader.faults)
 
 
@@ -160,7 +162,7 @@ class _Reader:
         if self._has_place:
             try:
                 place = self._line(cells)
-            except InvalidLine as error:
+            except (InvalidLine, InvalidValue) as error:
                 faults.append(Fault(line, "wkt" if cells.get("wkt") else "start_lat", str(error)))
         if faults:
             self.faults += faults
@@ -215,17 +217,19 @@ class _Reader:
     def _degrees(self, name: str, text: str) -> float | None:
         if not text:
             return None
+        self._require_point(name, text)
         try:
-            self._require_point(name, text)
             return float(text.replace(",", "."))
         except ValueError as error:
-            raise InvalidLine(f"{name} must be degrees, such as 3.1412 (found {text!r})") from error
+            raise InvalidLine(
+                f"{name} must be degrees, such as 3.1412 (found {text[:_SHOWN]!r})"
+            ) from error
 
     def _require_point(self, name: str, text: str) -> None:
         if "," in text and not self._has_decimal_commas:
             raise InvalidValue(
-                f"{name} has a comma ({text!r}); write a decimal point and no separator of "
-                "thousands, or separate the columns by semicolons"
+                f"{name} has a comma ({text[:_SHOWN]!r}); write a decimal point and no separator "
+                "of thousands, or separate the columns by semicolons"
             )
 
 
@@ -235,8 +239,8 @@ def fault_of_id(asset_id: str) -> str | None:
         return "asset_id is empty; each row needs the id of its asset"
     if len(asset_id) > LONGEST_ID:
         return f"asset_id is longer than {LONGEST_ID} characters"
-    if not any(letter.isalnum() for letter in asset_id) or not _PRINTABLE.match(asset_id):
-        return f"asset_id needs a letter or a digit and no control characters (found {asset_id!r})"
+    if not any(letter.isalnum() for letter in asset_id):
+        return f"asset_id needs a letter or a digit (found {asset_id!r})"
     return None
 
 
@@ -282,12 +286,18 @@ def _decoded(content: bytes) -> str:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = content.decode("cp1252", "replace")
-    if "\x00" in text:
-        raise InvalidTable("The file is no CSV in UTF-8 or Windows-1252; save the table as CSV.")
+    if control := _CONTROL.search(text):
+        line = text.count("\n", 0, control.start()) + 1
+        raise InvalidTable(
+            f"Line {line} has a character that no text in UTF-8 or Windows-1252 has; save the "
+            "table as CSV."
+        )
     return text
 
 
 def _require_columns(columns: Sequence[str], line: int) -> None:
+    if len(columns) > MOST_COLUMNS:
+        raise InvalidTable(f"Line {line} has more than {MOST_COLUMNS} columns.")
     if _KEY not in columns:
         raise InvalidTable(
             f"Line {line} has no column {_KEY}; the first row must name the columns, of which "

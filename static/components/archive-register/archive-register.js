@@ -66,8 +66,7 @@ class ArchiveRegister extends Component {
 
   async #import() {
     const done = await importAssets();
-    if (!done) return;
-    toast(t('register.imported', { n: done.added + done.changed, added: count(done.added), changed: count(done.changed) }));
+    if (done) toast(t('register.imported', { n: done.added + done.changed, added: count(done.added), changed: count(done.changed) }));
     await this.#list.again();
   }
 

@@ -39,5 +39,5 @@ export function fillFromRegister(form, note) {
 /** What a person calls a field; the four coordinates are one thing. */
 function nameOf(field) {
   if (/_(lat|lon)$/.test(field)) return t('register.position');
-  return wordFor('header', field) ?? t('archive.project');
+  return wordFor('header', field);
 }
