@@ -31,6 +31,7 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
+from app.inspections.presence import Presence
 from app.inspections.register import Register
 from app.inspections.reviews import Reviews
 from app.inspections.rigs import Rigs
@@ -133,6 +134,7 @@ class Services:
     scenes: Scenes
     clicks: Clicks
     picking: Picking
+    presence: Presence
     webhook: Webhook
     meter_counter: MeterCounter
     health: Health
@@ -318,6 +320,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     samples = Samples(folder, blobs, inspections, films, records.observations)
     stack.callback(samples.stop)
+    picking = Picking(records.inspection_store, tracks, records.corrections)
     scenes = Scenes(
         inspections,
         records.corrections,
@@ -325,6 +328,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.unrolled,
         live,
         records.packs,
+        picking,
     )
     alert_store = AlertStore(database)
     webhook = Webhook(client, alert_store, inspections, records.observations, records.packs)
@@ -401,7 +405,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         live=live,
         scenes=scenes,
         clicks=Clicks(),
-        picking=Picking(records.inspection_store, tracks, records.corrections),
+        picking=picking,
+        presence=Presence(),
         webhook=webhook,
         meter_counter=meter_counter,
         health=Health(database, folder, blobs, media, tracking, photos),

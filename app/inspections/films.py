@@ -383,7 +383,7 @@ class Films:
             stated["abandon_reason"] = abandon_reason
         if known_length_m is not None:
             stated["known_length_m"] = known_length_m
-        self._store.finish(inspection_id, who, stated)
+        self._inspections.finish(inspection_id, who, stated)
         self._recorder.finish(inspection_id)
 
     def track_with(self, inspection_id: str, rig: Mapping[str, Any], who: str) -> None:

@@ -63,8 +63,9 @@ PUBLIC = frozenset(
         # parts of the log-in page
         "/static/icon.svg", "/static/login.css", "/static/login.js", "/static/css/tokens.css",
         "/static/css/base.css", "/static/core/api.js", "/static/core/store.js",
-        "/static/core/html.js", "/static/core/preferences.js", "/static/core/words.js",
-        "/static/core/rights.js", "/static/components/insecure-banner/insecure-banner.js",
+        "/static/core/html.js", "/static/core/preferences.js", "/static/core/remembered.js",
+        "/static/core/words.js", "/static/core/rights.js",
+        "/static/components/insecure-banner/insecure-banner.js",
         "/static/words/en.json", "/static/words/ms.json",
     }
 )  # fmt: skip

@@ -6,14 +6,17 @@
 import { ApiError, pause } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
+import { recall, remember } from '../../core/remembered.js';
 import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import '../header-form/header-form.js';
 import { icon } from '../icon/icon.js';
-import { openRig } from '../run-again/run-again.js';
+import { openRig, openTurn } from '../run-again/run-again.js';
 
 const PAUSE_S = 3;
+/** Turns of the camera about its optical axis, in degrees. */
+const TURNS = [-90, 90, 180];
 
 /**
  * @typedef {object} Entry what was entered into a field
@@ -39,13 +42,19 @@ class HeaderPanel extends Component {
     this.#unsent = new Unsent(this.desk.inspection.id);
     this.parts = render(
       this,
-      html`<p class="header-panel__rig"><button type="button" class="button button--small" data-part="rig" data-needs="operator"
-          hidden>${icon('settings')}${t('again.rig_open')}</button></p>
+      html`<div class="header-panel__rig" data-part="rigs" data-needs="operator" hidden>
+          <button type="button" class="button button--small" data-part="rig">${icon('settings')}${t('again.rig_open')}</button>
+          <span class="header-panel__turns" role="group" aria-label="${t('again.turn')}"><span class="dim">${t('again.turn')}</span>
+            ${TURNS.map((degrees) => html`<button type="button" class="button button--small number" data-turn="${degrees}"
+              title="${t('again.turn_help')}">${degrees < 0 ? `−${-degrees}` : degrees}°</button>`)}</span></div>
         <p class="header-panel__state number" role="status" data-part="state"></p>
         <fieldset class="locked" ${!mayEdit() && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
     );
     const { form, rig } = this.parts;
-    this.listen(rig, 'click', () => this.#editRig());
+    this.listen(rig, 'click', () => this.#trackAgain(openRig(this.desk.inspection)));
+    for (const button of this.querySelectorAll('[data-turn]')) {
+      this.listen(button, 'click', () => this.#trackAgain(openTurn(this.desk.inspection, Number(button.dataset.turn))));
+    }
     form.value = this.desk.inspection.value.header;
     this.listen(form, 'typing', ({ detail: { name, value, before } }) => {
       const isAsBefore = (this.desk.inspection.value.header[name] ?? null) === value;
@@ -95,14 +104,15 @@ class HeaderPanel extends Component {
     this.#unsent.put(name, entry);
   }
 
-  /** Hides the button during a run, and without a film: then nothing can be tracked again. */
+  /** Hides the buttons during a run, and without a film: then nothing can be tracked again. */
   #showRig() {
     const { inspection } = this.desk;
-    this.parts.rig.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
+    this.parts.rigs.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
   }
 
-  async #editRig() {
-    if (await openRig(this.desk.inspection)) location.reload(); // the picture and the 3D view change too
+  /** @param {Promise<boolean>} begun whether tracking has started again */
+  async #trackAgain(begun) {
+    if (await begun) location.reload(); // the picture and the 3D view change too
   }
 
   /** Shows the server's values, overlaid with unsent text. */
@@ -211,7 +221,7 @@ class Unsent {
 
   /** @returns {Map<string, Entry>} */
   get all() {
-    return new Map(JSON.parse(localStorage.getItem(this.#key) ?? '[]'));
+    return new Map(recall(this.#key, []));
   }
 
   put(name, entry) {
@@ -227,8 +237,7 @@ class Unsent {
   }
 
   #keep(all) {
-    if (all.size) localStorage.setItem(this.#key, JSON.stringify([...all]));
-    else localStorage.removeItem(this.#key);
+    remember(this.#key, all.size ? [...all] : null);
   }
 }
 

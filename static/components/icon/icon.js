@@ -49,6 +49,7 @@ const SHAPES = {
   forward: html`<path d="M7.500 4.500L13 10l-5.500 5.500" />`,
   contrast: html`<circle cx="10" cy="10" r="7.500" /><path class="solid" d="M10 2.500a7.500 7.500 0 0 1 0 15z" />`,
   large: html`<path d="M3 7.500V3h4.500M12.500 3H17v4.500M17 12.500V17h-4.500M7.500 17H3v-4.500" />`,
+  window: html`<path d="M8 4.500H3v12h12v-5M11 3h6v6M17 3l-7.500 7.500" />`,
   small: html`<path d="M7.500 3v4.500H3M17 7.500h-4.500V3M12.500 17v-4.500H17M3 12.500h4.500V17" />`,
   back: html`<path d="M12.500 4.500L7 10l5.500 5.500" />`,
 };

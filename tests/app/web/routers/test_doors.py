@@ -46,6 +46,7 @@ PUBLIC_FILES = {
     "core/store.js",
     "core/html.js",
     "core/preferences.js",
+    "core/remembered.js",
     "core/rights.js",
     "core/words.js",
     "components/insecure-banner/insecure-banner.js",
