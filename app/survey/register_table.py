@@ -44,6 +44,8 @@ _NUMBERS = {field.name for field in FIELDS if field.kind == "number"}
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1b\x7f-\x84\x86-\x9f]")
 _SHOWN = 60
 """Characters that a message shows of what it found."""
+_PIECE = 50_000
+"""Least length of a piece of a table that is written, in characters."""
 
 Action = Literal["add", "change", "same", "fault"]
 
@@ -256,24 +258,32 @@ def steps(stated: Iterable[Stated], known: Mapping[str, Asset]) -> list[Step]:
 
 
 def written(assets: Iterable[Asset]) -> Iterator[str]:
-    """Yield a table piece by piece, to be read by `read_table` and spreadsheets: UTF-8 with BOM."""
-    yield "\N{BYTE ORDER MARK}" + _row(_WRITTEN)
-    for asset in assets:
-        fields = (asset.header.get(name) for name in ASSET_FIELDS)
-        yield _row([asset.asset_id, asset.project, *fields, wkt_of(asset.line)])
+    """Yield a table in pieces, to be read by `read_table` and spreadsheets: UTF-8 with BOM."""
+    return _table(_WRITTEN, map(_cells, assets))
 
 
 def template() -> str:
     """Return a table of all columns without rows."""
-    return "\N{BYTE ORDER MARK}" + _row(TEMPLATE)
+    return "".join(_table(TEMPLATE, ()))
 
 
-def _row(cells: Iterable[Value]) -> str:
+def _cells(asset: Asset) -> list[Value]:
+    fields = (asset.header.get(name) for name in ASSET_FIELDS)
+    return [asset.asset_id, asset.project, *fields, wkt_of(asset.line)]
+
+
+def _table(columns: Sequence[str], rows: Iterable[Sequence[Value]]) -> Iterator[str]:
     out = io.StringIO()
-    csv.writer(out, lineterminator="\r\n").writerow(
-        [plain(cell) if isinstance(cell, str) else cell for cell in cells]
-    )
-    return out.getvalue()
+    writer = csv.writer(out, lineterminator="\r\n")
+    out.write("\N{BYTE ORDER MARK}")
+    writer.writerow(columns)
+    for row in rows:
+        writer.writerow([plain(cell) if isinstance(cell, str) else cell for cell in row])
+        if out.tell() > _PIECE:
+            yield out.getvalue()
+            out.seek(0)
+            out.truncate()
+    yield out.getvalue()
 
 
 def _cell(text: str) -> str:
