@@ -32,6 +32,7 @@ from app.inspections.packs import Packs
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
 from app.inspections.presence import Presence
+from app.inspections.register import Register
 from app.inspections.reviews import Reviews
 from app.inspections.rigs import Rigs
 from app.inspections.samples import Samples
@@ -57,6 +58,7 @@ from app.storage.archive_intake import IntakeStore
 from app.storage.archive_rules import RuleStore
 from app.storage.asset_index import AssetIndex
 from app.storage.asset_places import AssetPlaces
+from app.storage.assets import AssetStore
 from app.storage.blob_stores import blobs_at
 from app.storage.blobs import Blobs
 from app.storage.database import Database, stored_at
@@ -125,6 +127,7 @@ class Services:
     media: Media
     packs: Packs
     rigs: Rigs
+    register: Register
     lenses: Lenses
     preferences: Preferences
     samples: Samples
@@ -278,8 +281,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         tracking,
         live,
     )
+    register = Register(AssetStore(database))
     films = Films(
         inspections,
+        register,
         records.inspection_store,
         run_store,
         folder,
@@ -405,6 +410,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         media=media,
         packs=records.packs,
         rigs=Rigs(RigStore(database)),
+        register=register,
         lenses=Lenses(uploads, Limits(settings.child_memory_bytes, LENS_CPU_S, reads=())),
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,

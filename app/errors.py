@@ -207,7 +207,7 @@ class InvalidImport(AppError):
 
 
 class InvalidTable(AppError):
-    """The table of films cannot be read; the text says what is wrong in which line."""
+    """A table of films or assets cannot be read; the text says what is wrong in which line."""
 
 
 class FolderNotAllowed(AppError):
@@ -240,6 +240,10 @@ class InvalidPack(AppError):
 
 class PackNameTaken(AppError):
     """Another code pack has this name."""
+
+
+class AssetNotFound(AppError):
+    """The register has no asset with this id."""
 
 
 class RigNotFound(AppError):

@@ -19,6 +19,7 @@ import './components/archive-map/archive-map.js';
 import './components/asset-map/asset-map.js';
 import './components/archive-projects/archive-projects.js';
 import './components/archive-quality/archive-quality.js';
+import './components/archive-register/archive-register.js';
 import './components/archive-rules/archive-rules.js';
 import './components/compare-page/compare-page.js';
 import './components/inspection-list/inspection-list.js';
@@ -40,6 +41,7 @@ const PAGES = [
   [/^\/archive\/assets$/, 'archive-assets'],
   [/^\/archive\/map$/, 'archive-map'],
   [/^\/archive\/quality$/, 'archive-quality'],
+  [/^\/archive\/register$/, 'archive-register'],
   [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],
 ];
 

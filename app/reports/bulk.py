@@ -25,12 +25,12 @@ from app.errors import BulkExportNotFound, Busy, InspectionNotFound
 from app.reports.content.naming import safe_file_name
 from app.reports.report import Extras, Language, Units
 from app.reports.reports import Export, Reports
-from app.reports.tables.table import plain
 from app.storage.files import full_disk_reported
 from app.storage.inspections import InspectionStore
 from app.storage.tables import Inspection
 from app.survey.catalogue.header import asset_of, project_of
 from app.tracking.worker import Worker
+from vo_core.csv_rows import plain
 from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)

@@ -17,6 +17,7 @@ from starlette.websockets import WebSocket, WebSocketState
 
 from app.errors import (
     NO_ROOM,
+    AssetNotFound,
     AttachmentNotFound,
     BlobNotFound,
     BulkExportNotFound,
@@ -114,6 +115,7 @@ STATUS: dict[type[Exception], int] = {
     WallNotSeen: 404,
     PackNotFound: 404,
     RigNotFound: 404,
+    AssetNotFound: 404,
     Unauthenticated: 401,
     Forbidden: 403,
     UnreadableTokens: 500,

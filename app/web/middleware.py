@@ -39,8 +39,9 @@ LARGER_BODIES = {
     "/api/imports": 64 * _MIB,
     "/api/archive/films": 64 * _MIB,
     "/api/archive/films/preview": 64 * _MIB,
+    "/api/register/import": 16 * _MIB,
 }
-"""Limits of files with old surveys, and of tables of films."""
+"""Limits of files with old surveys, and of tables of films and of assets."""
 BODY_PART_S = 60.0
 """Longest silence of a client within an announced body; slow is not silent."""
 BODY_BYTES_PER_S = 1000

@@ -13,6 +13,7 @@ const PAGES = [
   ['/archive/projects', t('archive.projects'), 'folder'],
   ['/archive/assets', t('archive.assets'), 'layers'],
   ['/archive/map', t('archive.map'), 'map'],
+  ['/archive/register', t('archive.register'), 'table'],
   ['/archive/quality', t('archive.quality'), 'video'],
 ];
 
