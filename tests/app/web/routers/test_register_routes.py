@@ -38,7 +38,6 @@ def like(client: Client, asset_id: str) -> Any:
     return client.get(f"{API}/like", params={"asset_id": asset_id}).json()
 
 
-@ON_BOTH
 def test_an_asset_is_kept_found_changed_and_deleted(server: Client) -> None:
     kept = {"project": "North", "header": PIPE, "line": LINE}
     name = "A/1 ü?#"
