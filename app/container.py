@@ -32,6 +32,7 @@ from app.inspections.packs import Packs
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
 from app.inspections.presence import Presence
+from app.inspections.register import Register
 from app.inspections.reviews import Reviews
 from app.inspections.rigs import Rigs
 from app.inspections.samples import Samples
@@ -41,8 +42,10 @@ from app.jobs.messages import Limits
 from app.meter_counter.line import MeterCounter, Peer
 from app.ops.health import Health
 from app.ops.metrics import Metrics, WatchedServices
+from app.reports.bulk import BulkExports
 from app.reports.report import Company
 from app.reports.reports import Reports
+from app.search.asset_map import AssetMaps, Background
 from app.search.export import ArchiveExport
 from app.search.indexer import IndexWorker
 from app.search.search import Search
@@ -53,11 +56,15 @@ from app.storage.archive_changes import ArchiveChanges
 from app.storage.archive_films import ArchiveFilms
 from app.storage.archive_intake import IntakeStore
 from app.storage.archive_rules import RuleStore
+from app.storage.asset_index import AssetIndex
+from app.storage.asset_places import AssetPlaces
+from app.storage.assets import AssetStore
 from app.storage.blob_stores import blobs_at
 from app.storage.blobs import Blobs
 from app.storage.database import Database, stored_at
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
+from app.storage.inspection_list import InspectionList
 from app.storage.members import Hooks, members_of
 from app.storage.preferences import PreferenceStore
 from app.storage.reviews import ReviewStore
@@ -80,6 +87,7 @@ from app.tracking.relay import Relay
 from app.tracking.run_files import RunFiles
 from app.tracking.runs import Runs
 from app.tracking.succession import Duties, Succession
+from app.tracking.thumbnails import Thumbnails
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from app.viewer.clicks import Clicks
@@ -115,15 +123,19 @@ class Services:
     counter_queue: CounterQueue
     photos: Photos
     clips: Clips
+    thumbnails: Thumbnails
     media: Media
     packs: Packs
     rigs: Rigs
+    register: Register
     lenses: Lenses
     preferences: Preferences
     samples: Samples
     reports: Reports
+    bulk_exports: BulkExports
     reviews: Reviews
     search: Search
+    asset_maps: AssetMaps
     archive_export: ArchiveExport
     live: Live
     scenes: Scenes
@@ -257,6 +269,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.enter_context(live.listening(None, index_worker.on_event))
     inspections = Inspections(
         records.inspection_store,
+        InspectionList(database),
+        records.label_store,
         folder,
         blobs,
         film_files,
@@ -267,8 +281,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         tracking,
         live,
     )
+    register = Register(AssetStore(database))
     films = Films(
         inspections,
+        register,
         records.inspection_store,
         run_store,
         folder,
@@ -344,6 +360,17 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
     access_store, token_file = AccessStore(database), TokenFile(folder.root)
+    clips = Clips(
+        records.inspection_store,
+        records.observation_store,
+        blobs,
+        film_files,
+        tracks,
+        Limits(settings.child_memory_bytes, CLIP_CPU_S),
+    )
+    bulk_exports = BulkExports(records.inspection_store, records.reports, clips.content_of)
+    bulk_exports.start()
+    stack.callback(bulk_exports.stop)
     return Services(
         access=Access(access_store, token_file, token),
         holders=Holders(access_store, token_file, token),
@@ -371,24 +398,32 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         counters=records.counters,
         counter_queue=counter_queue,
         photos=photos,
-        clips=Clips(
+        clips=clips,
+        thumbnails=Thumbnails(
             records.inspection_store,
             records.observation_store,
+            records.attachment_store,
             blobs,
             film_files,
-            tracks,
-            Limits(settings.child_memory_bytes, CLIP_CPU_S),
+            media,
         ),
         media=media,
         packs=records.packs,
         rigs=Rigs(RigStore(database)),
+        register=register,
         lenses=Lenses(uploads, Limits(settings.child_memory_bytes, LENS_CPU_S, reads=())),
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,
+        bulk_exports=bulk_exports,
         reviews=Reviews(records.inspection_store, ReviewStore(database), live),
         archive_export=records.archive_export,
-        search=Search(records.defect_index, index_worker),
+        asset_maps=AssetMaps(
+            AssetPlaces(database), Background(settings.map_tiles, settings.map_attribution)
+        ),
+        search=Search(
+            records.defect_index, AssetIndex(database), records.label_store, index_worker
+        ),
         live=live,
         scenes=scenes,
         clicks=Clicks(),

@@ -28,6 +28,7 @@ from app.storage.defect_index import DefectIndex
 from app.storage.files import Places
 from app.storage.folder_blobs import FolderBlobs
 from app.storage.inspections import InspectionStore
+from app.storage.labels import LabelStore
 from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore
 from app.storage.signing_key import SigningKey
@@ -55,6 +56,7 @@ class Records:
         self.correction_store = CorrectionStore(database)
         self.observation_store = ObservationStore(database, has_webhook=has_webhook)
         self.attachment_store = AttachmentStore(database)
+        self.label_store = LabelStore(database)
         self.tracks = Tracks(blobs, places)
         self.unrolled = Unrolled(blobs, live)
         self.corrections = Corrections(
@@ -102,6 +104,7 @@ class Records:
             self.inspection_store,
             self.observations,
             self.attachment_store,
+            self.label_store,
             self.corrections,
             self.checks,
             self.counters,

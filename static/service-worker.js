@@ -19,7 +19,7 @@ const ANSWER_LIMIT_MS = 8000;
 const SHELL = '/';
 
 const INSPECTION = /^\/api\/inspections\/([0-9a-f]{32})(\/|$)/;
-const NOT_KEPT = /\/(video|live|frames|exports)(\/|$)/;
+const NOT_KEPT = /\/(video|live|frames|exports|thumbnail)(\/|$)/;
 const OF_ALL = /^\/api\/(me|session|codes|header|packs)(\/|$)/;
 const FILE = /^\/static\/v[0-9a-f]{16}\//;
 

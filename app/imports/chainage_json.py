@@ -21,6 +21,7 @@ from pydantic_core import ErrorDetails
 from app.errors import InvalidImport
 from app.imports.chainage_json_schema import File
 from app.imports.whole_inspection import Happening, WholeInspection
+from app.survey.labels import distinct
 from vo_core import Rig
 from vo_core.errors import InvalidRig, RigVideoMismatch
 from vo_core.geometry.stance import AS_STATED, Stance
@@ -63,6 +64,7 @@ def read(content: bytes) -> WholeInspection:
         name=inspection.name,
         status=inspection.status,
         header=inspection.header,
+        labels=distinct(inspection.labels),
         rig=rig,
         source_kind=inspection.source.kind,
         source_filename=inspection.source.filename,

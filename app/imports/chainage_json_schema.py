@@ -19,6 +19,7 @@ from pydantic import (
 
 from app.imports.whole_inspection import ImportedTag
 from app.survey.given import LINE, TEXT, Frame, Header
+from app.survey.labels import Labels
 from app.survey.stated import JointsIn, StatedIn
 from app.survey.tag import StatedTag
 from vo_core import Track
@@ -84,6 +85,8 @@ class _Inspection(_Part):
     name: Annotated[str, StringConstraints(min_length=1, max_length=200, pattern=LINE)]
     status: Literal["queued", "running", "done", "failed", "cancelled"]
     header: Header
+    labels: Labels = Field(default_factory=list)
+    """Older exports have none."""
     rig: dict[str, Any]
     source: _Source
     video: _Video

@@ -59,6 +59,7 @@ class WholeInspection:
     name: str
     status: Literal["queued", "running", "done", "failed", "cancelled"]
     header: Mapping[str, Any]
+    labels: tuple[str, ...]
     rig: Rig
     source_kind: Literal["upload", "live", "import"]
     source_filename: str

@@ -182,7 +182,7 @@ class Imports:
             *(_happened(inspection.id, it) for it in whole.events),
             _brought_in(inspection, filename, who),
         ]
-        self._keep(inspection, run, observations, events)
+        self._keep(inspection, run, observations, events, whole.labels)
         return Imported((inspection.id,), tuple(warnings))
 
     def _is_free(self, inspection_id: str) -> bool:
@@ -196,6 +196,7 @@ class Imports:
         run: Run,
         observations: Sequence[Observation],
         events: Sequence[Event],
+        labels: Sequence[str] = (),
     ) -> None:
         """Write the files, then commit; remove the files if that fails."""
         rows = len(run.track)
@@ -210,7 +211,7 @@ class Imports:
                 inspection.id, enumerate(run.health), run.sightings, run.tilt, run.stance
             )
             self._tracks.finish(inspection.id, track_metadata(inspection))
-            self._store.add(inspection, observations, events)
+            self._store.add(inspection, observations, events, labels)
         except BaseException:
             self._tracks.forget(inspection.id)
             with suppress(OSError, StoreUnavailable):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -18,14 +18,11 @@ from app.jobs.parts import NOT_RECORDED
 from app.storage import keys
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.files import DataFolder
-from app.storage.inspections import (
-    Found,
-    InspectionStore,
-    Summary,
-    Wanted,
-    require_unlocked,
-)
+from app.storage.inspection_list import Found, InspectionList
+from app.storage.inspections import InspectionStore, Summary, require_unlocked
+from app.storage.labels import LabelStore
 from app.storage.tables import ENDED, Inspection
+from app.survey.search_terms import InspectionFilter, InspectionSort, Page
 from app.survey.track_rows import estimate_at, since
 from app.survey.versions import require_version, version_of
 from app.tracking.film_files import FilmFiles
@@ -57,6 +54,7 @@ class InspectionView:
     worst_severity: int | None
     open_questions: int
     """Questions of reviewers that are not settled."""
+    labels: tuple[str, ...]
     camera: CameraStatus | None
     """State of the camera during a recording."""
     warning: str | None
@@ -74,6 +72,8 @@ class Inspections:
     def __init__(
         self,
         store: InspectionStore,
+        listed: InspectionList,
+        labels: LabelStore,
         folder: DataFolder,
         blobs: Blobs,
         films: FilmFiles,
@@ -85,6 +85,8 @@ class Inspections:
         live: Live,
     ) -> None:
         self._store = store
+        self._list = listed
+        self._labels = labels
         self._folder = folder
         self._blobs = blobs
         self._films = films
@@ -97,14 +99,18 @@ class Inspections:
 
     def all(self) -> list[InspectionView]:
         """Return all inspections, the newest first."""
-        return [self._view(summary) for summary in self._store.summaries()]
+        return self._views(self._store.summaries())
 
     def found(
-        self, search: str, status: str | None, review: str | None, offset: int, limit: int
+        self, wanted: InspectionFilter, page: Page[InspectionSort]
     ) -> tuple[Found, list[InspectionView]]:
-        """Return one page of the inspections that fit, the newest first; see `Wanted`."""
-        found = self._store.found(Wanted(search, status, review, offset, limit))
-        return found, [self._view(summary) for summary in found.summaries]
+        """Return one page of the inspections that fit."""
+        found = self._list.found(wanted, page)
+        return found, self._views(found.summaries)
+
+    def ids(self, wanted: InspectionFilter, page: Page[InspectionSort]) -> list[str]:
+        """Return the ids of the inspections that fit, as many as the page takes."""
+        return self._list.ids(wanted, page)
 
     def get(self, inspection_id: str) -> InspectionView:
         """Return the inspection with this id.
@@ -112,7 +118,21 @@ class Inspections:
         Raises:
             InspectionNotFound: No inspection has this id.
         """
-        return self._view(self._store.summary(inspection_id))
+        (view,) = self._views([self._store.summary(inspection_id)])
+        return view
+
+    def label(self, inspection_id: str, labels: Sequence[str], who: str) -> tuple[str, ...]:
+        """Replace the labels of an inspection, also of an approved one; return them.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+        self._labels.put(inspection_id, labels, who)
+        return self._labels.of([inspection_id]).get(inspection_id, ())
+
+    def labels_in_use(self) -> list[tuple[str, int]]:
+        """Return all labels with the number of their inspections, the most used first."""
+        return self._labels.in_use()
 
     def row(self, inspection_id: str) -> Inspection:
         """Return the stored row only.
@@ -230,7 +250,11 @@ class Inspections:
         self._blobs.delete_all(keys.inspection(inspection_id))
         logger.info("Inspection %s deleted by %s.", inspection_id, who)
 
-    def _view(self, summary: Summary) -> InspectionView:
+    def _views(self, summaries: Sequence[Summary]) -> list[InspectionView]:
+        labels = self._labels.of([summary.row.id for summary in summaries])
+        return [self._view(summary, labels.get(summary.row.id, ())) for summary in summaries]
+
+    def _view(self, summary: Summary, labels: tuple[str, ...]) -> InspectionView:
         row = summary.row
         progress = self._runs.progress(row.id)
         last = self._runs.last_estimate(row.id)
@@ -252,6 +276,7 @@ class Inspections:
             defects=summary.defects,
             worst_severity=summary.worst_severity,
             open_questions=summary.open_questions,
+            labels=labels,
             camera=self._runs.camera(row.id) if is_running else None,
             warning=(self._runs.hindrance(row.id) if is_running else None) or row.warning,
         )

@@ -21,6 +21,7 @@ from app.jobs.messages import (
     PictureRequest,
     Probed,
     ProbeRequest,
+    ReduceRequest,
     ToMedia,
     encode,
 )
@@ -63,6 +64,8 @@ def _answer(request: MediaRequest) -> FromMedia:
             return _probe(request)
         if isinstance(request, FirstPictureRequest):
             return _first_picture(request)
+        if isinstance(request, ReduceRequest):
+            return _reduced(request)
         return _picture(request)
     except UnreadableVideo as error:
         return Failed("unreadable_video", str(error))
@@ -85,6 +88,23 @@ def _picture(request: PictureRequest) -> Picture:
     from vo_core.frames_at import read_frame
 
     return Picture(_jpeg(read_frame(request.video, request.t_s), request.jpeg_quality))
+
+
+def _reduced(request: ReduceRequest) -> Picture:
+    import cv2
+    import numpy as np
+
+    from vo_core.errors import UnreadableVideo
+
+    picture = cv2.imdecode(np.frombuffer(request.jpeg, np.uint8), cv2.IMREAD_COLOR)
+    if picture is None:
+        raise UnreadableVideo("The photo cannot be decoded.")
+    height, width = picture.shape[:2]
+    if width <= request.width:
+        return Picture(request.jpeg)
+    size_wh = (request.width, max(round(height * request.width / width), 1))
+    reduced = cv2.resize(picture, size_wh, interpolation=cv2.INTER_AREA)
+    return Picture(_jpeg(reduced.astype(np.uint8), request.jpeg_quality))
 
 
 def _first_picture(request: FirstPictureRequest) -> FirstPicture:

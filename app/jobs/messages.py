@@ -429,6 +429,14 @@ class PictureRequest(msgspec.Struct, frozen=True, tag="picture"):
     jpeg_quality: int
 
 
+class ReduceRequest(msgspec.Struct, frozen=True, tag="reduce"):
+    """Parent to media worker: return a JPEG with this width, or as it is if it is smaller."""
+
+    jpeg: bytes
+    width: int
+    jpeg_quality: int
+
+
 class Picture(msgspec.Struct, frozen=True, tag="picture"):
     """Media worker to parent: the requested picture."""
 
@@ -505,7 +513,7 @@ FromWallJoiner = Batch | Done | Failed
 FromCounterReader = CounterProgress | CounterFound | CounterRead | Failed
 FromClipper = Clip | Failed
 FromSample = Rendered | Done | Failed
-MediaRequest = ProbeRequest | PictureRequest | FirstPictureRequest
+MediaRequest = ProbeRequest | PictureRequest | FirstPictureRequest | ReduceRequest
 MediaAnswer = Probed | Picture | FirstPicture
 ToMedia = Limits | MediaRequest
 FromMedia = MediaAnswer | Failed

@@ -223,6 +223,8 @@ class Report:
     layout: Layout | None
     counter: CounterView = NO_COUNTER
     stance: Stance = AS_STATED
+    labels: tuple[str, ...] = ()
+    """The words by which people sort their inspections."""
     """Pose of the camera in the pipe at the first frame, against the rig's."""
     review: ReviewState = DRAFT
     reviewed_by: str | None = None

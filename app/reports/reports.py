@@ -40,6 +40,7 @@ from app.storage import keys
 from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
+from app.storage.labels import LabelStore
 from app.storage.tables import ENDED, IMPORTED
 from app.survey.catalogue.header import number_of
 from app.survey.catalogue.table import CodeTable
@@ -79,6 +80,7 @@ class Reports:
         inspections: InspectionStore,
         observations: Observations,
         attachments: AttachmentStore,
+        labels: LabelStore,
         corrections: Corrections,
         checks: Checks,
         counters: Counters,
@@ -93,6 +95,7 @@ class Reports:
         self._inspections = inspections
         self._observations = observations
         self._attachments = attachments
+        self._labels = labels
         self._corrections = corrections
         self._checks = checks
         self._counters = counters
@@ -225,6 +228,7 @@ class Reports:
             finished_at=row.finished_at,
             revision=row.revision,
             header=row.header,
+            labels=self._labels.of([inspection_id]).get(inspection_id, ()),
             pack=table.name,
             rig=rig,
             source=Source(

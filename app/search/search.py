@@ -6,19 +6,58 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.search.indexer import IndexWorker
-from app.storage.defect_index import (
-    Asset,
-    DefectIndex,
-    FoundDefect,
-    FoundInspection,
-)
+from app.storage.asset_index import Asset, AssetIndex, Project
+from app.storage.defect_index import DefectIndex, FoundDefect
+from app.storage.index_queries import FoundInspection
+from app.storage.labels import LabelStore
 from app.storage.tables import IndexedInspection
-from app.survey.asset_history import Seen, Survey, Trace, traces_of
-from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
+from app.survey.asset_history import (
+    Change,
+    Seen,
+    Survey,
+    Trace,
+    changes_of,
+    counted,
+    traces_of,
+)
+from app.survey.checks import END_CODES, START_CODE
+from app.survey.review import DRAFT
+from app.survey.search_terms import (
+    AssetFilter,
+    AssetSort,
+    DefectFilter,
+    DefectSort,
+    Page,
+    Problem,
+    ProjectFilter,
+    ProjectSort,
+    QualitySort,
+)
 
 _MOST_SURVEYS = 50
 """Newest inspections in the history of an asset."""
 _UNKNOWN = "unknown"
+_NO_DEFECTS = frozenset({START_CODE, *END_CODES})
+"""Codes that say where a survey began and ended."""
+
+
+@dataclass(frozen=True)
+class Past:
+    """An inspection in the history of its asset."""
+
+    found: FoundInspection
+    defects: list[FoundDefect]
+    labels: tuple[str, ...]
+    changes: dict[Change, int]
+    """Number of defects with each change that it shows."""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A defect through the inspections, with what each of them shows about it."""
+
+    trace: Trace
+    changes: list[Change | None]
 
 
 @dataclass(frozen=True)
@@ -27,15 +66,21 @@ class History:
 
     total: int
     """Number of its inspections, of which the newest are in the next field."""
-    inspections: list[tuple[FoundInspection, list[FoundDefect]]]
-    traces: list[Trace]
+    inspections: list[Past]
+    followed: list[Followed]
+    also_written: tuple[str, ...]
+    """Other ids with the same letters and digits: probably the same asset."""
 
 
 class Search:
     """Searches the index; whatever is not indexed yet is counted, and indexed soon."""
 
-    def __init__(self, index: DefectIndex, worker: IndexWorker) -> None:
+    def __init__(
+        self, index: DefectIndex, assets: AssetIndex, labels: LabelStore, worker: IndexWorker
+    ) -> None:
         self._index = index
+        self._assets = assets
+        self._labels = labels
         self._worker = worker
 
     def pending(self) -> int:
@@ -51,9 +96,15 @@ class Search:
         """Return the number of defects that fit, and a page of them."""
         return self._index.defects(wanted, page)
 
-    def assets(self, text: str, offset: int, limit: int) -> tuple[int, list[Asset]]:
-        """Return the number of assets with these words, and a page of them, sorted by name."""
-        return self._index.assets(text, offset, limit)
+    def assets(self, wanted: AssetFilter, page: Page[AssetSort]) -> tuple[int, list[Asset]]:
+        """Return the number of assets that fit, inspected or registered, and a page of them."""
+        return self._assets.assets(wanted, page)
+
+    def projects(
+        self, text: str, wanted: ProjectFilter, page: Page[ProjectSort]
+    ) -> tuple[int, list[Project]]:
+        """Return the number of projects that fit, and a page of them."""
+        return self._assets.projects(text, wanted, page)
 
     def films(
         self, problem: Problem | None, page: Page[QualitySort]
@@ -63,30 +114,55 @@ class Search:
 
     def history(self, asset: str) -> History:
         """Return the inspections of an asset, none if there is no such asset."""
-        total, inspections = self._index.inspections_of(asset, _MOST_SURVEYS)
+        total, inspections = self._assets.inspections_of(asset, _MOST_SURVEYS)
         ids = [found.row.inspection_id for found in inspections]
+        labels = self._labels.of(ids)
         by_id: dict[str, list[FoundDefect]] = {inspection_id: [] for inspection_id in ids}
         for defect in self._index.defects_of(ids):
             by_id[defect.row.inspection_id].append(defect)
-        with_defects = [(found, by_id[found.row.inspection_id]) for found in inspections]
-        return History(total, with_defects, traces_of([_survey(*one) for one in with_defects]))
+        surveys = [_survey(found, by_id[found.row.inspection_id]) for found in inspections]
+        followed = [Followed(one, changes_of(one, surveys)) for one in traces_of(surveys)]
+        return History(
+            total,
+            [
+                Past(
+                    found,
+                    by_id[found.row.inspection_id],
+                    labels.get(found.row.inspection_id, ()),
+                    counted([one.changes[place] for one in followed]),
+                )
+                for place, found in enumerate(inspections)
+            ],
+            followed,
+            self._assets.also_written(asset),
+        )
 
 
 def _survey(found: FoundInspection, defects: Sequence[FoundDefect]) -> Survey:
+    seen = [
+        Seen(
+            one.row.inspection_id,
+            one.row.observation_id,
+            one.row.code,
+            one.row.distance_m,
+            one.row.distance_u95_m,
+            one.row.clock,
+            one.row.severity,
+            one.row.clock_to,
+            one.row.continuous and one.row.continuous[0],
+            one.row.quant1,
+            one.row.quant2,
+        )
+        for one in defects
+        if one.row.code is not None
+        and one.row.code not in _NO_DEFECTS
+        and one.row.distance_m is not None
+    ]
+    # A film that nobody has looked at yet shows of no defect that it is gone.
+    is_looked_at = bool(defects) or found.inspection.review_state != DRAFT
     return Survey(
-        found.row.surveyed_on,
-        str(found.inspection.header.get("direction") or _UNKNOWN),
-        [
-            Seen(
-                one.row.inspection_id,
-                one.row.observation_id,
-                one.row.code,
-                one.row.distance_m,
-                one.row.distance_u95_m,
-                one.row.clock,
-                one.row.severity,
-            )
-            for one in defects
-            if one.row.code is not None and one.row.distance_m is not None
-        ],
+        on=found.row.surveyed_on,
+        direction=str(found.inspection.header.get("direction") or _UNKNOWN),
+        defects=seen,
+        end_m=found.row.distance_m if is_looked_at else None,
     )

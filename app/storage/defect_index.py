@@ -11,12 +11,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from datetime import date, datetime
-from typing import Any
 
-from sqlalchemy import Column, ColumnElement, Select, and_, delete, func, or_, select, tuple_
+from sqlalchemy import ColumnElement, Select, and_, delete, func, or_, select, tuple_
 from sqlalchemy.orm import Session
 
 from app.storage.database import Database
+from app.storage.index_queries import (
+    WITH_INSPECTION,
+    FoundInspection,
+    counted,
+    ordered,
+    with_words,
+)
 from app.storage.tables import (
     Base,
     EventRow,
@@ -26,7 +32,7 @@ from app.storage.tables import (
     ObservationRow,
 )
 from app.survey.film_quality import PROBLEMS, FilmQuality
-from app.survey.folding import folded, spelling, words_of
+from app.survey.folding import folded, spelling
 from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
 
 INDEX_VERSION = 2
@@ -103,26 +109,6 @@ class FoundDefect:
     has_photo: bool
 
 
-@dataclass(frozen=True)
-class Asset:
-    """An asset with its inspections in figures."""
-
-    asset: str
-    project: str | None
-    """Of its newest inspection."""
-    inspections: int
-    last_on: date
-    worst_severity: int | None
-
-
-@dataclass(frozen=True)
-class FoundInspection:
-    """An indexed inspection with its present row."""
-
-    row: IndexedInspection
-    inspection: Inspection
-
-
 class DefectIndex:
     """Writes the index of one inspection at a time, and answers from all of it."""
 
@@ -144,7 +130,7 @@ class DefectIndex:
     def pending(self) -> int:
         """Return how many inspections are not indexed in their present state."""
         with self._database.read() as session:
-            return _counted(session, _STALE)
+            return counted(session, _STALE)
 
     def put(
         self,
@@ -219,7 +205,7 @@ class DefectIndex:
         """Return the number of defects that fit, and a page of them."""
         conditions = list(_conditions(wanted))
         order = tuple(
-            _ordered(column, page) for column in (_DEFECTS.c[page.sort], *_DEFECTS.primary_key)
+            ordered(column, page) for column in (_DEFECTS.c[page.sort], *_DEFECTS.primary_key)
         )
         # Only the keys are sorted: whole rows would be copied for every row that fits.
         keys = (
@@ -232,7 +218,7 @@ class DefectIndex:
         )
         is_wanted = and_(*(column == keys.c[column.key] for column in _KEY))
         with self._database.read() as session:
-            total = _counted(session, select(IndexedDefect.inspection_id).where(*conditions))
+            total = counted(session, select(IndexedDefect.inspection_id).where(*conditions))
             if total <= page.offset:
                 return total, []  # without a second search through all of them
             return total, _found(session, _WITH_PHOTO.join(keys, is_wanted).order_by(*order))
@@ -245,52 +231,6 @@ class DefectIndex:
         with self._database.read() as session:
             return _found(session, query)
 
-    def assets(self, text: str, offset: int, limit: int) -> tuple[int, list[Asset]]:
-        """Return the number of assets with these words, and a page of them, sorted by name."""
-        grouped = (
-            select(
-                IndexedInspection.asset,
-                func.count(),
-                func.max(IndexedInspection.surveyed_on),
-                func.max(IndexedInspection.worst_severity),
-            )
-            .where(
-                IndexedInspection.asset.is_not(None), *_with_words(IndexedInspection.folded, text)
-            )
-            .group_by(IndexedInspection.asset)
-        )
-        with self._database.read() as session:
-            total = _counted(session, grouped)
-            page = session.execute(
-                grouped.order_by(IndexedInspection.asset).offset(offset).limit(limit)
-            ).all()
-            # In this order the newest inspection comes last, and its project stays.
-            projects = dict(
-                session.execute(
-                    select(IndexedInspection.asset, IndexedInspection.project)
-                    .where(IndexedInspection.asset.in_([row[0] for row in page]))
-                    .order_by(IndexedInspection.surveyed_on, IndexedInspection.inspection_id)
-                ).all()
-            )
-        return total, [
-            Asset(asset, projects.get(asset), number, last_on, worst)
-            for asset, number, last_on, worst in page
-            if asset
-        ]
-
-    def inspections_of(self, asset: str, limit: int) -> tuple[int, list[FoundInspection]]:
-        """Return the number of inspections of an asset, and the newest of them, oldest first."""
-        conditions = (IndexedInspection.asset == asset,)
-        query = (
-            _WITH_INSPECTION.where(*conditions)
-            .order_by(IndexedInspection.surveyed_on.desc(), Inspection.created_at.desc())
-            .limit(limit)
-        )
-        with self._database.read() as session:
-            total = _counted(session, select(IndexedInspection.inspection_id).where(*conditions))
-            found = [FoundInspection(*row) for row in session.execute(query)]
-        return total, found[::-1]
-
     def films(
         self, problem: Problem | None, page: Page[QualitySort]
     ) -> tuple[int, list[IndexedInspection]]:
@@ -302,10 +242,10 @@ class DefectIndex:
         query = (
             select(IndexedInspection)
             .where(*conditions)
-            .order_by(_ordered(_INSPECTIONS.c[page.sort], page), IndexedInspection.inspection_id)
+            .order_by(ordered(_INSPECTIONS.c[page.sort], page), IndexedInspection.inspection_id)
         )
         with self._database.read() as session:
-            total = _counted(session, select(IndexedInspection.inspection_id).where(*conditions))
+            total = counted(session, select(IndexedInspection.inspection_id).where(*conditions))
             return total, list(session.scalars(query.offset(page.offset).limit(page.limit)))
 
     def every_inspection(self) -> Iterator[list[FoundInspection]]:
@@ -313,7 +253,7 @@ class DefectIndex:
         last = ""
         while True:
             query = (
-                _WITH_INSPECTION.where(IndexedInspection.inspection_id > last)
+                WITH_INSPECTION.where(IndexedInspection.inspection_id > last)
                 .order_by(IndexedInspection.inspection_id)
                 .limit(_PAGE)
             )
@@ -365,23 +305,10 @@ _WITH_PHOTO = select(
         ObservationRow.id == IndexedDefect.observation_id,
     ),
 )
-_WITH_INSPECTION = select(IndexedInspection, Inspection).join(
-    Inspection, Inspection.id == IndexedInspection.inspection_id
-)
 
 
 def _found(session: Session, query: Select[IndexedDefect, bool]) -> list[FoundDefect]:
     return [FoundDefect(row, bool(has_photo)) for row, has_photo in session.execute(query)]
-
-
-def _counted(session: Session, query: Select[*tuple[Any, ...]]) -> int:
-    return session.scalar(select(func.count()).select_from(query.subquery())) or 0
-
-
-def _ordered(column: Column[Any], page: Page[Any]) -> ColumnElement[Any]:
-    ordered = column.desc() if page.descending else column.asc()
-    # PostgreSQL puts what is unknown first; where nothing is, its index serves for the order.
-    return ordered.nulls_last() if column.nullable else ordered
 
 
 def _conditions(wanted: DefectFilter) -> Iterator[ColumnElement[bool]]:
@@ -403,9 +330,4 @@ def _conditions(wanted: DefectFilter) -> Iterator[ColumnElement[bool]]:
         yield IndexedDefect.surveyed_on >= wanted.after
     if wanted.before is not None:
         yield IndexedDefect.surveyed_on <= wanted.before
-    yield from _with_words(IndexedDefect.folded, wanted.text)
-
-
-def _with_words(column: Any, text: str) -> Iterator[ColumnElement[bool]]:
-    for word in words_of(text):
-        yield column.contains(word, autoescape=True)
+    yield from with_words(IndexedDefect.folded, wanted.text)

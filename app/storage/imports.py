@@ -8,6 +8,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.storage.database import Database
+from app.storage.labels import labelled
 from app.storage.tables import EventRow, Inspection, ObservationRow
 from app.survey.records import Event, Observation
 
@@ -30,6 +31,7 @@ class ImportStore:
         inspection: Inspection,
         observations: Sequence[Observation],
         events: Sequence[Event],
+        labels: Sequence[str],
     ) -> None:
         """Commit a new inspection with all that belongs to it; return when it is synced.
 
@@ -37,6 +39,7 @@ class ImportStore:
             inspection: The row, with its own id.
             observations: Its observations, numbered.
             events: Its events, oldest first.
+            labels: Its labels, each once.
         """
 
         def insert(session: Session) -> None:
@@ -44,5 +47,6 @@ class ImportStore:
             session.flush()
             session.add_all(map(ObservationRow.of, observations))
             session.add_all(map(EventRow.of, events))
+            session.add_all(labelled(inspection.id, labels))
 
         self._database.write(insert)

@@ -1,18 +1,15 @@
-"""Inspections in the database: the list, name and header, and the history."""
+"""Inspections in the database: name and header, counts, and the history."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
-from datetime import datetime
-from functools import reduce
 from typing import Any
 
 from sqlalchemy import Integer, Select, and_, cast, func, select
 from sqlalchemy.orm import InstrumentedAttribute, Session, aliased
 
 from app.errors import InspectionLocked, InspectionNotFound
-from app.storage.alerts import EMERGENCY
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
 from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
@@ -30,42 +27,6 @@ class Summary:
     worst_severity: int | None
     open_questions: int
     """Questions of reviewers that are not settled."""
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """Which inspections a page of the list shows, and where it begins."""
-
-    search: str
-    """Words that all occur in the name, the file's name or one of the searched header fields."""
-    status: str | None
-    """None for any, like the next one."""
-    review: str | None
-    offset: int
-    limit: int
-
-
-@dataclass(frozen=True)
-class Grave:
-    """An inspection with a defect of the highest severity."""
-
-    id: str
-    name: str
-    at: datetime
-    """When such a defect was last stored or edited."""
-
-
-@dataclass(frozen=True)
-class Found:
-    """A page of the list of inspections."""
-
-    summaries: list[Summary]
-    total: int
-    """Inspections that fit."""
-    stored: int
-    """Inspections altogether."""
-    grave: list[Grave]
-    """The inspections with the newest grave defects, newest first, whether they fit or not."""
 
 
 class InspectionStore:
@@ -90,7 +51,7 @@ class InspectionStore:
             InspectionNotFound: No inspection has this id.
         """
         with self._database.read() as session:
-            found = session.execute(_SUMMARY.where(Inspection.id == inspection_id)).one_or_none()
+            found = session.execute(SUMMARY.where(Inspection.id == inspection_id)).one_or_none()
         if found is None:
             raise InspectionNotFound(_NOT_FOUND)
         return Summary(*found)
@@ -98,7 +59,7 @@ class InspectionStore:
     def summaries(self) -> list[Summary]:
         """Return all inspections with their counts, the newest first."""
         with self._database.read() as session:
-            query = _SUMMARY.order_by(Inspection.created_at.desc(), Inspection.id)
+            query = SUMMARY.order_by(Inspection.created_at.desc(), Inspection.id)
             return [Summary(*found) for found in session.execute(query)]
 
     def ended(self) -> list[str]:
@@ -110,34 +71,6 @@ class InspectionStore:
         )
         with self._database.read() as session:
             return list(session.scalars(query))
-
-    def found(self, wanted: Wanted) -> Found:
-        """Return one page of the inspections that fit, the newest first."""
-        fits = [] if wanted.status is None else [Inspection.status == wanted.status]
-        fits += [] if wanted.review is None else [Inspection.review_state == wanted.review]
-        fits += [_SEARCHED.icontains(word, autoescape=True) for word in wanted.search.split()]
-        newest = (Inspection.created_at.desc(), Inspection.id)
-        page = (
-            select(Inspection.id, func.count().over())
-            .where(*fits)
-            .order_by(*newest)
-            .offset(wanted.offset)
-            .limit(wanted.limit)
-        )
-        number = select(func.count()).select_from(Inspection)
-        with self._database.read() as session:
-            # Two steps: counting the observations of all inspections takes seconds.
-            shown = session.execute(page).all()
-            ids = [inspection_id for inspection_id, _ in shown]
-            rows = session.execute(_SUMMARY.where(Inspection.id.in_(ids)).order_by(*newest))
-            # A page behind the last one does not have the number.
-            total = shown[0][1] if shown else session.scalar(number.where(*fits))
-            return Found(
-                summaries=[Summary(*row) for row in rows],
-                total=total or 0,
-                stored=session.scalar(number) or 0,
-                grave=[Grave(*row) for row in session.execute(_GRAVE)],
-            )
 
     def state(self, inspection_id: str) -> tuple[Hashable, ...]:
         """Return a state that differs after every change to the report of an ended inspection.
@@ -267,37 +200,18 @@ def open_questions(inspection_id: str | InstrumentedAttribute[str]) -> Select[in
 
 
 _NOT_FOUND = "There is no such inspection."
-_SEVERITY = cast(ObservationRow.fields["severity"].as_string(), Integer)
+SEVERITY = cast(ObservationRow.fields["severity"].as_string(), Integer)
+"""Of an observation."""
 _QUESTIONS = open_questions(Inspection.id).correlate(Inspection).scalar_subquery()
-_SUMMARY = (
-    select(Inspection, func.count(ObservationRow.id), func.max(_SEVERITY), _QUESTIONS)
+SUMMARY = (
+    select(Inspection, func.count(ObservationRow.id), func.max(SEVERITY), _QUESTIONS)
     .outerjoin(
         ObservationRow,
         and_(ObservationRow.inspection_id == Inspection.id, ObservationRow.deleted_at.is_(None)),
     )
     .group_by(Inspection.id)
 )
-_SEARCHED_FIELDS = (
-    "asset_id", "start_node", "end_node", "operator", "client", "location_text", "road",
-)  # fmt: skip
-_SEARCHED = reduce(
-    lambda text, part: text + " " + part,
-    (
-        Inspection.name,
-        Inspection.source_filename,
-        *(func.coalesce(Inspection.header[name].as_string(), "") for name in _SEARCHED_FIELDS),
-    ),
-)
-_GRAVE_SHOWN = 10
-_LAST_TOUCHED = func.max(func.coalesce(ObservationRow.edited_at, ObservationRow.created_at))
-_GRAVE = (
-    select(Inspection.id, Inspection.name, _LAST_TOUCHED)
-    .join(ObservationRow, ObservationRow.inspection_id == Inspection.id)
-    .where(ObservationRow.deleted_at.is_(None), _SEVERITY == EMERGENCY)
-    .group_by(Inspection.id)
-    .order_by(_LAST_TOUCHED.desc())
-    .limit(_GRAVE_SHOWN)
-)
+"""The columns of `Summary`."""
 
 
 def existing(session: Session, inspection_id: str) -> Inspection:

@@ -77,6 +77,16 @@ def photo(inspection_id: str, observation_id: str, frame: int) -> str:
     return f"{photos(inspection_id)}/{observation_id}-{frame}.jpg"
 
 
+def thumbnail(inspection_id: str, shown: str) -> str:
+    """Return the key of the small picture of an inspection; it can be made again.
+
+    Args:
+        inspection_id: The inspection.
+        shown: Names what it shows: another photo is another blob.
+    """
+    return f"{inspection(inspection_id)}/thumbnails/{shown}.jpg"
+
+
 def voice(inspection_id: str, attachment_id: str, suffix: str) -> str:
     """Return the key of a voice note; the suffix begins with a dot."""
     return f"{inspection(inspection_id)}/voice/{attachment_id}{suffix}"

@@ -1,9 +1,16 @@
 """What became of the defects of an asset from survey to survey.
 
-A defect of a later survey is the same as one of an earlier survey if it has the same main code,
-lies at the same distance within their 95 % intervals, and at most an hour of the clock away. The
-characters of a code may differ, because a crack that grows becomes a fracture. Surveys from the
-other end have other distances; a defect matches within its own direction only.
+A defect of a later survey is the same as one of an earlier survey if it has the same main code and
+the same role in a stretch, lies at the same distance within their 95 % intervals and the tolerance
+of a click, and at most an hour of the clock away. The characters of a code may differ, because a
+crack that grows becomes a fracture. Surveys from the other end have other distances; a defect
+matches within its own direction only.
+
+A survey shows that a defect is gone, or that one is new, only if it covered the place: it reached
+beyond the whole interval in which the defect lies.
+
+`static/components/compare-page/matching.js` has the same rules for two runs, which it also aligns
+by their joints or from both ends; a test compares both.
 """
 
 from __future__ import annotations
@@ -12,12 +19,22 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import date
+from math import hypot
+from typing import Literal, get_args
+
+Change = Literal["first", "new", "grown", "unchanged", "gone"]
+"""What one survey shows about a defect: `first` if no earlier one covered the place, `new` if one
+did and saw nothing, `grown` or `unchanged` (not worse) if it was seen before, else `gone`.
+"""
+CHANGES: tuple[Change, ...] = get_args(Change)
+_QUANTITIES = ("severity", "quant1", "quant2")
+"""What may grow; the first one that did is named."""
 
 UNSTATED_U95_M = 0.3
 """Half-width assumed for a distance without an interval, as another program measured it: counters
 of cables are read to a tenth of a metre, and slip."""
-_ROUNDING_M = 0.0005
-"""Distances are published to the millimetre."""
+_SPOT_M = 0.1
+"""Distance between two people's clicks on the same defect."""
 _CLOCK_REACH_H = 1
 """A clock position is entered as a whole hour."""
 
@@ -33,6 +50,13 @@ class Seen:
     u95_m: float | None
     clock: int | None
     severity: int | None
+    clock_to: int | None = None
+    """Where the sector that begins at `clock` ends, clockwise; None if that is one hour only."""
+    role: str | None = None
+    """A where a stretch starts, C where it changes, B where it finishes; None outside one."""
+    quant1: float | None = None
+    """First quantity of its code, like a width in mm; the second one follows."""
+    quant2: float | None = None
 
     @property
     def reach_m(self) -> float:
@@ -48,6 +72,23 @@ class Survey:
     direction: str
     """Direction of the header; surveys of different directions are not compared."""
     defects: Sequence[Seen]
+    end_m: float | None = None
+    """Distance that it reached; None if what it does not show means nothing, as nobody has looked
+    for defects yet."""
+
+    def covers(self, seen: Seen) -> bool:
+        """Return whether it would have shown a defect that another survey saw."""
+        return self.end_m is not None and seen.distance_m + seen.reach_m <= self.end_m
+
+
+@dataclass(frozen=True)
+class Growth:
+    """A quantity of a defect that is larger than when it was stated before."""
+
+    quantity: str
+    """severity, quant1 or quant2."""
+    before: float
+    after: float
 
 
 @dataclass
@@ -57,6 +98,8 @@ class Trace:
     direction: str
     seen: list[Seen] = field(default_factory=list)
     days: list[date] = field(default_factory=list)
+    surveys: list[int] = field(default_factory=list)
+    """Places of the surveys that saw it in the list of all surveys."""
 
     @property
     def first_severity(self) -> int | None:
@@ -74,6 +117,11 @@ class Trace:
         first, last = self.first_severity, self.last_severity
         return first is not None and last is not None and last > first
 
+    @property
+    def growth(self) -> Growth | None:
+        """What has grown from the sightings before to the last one."""
+        return _growth(self.seen[:-1], self.seen[-1])
+
 
 def traces_of(surveys: Sequence[Survey]) -> list[Trace]:
     """Follow every defect through the surveys.
@@ -84,7 +132,7 @@ def traces_of(surveys: Sequence[Survey]) -> list[Trace]:
         Each defect of each survey in exactly one trace, in the order of their last distances.
     """
     known: dict[tuple[str, str], list[Trace]] = {}
-    for survey in surveys:
+    for place, survey in enumerate(surveys):
         by_code: dict[str, list[Seen]] = {}
         for seen in survey.defects:
             by_code.setdefault(seen.code, []).append(seen)
@@ -98,8 +146,59 @@ def traces_of(surveys: Sequence[Survey]) -> list[Trace]:
                     traces.append(trace)
                 trace.seen.append(seen)
                 trace.days.append(survey.on)
+                trace.surveys.append(place)
     found = [trace for traces in known.values() for trace in traces]
     return sorted(found, key=lambda trace: trace.seen[-1].distance_m)
+
+
+def changes_of(trace: Trace, surveys: Sequence[Survey]) -> list[Change | None]:
+    """Return what each survey shows about a defect.
+
+    Args:
+        trace: The defect.
+        surveys: All that `traces_of` was given.
+    Returns:
+        One for each survey; None where it shows nothing about it: another direction, the place not
+        covered, not seen yet, or still gone.
+    """
+    seen_in = dict(zip(trace.surveys, trace.seen, strict=True))
+    changes: list[Change | None] = []
+    before: list[Seen] = []
+    state: Change | None = None
+    was_looked_for = False
+    for place, survey in enumerate(surveys):
+        change: Change | None = None
+        if survey.direction == trace.direction:
+            seen = seen_in.get(place)
+            if seen is not None:
+                change = _change_of(before, seen, was_looked_for=was_looked_for)
+                before.append(seen)
+            elif survey.covers(before[-1] if before else trace.seen[0]):
+                was_looked_for = True
+                change = "gone" if before and state != "gone" else None
+        state = change or state
+        changes.append(change)
+    return changes
+
+
+def _change_of(before: Sequence[Seen], seen: Seen, *, was_looked_for: bool) -> Change:
+    if not before:
+        return "new" if was_looked_for else "first"
+    return "unchanged" if _growth(before, seen) is None else "grown"
+
+
+def _growth(before: Sequence[Seen], after: Seen) -> Growth | None:
+    for name in _QUANTITIES:
+        stated = [value for one in before if (value := getattr(one, name)) is not None]
+        value = getattr(after, name)
+        if stated and value is not None and value > stated[-1]:
+            return Growth(name, stated[-1], value)
+    return None
+
+
+def counted(changes: Sequence[Change | None]) -> dict[Change, int]:
+    """Return how often each change occurs: of all defects in one survey."""
+    return {change: changes.count(change) for change in CHANGES}
 
 
 def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trace]:
@@ -109,7 +208,7 @@ def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trac
     widest_m = max((trace.seen[-1].reach_m for trace in traces), default=0.0)
     pairs = []
     for number, seen in enumerate(defects):
-        reach_m = seen.reach_m + widest_m + _ROUNDING_M
+        reach_m = _SPOT_M + hypot(seen.reach_m, widest_m)
         first = bisect_left(places_m, seen.distance_m - reach_m)
         last = bisect_right(places_m, seen.distance_m + reach_m)
         pairs += [
@@ -127,10 +226,26 @@ def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trac
 
 
 def _is_same(before: Seen, after: Seen) -> bool:
-    reach_m = before.reach_m + after.reach_m + _ROUNDING_M
-    if abs(after.distance_m - before.distance_m) > reach_m:
+    reach_m = _SPOT_M + hypot(before.reach_m, after.reach_m)
+    if before.role != after.role or abs(after.distance_m - before.distance_m) > reach_m:
         return False
     if before.clock is None or after.clock is None:
         return True
-    hours = abs(after.clock - before.clock)
-    return min(hours, 12 - hours) <= _CLOCK_REACH_H
+    return _hours_apart(_sector(before, before.clock), _sector(after, after.clock)) <= (
+        _CLOCK_REACH_H
+    )
+
+
+def _sector(seen: Seen, clock: int) -> tuple[int, int]:
+    return clock, clock if seen.clock_to is None else seen.clock_to
+
+
+def _hours_apart(one: tuple[int, int], other: tuple[int, int]) -> int:
+    """Return the hours between two sectors, 0 where they overlap."""
+    if _is_within(other[0], one) or _is_within(one[0], other):
+        return 0
+    return min((other[0] - one[1]) % 12, (one[0] - other[1]) % 12)
+
+
+def _is_within(hour: int, sector: tuple[int, int]) -> bool:
+    return (hour - sector[0]) % 12 <= (sector[1] - sector[0]) % 12

@@ -17,6 +17,8 @@ RIG_CHANGED = "rig_changed"
 """Action of an event: the film was tracked again with another rig."""
 REVIEWED = "reviewed"
 """Action of an event: the review of the inspection has reached another state."""
+LABELLED = "labelled"
+"""Action of an event: the labels of the inspection were replaced."""
 BROUGHT_IN = "imported"
 """Action of an event: the inspection was imported from another server, unchanged."""
 

@@ -15,7 +15,16 @@ QualitySort = Literal[
     "name", "surveyed_on", "frames", "weak_share", "lost_share", "too_fast_share", "dark_share",
     "overexposed_share", "blurred_share", "dirty_lens_share",
 ]  # fmt: skip
+AssetSort = Literal["asset", "project", "inspections", "last_on", "worst_severity"]
+ProjectSort = Literal[
+    "project", "assets", "inspections", "done", "approved", "last_on", "worst_severity"
+]
 """Columns of the index by which a list may be sorted."""
+InspectionSort = Literal[
+    "created_at", "name", "status", "review_state", "project", "asset", "surveyed_on",
+    "distance_m", "defects", "worst_severity",
+]  # fmt: skip
+"""Columns of the inspection, then of the index; none is in both but the name."""
 Sort = TypeVar("Sort")
 
 
@@ -47,3 +56,40 @@ class DefectFilter:
     after: date | None = None
     """First day of the surveys, and the last one."""
     before: date | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProjectFilter:
+    """Which project is wanted: one, what belongs to none, or any."""
+
+    name: str | None = None
+    is_none: bool = False
+
+    @property
+    def is_set(self) -> bool:
+        """Whether it narrows anything."""
+        return self.is_none or self.name is not None
+
+
+@dataclass(frozen=True, kw_only=True)
+class AssetFilter:
+    """Which assets are wanted."""
+
+    text: str = ""
+    """Words that all occur in what the register says of it, or in the names of an inspection."""
+    of: ProjectFilter = ProjectFilter()
+
+
+@dataclass(frozen=True, kw_only=True)
+class InspectionFilter:
+    """Which inspections are wanted; None and "" want all."""
+
+    search: str = ""
+    """Words that all occur in the name, the file's name or one of the searched header fields."""
+    status: str | None = None
+    review: str | None = None
+    of: ProjectFilter = ProjectFilter()
+    asset: str | None = None
+    severity_from: int | None = None
+    """Least severity of the worst defect."""
+    label: str | None = None

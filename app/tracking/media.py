@@ -24,6 +24,7 @@ from app.jobs.messages import (
     PictureRequest,
     Probed,
     ProbeRequest,
+    ReduceRequest,
 )
 from app.jobs.process import Child, describe_exit
 from vo_core.errors import UnreadableVideo
@@ -77,6 +78,14 @@ class Media:
     def picture(self, path: Path, t_s: float, jpeg_quality: int = PHOTO_JPEG_QUALITY) -> bytes:
         """Return the frame shown at presentation time `t_s`, as JPEG."""
         return self._ask(PictureRequest(str(path), t_s, jpeg_quality), Picture).jpeg
+
+    def reduced(self, jpeg: bytes, width: int, jpeg_quality: int) -> bytes:
+        """Return a picture with this width as JPEG; a smaller one is returned as it is.
+
+        Raises:
+            UnreadableVideo: It cannot be decoded.
+        """
+        return self._ask(ReduceRequest(jpeg, width, jpeg_quality), Picture).jpeg
 
     def _ask(self, request: MediaRequest, expected: type[Answer]) -> Answer:
         if not self._turn.acquire(timeout=_WAIT_FOR_TURN_S):

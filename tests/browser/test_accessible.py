@@ -10,7 +10,10 @@ from looks import expect_no_fault
 from playwright.sync_api import Browser, Page, expect
 from steps import TOKEN, Server, log_in
 
-ARCHIVE = [f"/archive{part}" for part in ("", "/add", "/rules", "/defects", "/assets", "/quality")]
+ARCHIVE = [
+    f"/archive{part}"
+    for part in ("", "/add", "/rules", "/defects", "/projects", "/assets", "/register", "/quality")
+]
 GLOVE_PX = 43.9
 """44, less what layout rounds away."""
 

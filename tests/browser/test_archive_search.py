@@ -14,6 +14,8 @@ from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
 FRAME = 13
+THUMBNAILS_SHOWN = """(n) => [...document.querySelectorAll('.thumbnail img')]
+  .filter(({ naturalWidth }) => naturalWidth === 240).length === n"""
 YEARS = {"2019-05-02": 2, "2024-05-02": 4}
 """Day of each survey, and the severity of the crack then."""
 
@@ -62,14 +64,21 @@ def test_a_defect_is_found_by_its_words_and_opened_at_its_frame(
     assert surveys[0] in page.url
 
 
-def test_the_history_of_an_asset_shows_what_has_grown(
+def test_a_project_leads_to_its_asset_whose_history_shows_what_has_grown(
     page: Page, server: Server, surveys: list[str]
 ) -> None:
-    log_in(page, server, "/archive/assets")
+    log_in(page, server, "/archive/projects")
+    page.get_by_role("link", name="North").click()
+    expect(page.locator(".project-facts")).to_contain_text("Assets1Inspections2Done2")
+    expect(page.locator("tbody tr")).to_contain_text("4 plan repair")
+    expect_no_fault(page, ("dark",))
     page.get_by_label("Search the assets").fill("0041")
     page.get_by_role("link", name="CUL-0041").click()
     heads = page.get_by_role("columnheader").filter(has_text="Done")
-    expect(heads.get_by_role("link")).to_have_text(list(YEARS))
+    expect(heads.locator("a[href^='/inspections/']")).to_have_text(list(YEARS))
+    expect(heads.nth(1)).to_contain_text("1 grown")
+    page.wait_for_function(THUMBNAILS_SHOWN, arg=len(surveys))
+    page.get_by_role("button", name="Grown 1").click()
     row = page.get_by_role("row").filter(has_text="BAB")
     expect(row.get_by_role("cell")).to_have_text([str(severity) for severity in YEARS.values()])
     expect(row).to_contain_text("grown: 2 to 4")

@@ -6,12 +6,17 @@ import json
 import re
 import uuid
 from collections.abc import Mapping
+from datetime import date
 
+import numpy as np
 import pytest
 from clips import numbered_clip, rig_for_clip
 from looks import expect_no_fault
+from numpy.typing import NDArray
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
+
+from app.survey.asset_history import Seen, Survey, changes_of, traces_of
 
 FRAMES = 60
 
@@ -39,7 +44,7 @@ def runs(server: Server, tmp_path_factory: pytest.TempPathFactory) -> tuple[str,
     _tag(server, b, {"frame": 22, "code": "BAB", "severity": 4})
     _tag(server, a, {"frame": 40, "code": "BBA", "severity": 2})
     _tag(server, b, {"frame": 40, "code": "BBA", "severity": 2})
-    _tag(server, b, {"frame": 50, "code": "BBF", "severity": 1})
+    _tag(server, b, {"frame": 44, "code": "BBF", "severity": 1})
     return a, b
 
 
@@ -52,8 +57,8 @@ def test_defects_are_matched_and_growth_is_shown(
     expect(rows).to_have_count(3)
     expect(rows.nth(0)).to_contain_text("BAB")
     expect(rows.nth(0)).to_contain_text("severity 2 to 4")
-    expect(rows.nth(1)).to_contain_text("In both")
-    expect(rows.nth(2)).to_contain_text("Only in B")
+    expect(rows.nth(1)).to_contain_text("Unchanged")
+    expect(rows.nth(2)).to_contain_text("New")
     page.get_by_role("button", name="Grown 1").click()
     expect(rows).to_have_count(1)
 
@@ -165,6 +170,64 @@ def test_joints_of_a_run_from_the_other_end_are_counted_from_this_one(
     assert numbers == [1, 2, 3, 4]
     assert to_a == pytest.approx([4000, 2500])
     assert back == pytest.approx([990, 2475])
+
+
+MATCHED = """async ([a, b]) => {
+  const { match } = await import('/static/components/compare-page/matching.js');
+  const asTheyAre = { toA: (mm) => mm, toB: (mm) => mm };
+  const pairs = match(a, b, asTheyAre, false);
+  return pairs.map(({ kind, a, b }) => [a?.id ?? null, b?.id ?? null, kind]);
+}"""
+
+
+def test_the_page_has_the_rules_of_the_history_of_an_asset(page: Page, server: Server) -> None:
+    """Both decide alike about runs that were made up, each with an end and with its own gaps."""
+    log_in(page, server)
+    rng = np.random.default_rng(2)
+    places = np.cumsum(rng.uniform(0.05, 0.9, 120))
+    runs = [_made_up(rng, places, str(n)) for n in range(2)]
+    surveys = [
+        Survey(date(2020 + n, 1, 1), "with_flow", run, end_m)
+        for n, (run, end_m) in enumerate(zip(runs, (50.0, 40.0), strict=True))
+    ]
+    expected = []
+    for trace in traces_of(surveys):
+        ids = dict(zip(trace.surveys, (seen.observation_id for seen in trace.seen), strict=True))
+        change = changes_of(trace, surveys)[1]
+        kind = "uncovered" if change in (None, "first") else change
+        expected.append([ids.get(0), ids.get(1), kind])
+    found = page.evaluate(
+        MATCHED,
+        [
+            {"endMm": 1000 * survey.end_m, "observations": [_observed(one) for one in run]}
+            for survey, run in zip(surveys, runs, strict=True)
+            if survey.end_m is not None
+        ],
+    )
+    assert sorted(found, key=str) == sorted(expected, key=str)
+    assert {kind for _, _, kind in found} == {"new", "grown", "gone", "unchanged", "uncovered"}
+
+
+def _made_up(rng: np.random.Generator, places: NDArray[np.float64], run: str) -> list[Seen]:
+    return [
+        Seen(
+            run, f"{run}-{n}", str(rng.choice(["BAB", "BBA"])), float(place + rng.normal(0, 0.1)),
+            u95_m=rng.choice([None, 0.05, 0.2]), clock=rng.choice([None, 1, 3, 12]),
+            severity=int(rng.integers(0, 5)), clock_to=rng.choice([None, 4]),
+            role=rng.choice([None, None, None, "A"]), quant1=rng.choice([None, 1.0, 2.0]),
+        )
+        for n, place in enumerate(places)
+        if rng.uniform() < 0.8
+    ]  # fmt: skip
+
+
+def _observed(seen: Seen) -> dict[str, object]:
+    return {
+        "id": seen.observation_id, "code": seen.code, "distance_m": seen.distance_m,
+        "distance_u95_m": seen.u95_m, "clock_from": seen.clock, "clock_to": seen.clock_to,
+        "severity": seen.severity, "quant1": seen.quant1, "quant2": None,
+        "continuous": seen.role and f"{seen.role}1",
+    }  # fmt: skip
 
 
 def _expect_frames(page: Page, a: int, b: int) -> None:

@@ -8,9 +8,14 @@ from pathlib import Path
 
 import pytest
 from clips import numbered_clip, rig_for_clip
+from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
+EXPORTS = """() => {
+  window.exported = [];
+  addEventListener('bulk-export', ({ detail }) => window.exported.push(detail.ids));
+}"""
 NAMES = ("Jalan Ampang", "Sungai Besi", "Bukit Jalil")
 
 
@@ -83,3 +88,40 @@ def test_an_inspection_is_deleted_only_after_a_question_that_names_it(
     delete.click()
     question.get_by_role("button", name="Delete for good").click()
     expect(page.get_by_role("link", name="Sungai Besi")).to_have_count(0)
+
+
+def test_labels_filters_and_a_selection_say_which_inspections_are_meant(
+    page: Page, server: Server, inspections: dict[str, str]
+) -> None:
+    ids = list(inspections.values())
+    log_in(page, server)
+    rows = page.locator(".inspection")
+    page.get_by_role("button", name="Labels of Sungai Besi").click()
+    for label in ("urgent", "invoiced"):
+        page.keyboard.type(label)
+        page.keyboard.press("Enter")
+    page.keyboard.press("Backspace")
+    page.keyboard.press("Enter")
+    expect(rows.nth(1).get_by_role("button", name="urgent")).to_be_visible()
+    expect(rows.get_by_text("invoiced")).to_have_count(0)
+    page.get_by_role("button", name="urgent").click()
+    expect(rows.get_by_role("link")).to_have_text(["Sungai Besi"])
+    assert page.url.endswith("?label=urgent")
+    page.get_by_label("Label", exact=True).select_option("")
+    expect(rows).to_have_count(3)
+    page.get_by_role("button", name="Undo").click()
+    expect(page.get_by_role("button", name="urgent")).to_have_count(0)
+
+    page.get_by_role("button", name="Name", exact=True).click()
+    expect(rows.get_by_role("link")).to_have_text(sorted(NAMES))
+    page.evaluate(EXPORTS)
+    page.get_by_label("Select Bukit Jalil").check()
+    page.get_by_label("Select Jalan Ampang").click(modifiers=["Shift"])
+    page.get_by_role("button", name="Export…").click()
+    page.get_by_label("Select this page").check()
+    expect(page.get_by_text("3 inspections selected")).to_be_visible()
+    expect_no_fault(page, ("dark", "light"))
+    page.get_by_role("button", name="Select none").click()
+    expect(page.get_by_role("button", name="Export…")).to_be_hidden()
+    expected = [ids[NAMES.index(name)] for name in ("Bukit Jalil", "Jalan Ampang")]
+    assert page.evaluate("() => window.exported") == [expected]

@@ -71,6 +71,7 @@ def _inspection(report: Report) -> Mapping[str, Any]:
         "name": report.name,
         "status": report.status,
         "header": report.header,
+        "labels": list(report.labels),
         "rig": report.rig.model_dump(mode="json"),
         "source": {
             "kind": source.kind,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, BackgroundTasks, Query, Response
+from fastapi import APIRouter, BackgroundTasks, Depends, Query, Request, Response
 
 from app.errors import (
     ChangedMeanwhile,
@@ -25,19 +25,27 @@ from app.errors import (
     UploadIncomplete,
     UploadNotFound,
 )
+from app.survey.labels import distinct
 from app.survey.review import ReviewState
+from app.survey.search_terms import InspectionFilter, InspectionSort, Page, ProjectFilter
 from app.web import columns
 from app.web.deps import InspectionId, PrincipalDep, ServicesDep, operator, viewer
+from app.web.queries import Descending, Name, NoProject, SeverityFrom
 from app.web.schemas.failures import content, failures
 from app.web.schemas.frames import track_columns
 from app.web.schemas.inspections import (
     ContinueIn,
     FinishIn,
     FoundOut,
+    IdsOut,
     InspectionChange,
     InspectionIn,
     InspectionOut,
     InspectionsOut,
+    LabelOut,
+    LabelsIn,
+    LabelsInUseOut,
+    LabelsOut,
     LiveSource,
     RigIn,
 )
@@ -48,8 +56,7 @@ from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections", tags=["inspections"])
 
-_PAGE = 50
-"""Inspections of a page of the list whose length the request does not name."""
+_MOST_IDS = 10_000
 
 
 @router.post(
@@ -86,28 +93,89 @@ def create(
     return InspectionOut.of(services.inspections.get(inspection_id))
 
 
-@router.get("")
-@viewer
-@slow
-def list_some(
-    services: ServicesDep,
+def _wanted(
     search: Annotated[
         str | None,
         Query(max_length=200, description="Words in the name, the file's name or the header."),
     ] = None,
     status: Literal["queued", "running", "done", "failed", "cancelled"] | None = None,
     review: ReviewState | None = None,
-    offset: Annotated[int | None, Query(ge=0, le=10**9)] = None,
-    limit: Annotated[int | None, Query(ge=1, le=200, description="Without it, 50.")] = None,
+    project: Name = None,
+    no_project: NoProject = False,
+    asset: Name = None,
+    severity_from: SeverityFrom = None,
+    label: Annotated[str | None, Query(max_length=50)] = None,
+) -> InspectionFilter:
+    return InspectionFilter(
+        search=search or "",
+        status=status,
+        review=review,
+        of=ProjectFilter(name=project, is_none=no_project),
+        asset=asset,
+        severity_from=severity_from,
+        label=label,
+    )
+
+
+Wanted = Annotated[InspectionFilter, Depends(_wanted)]
+
+
+@router.get("")
+@viewer
+@slow
+def list_some(
+    request: Request,
+    services: ServicesDep,
+    wanted: Wanted,
+    sort: InspectionSort = "created_at",
+    descending: Descending = True,
+    offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
+    limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> FoundOut | InspectionsOut:
     """Return the inspections, the newest first: all without parameters, else a page of those that
     fit, with their number.
+
+    Project, asset and label are whole names; what the index does not hold yet comes last.
     """
-    if all(given is None for given in (search, status, review, offset, limit)):
+    if not request.query_params:
         views = services.inspections.all()
         return InspectionsOut(inspections=[InspectionOut.of(view) for view in views])
-    found = services.inspections.found(search or "", status, review, offset or 0, limit or _PAGE)
-    return FoundOut.of(*found)
+    page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
+    return FoundOut.of(*services.inspections.found(wanted, page))
+
+
+@router.get("/ids")
+@viewer
+@slow
+def list_ids(
+    services: ServicesDep,
+    wanted: Wanted,
+    sort: InspectionSort = "created_at",
+    descending: Descending = True,
+) -> IdsOut:
+    """Return the ids of the inspections that fit, at most ten thousand, for work on all of them."""
+    page = Page(sort=sort, descending=descending, offset=0, limit=_MOST_IDS)
+    return IdsOut(ids=services.inspections.ids(wanted, page))
+
+
+@router.get("/labels")
+@viewer
+def labels_in_use(services: ServicesDep) -> LabelsInUseOut:
+    """Return all labels that are in use."""
+    found = services.inspections.labels_in_use()
+    return LabelsInUseOut(labels=[LabelOut(label=label, inspections=n) for label, n in found])
+
+
+@router.put("/{inspection_id}/labels", responses=failures(InspectionNotFound))
+@operator
+def label(
+    inspection_id: InspectionId, body: LabelsIn, services: ServicesDep, principal: PrincipalDep
+) -> LabelsOut:
+    """Replace the labels, also of an approved inspection: they sort the list, and nobody approves
+    them.
+    """
+    labels = services.inspections.label(inspection_id, distinct(body.labels), principal.name)
+    return LabelsOut(labels=list(labels))
 
 
 @router.get("/{inspection_id}", responses=failures(InspectionNotFound))

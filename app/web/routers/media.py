@@ -1,4 +1,4 @@
-"""The original video, single frames of it, and reports; media types are set here, not by
+"""The original video, single frames, the thumbnail, and reports; media types are set here, not by
 uploads.
 """
 
@@ -15,6 +15,7 @@ from app.errors import (
     ExportNotAvailable,
     InspectionNotFound,
     NothingRecorded,
+    PhotoNotFound,
     StoreUnavailable,
     UnreadableKey,
 )
@@ -25,7 +26,8 @@ from app.web.deps import InspectionId, ServicesDep, viewer
 from app.web.ranges import PRIVATE, blob_response
 from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.records import LossesOut
-from app.web.slow import slow
+from app.web.slow import for_lists, slow
+from app.web.versions import etag
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
 
@@ -63,6 +65,24 @@ def frame(
     """Return a tracked frame as a picture, for videos that a browser cannot play."""
     jpeg = services.inspections.picture(inspection_id, frame)
     return Response(jpeg, media_type="image/jpeg", headers=PRIVATE)
+
+
+@router.get(
+    "/thumbnail",
+    response_class=Response,
+    responses=content("image/jpeg")
+    | {304: {"description": "The picture is still the one that `If-None-Match` names."}}
+    | failures(InspectionNotFound, PhotoNotFound, *READING_A_FILM),
+)
+@viewer
+@for_lists
+def thumbnail(inspection_id: InspectionId, services: ServicesDep, request: Request) -> Response:
+    """Return a small picture: the photo of the worst defect, else a frame of the film."""
+    shown = services.thumbnails.shown(inspection_id)
+    headers = PRIVATE | {"ETag": etag(shown.name)}
+    if request.headers.get("if-none-match") == headers["ETag"]:
+        return Response(status_code=304, headers=headers)
+    return Response(services.thumbnails.jpeg(shown), media_type="image/jpeg", headers=headers)
 
 
 ExportKind = Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")]

@@ -1,5 +1,5 @@
-"""Across all inspections: their defects, the history of an asset, the quality of the films, and
-everything as tables.
+"""Across all inspections: their defects, projects, assets and the history of one, the quality of
+the films, and everything as tables.
 """
 
 from __future__ import annotations
@@ -14,8 +14,19 @@ from app.errors import ExportNotAvailable
 from app.search.export import MEDIA_TYPE, Format
 from app.survey.clock_hours import hour_bits
 from app.survey.given import LINE
-from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
+from app.survey.search_terms import (
+    AssetFilter,
+    AssetSort,
+    DefectFilter,
+    DefectSort,
+    Page,
+    Problem,
+    ProjectFilter,
+    ProjectSort,
+    QualitySort,
+)
 from app.web.deps import ServicesDep, viewer
+from app.web.queries import Descending, Limit, Name, NoProject, Offset, SeverityFrom, Text
 from app.web.schemas.failures import content, failures
 from app.web.schemas.search import (
     AssetOut,
@@ -25,25 +36,15 @@ from app.web.schemas.search import (
     FoundDefectOut,
     FoundDefectsOut,
     HistoryOut,
+    ProjectOut,
+    ProjectsOut,
 )
 from app.web.slow import slow
 
 router = APIRouter(prefix="/api/archive", tags=["search"])
 
 _CLOCK = r"^([1-9]|1[0-2])(-([1-9]|1[0-2]))?$"
-Text = Annotated[
-    str,
-    Query(
-        max_length=200,
-        pattern=LINE,
-        description="Words that all occur, whatever their case and accents.",
-    ),
-]
-Name = Annotated[str | None, Query(max_length=20_000, pattern=LINE)]
 Distance = Annotated[float | None, Query(ge=-1e6, le=1e6, allow_inf_nan=False)]
-Offset = Annotated[int, Query(ge=0, le=10_000_000)]
-Limit = Annotated[int, Query(ge=1, le=500)]
-Descending = Annotated[bool, Query(description="The highest, newest or last first.")]
 
 
 @router.get("/defects")
@@ -54,7 +55,7 @@ def defects(
         str,
         Query(pattern=r"^([A-Z][A-Z0-9]{0,7})?$", description="The code or how it begins."),
     ] = "",
-    severity_from: Annotated[int | None, Query(ge=0, le=5)] = None,
+    severity_from: SeverityFrom = None,
     text: Text = "",
     project: Name = None,
     asset: Name = None,
@@ -95,14 +96,46 @@ def defects(
     )
 
 
+@router.get("/projects")
+@viewer
+def projects(
+    services: ServicesDep,
+    search: Text = "",
+    project: Name = None,
+    no_project: NoProject = False,
+    sort: ProjectSort = "project",
+    descending: Descending = False,
+    offset: Offset = 0,
+    limit: Limit = 50,
+) -> ProjectsOut:
+    """Return the projects of inspections and of registered assets, and what belongs to none.
+
+    `project` is a whole name; `search` finds parts of it and of its inspections and assets.
+    """
+    wanted = ProjectFilter(name=project, is_none=no_project)
+    page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
+    pending = services.search.pending()
+    total, found = services.search.projects(search, wanted, page)
+    return ProjectsOut(total=total, pending=pending, projects=[ProjectOut.of(one) for one in found])
+
+
 @router.get("/assets")
 @viewer
 def assets(
-    services: ServicesDep, search: Text = "", offset: Offset = 0, limit: Limit = 50
+    services: ServicesDep,
+    search: Text = "",
+    project: Name = None,
+    no_project: NoProject = False,
+    sort: AssetSort = "asset",
+    descending: Descending = False,
+    offset: Offset = 0,
+    limit: Limit = 50,
 ) -> AssetsOut:
-    """Return the assets that were inspected, sorted by name."""
+    """Return the assets that were inspected or are in the register."""
+    of = ProjectFilter(name=project, is_none=no_project)
+    page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
     pending = services.search.pending()
-    total, found = services.search.assets(search, offset, limit)
+    total, found = services.search.assets(AssetFilter(text=search, of=of), page)
     return AssetsOut(total=total, pending=pending, assets=[AssetOut.of(one) for one in found])
 
 

@@ -8,10 +8,12 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, Field, StringConstraints, model_validator
 
 from app.inspections.inspections import InspectionView
-from app.storage.inspections import Found
+from app.storage.inspection_list import Found
 from app.storage.tables import IMPORTED, Inspection
+from app.survey.catalogue.header import asset_of, project_of
 from app.survey.given import TEXT, Given, Header, Name
 from app.survey.interval import half_width_m
+from app.survey.labels import Labels
 from app.tracking.live import CameraStatus
 from app.web.schemas.counter import CounterIn
 from app.web.schemas.failures import ErrorOut
@@ -169,6 +171,9 @@ class InspectionOut(BaseModel):
 
     id: str
     name: str
+    project: str | None
+    """Header field project, else job_ref, else client_job_ref."""
+    asset: str | None
     status: Literal["queued", "running", "done", "failed", "cancelled"]
     progress: ProgressOut
     distance_m: float | None
@@ -186,6 +191,7 @@ class InspectionOut(BaseModel):
     review: ReviewStateOut
     open_questions: int
     """Questions of reviewers that are not settled."""
+    labels: list[str]
     error: ErrorOut | None
     warning: str | None
     created_at: datetime
@@ -205,6 +211,8 @@ class InspectionOut(BaseModel):
         return cls(
             id=row.id,
             name=row.name,
+            project=project_of(row.header),
+            asset=asset_of(row.header),
             status=row.status,  # type: ignore[arg-type]  # checked by pydantic
             progress=ProgressOut(
                 frames_done=view.progress.frames_done,
@@ -222,6 +230,7 @@ class InspectionOut(BaseModel):
             worst_severity=view.worst_severity,
             review=ReviewStateOut.of(row),
             open_questions=view.open_questions,
+            labels=list(view.labels),
             error=_error(row),
             warning=view.warning,
             created_at=row.created_at,
@@ -237,6 +246,37 @@ class InspectionOut(BaseModel):
             video=_video(row),
             live=LiveOut.of(view.camera) if view.camera else None,
         )
+
+
+class LabelsIn(Given):
+    """All labels of an inspection; two that differ in case or accents only are one."""
+
+    labels: Labels
+
+
+class LabelsOut(BaseModel):
+    """All labels of an inspection, sorted."""
+
+    labels: list[str]
+
+
+class LabelOut(BaseModel):
+    """A label that is in use."""
+
+    label: str
+    inspections: int
+
+
+class LabelsInUseOut(BaseModel):
+    """All labels in use, the most used first."""
+
+    labels: list[LabelOut]
+
+
+class IdsOut(BaseModel):
+    """The ids of the inspections that fit."""
+
+    ids: list[str]
 
 
 class InspectionsOut(BaseModel):
@@ -255,7 +295,7 @@ class GraveOut(BaseModel):
 
 
 class FoundOut(InspectionsOut):
-    """A page of the inspections that fit, the newest first."""
+    """A page of the inspections that fit."""
 
     total: int
     """Inspections that fit."""

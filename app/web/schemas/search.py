@@ -7,10 +7,11 @@ from datetime import date, datetime
 
 from pydantic import BaseModel
 
-from app.search.search import History
-from app.storage.defect_index import Asset, FoundDefect, FoundInspection
-from app.storage.tables import IndexedInspection
-from app.survey.asset_history import Trace
+from app.search.search import Followed, History, Past
+from app.storage.asset_index import Asset, Project
+from app.storage.defect_index import FoundDefect
+from app.storage.tables import IndexedDefect, IndexedInspection
+from app.survey.asset_history import Change, Trace
 from app.survey.film_quality import problems_of
 from app.survey.search_terms import Problem
 
@@ -65,10 +66,17 @@ class AssetOut(BaseModel):
 
     asset: str
     project: str | None
-    """Of its newest inspection."""
+    """Of the register, else of its newest survey."""
     inspections: int
-    last_at: date
+    last_at: date | None
+    """None if it was never inspected."""
     worst_severity: int | None
+    """Of its newest survey: of all of that day, but not of a film that was not tracked yet."""
+    filmed_id: str | None
+    """Id of that survey if its film is here, for its thumbnail."""
+    is_registered: bool
+    also_written: list[str]
+    """Other ids with the same letters and digits: probably the same asset."""
 
     @classmethod
     def of(cls, asset: Asset) -> AssetOut:
@@ -79,15 +87,53 @@ class AssetOut(BaseModel):
             inspections=asset.inspections,
             last_at=asset.last_on,
             worst_severity=asset.worst_severity,
+            filmed_id=asset.filmed_id,
+            is_registered=asset.is_registered,
+            also_written=list(asset.also_written),
         )
 
 
 class AssetsOut(BaseModel):
-    """A page of the assets, sorted by name."""
+    """A page of the assets."""
 
     total: int
     pending: int
     assets: list[AssetOut]
+
+
+class ProjectOut(BaseModel):
+    """A project with its inspections in figures."""
+
+    project: str | None
+    """None for all that belongs to no project."""
+    assets: int
+    inspections: int
+    done: int
+    approved: int
+    last_at: date | None
+    worst_severity: int | None
+    """Of the newest survey of each of its assets."""
+
+    @classmethod
+    def of(cls, project: Project) -> ProjectOut:
+        """Convert the result of the index."""
+        return cls(
+            project=project.project,
+            assets=project.assets,
+            inspections=project.inspections,
+            done=project.done,
+            approved=project.approved,
+            last_at=project.last_on,
+            worst_severity=project.worst_severity,
+        )
+
+
+class ProjectsOut(BaseModel):
+    """A page of the projects."""
+
+    total: int
+    pending: int
+    projects: list[ProjectOut]
 
 
 class SurveyOut(BaseModel):
@@ -103,23 +149,32 @@ class SurveyOut(BaseModel):
     """Corrected distance of the end."""
     length_u95_m: float | None
     worst_severity: int | None
+    has_film: bool
+    """Whether there is a thumbnail."""
+    labels: list[str]
+    changes: dict[Change, int]
+    """Number of defects with each change that this survey shows."""
     defects: list[FoundDefectOut]
 
     @classmethod
-    def of(cls, found: FoundInspection, defects: list[FoundDefect]) -> SurveyOut:
+    def of(cls, past: Past) -> SurveyOut:
         """Convert the rows of the index."""
-        row, direction = found.row, found.inspection.header.get("direction")
+        row, inspection = past.found.row, past.found.inspection
+        direction = inspection.header.get("direction")
         return cls(
             id=row.inspection_id,
             name=row.name,
             project=row.project,
             at=row.surveyed_on,
             direction=None if direction is None else str(direction),
-            status=found.inspection.status,
+            status=inspection.status,
             length_m=row.distance_m,
             length_u95_m=row.distance_u95_m,
             worst_severity=row.worst_severity,
-            defects=[FoundDefectOut.of(defect) for defect in defects],
+            has_film=inspection.has_film,
+            labels=list(past.labels),
+            changes=past.changes,
+            defects=[FoundDefectOut.of(defect) for defect in past.defects],
         )
 
 
@@ -129,6 +184,17 @@ class SightingOut(BaseModel):
     inspection_id: str
     observation_id: str
     severity: int | None
+
+
+class GrowthOut(BaseModel):
+    """What is larger than when it was stated before."""
+
+    quantity: str
+    """severity, quant1 or quant2."""
+    before: float
+    after: float
+    unit: str | None
+    """Unit of a quantity: mm, %, deg, ppm or count."""
 
 
 class TraceOut(BaseModel):
@@ -145,15 +211,22 @@ class TraceOut(BaseModel):
     last_severity: int | None
     has_grown: bool
     """Whether it is more severe than when it was first seen."""
+    change: Change
+    """What the newest survey that covered its place shows."""
+    changes: list[Change | None]
+    """What each survey shows; null for nothing."""
+    growth: GrowthOut | None
+    """From the sightings before to the last one."""
     first_at: date
     last_at: date
     seen: list[SightingOut]
     """Oldest first."""
 
     @classmethod
-    def of(cls, trace: Trace, rows: Mapping[tuple[str, str], FoundDefect]) -> TraceOut:
+    def of(cls, followed: Followed, rows: Mapping[tuple[str, str], FoundDefect]) -> TraceOut:
         """Convert a trace; `rows` are the defects by inspection and observation."""
-        last = trace.seen[-1]
+        trace, last = followed.trace, followed.trace.seen[-1]
+        shown = [change for change in followed.changes if change is not None]
         row = rows[last.inspection_id, last.observation_id].row
         return cls(
             code=last.code,
@@ -165,6 +238,9 @@ class TraceOut(BaseModel):
             first_severity=trace.first_severity,
             last_severity=trace.last_severity,
             has_grown=trace.has_grown,
+            change=shown[-1],
+            changes=followed.changes,
+            growth=_growth(trace, row),
             first_at=trace.days[0],
             last_at=trace.days[-1],
             seen=[
@@ -182,6 +258,8 @@ class HistoryOut(BaseModel):
     """The inspections of an asset, oldest first, and what became of its defects."""
 
     asset: str
+    also_written: list[str]
+    """Other ids with the same letters and digits: probably the same asset."""
     total: int
     """Number of its inspections; the newest of them follow."""
     pending: int
@@ -194,16 +272,25 @@ class HistoryOut(BaseModel):
         """Convert the service's result."""
         rows = {
             (one.row.inspection_id, one.row.observation_id): one
-            for _, defects in history.inspections
-            for one in defects
+            for past in history.inspections
+            for one in past.defects
         }
         return cls(
             asset=asset,
+            also_written=list(history.also_written),
             total=history.total,
             pending=pending,
-            inspections=[SurveyOut.of(*one) for one in history.inspections],
-            traces=[TraceOut.of(trace, rows) for trace in history.traces],
+            inspections=[SurveyOut.of(past) for past in history.inspections],
+            traces=[TraceOut.of(one, rows) for one in history.followed],
         )
+
+
+def _growth(trace: Trace, row: IndexedDefect) -> GrowthOut | None:
+    growth = trace.growth
+    if growth is None:
+        return None
+    unit = {"quant1": row.unit1, "quant2": row.unit2}.get(growth.quantity)
+    return GrowthOut(quantity=growth.quantity, before=growth.before, after=growth.after, unit=unit)
 
 
 class FilmOut(BaseModel):

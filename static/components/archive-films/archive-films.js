@@ -2,18 +2,18 @@
 
 import { ACTS_ON, FILTERS, act, change, concerned, progressOf, takeOff, undoOf, whereOf } from '../../core/archive.js';
 import { poll } from '../../core/api.js';
-import { FilmSelection } from '../../core/film-selection.js';
 import { html, render, setText } from '../../core/html.js';
 import { bindKeys, withKey } from '../../core/keys.js';
 import { PagedList } from '../../core/paged-list.js';
 import { may } from '../../core/rights.js';
+import { Selection } from '../../core/selection.js';
 import { Component } from '../../core/store.js';
 import { bytes, chainage, count, signed } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
 import { archivePage, filterChips, followFilters, likeButton, showFault } from '../archive-shell/archive-shell.js';
 import '../data-table/data-table.js';
 import { icon } from '../icon/icon.js';
-import { pace } from '../inspection-list/inspection-list.js';
+import { pace } from '../inspection-list/row.js';
 import { showKeys } from '../key-help/key-help.js';
 import '../pager/pager.js';
 import { FILM_STATES, statusChip } from '../status-chip/status-chip.js';
@@ -38,7 +38,7 @@ const UNDER_WAY = ['waiting', 'queued', 'running'];
 
 class ArchiveFilms extends Component {
   #list;
-  #selection = new FilmSelection();
+  #selection = new Selection();
   #states = {};
 
   mount() {
@@ -146,10 +146,11 @@ class ArchiveFilms extends Component {
       if (selection.isAll && where() !== shown) selection.clear();
       shown = where();
     });
-    this.listen(parts.table, 'change', ({ target }) => {
+    this.listen(parts.table, 'click', ({ target, shiftKey }) => {
       const films = this.#list.value?.films ?? [];
-      if (target.matches('[data-mark-page]')) selection.mark(films, target.checked);
-      else if (target.dataset.mark) selection.mark(films.filter(({ id }) => id === target.dataset.mark), target.checked);
+      const { checked: isSelected } = target;
+      if (target.matches('[data-mark-page]')) selection.mark(films, isSelected);
+      else if (target.matches('[data-mark]')) selection.markOne(films, target.dataset.mark, { isSelected, isRange: shiftKey });
     });
     this.listen(parts.all, 'click', () => selection.markAll(whereOf(this.#list.filters), this.#list.total));
     this.listen(parts.none, 'click', () => selection.clear());
@@ -184,7 +185,7 @@ class ArchiveFilms extends Component {
       const { state } = selection.meant.where;
       return ACTS_ON[action].some((other) => (state ? other === state : this.#states[other]));
     }
-    return concerned(action, selection.films).length > 0;
+    return concerned(action, selection.items).length > 0;
   }
 
   // Actions
@@ -205,7 +206,7 @@ class ArchiveFilms extends Component {
   }
 
   async #act(action) {
-    const { meant, films, isAll, size } = this.#selection;
+    const { meant, items: films, isAll, size } = this.#selection;
     const undo = isAll ? null : undoOf(action, films);
     if (action === 'cancel' && !undo && !(await askCancel(isAll ? size : concerned('cancel', films).length))) return;
     await this.#done(action, await act(action, meant), undo);
@@ -234,7 +235,7 @@ class ArchiveFilms extends Component {
   }
 
   async #change() {
-    const { meant, films, isAll, size } = this.#selection;
+    const { meant, items: films, isAll, size } = this.#selection;
     const wanted = await askChange(size, this.signal);
     if (!wanted) return;
     const n = await change(meant, wanted);

@@ -10,7 +10,10 @@ const PAGES = [
   ['/archive/failures', t('archive.failures'), 'alert'],
   ['/archive/rules', t('archive.rules'), 'settings'],
   ['/archive/defects', t('archive.defects'), 'search'],
+  ['/archive/projects', t('archive.projects'), 'folder'],
   ['/archive/assets', t('archive.assets'), 'layers'],
+  ['/archive/map', t('archive.map'), 'map'],
+  ['/archive/register', t('archive.register'), 'table'],
   ['/archive/quality', t('archive.quality'), 'video'],
 ];
 
@@ -68,6 +71,10 @@ export function followFilters(element, list, signal, onError) {
 
 /** Says that some inspections are not in the answer yet. */
 export const pendingNote = (n) => html`${n > 0 && html`<p class="message">${icon('wait')}<span>${t('search.pending', { n })}</span></p>`}`;
+
+/** Facts side by side: [name, value]. */
+export const factsMarkup = (facts) =>
+  html`<dl class="facts">${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd class="number">${value}</dd></div>`)}</dl>`;
 
 /** The way to everything, for other programs. */
 export const exportButton = () => html`<details class="menu export-all"><summary class="button">${icon('download')}${t('archive.export')}</summary>

@@ -9,14 +9,14 @@ import { rounded } from '../../core/rounding.js';
 import {
   chainage, clockHour, lengthUnit, parseDistance, plusMinus, timecode, toShown, u95FromSigma,
 } from '../../core/units.js';
-import { errorText, t } from '../../core/words.js';
+import { errorText, t, wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { showKeys } from '../key-help/key-help.js';
 import { drawSeverity, severityMark } from '../severity-mark/severity-mark.js';
 import { topBar } from '../top-bar/top-bar.js';
 import { BlankPlayer, FilePlayer, StillPlayer } from '../video-panel/players.js';
 import { align } from './alignment.js';
-import { growth, match, mirrored, sectorOf } from './matching.js';
+import { KINDS, growth, match, mirrored, sectorOf } from './matching.js';
 import { Run } from './run.js';
 import './compare-strip.js';
 import './run-choice.js';
@@ -30,14 +30,8 @@ const MISSED_MM = 30;
 const MARK_SHARE = 0.045;
 
 const SIDES = ['a', 'b'];
-const KINDS = [
-  ['all', t('compare.all')],
-  ['grown', t('compare.grown')],
-  ['both', t('compare.both')],
-  ['only_a', t('compare.only_a')],
-  ['only_b', t('compare.only_b')],
-];
-const KIND_WORDS = Object.fromEntries(KINDS);
+/** The words of the history of an asset, which shows the same. */
+const kindWord = (kind) => wordFor('assets.change', kind) ?? t('compare.uncovered');
 
 class ComparePage extends Component {
   #runs = null;
@@ -137,7 +131,7 @@ class ComparePage extends Component {
         </div>
         <section class="panel compare__defects" aria-label="${t('compare.defects')}">
           <div class="compare__kinds" role="group" aria-label="${t('compare.show')}">
-            ${KINDS.map(([kind, label]) => html`<button class="button button--small" data-kind="${kind}">${label}
+            ${[['all', t('compare.all')], ...KINDS.map((kind) => [kind, kindWord(kind)])].map(([kind, label]) => html`<button class="button button--small" data-kind="${kind}">${label}
               <span class="dim number"></span></button>`)}
           </div>
           <ol data-part="rows"></ol>
@@ -282,7 +276,7 @@ class ComparePage extends Component {
       byJoints: this.#byJoints,
     });
     const ends = [a.low, a.high, alignment.toA(b.low), alignment.toA(b.high)];
-    const pairs = match(a.observations, b.observations, alignment, this.#isReversed);
+    const pairs = match(a, b, alignment, this.#isReversed);
     this.#scene = { low: Math.min(...ends), high: Math.max(...ends), a, b, alignment, pairs };
     parts.strip.scene = this.#scene;
     const isByJoints = this.#byJoints && alignment.joints.length > 0;
@@ -322,7 +316,7 @@ class ComparePage extends Component {
     render(parts.mark, severityMark(item.severity));
     parts.code.textContent = [item.code, item.char1, item.char2].filter(Boolean).join(' ');
     parts.label.textContent = this.#runs[b ? 'b' : 'a'].catalogue.label(item.code, item.char1, item.char2);
-    parts.kind.textContent = KIND_WORDS[kind];
+    parts.kind.textContent = kindWord(kind);
     const clock = clockText(a ? sectorOf(a) : mirrored(sectorOf(b), this.#isReversed));
     parts.more.textContent = [growthText(pair), clock].filter(Boolean).join(' · ');
     parts.a.textContent = a ? t('compare.at_a', { where: chainage(a.distance_m) }) : '';

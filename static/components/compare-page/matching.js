@@ -1,21 +1,35 @@
-/** Matches the defects of two runs, and finds those that have grown. */
+/**
+ * Matches the defects of two runs, and says what became of each from A to B. The history of an asset has the
+ * same rules (`app/survey/asset_history.py`); here the runs may also be aligned by joints, or come from both ends.
+ */
 
 /** Distance between two people's clicks on the same defect. */
 const SPOT_MM = 100;
 /** Clock positions in whole hours may differ by one. */
 const HOURS = 1;
+/** Half-width assumed for a distance without an interval, as another program measured it. */
+const UNSTATED_U95_MM = 300;
+/** Codes that say where a survey began and ended. */
+const NO_DEFECTS = ['BCD', 'BCE', 'BDC'];
+
+/** What became of a defect; `uncovered`: only one of the runs was there. */
+export const KINDS = ['new', 'grown', 'gone', 'unchanged', 'uncovered'];
 
 /**
  * @typedef {object} Pair
- * @property {'both'|'grown'|'only_a'|'only_b'} kind
+ * @property {'new'|'grown'|'gone'|'unchanged'|'uncovered'} kind
  * @property {object|null} a observation of run A
  * @property {object|null} b
  * @property {number} mm where it is, in run A
+ *
+ * @typedef {object} Seen
+ * @property {object[]} observations
+ * @property {number|null} endMm distance that the run reached; null if nobody has looked for defects yet
  */
 
 /**
- * @param {object[]} a observations of run A
- * @param {object[]} b
+ * @param {Seen} a the earlier run
+ * @param {Seen} b
  * @param {import('./alignment.js').Alignment} alignment
  * @param {boolean} isReversed
  * @returns {Pair[]} along the culvert
@@ -23,10 +37,10 @@ const HOURS = 1;
 export function match(a, b, alignment, isReversed) {
   const placed = (items, toA) =>
     items
-      .filter(({ distance_m: m }) => m !== null)
+      .filter(({ code, distance_m: m }) => code !== null && !NO_DEFECTS.includes(code) && m !== null)
       .map((item) => ({ item, mm: toA(1000 * item.distance_m) }));
-  const here = placed(a, (mm) => mm);
-  const there = placed(b, alignment.toA);
+  const here = placed(a.observations, (mm) => mm);
+  const there = placed(b.observations, alignment.toA);
   const candidates = here
     .flatMap((one) => there.map((other) => ({ one, other, apart: Math.abs(one.mm - other.mm) })))
     .filter(({ one, other, apart }) => apart <= reach(one.item, other.item) && isSame(one.item, other.item, isReversed))
@@ -36,13 +50,20 @@ export function match(a, b, alignment, isReversed) {
   for (const { one, other } of candidates) {
     if (taken.has(one) || taken.has(other)) continue;
     taken.add(one).add(other);
-    const kind = growth(one.item, other.item) ? 'grown' : 'both';
+    const kind = growth(one.item, other.item) ? 'grown' : 'unchanged';
     pairs.push({ kind, a: one.item, b: other.item, mm: one.mm });
   }
-  for (const one of here) if (!taken.has(one)) pairs.push({ kind: 'only_a', a: one.item, b: null, mm: one.mm });
-  for (const one of there) if (!taken.has(one)) pairs.push({ kind: 'only_b', a: null, b: one.item, mm: one.mm });
+  for (const { item, mm } of here.filter((one) => !taken.has(one))) {
+    pairs.push({ kind: covers(b, item, alignment.toB(mm)) ? 'gone' : 'uncovered', a: item, b: null, mm });
+  }
+  for (const { item, mm } of there.filter((one) => !taken.has(one))) {
+    pairs.push({ kind: covers(a, item, mm) ? 'new' : 'uncovered', a: null, b: item, mm });
+  }
   return pairs.sort((one, other) => one.mm - other.mm);
 }
+
+/** Whether a run would have shown a defect of the other one, which lies at `mm` in it. */
+const covers = ({ endMm }, item, mm) => endMm !== null && mm + u95Mm(item) <= endMm && mm + u95Mm(item) >= 0;
 
 /** Returns what has grown from A to B: {name, from, to}, or null. */
 export function growth(a, b) {
@@ -54,7 +75,9 @@ export function growth(a, b) {
 }
 
 /** Reach of a match: both intervals, and the tolerance of a click. */
-const reach = (a, b) => SPOT_MM + 1000 * Math.hypot(a.distance_u95_m ?? 0, b.distance_u95_m ?? 0);
+const reach = (a, b) => SPOT_MM + Math.hypot(u95Mm(a), u95Mm(b));
+
+const u95Mm = ({ distance_u95_m: u95 }) => (u95 === null ? UNSTATED_U95_MM : 1000 * u95);
 
 function isSame(a, b, isReversed) {
   if (a.code !== b.code || roleOf(a) !== roleOf(b, isReversed)) return false;

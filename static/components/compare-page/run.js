@@ -40,6 +40,10 @@ export class Run {
     const distances = track.column('distance_mm');
     this.low = distances.reduce((least, mm) => Math.min(least, mm), Infinity);
     this.high = distances.reduce((most, mm) => Math.max(most, mm), -Infinity);
+    // A film that nobody has looked at yet shows of no defect that it is gone.
+    const isLookedAt = observations.length > 0 || inspection.review.state !== 'draft';
+    /** Distance of the last frame; null while nothing follows from what the run does not show. */
+    this.endMm = isLookedAt ? distances.at(-1) : null;
   }
 
   /**

@@ -5,8 +5,7 @@
 
 import { html, patchList, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
-import { t } from '../../core/words.js';
-import { orToast } from '../toast-stack/toast-stack.js';
+import { followSorting, sortButton } from './sorting.js';
 
 /**
  * @typedef {object} Column
@@ -29,8 +28,9 @@ class DataTable extends Component {
    * @param {Column[]} options.columns
    * @param {(item: object) => string} options.keyOf
    * @param {import('../../core/paged-list.js').PagedList} [options.list] sorts; without it nothing does
+   * @param {{sort: string, descending: string}} [options.usual] order where none is chosen
    */
-  fill({ caption, columns, keyOf, list }) {
+  fill({ caption, columns, keyOf, list, usual }) {
     this.#columns = columns;
     this.#keyOf = keyOf;
     this.parts = render(
@@ -38,18 +38,13 @@ class DataTable extends Component {
       html`<table class="table" role="table">
         <caption class="visually-hidden">${caption}</caption>
         <thead role="rowgroup"><tr role="row">${columns.map(
-          ({ name, title, sort }) => html`<th role="columnheader" class="table__${name}" scope="col" data-column="${name}">
-            ${sort && list ? html`<button class="table__sort" data-sort="${sort}">${title}<span aria-hidden="true"></span></button>` : title}</th>`,
+          ({ name, title, sort, descends }) => html`<th role="columnheader" class="table__${name}" scope="col" data-column="${name}">
+            ${sort && list ? sortButton(sort, title, descends) : title}</th>`,
         )}</tr></thead>
         <tbody role="rowgroup" data-part="rows"></tbody></table>`,
     );
     this.listen(this.parts.rows, 'keydown', (event) => this.#move(event));
-    if (!list) return;
-    this.listen(this, 'click', ({ target }) => {
-      const button = target.closest('[data-sort]');
-      if (button) orToast(() => this.#sort(list, button.dataset.sort));
-    });
-    this.listen(list, 'change', () => this.#showOrder(list.filters));
+    if (list) followSorting(this, list, this.signal, usual);
   }
 
   /** Shows these rows. */
@@ -77,25 +72,6 @@ class DataTable extends Component {
       this.#shown.set(row.children[i], markup.text);
       render(row.children[i], markup);
     });
-  }
-
-  #sort(list, name) {
-    const { descends } = this.#columns.find(({ sort }) => sort === name);
-    const { sort, descending } = list.filters;
-    const isDescending = sort === name ? descending !== 'true' : Boolean(descends);
-    return list.want({ sort: name, descending: String(isDescending) });
-  }
-
-  #showOrder({ sort, descending }) {
-    for (const head of this.querySelectorAll('th')) {
-      const button = head.querySelector('[data-sort]');
-      if (!button) continue;
-      const isSorted = button.dataset.sort === sort;
-      const order = descending === 'true' ? 'descending' : 'ascending';
-      if (isSorted) head.setAttribute('aria-sort', order);
-      else head.removeAttribute('aria-sort');
-      button.title = isSorted && order === 'ascending' ? t('table.sort_down') : t('table.sort_up');
-    }
   }
 
   /** Up and Down go to the same control of the next row. */

@@ -4,11 +4,13 @@ import { t } from '../../core/words.js';
 
 const UNIT_WORDS = { deg: '°', count: t('form.pieces') };
 
+/** The word or sign for a unit of a quantity; '' for none. */
+export const unitWord = (unit) => UNIT_WORDS[unit] ?? unit ?? '';
+
 /**
  * @param {import('../../core/codes.js').CodeRow|null} rules
  * @param {1|2} n
  */
 export function unitOf(rules, n) {
-  const unit = rules?.[`unit_q${n}`] ?? '';
-  return UNIT_WORDS[unit] ?? unit;
+  return unitWord(rules?.[`unit_q${n}`]);
 }

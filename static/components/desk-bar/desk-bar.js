@@ -11,8 +11,9 @@ import { openExport } from '../export-dialog/export-dialog.js';
 import { formatOf } from '../export-dialog/formats.js';
 import { isFinished } from '../finish-dialog/finish-dialog.js';
 import { icon } from '../icon/icon.js';
-import { pace } from '../inspection-list/inspection-list.js';
+import { pace } from '../inspection-list/row.js';
 import { stepName } from '../inspection-page/step-names.js';
+import { editLabels, showLabelButton } from '../labels/labels.js';
 import { closesElsewhere } from '../menu/menu.js';
 import { GRAVEST } from '../severity-mark/severity-mark.js';
 import { reviewChip, statusChip } from '../status-chip/status-chip.js';
@@ -32,6 +33,7 @@ class DeskBar extends Component {
             <h1 class="desk-bar__name" title="${name}">${name}</h1>
             <span role="status" data-part="chip"></span>
             <button type="button" class="chip-button" title="${t('tab.review')}" data-part="review"></button>
+            <button type="button" class="chip-button label-button" data-part="labels"></button>
             <span class="desk-bar__pace dim number" data-part="pace"></span>
             <p class="desk-bar__people" role="status" data-part="people"></p>
           </div>
@@ -62,6 +64,7 @@ class DeskBar extends Component {
     );
     const { desk, page, parts } = this;
     this.listen(parts.review, 'click', () => desk.tab.set('review'));
+    this.listen(parts.labels, 'click', () => orToast(() => editLabels(desk.inspection.value, () => desk.inspection.load())));
     this.listen(parts.cancel, 'click', () => orToast(() => page.cancel()));
     this.listen(parts.recordOn, 'click', () => page.recordOn());
     this.listen(parts.retry, 'click', () => orToast(() => page.retry()));
@@ -91,7 +94,8 @@ class DeskBar extends Component {
 
   #showState() {
     const { parts, desk } = this;
-    const { status, progress } = desk.inspection.value;
+    const { status, progress, labels } = desk.inspection.value;
+    showLabelButton(parts.labels, labels);
     if (parts.chip.dataset.status !== status) {
       parts.chip.dataset.status = status;
       render(parts.chip, statusChip(status));

@@ -122,7 +122,7 @@ class HeaderPanel extends Component {
     this.parts.form.value = { ...this.desk.inspection.value.header, ...Object.fromEntries(typed) };
   }
 
-  /** Sends one change at a time: the server receives the whole header. */
+  /** Sends one change at a time, with all fields that wait: those that were filled together are one step. */
   async #send() {
     if (this.#isSending) return;
     this.#isSending = true;
@@ -138,19 +138,26 @@ class HeaderPanel extends Component {
   }
 
   async #sendAll() {
+    await null; // so that what is filled in together goes together
+    let isOneByOne = false;
     while (this.#waiting.size && !this.signal.aborted) {
-      const [[name, entry]] = this.#waiting;
+      const sent = new Map(isOneByOne ? [[...this.#waiting][0]] : this.#waiting);
       this.parts.state.textContent = t('header.saving');
       try {
-        const overtaken = await this.desk.inspection.stateField(name, entry.value, entry.own);
-        if (overtaken) this.#keep(name, entry, overtaken);
-        else this.#settle(name, entry);
+        const theirs = await this.desk.inspection.stateFields(sent);
+        for (const [name, entry] of sent) {
+          if (theirs.has(name)) this.#keep(name, entry, theirs.get(name));
+          else this.#settle(name, entry);
+        }
       } catch (error) {
         if (!(error instanceof ApiError)) throw error;
         this.parts.state.textContent = errorText(error);
         if (error.isTemporary) {
           await pause(PAUSE_S, this.signal);
+        } else if (sent.size > 1) {
+          isOneByOne = true; // to find the one that is refused
         } else {
+          const [[name, entry]] = sent;
           this.#refused.set(name, entry);
           this.parts.form.fault(name, errorText(error));
           this.#settle(name, entry);
@@ -167,7 +174,7 @@ class HeaderPanel extends Component {
   }
 
   /** Keeps an overtaken entry, in this browser too, until a person decides. */
-  #keep(name, entry, { theirs }) {
+  #keep(name, entry, theirs) {
     if (this.#waiting.get(name) !== entry) return;
     this.#waiting.delete(name);
     this.#overtaken.set(name, { ...entry, theirs });

@@ -19,6 +19,7 @@ const STATED = {
     if (use === false) return t('history.joints_off');
     return use ? t('history.joints_text', counts) : t('history.joints_auto', counts);
   },
+  labels: (labels) => labels.join(', ') || t('history.nothing_stated'),
   attachment: (kind) => wordFor('attach.kind', kind) ?? kind,
   robot: (robot) => (robot === 'moved' ? t('again.moved') : t('again.stood_still')),
   rig_sigma: ({ height_mm: height, focal_px: focal }) => t('history.rig_text', { height, focal }),

@@ -23,6 +23,7 @@ const OF_INSPECTION = {
   rig_changed: ['retry', t('history.inspection_rig')],
   continued: ['live', t('history.inspection_continued')],
   finished: ['check', t('history.inspection_finished')],
+  labelled: ['label', t('history.inspection_labelled')],
   imported: ['plus', t('history.inspection_imported')],
   deleted: ['trash', t('history.inspection_deleted')],
 };

@@ -1,21 +1,23 @@
-/** The start page: all inspections, newest first, updated while something runs. */
+/** The start page: all inspections, the newest first unless sorted otherwise, updated while something runs. */
 
 import { get, patch, pause, post, remove, sendFile } from '../../core/api.js';
 import { html, patchList, render } from '../../core/html.js';
 import { isUnfinished } from '../../core/inspection.js';
 import { PagedList } from '../../core/paged-list.js';
-import { STATES as REVIEW_STATES, isLocked } from '../../core/review.js';
-import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
-import { chainage, count, date, duration } from '../../core/units.js';
-import { errorText, t, wordFor } from '../../core/words.js';
+import { count } from '../../core/units.js';
+import { errorText, t } from '../../core/words.js';
+import { followSorting, sortButton } from '../data-table/sorting.js';
 import { icon } from '../icon/icon.js';
-import { GRAVEST, severityMark } from '../severity-mark/severity-mark.js';
-import { STATES, reviewChip, statusChip } from '../status-chip/status-chip.js';
+import { editLabels } from '../labels/labels.js';
+import { followThumbnails } from '../thumbnail/thumbnail.js';
 import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
 import '../pager/pager.js';
 import { askDelete, askName, showImported } from './dialogs.js';
+import { FILTERS } from './list-filters.js';
+import { createRow, updateRow } from './row.js';
+import './selection-bar.js';
 
 const POLL_BUSY_S = 1.5;
 /** Pause while nothing runs: others may tag any inspection, and severe defects must show at once. */
@@ -51,28 +53,17 @@ class InspectionList extends Component {
             </div>
           </section>
           <div data-part="table" hidden>
-            <search class="find">
-              <div class="field find__text"><label class="visually-hidden" for="find-text">${t('list.search')}</label>
-                <input class="input" id="find-text" type="search" autocomplete="off" placeholder="${t('list.search_hint')}"
-                  data-part="text" /></div>
-              <div class="field"><label class="visually-hidden" for="find-status">${t('list.filter')}</label>
-                <select class="input" id="find-status" data-part="status">
-                  <option value="">${t('list.all')}</option>
-                  ${STATES.map((state) => html`<option value="${state}">${wordFor('status', state)}</option>`)}
-                </select></div>
-              <div class="field"><label class="visually-hidden" for="find-review">${t('reviewing.filter')}</label>
-                <select class="input" id="find-review" data-part="review">
-                  <option value="">${t('reviewing.any')}</option>
-                  ${REVIEW_STATES.map((state) => html`<option value="${state}">${wordFor('review', state)}</option>`)}
-                </select></div>
-              <p class="dim number find__count" role="status" data-part="count"></p>
-            </search>
+            <list-filters data-part="filters"></list-filters>
             <div class="inspections">
-              <div class="inspections__head" aria-hidden="true">
-                <span>${t('list.name')}</span><span>${t('list.status')}</span><span>${t('list.length')}</span>
-                <span>${t('list.defects')}</span><span>${t('list.worst')}</span><span>${t('list.created')}</span>
+              <div class="inspections__head" role="group" aria-label="${t('list.sort')}" data-part="head">
+                <label class="inspection__mark"><span class="visually-hidden">${t('archive.select_page')}</span><input type="checkbox" data-mark-page /></label>
+                <span class="inspections__wide">${sortButton('name', t('list.name'))}${sortButton('asset', t('archive.asset'))}${sortButton('project', t('archive.project'))}</span>
+                <span>${sortButton('status', t('list.status'))}${sortButton('review_state', t('tab.review'))}</span>
+                <span>${sortButton('distance_m', t('list.length'), true)}</span><span>${sortButton('defects', t('list.defects'), true)}</span>
+                <span>${sortButton('worst_severity', t('list.worst'), true)}</span><span>${sortButton('created_at', t('list.created'), true)}</span>
               </div>
               <ul data-part="rows" aria-label="${t('list.title')}"></ul>
+              <selection-bar data-part="selection"></selection-bar>
               <list-pager data-part="pager"></list-pager>
               <p class="panel find__nothing" data-part="nothing" hidden>${t('list.nothing')}
                 <button class="button button--small" data-part="clear">${t('list.clear')}</button></p>
@@ -80,24 +71,17 @@ class InspectionList extends Component {
           </div>
         </main>`,
     );
-    const { text, status, review, clear, sample, old, file } = this.parts;
+    const { clear, sample, old, file, filters, pager, head, rows, selection } = this.parts;
     this.listen(old, 'click', () => file.click());
     this.listen(file, 'change', () => orToast(() => this.#import()));
-    this.#list = new PagedList('/api/inspections', { filters: ['search', 'status', 'review'], signal: this.signal });
-    text.value = this.#list.filters.search;
-    status.value = this.#list.filters.status;
-    review.value = this.#list.filters.review;
-    this.parts.pager.fill(this.#list);
-    const find = () => orToast(() => this.#list.want({ search: text.value, status: status.value, review: review.value }));
-    this.listen(text, 'input', find);
-    this.listen(status, 'change', find);
-    this.listen(review, 'change', find);
-    this.listen(clear, 'click', () => {
-      text.value = '';
-      status.value = review.value = '';
-      find();
-      text.focus();
-    });
+    const list = new PagedList('/api/inspections', { filters: [...FILTERS, 'sort', 'descending'], signal: this.signal });
+    this.#list = list;
+    filters.fill(list, this.parts.table);
+    pager.fill(list);
+    selection.fill(list, head.parentElement);
+    followSorting(head, list, this.signal, { sort: 'created_at', descending: 'true' });
+    followThumbnails(rows, this.signal);
+    this.listen(clear, 'click', () => filters.clear());
     this.listen(sample, 'click', () => this.#makeSample());
     this.listen(this.#list, 'change', () => this.#show());
     this.#list.follow(
@@ -134,8 +118,9 @@ class InspectionList extends Component {
     parts.table.hidden = stored === 0;
     parts.compare.hidden = stored < 2;
     parts.nothing.hidden = total > 0 || stored === 0;
-    parts.count.textContent = total < stored ? t('list.found', { shown: count(total), all: count(stored) }) : '';
+    parts.filters.showCount(total < stored ? t('list.found', { shown: count(total), all: count(stored) }) : '');
     patchList(parts.rows, inspections, ({ id }) => id, (item) => this.#createRow(item), updateRow);
+    parts.selection.show();
   }
 
   #inspection(id) {
@@ -144,9 +129,16 @@ class InspectionList extends Component {
 
   #createRow({ id }) {
     const item = createRow(id);
+    item.parts.label.addEventListener('click', () => orToast(() => this.#label(id)));
     item.parts.rename.addEventListener('click', () => orToast(() => this.#rename(id)));
     item.parts.remove.addEventListener('click', () => orToast(() => this.#delete(id)));
     return item;
+  }
+
+  #label(id) {
+    return editLabels(this.#inspection(id), async () => {
+      await Promise.all([this.#list.again(), this.parts.filters.offerLabels()]);
+    });
   }
 
   async #rename(id) {
@@ -209,88 +201,6 @@ class InspectionList extends Component {
     const text = error.isTemporary ? t('page.trying_again', { reason }) : reason;
     render(this.parts.fault, html`${icon('alert')}<span>${text}</span>`);
   }
-}
-
-const isGrave = ({ worst_severity: worst }) => worst === GRAVEST;
-
-/** A draft without a question needs no word. */
-const reviewMarkup = ({ review: { state }, open_questions: n }) =>
-  html`${state !== 'draft' && reviewChip(state)} ${n > 0 && html`<span class="chip chip--reopened">${icon('help')}${t('reviewing.questions', { n })}</span>`}`;
-
-const graveChip = () =>
-  html`<span class="chip chip--grave">${icon('alert')}${wordFor('severity', String(GRAVEST))}</span>`;
-
-function createRow(id) {
-  const item = document.createElement('li');
-  item.className = 'inspection panel';
-  item.parts = render(
-    item,
-    html`<div class="inspection__name">
-        <a href="/inspections/${id}" data-part="name"></a>
-        <span class="dim" data-part="source"></span>
-      </div>
-      <div class="inspection__status">
-        <span data-part="chip"></span>
-        <span class="inspection__progress" data-part="progress">
-          <progress class="bar" data-part="bar" max="1" aria-label="${t('progress.label')}"></progress>
-          <span class="dim number" data-part="pace"></span>
-        </span>
-        <span class="inspection__error" data-part="error"></span>
-      </div>
-      <div class="inspection__fact"><span class="label">${t('list.length')}</span><b class="number" data-part="length"></b></div>
-      <div class="inspection__fact"><span class="label">${t('list.defects')}</span><b class="number" data-part="defects"></b></div>
-      <div class="inspection__fact"><span class="label">${t('list.worst')}</span><span data-part="worst"></span></div>
-      <time class="dim number" data-part="created"></time>
-      <div class="inspection__actions">
-        <button class="button button--quiet button--small button--icon" data-part="rename" data-needs="operator">${icon('edit')}</button>
-        <button class="button button--quiet button--small button--icon" data-part="remove" data-needs="admin">${icon('trash')}</button>
-      </div>`,
-  );
-  return item;
-}
-
-function updateRow({ parts, classList }, inspection) {
-  const { name, status, progress, distance_m, defects, worst_severity, created_at } = inspection;
-  const { header, source, error } = inspection;
-  parts.name.textContent = name;
-  parts.source.textContent = [header.asset_id, source.filename].filter(Boolean).join(' · ');
-  render(parts.chip, html`${statusChip(status)} ${isGrave(inspection) && graveChip()} ${reviewMarkup(inspection)}`);
-  parts.progress.hidden = !isUnfinished(inspection);
-  parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
-  parts.pace.textContent = status === 'running' ? pace(progress) : t('progress.waits');
-  parts.error.textContent = error ? errorText(error) : '';
-  parts.length.textContent = chainage(distance_m);
-  parts.defects.textContent = String(defects);
-  render(parts.worst, worstMarkup(worst_severity));
-  classList.toggle('inspection--grave', isGrave(inspection));
-  parts.created.dateTime = created_at;
-  parts.created.textContent = date(created_at);
-  for (const [part, label] of [['rename', t('list.rename_named', { name })], ['remove', t('list.delete_named', { name })]]) {
-    parts[part].setAttribute('aria-label', label);
-  }
-  parts.rename.title = t('list.rename');
-  const isOpen = !isLocked(inspection);
-  parts.rename.disabled = !isOpen;
-  parts.remove.title = may('admin') ? t('list.delete') : t('rights.admin');
-  parts.remove.disabled = !may('admin') || !isOpen;
-}
-
-function worstMarkup(severity) {
-  if (severity === null) return html`<span class="dim">–</span>`;
-  const word = wordFor('severity', String(severity));
-  return html`<span class="inspection__worst">${severityMark(severity)}<b>${severity}</b>
-    ${severity === GRAVEST ? html`<b>${word}</b>` : html`<span class="dim">${word}</span>`}</span>`;
-}
-
-/** '63 % · 84 frames/s · 20 s left' */
-export function pace({ frames_done, frames_total, fps, eta_s }) {
-  const done = frames_total
-    ? t('progress.percent', { percent: Math.min(100, Math.floor((100 * frames_done) / frames_total)) })
-    : t('progress.frames', { n: frames_done });
-  const speed = fps ? t('progress.speed', { fps: Math.round(fps) }) : null;
-  const isKnown = eta_s !== null && eta_s !== undefined;
-  const left = isKnown ? t('progress.left', { time: duration(eta_s) }) : null;
-  return [done, speed, left].filter(Boolean).join(' · ');
 }
 
 customElements.define('inspection-list', InspectionList);

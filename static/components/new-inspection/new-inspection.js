@@ -333,7 +333,7 @@ class NewInspection extends Component {
 }
 
 const rememberedOf = (header) =>
-  Object.fromEntries(Object.entries(header).filter(([name]) => REMEMBERED_FIELDS.has(name)));
+  Object.fromEntries(Object.entries(header).filter(([name, value]) => REMEMBERED_FIELDS.has(name) && value !== null));
 
 const kind = (value, sign, label, isChosen) => html`<label class="new__kind">
   <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;

@@ -36,6 +36,14 @@ export function severityMark(severity) {
     aria-label="${severityText(severity)}"><path fill-rule="evenodd" d="${outline}" /></svg>`;
 }
 
+/** The worst severity of several defects; null is none. */
+export function worstMarkup(severity) {
+  if (severity === null) return html`<span class="dim">–</span>`;
+  const word = severityWord(severity);
+  return html`<span class="inspection__worst">${severityMark(severity)}<b>${severity}</b>
+    ${severity === GRAVEST ? html`<b>${word}</b>` : html`<span class="dim">${word}</span>`}</span>`;
+}
+
 const paths = new Map();
 
 /** Draws the mark centred at (x, y), `size` px wide, in the colours of the page. */

@@ -30,6 +30,8 @@ def tagged(survey: Survey, postgres: PostgresServer, tmp_path: Path) -> tuple[Pa
     url = postgres.new_database()
     with served(survey, tmp_path / "data", url) as client:
         tag = client.tag(survey.id, code="BAB", remark="Größe: 7 „mm“\n雨水 – 😀").json()["id"]
+        labels = {"labels": ["Größe", "雨水"]}
+        client.put(f"/api/inspections/{survey.id}/labels", json=labels).raise_for_status()
         path = f"/api/inspections/{survey.id}/observations/{tag}/photo"
         wait_until(lambda: client.get(path).status_code == 200)
     return tmp_path / "data", url

@@ -3,15 +3,16 @@
 from datetime import date
 from itertools import count
 
+import numpy as np
 import pytest
 
-from app.survey.asset_history import Seen, Survey, traces_of
+from app.survey.asset_history import Growth, Seen, Survey, changes_of, counted, traces_of
 
 NUMBERS = count()
 
 
-def seen(distance_m, severity=None, *, code="BAB", u95_m=0.1, clock=12):
-    return Seen("i", f"o{next(NUMBERS)}", code, distance_m, u95_m, clock, severity)
+def seen(distance_m, severity=None, *, code="BAB", u95_m=0.1, clock=12, **more):
+    return Seen("i", f"o{next(NUMBERS)}", code, distance_m, u95_m, clock, severity, **more)
 
 
 def surveys(*found, directions=None):
@@ -32,15 +33,18 @@ def test_a_defect_that_grew_is_one_trace_with_its_first_and_last_severity():
 @pytest.mark.parametrize(
     ("later", "is_same"),
     [
-        (seen(3.2), True),  # the intervals touch
-        (seen(3.21), False),
-        (seen(3.25, u95_m=0.2), True),
-        (seen(3.39, u95_m=None), True),  # another program's distance has no interval
-        (seen(3.41, u95_m=None), False),
+        (seen(3.24), True),  # the interval of a difference, and the tolerance of a click
+        (seen(3.25), False),
+        (seen(3.3, u95_m=0.2), True),
+        (seen(3.41, u95_m=None), True),  # another program's distance has no interval
+        (seen(3.42, u95_m=None), False),
         (seen(3.0, code="BAC"), False),
         (seen(3.0, clock=1), True),  # across 12
         (seen(3.0, clock=2), False),
         (seen(3.0, clock=None), True),
+        (seen(3.0, clock=8, clock_to=11), True),
+        (seen(3.0, clock=8, clock_to=10), False),
+        (seen(3.0, role="A"), False),
     ],
 )
 def test_the_same_defect_has_the_same_code_near_the_same_place(later, is_same):
@@ -78,3 +82,80 @@ def test_every_defect_is_in_exactly_one_trace_in_the_order_of_distances():
     ends = [trace.seen[-1].distance_m for trace in traces]
     assert ends == sorted(ends)
     assert {len(trace.seen) for trace in traces} == {5}
+
+
+def reaching(ends_m, *found, directions=None):
+    """Surveys that ended at these distances; None: nobody has looked for defects yet."""
+    made = surveys(*found, directions=directions)
+    return [
+        Survey(one.on, one.direction, one.defects, end_m)
+        for one, end_m in zip(made, ends_m, strict=True)
+    ]
+
+
+def only_changes(made):
+    (trace,) = traces_of(made)
+    return changes_of(trace, made)
+
+
+@pytest.mark.parametrize(
+    ("ends_m", "found", "expected"),
+    [
+        ([9, 9, 9], [[seen(3.0, 2)], [seen(3.0, 2)], [seen(3.0, 4)]], "first unchanged grown"),
+        ([9, 9, 9], [[], [seen(3.0, 2)], [seen(3.0, 1)]], "- new unchanged"),
+        ([2, 9, 9], [[], [seen(3.0)], [seen(3.0)]], "- first unchanged"),
+        ([9, 9, 9], [[seen(3.0)], [], []], "first gone -"),
+        ([9, 9, 9], [[seen(3.0, 2)], [], [seen(3.0, 3)]], "first gone grown"),
+        ([9, 2, 9], [[seen(3.0)], [], []], "first - gone"),
+        ([9, 3.05, 3.1], [[seen(3.0)], [], []], "first - gone"),  # 3.05 is within its interval
+        ([9, None, 9], [[seen(3.0)], [], [seen(3.0)]], "first - unchanged"),
+        ([9, 9, 9], [[seen(3.0)], [seen(3.0, 2)], [seen(3.0, 3)]], "first unchanged grown"),
+    ],
+)
+def test_a_survey_shows_a_change_only_of_what_it_covered(ends_m, found, expected):
+    changes = only_changes(reaching(ends_m, *found))
+    assert " ".join(change or "-" for change in changes) == expected
+
+
+def test_a_survey_from_the_other_end_shows_nothing_about_a_defect():
+    directions = ["with_flow", "against_flow", "with_flow"]
+    made = reaching([9, 9, 9], [seen(3.0)], [], [], directions=directions)
+    assert only_changes(made) == ["first", None, "gone"]
+
+
+def test_growth_names_what_has_grown_since_it_was_last_stated():
+    width = {"severity": 2, "quant1": 1.5}
+    found = [Seen("i", "o", "BAB", 3.0, 0.1, 12, **width | more) for more in (
+        {}, {"quant1": None}, {"quant1": 4.0, "severity": None},
+    )]  # fmt: skip
+    (trace,) = traces_of(surveys(*([one] for one in found)))
+    assert trace.growth == Growth("quant1", 1.5, 4.0)
+
+
+def test_the_changes_of_a_culvert_that_was_made_up_are_found():
+    """Each defect is made with the years in which it exists, and the surveys with their ends."""
+    rng = np.random.default_rng(16)
+    ends_m = [60.0, 25.0, 60.0, 60.0]
+    found = [[] for _ in ends_m]
+    truth = [dict.fromkeys(("first", "new", "grown", "unchanged", "gone"), 0) for _ in ends_m]
+    for n in range(100):
+        at_m, begins, ends = 0.5 + 0.5 * n, int(rng.integers(0, 4)), int(rng.integers(1, 5))
+        grows_in = int(rng.integers(1, 4))
+        reached = [year for year in range(4) if at_m + 0.1 <= ends_m[year]]
+        exists = [year for year in reached if begins <= year < max(ends, begins + 1)]
+        for year in exists:
+            severity = 4 if year >= grows_in else 2
+            found[year].append(seen(at_m + rng.uniform(-0.05, 0.05), severity, u95_m=0.1))
+            earlier = [before for before in exists if before < year]
+            if earlier:
+                is_grown = severity == 4 and earlier[-1] < grows_in
+                truth[year]["grown" if is_grown else "unchanged"] += 1
+            else:
+                truth[year]["new" if min(reached) < year else "first"] += 1
+        missing = [year for year in reached if exists and year > exists[-1]]
+        if missing:
+            truth[missing[0]]["gone"] += 1
+    made = reaching(ends_m, *found)
+    changes = [changes_of(trace, made) for trace in traces_of(made)]
+    assert [counted(list(year)) for year in zip(*changes, strict=True)] == truth
+    assert min(truth[3][kind] for kind in ("new", "grown", "unchanged", "gone")) > 3

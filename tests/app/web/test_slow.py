@@ -35,6 +35,28 @@ def test_a_tag_does_not_wait_for_reports_that_are_being_written(
         assert {answer.result().status_code for answer in asked} == {200}
 
 
+def test_a_report_does_not_wait_for_the_thumbnails_of_a_long_list(
+    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    thumbnails = server.server.app.state.services.thumbnails
+    make, is_begun, may_end = thumbnails.jpeg, threading.Event(), threading.Event()
+
+    def slowly(shown: Any) -> Any:
+        is_begun.set()
+        may_end.wait(PATIENCE_S)
+        return make(shown)
+
+    monkeypatch.setattr(thumbnails, "jpeg", slowly)
+    with ThreadPoolExecutor(MANY) as pool:
+        path = f"/api/inspections/{done}/thumbnail"
+        asked = [pool.submit(server.get, path) for _ in range(MANY)]
+        assert is_begun.wait(PATIENCE_S)
+        report = server.get(f"/api/inspections/{done}/exports/csv")
+        may_end.set()
+        assert report.status_code == 200
+        assert {answer.result().status_code for answer in asked} == {200}
+
+
 def test_a_report_is_written_once_for_its_losses_and_for_itself(
     server: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -61,6 +61,8 @@ FOR_VIEWERS = {
     ("PUT", "/api/me/preferences"),
     ("POST", f"{INSPECTION}/corrections/preview"),
     ("POST", f"{INSPECTION}/measure"),
+    ("POST", "/api/bulk-exports"),
+    ("DELETE", "/api/bulk-exports/{order_id}"),
 }
 """They change nothing of an inspection."""
 FOR_ADMINS = {

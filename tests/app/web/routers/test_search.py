@@ -149,7 +149,7 @@ def test_the_history_of_an_asset_shows_what_grew(server: Client, done: str) -> N
     (asset,) = found(server, "assets", search="a/1 E")["assets"]
     assert asset == {
         "asset": "A/1 é", "project": "J2", "inspections": 2, "last_at": "2024-05-01",
-        "worst_severity": 4,
+        "worst_severity": 4, "filmed_id": None, "is_registered": False, "also_written": [],
     }  # fmt: skip
     history = found(server, "assets/A%2F1%20%C3%A9")
     assert history["asset"] == "A/1 é"
@@ -161,6 +161,10 @@ def test_the_history_of_an_asset_shows_what_grew(server: Client, done: str) -> N
     traces = {one["code"]: one for one in history["traces"]}
     grown = traces["BAB"]
     assert (grown["first_severity"], grown["last_severity"], grown["has_grown"]) == (2, 4, True)
+    assert (grown["change"], grown["changes"]) == ("grown", ["first", "grown"])
+    growth = {"quantity": "severity", "before": 2, "after": 4, "unit": None}
+    assert grown["growth"] == growth
+    assert second["changes"]["grown"] == sum(first["changes"].values()) - 1 == 1
     assert (grown["first_at"], grown["last_at"]) == ("2019-05-01", "2024-05-01")
     assert [(one["inspection_id"], one["observation_id"]) for one in grown["seen"]] == [
         (done, TAGS[1]), (later, TAGS[1]),
@@ -168,6 +172,32 @@ def test_the_history_of_an_asset_shows_what_grew(server: Client, done: str) -> N
     assert grown["distance_m"] == second["defects"][0]["distance_m"]
     assert (len(traces["BBA"]["seen"]), len(traces["BAF"]["seen"])) == (1, 1)
     assert found(server, "assets/nobody")["inspections"] == []
+
+
+def imported(client: Client, day: str, *rows: str) -> None:
+    """A survey of another program, with rows of distance and code."""
+    listed = "\n".join(rows)
+    text = f"#B01=AAD;ABF\nCV-77;{day}\n#C=I;A\n{listed}\n#Z\n"
+    made = client.post("/api/imports", params={"filename": "old.txt"}, content=text.encode())
+    (inspection,) = made.raise_for_status().json()["inspections"]
+    header = {"asset_id": "CV-77", "date": day, "direction": "with_flow"}
+    state(client, inspection["id"], **header)
+
+
+def test_a_survey_shows_a_defect_as_gone_only_where_it_went(server: Client, done: str) -> None:
+    imported(server, "2015-05-01", "0;BCD", "3;BAB", "30;BAF", "40;BCE")
+    imported(server, "2019-05-01", "0;BCD", "12;BBA", "15;BDC")
+    imported(server, "2024-05-01", "0;BCD", "12;BBA", "40;BCE")
+    state(server, done, asset_id="CV-77", date="2025-05-01", direction="with_flow")  # not tagged
+    history = found(server, "assets/CV-77")
+    assert {one["code"]: one["changes"] for one in history["traces"]} == {
+        "BAB": ["first", "gone", None, None],
+        "BAF": ["first", None, "gone", None],
+        "BBA": [None, "new", "unchanged", None],
+    }
+    assert [one["has_film"] for one in history["inspections"]] == [False, False, False, True]
+    counts = history["inspections"][2]["changes"]
+    assert counts == {"first": 0, "new": 0, "grown": 0, "unchanged": 1, "gone": 1}
 
 
 @pytest.mark.parametrize(
@@ -192,6 +222,6 @@ def test_the_quality_of_a_film_is_listed(server: Client, done: str) -> None:
 
 def test_who_may_only_look_may_search(shared: Client) -> None:
     with shared.anonymous() as nobody:
-        for path in ("defects", "assets", "assets/a", "quality"):
+        for path in ("defects", "projects", "assets", "assets/a", "quality"):
             assert_error(nobody.get(f"/api/archive/{path}"), 401, "unauthenticated")
     assert shared.headers["Authorization"] == f"Bearer {TOKEN}"

@@ -1,0 +1,151 @@
+/**
+ * One asset: what the register says of it, its inspections over the years, and its defects side by side, with
+ * what each survey shows of them: new, grown, gone, unchanged. The server decides that.
+ */
+
+import { ApiError, get } from '../../core/api.js';
+import { html, render } from '../../core/html.js';
+import { Component } from '../../core/store.js';
+import { chainage, clockHour, count, day, plusMinus } from '../../core/units.js';
+import { language, t, wordFor } from '../../core/words.js';
+import { defectPath } from '../archive-defects/archive-defects.js';
+import { pendingNote, showFault } from '../archive-shell/archive-shell.js';
+import { unitWord } from '../defect-form/units.js';
+import { icon } from '../icon/icon.js';
+import { labelChips } from '../labels/labels.js';
+import { severityMark } from '../severity-mark/severity-mark.js';
+import { statusChip } from '../status-chip/status-chip.js';
+import { followThumbnails, thumbnail } from '../thumbnail/thumbnail.js';
+import { alsoWritten } from './asset-table.js';
+import { registerFacts } from './register-facts.js';
+
+/** Signs of the changes, in the order in which they matter. */
+const SIGNS = { new: 'plus', grown: 'alert', gone: 'minus', unchanged: 'check', first: 'flag' };
+const CHANGES = Object.keys(SIGNS);
+
+class AssetHistory extends Component {
+  #history;
+  #change = '';
+
+  mount() {
+    this.parts = render(
+      this,
+      html`<div class="asset__facts" data-part="facts"></div>
+        <div data-part="pending"></div>
+        <div data-part="history"><p class="dim" role="status">${t('page.loading')}</p></div>`,
+    );
+  }
+
+  /**
+   * @param {string} asset
+   * @param {{fault: Element, compare: Element}} around parts of the page
+   */
+  async fill(asset, around) {
+    followThumbnails(this, this.signal);
+    this.listen(this, 'click', ({ target }) => {
+      const button = target.closest('[data-change]');
+      if (button) this.#choose(button.dataset.change);
+    });
+    try {
+      const [history, registered] = await Promise.all([
+        get(`/api/archive/assets/${encodeURIComponent(asset)}`, this.signal),
+        registerFacts(asset, this.signal),
+      ]);
+      this.#history = history;
+      render(this.parts.facts, html`${alsoWritten(history.also_written)}${registered}`);
+      render(this.parts.pending, pendingNote(history.pending));
+      render(around.compare, compareLink(history.inspections));
+      this.#show();
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      this.parts.history.replaceChildren();
+      showFault(around.fault, error);
+    }
+  }
+
+  #choose(change) {
+    this.#change = this.#change === change ? '' : change;
+    this.#show();
+    this.querySelector(`[data-change="${change}"]`).focus();
+  }
+
+  #show() {
+    const { inspections, traces, total } = this.#history;
+    if (inspections.length === 0) {
+      render(this.parts.history, html`<p class="panel find__nothing">${t('assets.never')}</p>`);
+      return;
+    }
+    const shown = traces.filter(({ change }) => !this.#change || change === this.#change);
+    render(
+      this.parts.history,
+      html`${total > inspections.length && html`<p class="dim">${t('assets.newest', { n: inspections.length, total })}</p>`}
+        ${traces.length > 0 && html`<div class="asset-history__changes" role="group" aria-label="${t('assets.by_change')}">${CHANGES.map((change) => this.#changeButton(change))}</div>`}
+        <div class="history-scroll" tabindex="0" role="region" aria-label="${t('assets.history')}"><table class="asset-history">
+        <caption class="visually-hidden">${t('assets.history')}</caption>
+        <thead><tr><th scope="col">${t('search.defect')}</th>${inspections.map((one, i) => inspectionHead(one, inspections[i - 1], inspections.some(({ has_film: hasFilm }) => hasFilm)))}</tr></thead>
+        <tbody>${shown.map((trace) => traceRow(trace, inspections))}</tbody></table></div>
+        ${traces.length === 0 && html`<p class="panel find__nothing">${inspections.some(({ defects }) => defects.length) ? t('assets.no_places') : t('assets.no_defects')}</p>`}`,
+    );
+  }
+
+  #changeButton(change) {
+    const n = this.#history.traces.filter((trace) => trace.change === change).length;
+    return html`<button class="button button--small" data-change="${change}" aria-pressed="${this.#change === change}"
+      title="${wordFor('assets.change_help', change)}" ${n === 0 && this.#change !== change && 'disabled'}>${icon(SIGNS[change])}${wordFor('assets.change', change)} <span class="number">${count(n)}</span></button>`;
+  }
+}
+
+const comparePath = (a, b) => `/compare?${new URLSearchParams({ a: a.id, b: b.id })}`;
+
+function compareLink(inspections) {
+  const [a, b] = inspections.slice(-2);
+  return html`${b && html`<a class="button" href="${comparePath(a, b)}">${icon('swap')}${t('assets.compare')}</a>`}`;
+}
+
+const inspectionHead = (inspection, before, haveFilms) => {
+  const { id, name, at, status, length_m: length, worst_severity: worst, direction, defects, has_film: hasFilm, labels } = inspection;
+  return html`<th scope="col">${haveFilms && thumbnail(hasFilm ? id : null)}
+    <span class="number">${day(at)}</span><a href="/inspections/${id}">${name}</a>
+    <span class="asset-history__facts">${statusChip(status)}${length !== null && html`<span class="number dim">${chainage(length)}</span>`}${worst !== null && severityMark(worst)}<span class="dim">${t('search.found', { n: defects.length, count: count(defects.length) })}</span></span>
+    ${direction && html`<span class="dim">${wordFor('header.choice', direction)}</span>`}
+    ${labels.length > 0 && html`<span class="asset-history__facts">${labelChips(labels)}</span>`}
+    ${summary(inspection)}
+    ${before && html`<a href="${comparePath(before, inspection)}">${t('assets.compare_before')}</a>`}</th>`;
+};
+
+/** '2 new · 1 gone': what the survey shows, where there was one to compare with. */
+function summary({ changes }) {
+  const parts = CHANGES.filter((change) => change !== 'first' && changes[change]).map(
+    (change) => `${count(changes[change])} ${wordFor('assets.change_of', change)}`,
+  );
+  return html`${parts.length > 0 && html`<span class="asset-history__summary number">${parts.join(' · ')}</span>`}`;
+}
+
+function traceRow(trace, inspections) {
+  const { code, label, label_ms: malay, distance_m: m, distance_u95_m: u95, clock, changes, seen } = trace;
+  const byInspection = Map.groupBy(seen, ({ inspection_id: id }) => id);
+  return html`<tr><th scope="row"><b>${code}</b> ${language === 'ms' && malay ? malay : label}
+      <small class="number">${chainage(m)} ${u95 !== null && plusMinus(u95)}${clock !== null && ` · ${clockHour(clock)}`}</small>
+      ${changeChip(trace)}</th>
+    ${inspections.map(({ id }, i) => html`<td>${(byInspection.get(id) ?? []).map(sightingMarkup)}${!byInspection.has(id) && notSeen(changes[i])}</td>`)}</tr>`;
+}
+
+function changeChip({ change, growth }) {
+  const text = change === 'grown' ? growthText(growth) : wordFor('assets.change', change);
+  return html`<span class="chip asset-history__change asset-history__change--${change}" title="${wordFor('assets.change_help', change)}">${icon(SIGNS[change])}${text}</span>`;
+}
+
+function growthText({ quantity, before, after, unit }) {
+  if (quantity === 'severity') return t('assets.grown', { from: before, to: after });
+  return t('assets.grown_quantity', { from: before, to: after, unit: unitWord(unit) });
+}
+
+const notSeen = (change) =>
+  change === 'gone'
+    ? html`<span class="asset-history__gone">${icon('minus')}${wordFor('assets.change', 'gone')}</span>`
+    : html`<span class="dim" title="${t('assets.not_seen')}">–</span>`;
+
+const sightingMarkup = (sighting) => html`<a class="asset-history__seen" href="${defectPath(sighting)}">${severityMark(sighting.severity)}<b>${sighting.severity ?? '–'}</b></a>`;
+
+customElements.define('asset-history', AssetHistory);

@@ -1,0 +1,97 @@
+/** The selected inspections, and what is done with all of them. Fires `bulk-export` (detail {ids}), which bubbles. */
+
+import { get } from '../../core/api.js';
+import { html, render, setText } from '../../core/html.js';
+import { Selection } from '../../core/selection.js';
+import { Component } from '../../core/store.js';
+import { count } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { icon } from '../icon/icon.js';
+import { orToast } from '../toast-stack/toast-stack.js';
+import { FILTERS } from './list-filters.js';
+
+class SelectionBar extends Component {
+  #selection = new Selection();
+  #list;
+  #boxes;
+
+  mount() {
+    this.hidden = true;
+    this.parts = render(
+      this,
+      html`<div class="selection-bar panel" role="toolbar" aria-label="${t('list.selected_actions')}">
+        <p class="number selection-bar__chosen" role="status" data-part="chosen"></p>
+        <button class="button button--small" data-part="all"></button>
+        <button class="button button--small button--quiet" data-part="none">${t('archive.select_none')}</button>
+        <button class="button button--small button--primary" data-part="export">${icon('download')}${t('list.export')}</button>
+      </div>`,
+    );
+  }
+
+  /**
+   * @param {import('../../core/paged-list.js').PagedList} list
+   * @param {Element} boxes holds the boxes of the rows and of the whole page
+   */
+  fill(list, boxes) {
+    const selection = this.#selection;
+    this.#list = list;
+    this.#boxes = boxes;
+    let shown = this.#where();
+    this.listen(list, 'change', () => {
+      // "All that fit" would silently become other inspections.
+      if (selection.isAll && this.#where() !== shown) selection.clear();
+      shown = this.#where();
+    });
+    this.listen(boxes, 'click', ({ target, shiftKey }) => {
+      const { checked: isSelected } = target;
+      if (target.matches('[data-mark-page]')) selection.mark(this.#page, isSelected);
+      else if (target.matches('[data-mark]')) selection.markOne(this.#page, target.dataset.mark, { isSelected, isRange: shiftKey });
+    });
+    // Shift would select the text between both clicks.
+    this.listen(boxes, 'mousedown', (event) => event.shiftKey && event.target.closest('.inspection__mark') && event.preventDefault());
+    this.listen(this.parts.all, 'click', () => selection.markAll(this.#where(), list.total));
+    this.listen(this.parts.none, 'click', () => {
+      selection.clear();
+      boxes.querySelector('[data-mark-page]').focus(); // the button has gone
+    });
+    this.listen(this.parts.export, 'click', () => orToast(() => this.#export()));
+    this.listen(selection, 'change', () => this.show());
+  }
+
+  get #page() {
+    return this.#list.value?.inspections ?? [];
+  }
+
+  /** The chosen filters, as a query. */
+  #where() {
+    const { filters } = this.#list;
+    return String(new URLSearchParams(FILTERS.filter((name) => filters[name]).map((name) => [name, filters[name]])));
+  }
+
+  /** Shows what is selected of the present page. */
+  show() {
+    const selection = this.#selection;
+    const { parts } = this;
+    const page = this.#page;
+    for (const box of this.#boxes.querySelectorAll('[data-mark]')) {
+      box.checked = selection.has(box.dataset.mark);
+      box.closest('.inspection').classList.toggle('inspection--selected', box.checked);
+    }
+    const onPage = page.filter(({ id }) => selection.has(id)).length;
+    const whole = this.#boxes.querySelector('[data-mark-page]');
+    whole.checked = page.length > 0 && onPage === page.length;
+    whole.indeterminate = onPage > 0 && onPage < page.length;
+    this.hidden = selection.size === 0;
+    setText(parts.chosen, t('list.selected', { n: selection.size, count: count(selection.size) }));
+    setText(parts.all, t('archive.select_all', { n: this.#list.total, count: count(this.#list.total) }));
+    parts.all.hidden = selection.isAll || this.#list.total <= page.length;
+  }
+
+  async #export() {
+    const { isAll, meant } = this.#selection;
+    const ids = isAll ? (await get(`/api/inspections/ids?${meant.where}`, this.signal)).ids : meant.ids;
+    this.dispatchEvent(new CustomEvent('bulk-export', { bubbles: true, detail: { ids } }));
+  }
+}
+
+customElements.define('selection-bar', SelectionBar);

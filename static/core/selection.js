@@ -1,0 +1,73 @@
+/** Which rows of a list are selected: single ones, over all pages, or all that fit the filters. */
+
+/** Fires `change`. Items have an `id`. */
+export class Selection extends EventTarget {
+  #items = new Map();
+  /** {where, total} while all that fit are meant; null for single ones. */
+  #all = null;
+  /** Id of the item that was marked last: a range begins there. */
+  #last = null;
+
+  get isAll() {
+    return this.#all !== null;
+  }
+
+  get size() {
+    return this.#all?.total ?? this.#items.size;
+  }
+
+  /** The single items as they were when they were selected. */
+  get items() {
+    return [...this.#items.values()];
+  }
+
+  /** What the API takes: the ids, or the filters. */
+  get meant() {
+    return this.#all ? { where: this.#all.where } : { ids: [...this.#items.keys()] };
+  }
+
+  has(id) {
+    return this.isAll || this.#items.has(id);
+  }
+
+  /** Selects or leaves out some items; what was "all" becomes these alone. */
+  mark(items, isSelected) {
+    this.#all = null;
+    for (const item of items) {
+      if (isSelected) this.#items.set(item.id, item);
+      else this.#items.delete(item.id);
+    }
+    this.#changed();
+  }
+
+  /**
+   * Selects or leaves out one item of a page, or all from the one that was marked last to it.
+   * @param {{id: string}[]} page
+   * @param {string} id
+   * @param {{isSelected: boolean, isRange: boolean}} how
+   */
+  markOne(page, id, { isSelected, isRange }) {
+    const to = page.findIndex((item) => item.id === id);
+    const last = isRange ? page.findIndex((item) => item.id === this.#last) : -1;
+    const from = last < 0 ? to : last;
+    this.#last = id;
+    this.mark(page.slice(Math.min(from, to), Math.max(from, to) + 1), isSelected);
+  }
+
+  /** Selects all that fit the filters, on every page. */
+  markAll(where, total) {
+    this.#items.clear();
+    this.#all = { where, total };
+    this.#changed();
+  }
+
+  clear() {
+    this.#items.clear();
+    this.#all = null;
+    this.#changed();
+  }
+
+  #changed() {
+    this.dispatchEvent(new Event('change'));
+  }
+}
