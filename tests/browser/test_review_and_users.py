@@ -103,7 +103,7 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     page.goto(f"{server.url}/?review=approved")
     expect(page.locator(".find__nothing")).to_be_visible()
     page.get_by_label("Review", exact=True).select_option("reopened")
-    expect(page.locator(".inspection")).to_contain_text("Reopened")
+    expect(page.locator(f".inspection[data-key='{inspection}']")).to_contain_text("Reopened")
 
 
 def test_two_people_see_each_other_and_nothing_that_is_typed_or_accepted_is_lost(
