@@ -10,12 +10,15 @@ import { chainage, clockHour, count, day, plusMinus } from '../../core/units.js'
 import { language, t, wordFor } from '../../core/words.js';
 import { defectPath } from '../archive-defects/archive-defects.js';
 import { pendingNote, showFault } from '../archive-shell/archive-shell.js';
+import { editAsset } from '../asset-form/asset-form.js';
+import '../asset-map/asset-map.js';
 import { unitWord } from '../defect-form/units.js';
 import { icon } from '../icon/icon.js';
 import { labelChips } from '../labels/labels.js';
 import { severityMark } from '../severity-mark/severity-mark.js';
 import { statusChip } from '../status-chip/status-chip.js';
 import { followThumbnails, thumbnail } from '../thumbnail/thumbnail.js';
+import { orToast } from '../toast-stack/toast-stack.js';
 import { alsoWritten } from './asset-table.js';
 import { registerFacts } from './register-facts.js';
 
@@ -30,7 +33,7 @@ class AssetHistory extends Component {
   mount() {
     this.parts = render(
       this,
-      html`<div class="asset__facts" data-part="facts"></div>
+      html`<div class="asset__head"><div class="asset__facts" data-part="facts"></div><asset-map data-part="map"></asset-map></div>
         <div data-part="pending"></div>
         <div data-part="history"><p class="dim" role="status">${t('page.loading')}</p></div>`,
     );
@@ -38,21 +41,29 @@ class AssetHistory extends Component {
 
   /**
    * @param {string} asset
-   * @param {{fault: Element, compare: Element}} around parts of the page
+   * @param {{fault: Element, compare: Element, edit: Element}} around parts of the page
    */
   async fill(asset, around) {
+    const edit = render(around.edit, html`<button class="button" data-needs="operator" data-part="open">${icon('edit')}${t('assets.edit')}</button>`).open;
+    this.listen(edit, 'click', () => orToast(async () => (await editAsset(asset)) && this.#load(asset, around)));
     followThumbnails(this, this.signal);
     this.listen(this, 'click', ({ target }) => {
       const button = target.closest('[data-change]');
       if (button) this.#choose(button.dataset.change);
     });
+    await this.#load(asset, around);
+  }
+
+  async #load(asset, around) {
     try {
-      const [history, registered] = await Promise.all([
+      const [history, registered, places] = await Promise.all([
         get(`/api/archive/assets/${encodeURIComponent(asset)}`, this.signal),
         registerFacts(asset, this.signal),
+        get(`/api/map?${new URLSearchParams({ asset })}`, this.signal),
       ]);
       this.#history = history;
       render(this.parts.facts, html`${alsoWritten(history.also_written)}${registered}`);
+      this.parts.map.show(places);
       render(this.parts.pending, pendingNote(history.pending));
       render(around.compare, compareLink(history.inspections));
       this.#show();
