@@ -10,7 +10,6 @@ import { chainage, clockHour, count, day, plusMinus } from '../../core/units.js'
 import { language, t, wordFor } from '../../core/words.js';
 import { defectPath } from '../archive-defects/archive-defects.js';
 import { pendingNote, showFault } from '../archive-shell/archive-shell.js';
-import { editAsset } from '../asset-form/asset-form.js';
 import '../asset-map/asset-map.js';
 import { unitWord } from '../defect-form/units.js';
 import { icon } from '../icon/icon.js';
@@ -18,7 +17,6 @@ import { labelChips } from '../labels/labels.js';
 import { severityMark } from '../severity-mark/severity-mark.js';
 import { statusChip } from '../status-chip/status-chip.js';
 import { followThumbnails, thumbnail } from '../thumbnail/thumbnail.js';
-import { orToast } from '../toast-stack/toast-stack.js';
 import { alsoWritten } from './asset-table.js';
 import { registerFacts } from './register-facts.js';
 
@@ -41,20 +39,14 @@ class AssetHistory extends Component {
 
   /**
    * @param {string} asset
-   * @param {{fault: Element, compare: Element, edit: Element}} around parts of the page
+   * @param {{fault: Element, compare: Element}} around parts of the page
    */
   async fill(asset, around) {
-    const edit = render(around.edit, html`<button class="button" data-needs="operator" data-part="open">${icon('edit')}${t('assets.edit')}</button>`).open;
-    this.listen(edit, 'click', () => orToast(async () => (await editAsset(asset)) && this.#load(asset, around)));
     followThumbnails(this, this.signal);
     this.listen(this, 'click', ({ target }) => {
       const button = target.closest('[data-change]');
       if (button) this.#choose(button.dataset.change);
     });
-    await this.#load(asset, around);
-  }
-
-  async #load(asset, around) {
     try {
       const [history, registered, places] = await Promise.all([
         get(`/api/archive/assets/${encodeURIComponent(asset)}`, this.signal),
