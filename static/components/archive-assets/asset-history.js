@@ -10,6 +10,7 @@ import { chainage, clockHour, count, day, plusMinus } from '../../core/units.js'
 import { language, t, wordFor } from '../../core/words.js';
 import { defectPath } from '../archive-defects/archive-defects.js';
 import { pendingNote, showFault } from '../archive-shell/archive-shell.js';
+import '../asset-map/asset-map.js';
 import { unitWord } from '../defect-form/units.js';
 import { icon } from '../icon/icon.js';
 import { labelChips } from '../labels/labels.js';
@@ -30,7 +31,7 @@ class AssetHistory extends Component {
   mount() {
     this.parts = render(
       this,
-      html`<div class="asset__facts" data-part="facts"></div>
+      html`<div class="asset__head"><div class="asset__facts" data-part="facts"></div><asset-map data-part="map"></asset-map></div>
         <div data-part="pending"></div>
         <div data-part="history"><p class="dim" role="status">${t('page.loading')}</p></div>`,
     );
@@ -47,12 +48,14 @@ class AssetHistory extends Component {
       if (button) this.#choose(button.dataset.change);
     });
     try {
-      const [history, registered] = await Promise.all([
+      const [history, registered, places] = await Promise.all([
         get(`/api/archive/assets/${encodeURIComponent(asset)}`, this.signal),
         registerFacts(asset, this.signal),
+        get(`/api/map?${new URLSearchParams({ asset })}`, this.signal),
       ]);
       this.#history = history;
       render(this.parts.facts, html`${alsoWritten(history.also_written)}${registered}`);
+      this.parts.map.show(places);
       render(this.parts.pending, pendingNote(history.pending));
       render(around.compare, compareLink(history.inspections));
       this.#show();
