@@ -52,7 +52,7 @@ class AssetHistory extends Component {
         registerFacts(asset, this.signal),
       ]);
       this.#history = history;
-      render(this.parts.facts, html`${alsoWritten(history.also_written)}${registered}`);
+      render(this.parts.facts, html`${projectLinks(history)}${alsoWritten(history.also_written)}${registered}`);
       render(this.parts.pending, pendingNote(history.pending));
       render(around.compare, compareLink(history.inspections));
       this.#show();
@@ -94,6 +94,12 @@ class AssetHistory extends Component {
     return html`<button class="button button--small" data-change="${change}" aria-pressed="${this.#change === change}"
       title="${wordFor('assets.change_help', change)}" ${n === 0 && this.#change !== change && 'disabled'}>${icon(SIGNS[change])}${wordFor('assets.change', change)} <span class="number">${count(n)}</span></button>`;
   }
+}
+
+/** The way back to the projects of its inspections. */
+function projectLinks({ inspections }) {
+  const projects = [...new Set(inspections.map(({ project }) => project).filter(Boolean))];
+  return html`${projects.length > 0 && html`<p>${t('archive.project')}: ${projects.map((project, i) => html`${i > 0 && ', '}<a href="/archive/projects?${new URLSearchParams({ project })}">${project}</a>`)}</p>`}`;
 }
 
 const comparePath = (a, b) => `/compare?${new URLSearchParams({ a: a.id, b: b.id })}`;

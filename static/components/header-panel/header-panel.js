@@ -9,6 +9,7 @@ import { hasFilm } from '../../core/inspection.js';
 import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
+import { assetPath } from '../archive-assets/asset-table.js';
 import '../header-form/header-form.js';
 import { icon } from '../icon/icon.js';
 import { openRig } from '../run-again/run-again.js';
@@ -40,7 +41,8 @@ class HeaderPanel extends Component {
     this.parts = render(
       this,
       html`<p class="header-panel__rig"><button type="button" class="button button--small" data-part="rig" data-needs="operator"
-          hidden>${icon('settings')}${t('again.rig_open')}</button></p>
+          hidden>${icon('settings')}${t('again.rig_open')}</button>
+          <a class="button button--small" data-part="asset" hidden>${icon('layers')}${t('assets.history_of')}</a></p>
         <p class="header-panel__state number" role="status" data-part="state"></p>
         <fieldset class="locked" ${!mayEdit() && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
     );
@@ -57,6 +59,7 @@ class HeaderPanel extends Component {
     this.listen(this.desk.inspection, 'change', () => this.#refresh());
     this.listen(this.desk.counter, 'change', () => this.#propose());
     this.#showRig();
+    this.#showAsset();
     this.#propose();
     if (mayEdit()) this.#goOn();
   }
@@ -101,6 +104,13 @@ class HeaderPanel extends Component {
     this.parts.rig.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
   }
 
+  /** The way to the other inspections of the same asset. */
+  #showAsset() {
+    const { asset } = this.desk.inspection.value;
+    this.parts.asset.hidden = asset === null;
+    if (asset !== null) this.parts.asset.href = assetPath(asset);
+  }
+
   async #editRig() {
     if (await openRig(this.desk.inspection)) location.reload(); // the picture and the 3D view change too
   }
@@ -108,6 +118,7 @@ class HeaderPanel extends Component {
   /** Shows the server's values, overlaid with unsent text. */
   #refresh() {
     this.#showRig();
+    this.#showAsset();
     const typed = [...this.#refused, ...this.#overtaken, ...this.#waiting].map(([name, { value }]) => [name, value]);
     this.parts.form.value = { ...this.desk.inspection.value.header, ...Object.fromEntries(typed) };
   }
