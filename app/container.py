@@ -31,6 +31,8 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
+from app.inspections.presence import Presence
+from app.inspections.register import Register
 from app.inspections.reviews import Reviews
 from app.inspections.rigs import Rigs
 from app.inspections.samples import Samples
@@ -40,8 +42,10 @@ from app.jobs.messages import Limits
 from app.meter_counter.line import MeterCounter, Peer
 from app.ops.health import Health
 from app.ops.metrics import Metrics, WatchedServices
+from app.reports.bulk import BulkExports
 from app.reports.report import Company
 from app.reports.reports import Reports
+from app.search.asset_map import AssetMaps, Background
 from app.search.export import ArchiveExport
 from app.search.indexer import IndexWorker
 from app.search.search import Search
@@ -53,6 +57,8 @@ from app.storage.archive_films import ArchiveFilms
 from app.storage.archive_intake import IntakeStore
 from app.storage.archive_rules import RuleStore
 from app.storage.asset_index import AssetIndex
+from app.storage.asset_places import AssetPlaces
+from app.storage.assets import AssetStore
 from app.storage.blob_stores import blobs_at
 from app.storage.blobs import Blobs
 from app.storage.database import Database, stored_at
@@ -121,17 +127,21 @@ class Services:
     media: Media
     packs: Packs
     rigs: Rigs
+    register: Register
     lenses: Lenses
     preferences: Preferences
     samples: Samples
     reports: Reports
+    bulk_exports: BulkExports
     reviews: Reviews
     search: Search
+    asset_maps: AssetMaps
     archive_export: ArchiveExport
     live: Live
     scenes: Scenes
     clicks: Clicks
     picking: Picking
+    presence: Presence
     webhook: Webhook
     meter_counter: MeterCounter
     health: Health
@@ -271,8 +281,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         tracking,
         live,
     )
+    register = Register(AssetStore(database))
     films = Films(
         inspections,
+        register,
         records.inspection_store,
         run_store,
         folder,
@@ -317,6 +329,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     samples = Samples(folder, blobs, inspections, films, records.observations)
     stack.callback(samples.stop)
+    picking = Picking(records.inspection_store, tracks, records.corrections)
     scenes = Scenes(
         inspections,
         records.corrections,
@@ -324,6 +337,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         records.unrolled,
         live,
         records.packs,
+        picking,
     )
     alert_store = AlertStore(database)
     webhook = Webhook(client, alert_store, inspections, records.observations, records.packs)
@@ -346,6 +360,17 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     token = settings.token.get_secret_value() if settings.token else folder.kept_token()
     access_store, token_file = AccessStore(database), TokenFile(folder.root)
+    clips = Clips(
+        records.inspection_store,
+        records.observation_store,
+        blobs,
+        film_files,
+        tracks,
+        Limits(settings.child_memory_bytes, CLIP_CPU_S),
+    )
+    bulk_exports = BulkExports(records.inspection_store, records.reports, clips.content_of)
+    bulk_exports.start()
+    stack.callback(bulk_exports.stop)
     return Services(
         access=Access(access_store, token_file, token),
         holders=Holders(access_store, token_file, token),
@@ -373,14 +398,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         counters=records.counters,
         counter_queue=counter_queue,
         photos=photos,
-        clips=Clips(
-            records.inspection_store,
-            records.observation_store,
-            blobs,
-            film_files,
-            tracks,
-            Limits(settings.child_memory_bytes, CLIP_CPU_S),
-        ),
+        clips=clips,
         thumbnails=Thumbnails(
             records.inspection_store,
             records.observation_store,
@@ -392,19 +410,25 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         media=media,
         packs=records.packs,
         rigs=Rigs(RigStore(database)),
+        register=register,
         lenses=Lenses(uploads, Limits(settings.child_memory_bytes, LENS_CPU_S, reads=())),
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,
+        bulk_exports=bulk_exports,
         reviews=Reviews(records.inspection_store, ReviewStore(database), live),
         archive_export=records.archive_export,
+        asset_maps=AssetMaps(
+            AssetPlaces(database), Background(settings.map_tiles, settings.map_attribution)
+        ),
         search=Search(
             records.defect_index, AssetIndex(database), records.label_store, index_worker
         ),
         live=live,
         scenes=scenes,
         clicks=Clicks(),
-        picking=Picking(records.inspection_store, tracks, records.corrections),
+        picking=picking,
+        presence=Presence(),
         webhook=webhook,
         meter_counter=meter_counter,
         health=Health(database, folder, blobs, media, tracking, photos),

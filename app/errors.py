@@ -58,6 +58,10 @@ class TooManyAttachments(AppError):
     """The observation has as many attachments as it may have."""
 
 
+class BulkExportNotFound(AppError):
+    """No bulk export has this id, or its archive is not made yet."""
+
+
 class TileNotFound(AppError):
     """The part of the wall was not seen."""
 
@@ -203,7 +207,7 @@ class InvalidImport(AppError):
 
 
 class InvalidTable(AppError):
-    """The table of films cannot be read; the text says what is wrong in which line."""
+    """A table of films or assets cannot be read; the text says what is wrong in which line."""
 
 
 class FolderNotAllowed(AppError):
@@ -236,6 +240,10 @@ class InvalidPack(AppError):
 
 class PackNameTaken(AppError):
     """Another code pack has this name."""
+
+
+class AssetNotFound(AppError):
+    """The register has no asset with this id."""
 
 
 class RigNotFound(AppError):

@@ -41,7 +41,9 @@ from app.web.routers import (
     access,
     aiming,
     archive,
+    asset_map,
     attachments,
+    bulk,
     catalogue,
     corrections,
     counter,
@@ -57,6 +59,7 @@ from app.web.routers import (
     packs,
     pages,
     picking,
+    register,
     reviews,
     rigs,
     samples,
@@ -105,12 +108,13 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, attachments, picking,
-        corrections, counter, media, catalogue, packs, rigs, reviews, samples, archive, search,
-        sources, meter_counter, tokens, unrolled, health, metrics, live, viewer, pages,
+        corrections, counter, media, bulk, catalogue, packs, rigs, register, reviews, samples,
+        archive, search, asset_map, sources, meter_counter, tokens, unrolled, health, metrics,
+        live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))
-    app.add_middleware(Envelope)
+    app.add_middleware(Envelope, pictures_from=settings.map_tiles_origin)
     app.add_middleware(RequestLog)  # the last one added is the outermost
     return app
 

@@ -19,8 +19,11 @@ from app.logs import LogFormat
 PREFIX = "CHAINAGE_"
 _ADDRESS = r"^https?://[A-Za-z0-9._\-\[\]:]+(/[!-~]*)?$"
 """Web addresses without user name and password: the signature already identifies the sender."""
+_TILES = re.compile(r"https?://[A-Za-z0-9.-]+(:[0-9]{1,5})?/[!-~]*")
+"""Without user name and password; the policy of the page names the host as it stands."""
+_PLACEHOLDERS = re.compile(r"{[^}]*}|[{}]")
 _PEER = re.compile(r"(([A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]):)?[0-9]{1,5}")
-_SECRET = ("database", "token", "webhook_secret", "webhook_url")
+_SECRET = ("database", "map_tiles", "token", "webhook_secret", "webhook_url")
 _LOGO_BYTES = 2 * 2**20
 _LOGO_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 """First bytes of a PNG, and of a JPEG."""
@@ -166,6 +169,20 @@ class Settings(BaseSettings):
         "inspected while they grow.",
     )
 
+    map_tiles: str | None = Field(
+        default=None,
+        max_length=1000,
+        repr=False,
+        description="Address of raster tiles below the map of assets, such as "
+        "`https://tiles.example/{z}/{x}/{y}.png`; the browsers of all users fetch them from there. "
+        "None by default.",
+    )
+    map_attribution: str | None = Field(
+        default=None,
+        max_length=200,
+        description="Whose tiles they are, as their provider wants it shown on the map.",
+    )
+
     store: str | None = Field(
         default=None,
         description="Object store for films, photos, tiles and tracks in place of the data folder: "
@@ -237,6 +254,14 @@ class Settings(BaseSettings):
         return None if self.database is None else self.database.get_secret_value()
 
     @property
+    def map_tiles_origin(self) -> str | None:
+        """Scheme, host and port of the server of tiles."""
+        if self.map_tiles is None:
+            return None
+        address = urlsplit(self.map_tiles)
+        return f"{address.scheme}://{address.netloc}"
+
+    @property
     def has_tls(self) -> bool:
         """Whether the server uses TLS."""
         return self.tls_cert is not None
@@ -282,6 +307,19 @@ class Settings(BaseSettings):
         found = address is None or _PEER.fullmatch(address)
         if not found or (address and not 0 < int(address.rpartition(":")[2]) < 2**16):
             raise ValueError("It is a port, or a host and a port such as 127.0.0.1:8095")
+        return address
+
+    @field_validator("map_tiles")
+    @classmethod
+    def _of_tiles(cls, address: str | None) -> str | None:
+        if address is not None and (
+            not _TILES.fullmatch(address)
+            or sorted(_PLACEHOLDERS.findall(address)) != ["{x}", "{y}", "{z}"]
+        ):
+            raise ValueError(
+                "It is an address (http or https, without a user name and password) with {z}, {x} "
+                "and {y}, such as https://tiles.example/{z}/{x}/{y}.png"
+            )
         return address
 
     @field_validator("company_logo")

@@ -15,8 +15,11 @@ import './components/archive-assets/archive-assets.js';
 import './components/archive-defects/archive-defects.js';
 import './components/archive-failures/archive-failures.js';
 import './components/archive-films/archive-films.js';
+import './components/archive-map/archive-map.js';
+import './components/asset-map/asset-map.js';
 import './components/archive-projects/archive-projects.js';
 import './components/archive-quality/archive-quality.js';
+import './components/archive-register/archive-register.js';
 import './components/archive-rules/archive-rules.js';
 import './components/compare-page/compare-page.js';
 import './components/inspection-list/inspection-list.js';
@@ -36,7 +39,9 @@ const PAGES = [
   [/^\/archive\/defects$/, 'archive-defects'],
   [/^\/archive\/projects$/, 'archive-projects'],
   [/^\/archive\/assets$/, 'archive-assets'],
+  [/^\/archive\/map$/, 'archive-map'],
   [/^\/archive\/quality$/, 'archive-quality'],
+  [/^\/archive\/register$/, 'archive-register'],
   [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],
 ];
 

@@ -289,10 +289,12 @@ class Client(httpx.Client):
 
 def wait_until(condition: Callable[[], T], timeout_s: float = PATIENCE_S) -> T:
     """Ask again until the answer is true; state behind HTTP has no event to wait for."""
-    deadline = time.monotonic() + timeout_s
+    deadline, pause_s = time.monotonic() + timeout_s, 0.01
     while not (answer := condition()):
         assert time.monotonic() < deadline, "It did not happen in time."
-        time.sleep(0.02)
+        time.sleep(pause_s)
+        # What takes long is waited for with little of the processor time that it needs.
+        pause_s = min(1.2 * pause_s, 0.15)
     return answer
 
 

@@ -12,9 +12,10 @@ from pathlib import Path
 
 # Three test processes share two cores.  The threads of OpenBLAS, which reads this when NumPy is
 # imported, would wait for each other busily: calibrations of a film took 4 to 10 times as long.
+# The same of OpenCV, here and in all servers and children of the tests.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
+os.environ["OPENCV_FOR_THREADS_NUM"] = "1"
 
-import cv2
 import pytest
 from builders import Client, make_clip, serving
 from hypothesis import settings
@@ -23,9 +24,6 @@ from object_stores import ObjectStore, moto
 from playwright.sync_api import Browser, sync_playwright
 from postgres import PostgresServer, postgres_server
 from surveys import Survey, served, tracked_once
-
-# The same of the threads of OpenCV.
-cv2.setNumThreads(1)
 
 # A browser test imports the product again in every server and child.  Where the environment asks
 # for no bytecode, each would compile all of it anew.

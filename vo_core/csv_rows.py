@@ -1,7 +1,7 @@
 """CSV files with a header, as people and programs write them.
 
-Cells are separated by commas, or by semicolons if the header has more of them.  Lines that start
-with # are comments.
+Cells are separated by commas, or by semicolons or tabs if the header has more of them.  Lines that
+start with # are comments, unless the file is said to have none.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from vo_core.errors import InvalidTrack
 
 Record = tuple[int, list[str]]
 """A row: the number of its last line, and its cells."""
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+"""Starts of text that a spreadsheet would run as a formula."""
 
 
 def decoded(content: bytes, refusal: type[Exception] = InvalidTrack) -> str:
@@ -36,17 +38,25 @@ def decoded(content: bytes, refusal: type[Exception] = InvalidTrack) -> str:
         ) from error
 
 
-def records(text: str, refusal: type[Exception] = InvalidTrack) -> Iterator[Record]:
+def separator_of(header: str) -> str:
+    """Return what separates the cells of a file with this first line: a comma, semicolon or tab."""
+    return max(",;\t", key=header.count)
+
+
+def records(
+    text: str, refusal: type[Exception] = InvalidTrack, *, has_comments: bool = True
+) -> Iterator[Record]:
     """Yield the rows that are neither blank nor a comment; the first one is the header.
 
     Raises:
         refusal: Quotation marks do not fit or a cell is too long; the message names the line.
     """
-    # A blank line stands in for a comment, so that the lines keep their numbers.
-    lines = ["\n" if line[0] == "#" else line for line in io.StringIO(text, newline="")]
+    lines = list(io.StringIO(text, newline=""))
+    if has_comments:
+        # A blank line stands in for a comment, so that the lines keep their numbers.
+        lines = ["\n" if line[0] == "#" else line for line in lines]
     header = next((line for line in lines if line.strip()), "")
-    separator = ";" if header.count(";") > header.count(",") else ","
-    reader = csv.reader(lines, delimiter=separator, strict=True)
+    reader = csv.reader(lines, delimiter=separator_of(header), strict=True)
     try:
         for cells in reader:
             if any(cell.strip() for cell in cells):
@@ -55,6 +65,16 @@ def records(text: str, refusal: type[Exception] = InvalidTrack) -> Iterator[Reco
         raise refusal(
             f"Line {reader.line_num} cannot be read as CSV: {error}; check its quotation marks."
         ) from error
+
+
+def plain(text: str) -> str:
+    """Return text that no spreadsheet takes for a formula: with an apostrophe where it might."""
+    return f"'{text}" if text.startswith(FORMULA_STARTS) else text
+
+
+def unquoted(text: str) -> str:
+    """Return the text of a cell without the apostrophe of `plain`."""
+    return text[1:] if text[:1] == "'" and text[1:].startswith(FORMULA_STARTS) else text
 
 
 def named_rows(

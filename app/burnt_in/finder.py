@@ -35,6 +35,9 @@ AS_LEGIBLE = 0.97
 WORTH_FITTING = 0.01
 """Gain of legibility from which an edge of the box is moved."""
 
+FIT_STEP, FIT_STEPS = 0.12, 2
+"""Share of the height by which an edge is moved at a time, and how often it may be."""
+
 T = TypeVar("T")
 Read = Callable[[ByteImage], tuple[Letter, ...]]
 
@@ -172,36 +175,45 @@ def _fitted(box: Box, pictures: Sequence[ByteImage], read: Read) -> Box:
     """
     height, width = pictures[0].shape[:2]
     best, most = box, _legibility(box, pictures, read)
-    in_or_out = (-0.25, -0.12, 0.12, 0.25)
-    for edge, last, shares in (
-        ("top", height, in_or_out),
-        ("bottom", height, in_or_out),
-        ("left", width, (-0.25, -0.12)),  # no digit may be cut
-        ("right", width, (0.12, 0.25)),
+    for edge, last, steps in (
+        ("top", height, (-FIT_STEP, FIT_STEP)),
+        ("bottom", height, (-FIT_STEP, FIT_STEP)),
+        ("left", width, (-FIT_STEP,)),  # no digit may be cut
+        ("right", width, (FIT_STEP,)),
     ):
-        start = best
-        for share in shares:
-            place = getattr(start, edge) + round(share * box.height)
-            moved = replace(start, **{edge: min(max(place, 0), last)})
-            legibility = _legibility(moved, pictures, read)
-            if legibility > most * (1 + WORTH_FITTING):
+        start = getattr(best, edge)
+        for step in steps:
+            for times in range(1, FIT_STEPS + 1):
+                place = start + round(times * step * box.height)
+                moved = replace(best, **{edge: min(max(place, 0), last)})
+                legibility = _legibility(moved, pictures, read)
+                if legibility <= most * (1 + WORTH_FITTING):
+                    break
                 best, most = moved, legibility
     return best
 
 
 def _legibility(box: Box, pictures: Sequence[ByteImage], read: Read) -> float:
-    """Mean certainty of the distances in whole crops and in their even rows.
-
-    The even rows are a field if the film is interlaced. Digits count, so that none is cut off.
+    """Mean certainty of the distances in the crops, and of an interlaced film in their even rows,
+    one field. Digits count, so that none is cut off.
     """
     crops = [box.of(picture) for picture in pictures]
-    return _mean_sure(crops, read) + _mean_sure([field_of(crop, 0) for crop in crops], read)
+    whole = _mean_sure(crops, read)
+    return whole + (_mean_sure(_fields(crops), read) if _is_interlaced(crops) else whole)
 
 
 def _has_fields(crops: Sequence[ByteImage], read: Read) -> bool:
-    fields = [field_of(crop, 0) for crop in crops]
-    is_interlaced = any(combs(crop) for crop in crops)
-    return is_interlaced and _mean_sure(fields, read) > AS_LEGIBLE * _mean_sure(crops, read)
+    return _is_interlaced(crops) and (
+        _mean_sure(_fields(crops), read) > AS_LEGIBLE * _mean_sure(crops, read)
+    )
+
+
+def _is_interlaced(crops: Sequence[ByteImage]) -> bool:
+    return any(combs(crop) for crop in crops)
+
+
+def _fields(crops: Sequence[ByteImage]) -> list[ByteImage]:
+    return [field_of(crop, 0) for crop in crops]
 
 
 def _mean_sure(crops: Sequence[ByteImage], read: Read) -> float:

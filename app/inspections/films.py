@@ -24,6 +24,7 @@ from app.errors import (
 )
 from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
+from app.inspections.register import Register
 from app.inspections.uploads import Uploads
 from app.jobs import parts
 from app.jobs.parts import Between, Mark
@@ -62,6 +63,7 @@ class Films:
     def __init__(
         self,
         inspections: Inspections,
+        register: Register,
         store: InspectionStore,
         run_store: RunStore,
         folder: DataFolder,
@@ -78,6 +80,7 @@ class Films:
         counters: CounterFiles,
     ) -> None:
         self._inspections = inspections
+        self._register = register
         self._store = store
         self._run_store = run_store
         self._folder = folder
@@ -189,7 +192,7 @@ class Films:
         probed = self._media.probe(source, filename)
         rig.require_picture_size(probed.width, probed.height)
         counter.require_picture_size(probed.width, probed.height)
-        inspection = _new_inspection(
+        inspection = self._new_inspection(
             name,
             rig,
             header,
@@ -231,7 +234,7 @@ class Films:
         width, height = checked.camera.width, checked.camera.height
         source = self._sources.resolve(url, (width, height))
         self._folder.require_room(_LEAST_ROOM_TO_RECORD)
-        inspection = _new_inspection(
+        inspection = self._new_inspection(
             name,
             checked,
             header,
@@ -252,6 +255,20 @@ class Films:
         logger.info("Inspection %s (%s) made from %s.", inspection.id, name, source.shown)
         self._recorder.begin(inspection, source)
         return inspection.id
+
+    def _new_inspection(
+        self, name: str, rig: Rig, header: Mapping[str, Any], **source: Any
+    ) -> Inspection:
+        """Return a new inspection, whose header has what the register knows of its asset."""
+        return Inspection(
+            name=name,
+            rig=rig.model_dump(mode="json"),
+            header=self._register.completed(header),
+            frames_done=0,
+            created_at=datetime.now(UTC),
+            queued_at=datetime.now(UTC),
+            **source,
+        )
 
     @contextmanager
     def _removed_unless_added(self, inspection: Inspection) -> Iterator[None]:
@@ -366,7 +383,7 @@ class Films:
             stated["abandon_reason"] = abandon_reason
         if known_length_m is not None:
             stated["known_length_m"] = known_length_m
-        self._store.finish(inspection_id, who, stated)
+        self._inspections.finish(inspection_id, who, stated)
         self._recorder.finish(inspection_id)
 
     def track_with(self, inspection_id: str, rig: Mapping[str, Any], who: str) -> None:
@@ -397,15 +414,3 @@ def _checked(rig: Mapping[str, Any]) -> Rig:
     checked = Rig.parse(dict(rig))
     require_wall_in_view(checked)
     return checked
-
-
-def _new_inspection(name: str, rig: Rig, header: Mapping[str, Any], **source: Any) -> Inspection:
-    return Inspection(
-        name=name,
-        rig=rig.model_dump(mode="json"),
-        header=dict(header),
-        frames_done=0,
-        created_at=datetime.now(UTC),
-        queued_at=datetime.now(UTC),
-        **source,
-    )

@@ -214,7 +214,18 @@ class Inspections:
             require_version(stored, yours, replaced)
 
         self._store.change(inspection_id, who, name, header, require)
+        self._live.observations_changed(inspection_id)
         return self.get(inspection_id)
+
+    def finish(self, inspection_id: str, who: str, stated: Mapping[str, Any]) -> None:
+        """State in the header how the run ended.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
+        """
+        self._store.finish(inspection_id, who, stated)
+        self._live.observations_changed(inspection_id)
 
     def delete(self, inspection_id: str, who: str) -> None:
         """Stop an inspection and delete it with all its files; its events stay.

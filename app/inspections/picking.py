@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from app.errors import IncompleteWallPoint, WallNotSeen
 from app.inspections.corrections import Corrections
 from app.storage.inspections import InspectionStore
+from app.survey.measure import Figure, Measure, MeasurePoint
+from app.survey.measuring import figure_of
 from app.survey.place import Course
 from app.tracking.tracks import Tracks
 from vo_core import Rig, Track
@@ -61,12 +63,7 @@ class Picking:
             IncompleteWallPoint: A pipe needs a clock position, a floor a lateral one.
             WallNotSeen: No frame shows it.
         """
-        self.inspections.get(inspection_id)
-        course = Course(
-            self.corrections.adjusted(inspection_id),
-            self.tracks.get(inspection_id),
-            stance=self.tracks.stance(inspection_id),
-        )
+        course = self._course(inspection_id)
         seen = seen_best(course, place, near_frame)
         if seen is None:
             where = (
@@ -79,6 +76,41 @@ class Picking:
                 "place that the camera has passed and looked at."
             )
         return seen
+
+    def length_between(self, inspection_id: str, start: WallPlace, end: WallPlace) -> Figure | None:
+        """Return the length of the line between two places; None where it cannot be measured.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            IncompleteWallPoint: A pipe needs clock positions, a floor lateral ones.
+        """
+        return length_between(self._course(inspection_id), start, end)
+
+    def _course(self, inspection_id: str) -> Course:
+        self.inspections.get(inspection_id)
+        return Course(
+            self.corrections.adjusted(inspection_id),
+            self.tracks.get(inspection_id),
+            stance=self.tracks.stance(inspection_id),
+        )
+
+
+def length_between(course: Course, start: WallPlace, end: WallPlace) -> Figure | None:
+    """Return the length of the shortest line on the wall between two places, by the same rules as
+    if they had been clicked in the frames that show them best.
+
+    Returns:
+        None where no frame shows one of them, or nothing is known about the distances.
+
+    Raises:
+        IncompleteWallPoint: A pipe needs clock positions, a floor lateral ones.
+    """
+    first = seen_best(course, start, None)
+    last = None if first is None else seen_best(course, end, first.frame)
+    if first is None or last is None:
+        return None
+    points = [MeasurePoint(frame=seen.frame, pixel=list(seen.pixel)) for seen in (first, last)]
+    return figure_of(course, Measure(kind="length", points=points))
 
 
 def seen_best(course: Course, place: WallPlace, near_frame: int | None) -> SeenAt | None:

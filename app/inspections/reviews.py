@@ -74,14 +74,23 @@ class Reviews:
         kind: RemarkKind,
         text: str,
         who: str,
+        *,
+        seen: str | None = None,
     ) -> None:
         """Add a remark on an observation; one that exists stays as it is.
 
+        Args:
+            inspection_id, remark_id, observation_id: The remark, and what it is about.
+            kind, text: What is said.
+            who: Name of its author.
+            seen: Version of the observation that the author saw; None for the stored one.
         Raises:
             InspectionNotFound, ObservationNotFound: There is no such observation.
             InspectionLocked: The inspection is approved.
+            ChangedMeanwhile: Another version is stored by now.
         """
-        self._store.remark(inspection_id, remark_id, observation_id, kind, text, who)
+        self._store.remark(inspection_id, remark_id, observation_id, kind, text, who, seen=seen)
+        self._live.observations_changed(inspection_id)
 
     def settle(self, inspection_id: str, remark_id: str, who: str, *, is_settled: bool) -> None:
         """Settle a question, or open it again.
@@ -91,6 +100,7 @@ class Reviews:
             InspectionLocked: The inspection is approved.
         """
         self._store.settle(inspection_id, remark_id, who, is_settled=is_settled)
+        self._live.observations_changed(inspection_id)
 
     def withdraw(self, inspection_id: str, remark_id: str, who: Principal) -> None:
         """Remove a remark, if it is there.
@@ -102,3 +112,4 @@ class Reviews:
         """
         is_admin = who.role.may(Role.ADMIN)
         self._store.withdraw(inspection_id, remark_id, who.name, is_admin=is_admin)
+        self._live.observations_changed(inspection_id)

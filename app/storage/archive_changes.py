@@ -21,6 +21,7 @@ from app.storage.archive_selection import (
 from app.storage.database import Database
 from app.storage.inspections import require_unlocked
 from app.storage.tables import ENDED, ArchiveFilm, EventRow, Inspection
+from app.survey.review import APPROVED
 
 
 class ArchiveChanges:
@@ -98,7 +99,17 @@ class ArchiveChanges:
             who: Name for the history of the inspections.
             values: Columns of the films.
             header: Fields of their headers; None removes one.
+        Raises:
+            InspectionLocked: One of the inspections is approved; nothing is changed then.
         """
+        stated = {**header, **header_of(values)}
+        if stated:
+            with self._database.read() as session:
+                for some in portions(ids):
+                    query = select(Inspection).where(Inspection.id.in_(some))
+                    for row in session.scalars(query.where(Inspection.review_state == APPROVED)):
+                        if _merged(row.header, stated) != row.header:
+                            require_unlocked(row)
         changed = 0
         for some in portions(ids):
             changed += self._database.write(_changing(some, who, values, header))

@@ -21,7 +21,7 @@ from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow, Rema
 from app.survey.records import BROUGHT_IN, REVIEWED, Event
 from app.survey.review import APPROVED, RemarkKind, ReviewState, is_for_admins, may_follow
 from app.survey.tag import StatedTag, entered
-from app.survey.versions import version_of
+from app.survey.versions import require_version, version_of
 
 
 class ReviewStore:
@@ -114,13 +114,21 @@ class ReviewStore:
         kind: RemarkKind,
         text: str,
         who: str,
+        *,
+        seen: str | None,
     ) -> None:
         """Add a remark; one that exists stays as it is.
 
+        Args:
+            inspection_id, remark_id, observation_id: The remark, and what it is about.
+            kind, text: What is said.
+            who: Name of its author.
+            seen: Version of the observation that the author saw; None for the stored one.
         Raises:
             InspectionNotFound: No inspection has this id.
             InspectionLocked: It is approved.
             ObservationNotFound: The inspection has no such observation.
+            ChangedMeanwhile: Another version of it is stored by now.
         """
 
         def insert(session: Session) -> None:
@@ -130,13 +138,15 @@ class ReviewStore:
             observation = session.get(ObservationRow, (inspection_id, observation_id))
             if observation is None or observation.deleted_at is not None:
                 raise ObservationNotFound("There is no such observation.")
+            fields = entered(StatedTag.kept(observation.fields).to_json())
+            require_version(fields, None, seen)
             row = RemarkRow(
                 inspection_id=inspection_id,
                 id=remark_id,
                 observation_id=observation_id,
                 kind=kind,
                 text=text,
-                version=version_of(entered(StatedTag.kept(observation.fields).to_json())),
+                version=version_of(fields),
                 made_at=datetime.now(UTC),
                 made_by=who,
             )

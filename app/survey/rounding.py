@@ -53,3 +53,9 @@ def metres(mm: float) -> float:
     rounds those, agrees with reports.
     """
     return rounded(rounded(mm / 1000, 4), 3)
+
+
+def with_interval(value: float, u95: float) -> str:
+    """Format a measured size `23 ± 2`, with a decimal where the interval is below 1."""
+    digits = 1 if u95 < 1 else 0
+    return f"{decimals(value, digits)} ± {decimals(rounded_up(u95, digits), digits)}"

@@ -79,18 +79,19 @@ class Clips:
         with self._films.of(inspection).local() as video:
             start_s = max(estimate.time_s - BEFORE_S, 0.0)
             request = ClipRequest(str(video), start_s, estimate.time_s + AFTER_S, self._limits)
-            self._blobs.put(clip.key, self._cut(request))
+            self._cut(clip, request)
         return clip
 
     def content_of(self, inspection_id: str, observation_id: str) -> bytes:
         """Return the same clip as bytes; raises the same errors."""
         return self.of(inspection_id, observation_id).read_bytes()
 
-    def _cut(self, request: ClipRequest) -> bytes:
+    def _cut(self, clip: StoredBlob, request: ClipRequest) -> None:
         if not self._turn.acquire(timeout=_WAIT_FOR_TURN_S):
             raise Busy("Other clips are being cut; try again in a moment.")
         try:
-            return self._checked(self._exchange(request))
+            if not clip.exists():  # somebody else has waited for the same one
+                self._blobs.put(clip.key, self._checked(self._exchange(request)))
         finally:
             self._turn.release()
 

@@ -72,7 +72,9 @@ class Update:
 
 @dataclass(frozen=True)
 class ObservationsChanged:
-    """An observation was put, deleted or restored, or its photo was made."""
+    """What people state has changed: an observation, its photo or attachments, a remark, the
+    review, the name or the header.
+    """
 
     inspection_id: str
 
@@ -137,7 +139,7 @@ class Live:
         self._notify(update)
 
     def observations_changed(self, inspection_id: str) -> None:
-        """Notify the listeners that the list of observations must be read again."""
+        """Notify the listeners that what people state must be read again."""
         self._notify(ObservationsChanged(inspection_id))
 
     def wall_changed(self, inspection_id: str, indices: tuple[int, ...]) -> None:

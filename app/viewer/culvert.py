@@ -27,6 +27,8 @@ from app.viewer.wording import Wording
 
 MAX_METRES = 4000
 MAX_LABELS = 14
+MAX_LABELS_LOW = 4
+"""Most labels in a low window."""
 
 _WALL = np.array([150.0, 152.0, 150.0])
 _JOINT = (44, 49, 54)
@@ -94,11 +96,11 @@ class Culvert:
             self._draw_wall()
             self._draw_joints()
 
-    def label(self, stretch_m: Reach, mode: CameraMode, wording: Wording) -> None:
+    def label(self, stretch_m: Reach, mode: CameraMode, wording: Wording, *, is_low: bool) -> None:
         """Label the joints, or the metres where there are none, in this part of the culvert.
 
-        If there are very many, only every n-th is labelled. Labels are at the tape, or at the crown
-        for an observer inside.
+        If there are very many for the window, only every n-th is labelled. Labels are at the tape,
+        or at the crown for an observer inside.
         """
         start, end = stretch_m
         named = [
@@ -109,7 +111,8 @@ class Culvert:
         if not self._joints:
             metres = range(max(self._first, math.ceil(start)), min(self._last, math.floor(end)) + 1)
             named = [(float(metre), wording.distance(metre)) for metre in metres]
-        wanted = named[:: max(1, math.ceil(len(named) / MAX_LABELS))]
+        most = MAX_LABELS_LOW if is_low else MAX_LABELS
+        wanted = named[:: max(1, math.ceil(len(named) / most))]
         while len(self._labels) < len(wanted):
             name = f"/culvert/labels/{len(self._labels)}"
             self._labels.append(self._scene.add_label(name, "", anchor="top-center"))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import viser
 
+from app.survey.measure import Figure
 from app.viewer.culvert import Culvert, JointMark
 from app.viewer.geometry import Cut, Section, WallHit
 from app.viewer.interval import Interval
@@ -61,6 +62,8 @@ class Measure:
 
     is_on: bool
     points: tuple[WallHit, ...] = ()
+    figure: Figure | None = None
+    """The length between two points, as soon as it is known."""
 
 
 @dataclass
@@ -123,11 +126,17 @@ class Drawing:
         self._selected: str | None = None
         self._hovered: str | None = None
         self._cut: Cut = "none"
+        self._is_low = False
         self._show_robot()
 
         @server.on_client_connect
-        async def _(_: viser.ClientHandle) -> None:
+        async def _(client: viser.ClientHandle) -> None:
+            client.camera.on_update(look_at_size)
             wake.set()
+
+        async def look_at_size(_: viser.CameraHandle) -> None:
+            if self._observers.are_low != self._is_low:
+                wake.set()
 
     @property
     def shown(self) -> Shown:
@@ -176,7 +185,7 @@ class Drawing:
         if inbox.measure is not None:
             self._show_measure(inbox.measure)
         elif inbox.wording is not None:
-            self._ruler.show(self._measure.points, self._wording)
+            self._show_ruler()
         if is_seen_anew or inbox.pose is not None:
             self._pose = inbox.pose or self._pose
             self._culvert.grow_to(self._pose.distance_mm / 1000)
@@ -185,12 +194,17 @@ class Drawing:
     def follow(self, preview: bytes | None) -> None:
         """Send the pictures that are due, and move labels and observers along."""
         self._show_preview(preview)
-        robot_x_m = self._pose.distance_mm / 1000
+        robot_x_m, is_low = self._pose.distance_mm / 1000, self._observers.are_low
         self._wall.update(robot_x_m)
-        named_m = named_stretch(self._mode, self._section, self._culvert.reach_m, robot_x_m)
-        self._culvert.label(named_m, self._mode, self._wording)
+        if is_low != self._is_low:
+            self._is_low = is_low
+            self._show_robot()
+        named_m = named_stretch(
+            self._mode, self._section, self._culvert.reach_m, robot_x_m, is_low=is_low
+        )
+        self._culvert.label(named_m, self._mode, self._wording, is_low=is_low)
         emphasis = Emphasis(self._selected, self._hovered)
-        self._pins.label(self._mode, emphasis, robot_x_m, self._wording)
+        self._pins.label(self._mode, emphasis, robot_x_m, self._wording, is_low=is_low)
         seen_m = named_m[1] - named_m[0] if self._mode == "overview" else 0.0
         self._scale_bar.show(robot_x_m, seen_m, self._wording)
         self._observers.update(self._culvert.reach_m, robot_x_m)
@@ -220,10 +234,13 @@ class Drawing:
         elif self._measure.is_on and not measure.is_on:
             self.server.scene.remove_click_callback(_measured)
         self._measure = measure
-        self._ruler.show(measure.points, self._wording)
+        self._show_ruler()
+
+    def _show_ruler(self) -> None:
+        self._ruler.show(self._measure.points, self._wording, self._measure.figure)
 
     def _show_robot(self) -> None:
-        self._robot.show(self._pose, self._mode, self._wording)
+        self._robot.show(self._pose, self._mode, self._wording, is_low=self._is_low)
         self._interval.show(self._pose, self._mode)
 
     def _show_preview(self, newest: bytes | None) -> None:

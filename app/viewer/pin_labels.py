@@ -71,15 +71,22 @@ class PinLabels:
         emphasis: Emphasis,
         robot_x_m: float,
         wording: Wording,
+        *,
+        is_low: bool,
     ) -> None:
-        """Label the chosen of these pins, which are sorted by distance."""
+        """Label the chosen of these pins, which are sorted by distance; in a low window those that
+        a person points at or has selected, in one line.
+        """
+        most_near = 0 if is_low else MOST_NEAR
         chosen = (
             pins
             if self._names_all
-            else near_or_emphasised(pins, mode, emphasis, robot_x_m, self._section.scale_m)
+            else near_or_emphasised(
+                pins, mode, emphasis, robot_x_m, self._section.scale_m, most_near
+            )
         )
         labels = tuple(
-            self._label(pin, head_of(pin), mode, emphasis, n % _TIERS, wording)
+            self._label(pin, head_of(pin), mode, emphasis, n % _TIERS, None if is_low else wording)
             for n, pin in enumerate(chosen)
         )
         if labels != self._shown:
@@ -93,11 +100,12 @@ class PinLabels:
         mode: CameraMode,
         emphasis: Emphasis,
         tier: int,
-        wording: Wording,
+        wording: Wording | None,
     ) -> _Label:
+        """Without `wording` in one line."""
         is_selected = pin.id == emphasis.selected
         is_short = mode == "overview" and not is_selected and pin.id != emphasis.hovered
-        text = _short_text(pin) if is_short else _text(pin, wording)
+        text = _short_text(pin) if is_short or wording is None else _text(pin, wording)
         x_m, y_m, z_m = head.tolist()
         size, axis_z_m = self._section.scale_m, self._section.axis_z_m
         base_m = z_m - _ABOVE_HEAD * size if mode == "inside" else axis_z_m - _ABOVE_AXIS * size
@@ -130,13 +138,18 @@ class PinLabels:
 
 
 def near_or_emphasised(
-    pins: Sequence[Pin], mode: CameraMode, emphasis: Emphasis, robot_x_m: float, scale_m: float
+    pins: Sequence[Pin],
+    mode: CameraMode,
+    emphasis: Emphasis,
+    robot_x_m: float,
+    scale_m: float,
+    most_near: int,
 ) -> list[Pin]:
     """Return the pins to label, sorted by distance as `pins` are."""
     behind, ahead = (scale_m * scales for scales in _NEAR[mode])
     first = bisect_left(pins, robot_x_m - behind, key=_distance_m)
     last = bisect_right(pins, robot_x_m + ahead, key=_distance_m)
-    nearest = sorted(pins[first:last], key=lambda pin: abs(pin.distance_m - robot_x_m))[:MOST_NEAR]
+    nearest = sorted(pins[first:last], key=lambda pin: abs(pin.distance_m - robot_x_m))[:most_near]
     emphasised = {emphasis.selected, emphasis.hovered} - {None}
     named = {pin.id: pin for pin in nearest}
     if emphasised:

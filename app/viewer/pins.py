@@ -86,9 +86,17 @@ class Pins:
                 node.visible = bool(pins)
 
     def label(
-        self, mode: CameraMode, emphasis: Emphasis, robot_x_m: float, wording: Wording
+        self,
+        mode: CameraMode,
+        emphasis: Emphasis,
+        robot_x_m: float,
+        wording: Wording,
+        *,
+        is_low: bool,
     ) -> None:
-        """Label the pins near the robot and those that are emphasised."""
+        """Label the pins near the robot and those that are emphasised; in a low window only
+        these.
+        """
         self._labels.show(
             self._sorted,
             lambda pin: self._shapes[pin].head,
@@ -96,6 +104,7 @@ class Pins:
             emphasis,
             robot_x_m,
             wording,
+            is_low=is_low,
         )
 
     def _shape(self, pin: Pin) -> _Shape:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import viser
 
+from app.survey.measure import Figure
 from app.viewer.geometry import Section, WallHit, phi_of_clock, wall_points
 from app.viewer.wording import Wording
 
@@ -34,8 +35,12 @@ class Ruler:
             "/ruler/label", "", font_screen_scale=1.5, anchor="bottom-center", visible=False
         )
 
-    def show(self, points: Sequence[WallHit], wording: Wording) -> None:
-        """Show none, one or two points, and the length between two."""
+    def show(
+        self, points: Sequence[WallHit], wording: Wording, figure: Figure | None = None
+    ) -> None:
+        """Show none, one or two points, and the length between two: the measured one with its
+        interval, until then and where no picture shows both that of the drawn wall.
+        """
         places = [(point.distance_m, arc_m(self._section, point)) for point in points]
         for n, end in enumerate(self._ends):
             end.visible = n < len(places)
@@ -55,7 +60,11 @@ class Ruler:
                 colors=_COLOR,
                 thickness=0.025 * self._section.scale_m,
             )
-            self._label.text = f"≈ {wording.length(float(np.hypot(along, around)))}"
+            self._label.text = (
+                f"≈ {wording.length(float(np.hypot(along, around)))}"
+                if figure is None
+                else wording.size(figure.value, figure.u95)
+            )
             self._label.position = line[_SIDES // 2]
 
     def _on_wall(self, places: Sequence[tuple[float, float]]) -> np.ndarray:

@@ -10,8 +10,10 @@ import gc
 import tempfile
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from app.survey.measure import Figure
 from app.viewer.culvert import JointMark
 from app.viewer.drawing import Drawing, Inbox, Measure, Pointer, Selection
 from app.viewer.geometry import Cut, PinHit, Section, WallHit
@@ -150,7 +152,8 @@ class CulvertScene:
         self._wake.set()
 
     def reset_path(self) -> None:
-        """Remove the path, for another run."""
+        """Remove the path, for another run, and the ruler, whose places had the old distances."""
+        self._put_measure(Measure(self.is_measuring))
         with self._lock:
             self._thinner = Thinner()
             self._inbox.path.clear()
@@ -199,10 +202,17 @@ class CulvertScene:
         if is_on != self.is_measuring:
             self._put_measure(Measure(is_on))
 
-    def measure_to(self, point: WallHit) -> None:
-        """Set the next point; a third one begins another line."""
+    def measure_to(self, point: WallHit) -> tuple[WallHit, ...]:
+        """Set the next point, and return all of the line; a third one begins another line."""
         before = self._measure.points if len(self._measure.points) < 2 else ()
-        self._put_measure(Measure(is_on=True, points=(*before, point)))
+        points = (*before, point)
+        self._put_measure(Measure(is_on=True, points=points))
+        return points
+
+    def set_size(self, points: tuple[WallHit, ...], figure: Figure) -> None:
+        """Write the length between these points, if they are still those of the line."""
+        if self._measure.points == points:
+            self._put_measure(replace(self._measure, figure=figure))
 
     def _put_measure(self, measure: Measure) -> None:
         with self._lock:

@@ -22,8 +22,10 @@ from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
+from app.inspections.picking import Picking, WallPlace
 from app.tracking.live import Live
 from app.tracking.unrolled import Unrolled
+from app.viewer.geometry import WallHit
 from app.viewer.scene import CameraMode, CulvertScene, Cut, ViewerUnavailable, Wording
 from app.viewer.scene_feed import Look, SceneFeed
 
@@ -103,7 +105,9 @@ class Scenes:
         unrolled: Unrolled,
         live: Live,
         packs: Packs,
+        picking: Picking,
     ) -> None:
+        self._picking = picking
         self._parts = (inspections, corrections, observations, unrolled, live, packs)
         # A socket's path is limited to 107 bytes, so it cannot be in the data folder; mkdtemp makes
         # the folder for its owner only, as the socket itself is open to all.
@@ -145,6 +149,16 @@ class Scenes:
             finally:
                 view.browsers -= 1
                 view.left_at_s = time.monotonic()
+
+    async def measure_to(self, inspection_id: str, scene: CulvertScene, point: WallHit) -> None:
+        """Set the next point of the ruler, and with the second one its length and interval."""
+        points = scene.measure_to(point)
+        if len(points) < 2:
+            return
+        start, end = (_place_of(each) for each in points)
+        figure = await asyncio.to_thread(self._picking.length_between, inspection_id, start, end)
+        if figure is not None:
+            scene.set_size(points, figure)
 
     async def _feed(self, inspection_id: str, view: PageView) -> SceneFeed:
         async with self._opening:
@@ -194,6 +208,11 @@ class Scenes:
             for view in list(self._pages.values()):
                 await _close(view)
         await asyncio.to_thread(shutil.rmtree, self._sockets)
+
+
+def _place_of(hit: WallHit) -> WallPlace:
+    lateral_mm = 1000 * hit.lateral_m if hit.clock_h is None else None
+    return WallPlace(1000 * hit.distance_m, hit.clock_h, lateral_mm)
 
 
 async def _close(view: PageView) -> None:

@@ -18,6 +18,8 @@ Reach = tuple[float, float]
 """First and last metre of the drawn culvert."""
 
 _UP = np.array([0.0, 0.0, -1.0])
+LOW_PX = 260
+"""Height of a window below which labels hide each other: then only the needed ones are shown."""
 _SETTLED_S = 2.0
 """Until this long after a command, a browser may still report its old camera."""
 
@@ -60,10 +62,16 @@ def view_of(
     )
 
 
-def named_stretch(mode: CameraMode, section: Section, reach_m: Reach, robot_x_m: float) -> Reach:
-    """Return the part of the culvert that is seen well enough to be labelled."""
+def named_stretch(
+    mode: CameraMode, section: Section, reach_m: Reach, robot_x_m: float, *, is_low: bool
+) -> Reach:
+    """Return the part of the culvert that is seen well enough to be labelled; `is_low`: in a low
+    window.
+    """
     if mode == "overview":
         return _stretch(section, reach_m, robot_x_m)
+    if is_low:
+        return robot_x_m, robot_x_m + 6 * section.scale_m
     ahead = 22 if mode == "follow" else 14
     return robot_x_m - 9 * section.scale_m, robot_x_m + ahead * section.scale_m
 
@@ -144,6 +152,12 @@ class Observers:
         self._commands: dict[int, _Command] = {}
         server.initial_camera.near = 0.03 * section.scale_m
         server.initial_camera.far = 4000 * section.scale_m
+
+    @property
+    def are_low(self) -> bool:
+        """Whether a browser's window is too low for many labels."""
+        clients = self._server.get_clients().values()
+        return any(client.camera.image_height < LOW_PX for client in clients)
 
     def set_mode(self, mode: CameraMode) -> None:
         """Set the mode of all browsers; the next `update` applies it."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from app.survey.interval import half_width_text
-from app.survey.rounding import decimals
+from app.survey.rounding import decimals, with_interval
 
 Language = Literal["en", "ms"]
 Units = Literal["m", "ft"]
@@ -61,6 +61,13 @@ class Wording:
         if self.units == "m" and metres < 1:
             return f"{decimals(metres, 0, unit=0.001)} mm"
         return self.distance(metres)
+
+    def size(self, value_mm: float, u95_mm: float) -> str:
+        """Format a measured length on the wall, '215 ± 4 mm' or '0.71 ± 0.02 ft'."""
+        if self.units == "m":
+            return f"{with_interval(value_mm, u95_mm)} mm"
+        value_ft, u95_ft = (mm / 1000 / self.unit_m for mm in (value_mm, u95_mm))
+        return f"{decimals(value_ft, 2)} ± {half_width_text(u95_ft)} {self.units}"
 
     def interval(self, half_m: float) -> str:
         """Format '± 0.02 m', rounded up."""

@@ -17,8 +17,10 @@ from starlette.websockets import WebSocket, WebSocketState
 
 from app.errors import (
     NO_ROOM,
+    AssetNotFound,
     AttachmentNotFound,
     BlobNotFound,
+    BulkExportNotFound,
     Busy,
     ChangedMeanwhile,
     ChecksumMismatch,
@@ -109,9 +111,11 @@ STATUS: dict[type[Exception], int] = {
     FrameNotFound: 404,
     TileNotFound: 404,
     BlobNotFound: 404,
+    BulkExportNotFound: 404,
     WallNotSeen: 404,
     PackNotFound: 404,
     RigNotFound: 404,
+    AssetNotFound: 404,
     Unauthenticated: 401,
     Forbidden: 403,
     UnreadableTokens: 500,

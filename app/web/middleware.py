@@ -22,14 +22,7 @@ from app.web.answers import answer, body_of
 
 logger = logging.getLogger(__name__)
 
-CSP = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-    "media-src 'self' blob:; connect-src 'self'; frame-src 'self'; font-src 'self'; "
-    "base-uri 'none'; form-action 'self'; frame-ancestors 'none'; worker-src 'self'; "
-    "manifest-src 'self'"
-)
 SECURITY_HEADERS = {
-    "Content-Security-Policy": CSP,
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -46,8 +39,9 @@ LARGER_BODIES = {
     "/api/imports": 64 * _MIB,
     "/api/archive/films": 64 * _MIB,
     "/api/archive/films/preview": 64 * _MIB,
+    "/api/register/import": 16 * _MIB,
 }
-"""Limits of files with old surveys, and of tables of films."""
+"""Limits of files with old surveys, and of tables of films and of assets."""
 BODY_PART_S = 60.0
 """Longest silence of a client within an announced body; slow is not silent."""
 BODY_BYTES_PER_S = 1000
@@ -62,8 +56,9 @@ PUBLIC = frozenset(
         # parts of the log-in page
         "/static/icon.svg", "/static/login.css", "/static/login.js", "/static/css/tokens.css",
         "/static/css/base.css", "/static/core/api.js", "/static/core/store.js",
-        "/static/core/html.js", "/static/core/preferences.js", "/static/core/words.js",
-        "/static/core/rights.js", "/static/components/insecure-banner/insecure-banner.js",
+        "/static/core/html.js", "/static/core/preferences.js", "/static/core/remembered.js",
+        "/static/core/words.js", "/static/core/rights.js",
+        "/static/components/insecure-banner/insecure-banner.js",
         "/static/words/en.json", "/static/words/ms.json",
     }
 )  # fmt: skip
@@ -79,13 +74,15 @@ _LOOK_EVERY_S = 2.0
 class Envelope:
     """Outermost layer: security headers on every answer, a 500 with our body, a limit on bodies."""
 
-    def __init__(self, app: ASGIApp) -> None:
+    def __init__(self, app: ASGIApp, pictures_from: str | None) -> None:
+        """Allow the page pictures of one other origin, if it is set."""
         self._app = app
+        self._headers = {"Content-Security-Policy": _policy(pictures_from), **SECURITY_HEADERS}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle an ASGI connection."""
         if scope["type"] == "websocket":
-            await self._app(scope, receive, _with_headers(send))
+            await self._app(scope, receive, self._with_headers(send))
             return
         if scope["type"] != "http":
             await self._app(scope, receive, send)
@@ -103,7 +100,7 @@ class Envelope:
                     body = answer(HTTPException(message["status"])).body
                     headers["Content-Type"] = "application/json"
                     headers["Content-Length"] = str(len(body))
-                _secure(headers)
+                self._secure(headers)
                 if is_upload:
                     headers.setdefault("Tus-Resumable", "1.0.0")
                 await send(message)
@@ -128,6 +125,20 @@ class Envelope:
             if started:
                 raise
             await answer(error)(scope, receive, send_with_headers)
+
+    def _with_headers(self, send: Send) -> Send:
+        """Add the headers also to an answer that replaces the opening of a web socket."""
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "websocket.http.response.start":
+                self._secure(MutableHeaders(scope=message))
+            await send(message)
+
+        return send_with_headers
+
+    def _secure(self, headers: MutableHeaders) -> None:
+        for name, value in self._headers.items():
+            headers.setdefault(name, value)
 
 
 class Guard:
@@ -230,24 +241,18 @@ class Guard:
         return await asyncio.to_thread(access.by_cookie, cookie)
 
 
-def _with_headers(send: Send) -> Send:
-    """Add the headers also to an answer that replaces the opening of a web socket."""
-
-    async def send_with_headers(message: Message) -> None:
-        if message["type"] == "websocket.http.response.start":
-            _secure(MutableHeaders(scope=message))
-        await send(message)
-
-    return send_with_headers
-
-
-def _secure(headers: MutableHeaders) -> None:
-    for name, value in SECURITY_HEADERS.items():
-        headers.setdefault(name, value)
-
-
 def _is_foreign_failure(status: int, headers: MutableHeaders) -> bool:
     return status >= 400 and not headers.get("content-type", "").startswith("application/json")
+
+
+def _policy(pictures_from: str | None) -> str:
+    pictures = "'self' blob: data:" + (f" {pictures_from}" if pictures_from else "")
+    return (
+        f"default-src 'none'; script-src 'self'; style-src 'self'; img-src {pictures}; "
+        "media-src 'self' blob:; connect-src 'self'; frame-src 'self'; font-src 'self'; "
+        "base-uri 'none'; form-action 'self'; frame-ancestors 'none'; worker-src 'self'; "
+        "manifest-src 'self'"
+    )
 
 
 def _scheme_of(connection: HTTPConnection) -> str:

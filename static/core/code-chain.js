@@ -46,6 +46,23 @@ function meaning(group, row) {
   return common.filter((part) => !known.includes(part)).join(', ') || common.join(', ');
 }
 
+/** Hours that are being typed: @3, @10, @01, @9@3; a lone 1 may become 10, 11 or 12. */
+const HOUR = '(?:0[1-9]?|1[0-2]?|[2-9])';
+const CLOCK = new RegExp(`^@(?:${HOUR}(?:@${HOUR}?)?)?$`);
+
+/** Whether a clock position that is being typed may begin like this. */
+export const isClock = (text) => CLOCK.test(text);
+
+/**
+ * Returns the hours of a typed clock position.
+ * @param {string} text
+ * @returns {{clock_from: number|null, clock_to: number|null}}
+ */
+export function hoursOf(text) {
+  const [from = null, to = null] = text.split('@').map(Number).filter((hour) => hour > 0);
+  return { clock_from: from, clock_to: to };
+}
+
 /**
  * Returns the codes of the last tags, the newest first, each once.
  * @param {object[]} observations

@@ -4,6 +4,7 @@
  */
 
 import { ApiError, get, post, put } from './api.js';
+import { recall, remember } from './remembered.js';
 import { Store } from './store.js';
 
 /**
@@ -201,13 +202,12 @@ class KeptDraft {
 
   /** @returns {Waiting|null} */
   get value() {
-    return JSON.parse(localStorage.getItem(this.#key) ?? 'null');
+    return recall(this.#key, null);
   }
 
   /** @param {Waiting|null} waiting null: nothing waits any more */
   keep(waiting) {
-    if (waiting) localStorage.setItem(this.#key, JSON.stringify(waiting));
-    else localStorage.removeItem(this.#key);
+    remember(this.#key, waiting);
   }
 }
 

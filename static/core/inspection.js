@@ -49,22 +49,26 @@ export class Inspection extends Store {
   }
 
   /**
-   * States one field of the header and leaves the other fields as they are stored; fires `edited` with
-   * the step of the history.
-   * @param {string} name
-   * @param {string|number|boolean|null} value
-   * @param {unknown[]} own values that the person has seen or stated in the field
-   * @returns {Promise<{theirs: unknown}|null>} the value that somebody else has stated, null when the change is stored
+   * States fields of the header as one change, and leaves the other fields as they are stored; fires `edited`
+   * with the step of the history.
+   * @param {Map<string, {value: string|number|boolean|null, own: unknown[]}>} entries by field; own: values that
+   *     the person has seen or stated in it
+   * @returns {Promise<Map<string, unknown>>} the values that somebody else has stated, of the fields that stay
+   *     as they are for that reason
    */
-  async stateField(name, value, own) {
-    let theirs = null;
+  async stateFields(entries) {
+    const theirs = new Map();
     const before = await this.#put(({ header }) => {
-      const now = header[name] ?? null;
-      const isOther = ![...own, value].some((known) => isSame(known, now));
-      theirs = isOther ? { theirs: now } : null;
-      return isOther ? null : { header: withField(header, name, value) };
+      theirs.clear();
+      const wanted = { ...header };
+      for (const [name, { value, own }] of entries) {
+        const now = header[name] ?? null;
+        if ([...own, value].some((known) => isSame(known, now))) wanted[name] = value;
+        else theirs.set(name, now);
+      }
+      return theirs.size === entries.size ? null : { header: stated(wanted) };
     });
-    if (!theirs) this.#edited(before);
+    if (theirs.size < entries.size) this.#edited(before);
     return theirs;
   }
 
@@ -163,8 +167,6 @@ const fieldsOf = ({ name, header }) => ({ name, ...header });
 
 /** Returns the filled fields of a header. */
 const stated = (fields) => Object.fromEntries(Object.entries(fields).filter(([, value]) => value !== null));
-
-const withField = (header, name, value) => stated({ ...header, [name]: value });
 
 const isSame = (a, b) => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);
 

@@ -4,6 +4,7 @@
  */
 
 import { ApiError, get, put } from './api.js';
+import { recallMembers, remember } from './remembered.js';
 import { Store } from './store.js';
 
 const COPY = 'chainage.preferences';
@@ -25,16 +26,17 @@ export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BB
  * @property {{code: string, char1: string|null, char2: string|null}[]} quick_codes at most nine, each with what
  *     else is given to a tag: severity, quantities, clock
  * @property {boolean} single_keys whether letters, digits and signs are keys
+ * @property {object[]} templates at most 26 more such codes, in the list that is reached from a typed code
  * @property {string|null} pack id of the code pack for new inspections, null: the built-in one
  */
-const UNSET = { language: null, units: 'm', quick_codes: USUAL_CODES, single_keys: true, pack: null };
+const UNSET = { language: null, units: 'm', quick_codes: USUAL_CODES, single_keys: true, pack: null, templates: [] };
 
 class Preferences extends Store {
   /** {name, role} of the logged-in person; null before the server has answered. */
   person = null;
 
   constructor() {
-    super({ ...UNSET, ...JSON.parse(localStorage.getItem(COPY) ?? '{}') });
+    super(recallMembers(COPY, UNSET));
   }
 
   /**
@@ -69,7 +71,7 @@ class Preferences extends Store {
   /** Changes some preferences in this browser only. */
   keep(changes) {
     const value = { ...this.value, ...changes };
-    localStorage.setItem(COPY, JSON.stringify(value));
+    remember(COPY, value);
     this.set(value);
   }
 }
@@ -79,6 +81,10 @@ export const preferences = new Preferences();
 /** Returns the codes of all digit keys with another one for key `i + 1`; what is not stated of it is null. */
 export function quickCodesWith(i, tag) {
   const all = USUAL_CODES.map((usual, k) => preferences.value.quick_codes[k] ?? usual);
-  all[i] = Object.fromEntries(Object.keys(USUAL_CODES[i]).map((name) => [name, tag[name] ?? null]));
+  all[i] = templateOf(tag);
   return all;
 }
+
+/** Returns what is kept of a tag for other ones: its code and details, null for what is not stated. */
+export const templateOf = (tag) =>
+  Object.fromEntries(['code', ...Object.keys(UNSTATED)].map((name) => [name, tag[name] ?? null]));

@@ -84,8 +84,9 @@ export class Review extends Store {
     return this.#inTurn(() => post(this.#path, { state, reason }));
   }
 
-  say({ id, observation, kind, text }) {
-    return this.#inTurn(() => put(`${this.#path}/remarks/${id}`, { observation, kind, text }));
+  /** `version`: that of the observation that the person saw; when another one is stored by now, nothing is said. */
+  say({ id, observation, kind, text, version }) {
+    return this.#inTurn(() => put(`${this.#path}/remarks/${id}`, { observation, kind, text, version }));
   }
 
   settle(id, settled) {

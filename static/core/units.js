@@ -93,6 +93,9 @@ export function bytes(count) {
 /** '6 o’clock': whole hours, as pipe inspectors write them. */
 export const clockHour = (hours) => t('units.clock', { hour: Math.round(hours) % 12 || 12 });
 
+/** '10 to 2 o’clock', or one hour where there is no end. @param {number} from @param {number|null} to */
+export const clockRange = (from, to) => (to === null ? clockHour(from) : t('units.clock_sector', { from, to }));
+
 const REGIONS = { en: 'en-GB', ms: 'ms-MY' };
 
 /** The regional variant of the chosen language where the browser has one, such as en-US. */

@@ -10,6 +10,7 @@
  */
 
 import { ApiError, pause, send } from './api.js';
+import { recall, remember } from './remembered.js';
 import { errorText, t } from './words.js';
 
 const CREATION = '/api/uploads';
@@ -27,12 +28,13 @@ const keyOf = (file, path) => `${REMEMBERED}${path}:${file.size}:${file.lastModi
 export function unfinishedUploads() {
   return Object.keys(localStorage)
     .filter((key) => key.startsWith(REMEMBERED))
-    .map((key) => ({ key, ...JSON.parse(localStorage.getItem(key)) }));
+    .map((key) => ({ key, ...recall(key, {}) }))
+    .filter(({ url }) => url);
 }
 
 /** Removes an unfinished upload here and on the server. */
 export async function discardUpload({ key, url }) {
-  localStorage.removeItem(key);
+  remember(key, null);
   await send('DELETE', url, { headers: TUS, allow: [404, 410] });
 }
 
@@ -60,8 +62,7 @@ export class Upload extends EventTarget {
     this.#file = file;
     this.#path = path;
     this.#key = keyOf(file, path);
-    const remembered = localStorage.getItem(this.#key);
-    if (remembered) this.#url = JSON.parse(remembered).url;
+    this.#url = recall(this.#key, {}).url ?? null;
   }
 
   get size() {
@@ -122,7 +123,7 @@ export class Upload extends EventTarget {
 
   /** The upload has been used: choosing the file again starts a new one. */
   forget() {
-    localStorage.removeItem(this.#key);
+    remember(this.#key, null);
   }
 
   /**
@@ -145,7 +146,7 @@ export class Upload extends EventTarget {
   /** @param {{whole?: boolean, refused?: string}} outcome */
   #remember(outcome = {}) {
     const kept = { url: this.#url, name: this.#path, size: this.size, ...outcome };
-    localStorage.setItem(this.#key, JSON.stringify(kept));
+    remember(this.#key, kept);
   }
 
   #canGoOn(error) {

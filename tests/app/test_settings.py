@@ -119,3 +119,22 @@ def test_a_logo_is_a_png_or_a_jpeg(environment, tmp_path, suffix):
     assert cv2.imwrite(str(path), np.zeros((40, 120, 3), np.uint8))
     environment(COMPANY_LOGO=str(path))
     assert Settings.load().company_logo == path
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "https://tiles.example/{z}/{x}.png",
+        "https://tiles.example/{z}/{x}/{y}/{s}.png",
+        "https://{z}.example/{x}/{y}.png",
+        "https://tiles.example/{z}/{x}/{y}{.png",
+        "https://user:secret@tiles.example/{z}/{x}/{y}.png",
+        "https://tiles.example; script-src *//{z}/{x}/{y}.png",
+        "file:///tiles/{z}/{x}/{y}.png",
+    ],
+)
+def test_tiles_of_the_map_have_an_address_with_three_placeholders(environment, address):
+    environment(MAP_TILES=address)
+    with pytest.raises(InvalidSettings, match=r"^CHAINAGE_MAP_TILES: It is an address") as error:
+        Settings.load()
+    assert "secret" not in str(error.value)

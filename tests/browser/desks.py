@@ -26,6 +26,14 @@ HAS_READ = """() => {
     && desk.live.state === 'OPEN' && !desk.inspection.isUnfinished;
 }"""
 
+# Software takes a core for the 3D view.
+WITHOUT_WEBGL = """(() => {
+  const { getContext } = HTMLCanvasElement.prototype;
+  HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+    return kind.startsWith('webgl') ? null : getContext.call(this, kind, ...rest);
+  };
+})()"""
+
 
 def expect_read(page: Page) -> None:
     """The page of an ended inspection has read everything, and follows what changes."""

@@ -12,7 +12,7 @@ from steps import TOKEN, Server, log_in
 
 ARCHIVE = [
     f"/archive{part}"
-    for part in ("", "/add", "/rules", "/defects", "/projects", "/assets", "/quality")
+    for part in ("", "/add", "/rules", "/defects", "/projects", "/assets", "/register", "/quality")
 ]
 GLOVE_PX = 43.9
 """44, less what layout rounds away."""

@@ -129,7 +129,7 @@ def test_its_length_becomes_the_known_one_and_is_taken_back(
     assert stored(server, faulty, "corrections")["stated"]["lengths"] == []
 
 
-def test_a_person_states_the_unit_draws_the_box_and_says_that_there_is_none(
+def test_a_person_states_the_unit_draws_the_box_and_stops_the_reading(
     page: Page, server: Server, unclear: str
 ) -> None:
     section = corrections(page, server, unclear)
@@ -169,15 +169,11 @@ def test_a_person_states_the_unit_draws_the_box_and_says_that_there_is_none(
     assert found["is_box_drawn"]
     assert found["legible"] > 45
 
-
-def test_reading_is_stopped(page: Page, server: Server, unclear: str) -> None:
-    section = corrections(page, server, unclear)
     section.get_by_role("button", name="Read it again").click()
     section.get_by_role("button", name="Stop reading").click()
     expect(section).to_contain_text("Reading was stopped.")
-    section.get_by_role("button", name="Read it again").click()
-    expect(section).to_contain_text("frames are legible")
-    assert stored(server, unclear, "counter")["state"] == "read"
+    expect(section.get_by_role("button", name="Read it again")).to_be_visible()
+    assert stored(server, unclear, "counter")["state"] == "cancelled"
 
 
 def test_the_date_of_the_film_is_offered_for_the_header(

@@ -81,6 +81,44 @@ def test_a_full_code_with_kind_clock_and_severity_takes_six_keys(
     newest(desk, server, inspection, 3)
 
 
+def test_the_clock_is_typed_with_the_code_and_templates_keep_all_of_it(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    chain = desk.get_by_role("group", name="Code by letters")
+
+    def hours(item: dict[str, Any]) -> tuple[Any, Any, Any]:
+        return item["clock_from"], item["clock_to"], item["severity"]
+
+    press(desk, "babba@10@2")
+    expect(chain.get_by_role("status")).to_contain_text("10 to 2 o’clock")
+    press(desk, "3")
+    assert hours(newest(desk, server, inspection, 1)) == (10, 2, 3)
+    press(desk, "babba@14")  # a lone one is one o'clock
+    tag = newest(desk, server, inspection, 2)
+    assert hours(tag) == (1, None, 4)
+    press(desk, "bba@")
+    chain.get_by_role("button", name="11", exact=True).click()
+    desk.keyboard.press("Enter")
+    assert hours(newest(desk, server, inspection, 3)) == (11, None, None)
+
+    press(desk, "b0")
+    expect(chain).to_contain_text("No templates yet")
+    desk.keyboard.press("Escape")
+    rated = desk.locator(".defect", has=desk.get_by_role("img", name="severity 4"))
+    rated.get_by_role("button", name="Edit").click()
+    desk.get_by_label("Keep for a digit key").select_option(label="Keep as a template")
+    expect(desk.get_by_text("Kept as template A")).to_be_visible()
+    desk.get_by_role("button", name="Done").click()
+    press(desk, "b0a")
+    again = newest(desk, server, inspection, 4)
+    assert (stated(again), hours(again)) == (stated(tag), hours(tag))
+    press(desk, "b0")
+    chain.get_by_role("button", name="Delete this template").click()
+    expect(chain).to_contain_text("No templates yet")
+    desk.get_by_role("button", name="Undo").last.click()
+    expect(chain.locator("[data-forget]")).to_have_count(1)
+
+
 def test_a_digit_key_gives_all_that_was_kept_for_it(
     desk: Page, server: Server, inspection: str
 ) -> None:
@@ -101,7 +139,9 @@ def test_a_digit_key_gives_all_that_was_kept_for_it(
     expect(desk.locator(".quick__code").last).to_have_text("9Crack C A 2")
 
 
-def test_checks_offer_the_repair_and_lead_to_where_the_wall_was_lost(desk: Page) -> None:
+def test_checks_offer_the_repair_and_lead_to_where_the_wall_was_lost(
+    desk: Page, server: Server, inspection: str
+) -> None:
     desk.evaluate(
         """() => {
           const { track, checks } = document.querySelector('inspection-page').desk;
@@ -120,3 +160,13 @@ def test_checks_offer_the_repair_and_lead_to_where_the_wall_was_lost(desk: Page)
     expect(desk.get_by_text("(4 frames)")).to_be_visible()
     desk.get_by_role("button", name="Look at it").click()
     expect_frame(desk, 7)
+
+    ends = ("0123abcd-0000-4000-8000-0000000000a1", "0123abcd-0000-4000-8000-0000000000b1")
+    for end, (frame, role) in zip(ends, ((15, "A1"), (3, "B1")), strict=True):
+        tag = {"frame": frame, "code": "BBC", "char1": "C", "severity": 1, "continuous": role}
+        server.ask("PUT", f"/api/inspections/{inspection}/observations/{end}", tag)
+    desk.get_by_role("button", name="Swap start and finish").click()
+    expect_saved(desk)
+    found = {item["id"]: item["continuous"] for item in observations(server, inspection)}
+    assert [found[end] for end in ends] == ["B1", "A1"]
+    expect(desk.get_by_role("button", name="Swap start and finish")).to_have_count(0)

@@ -19,6 +19,7 @@ from app.survey.adjustment.adjust import adjust
 from app.survey.measure import Measure
 from app.survey.measuring import figure_of
 from app.survey.place import Course, wall_grid
+from app.survey.register import completed, fields_of, registered
 from app.survey.stated import Stated
 from app.web.columns import packed
 from app.web.schemas.observations import WallGridOut
@@ -154,6 +155,28 @@ def test_text_is_escaped_wherever_it_comes_from(site: Page) -> None:
         evil,
     )
     assert shown == [evil, evil + evil, 0]
+
+
+def test_broken_or_foreign_memories_of_a_browser_count_as_none(site: Page) -> None:
+    found = site.evaluate(
+        """async () => {
+          const { recall, recallMembers, remember } = await import('/static/core/remembered.js');
+          const read = (text, otherwise) => {
+            localStorage.setItem('x', text);
+            return recall('x', otherwise);
+          };
+          const recalled = [
+            read('{broken', {}), read('[1]', {}), read('null', {}), read('{"a": 1}', []),
+            read('"text"', null), read('{"a": 1}', null),
+          ];
+          remember('x', { lanes: 'all', click: 'seek', other: 1, pack: 7 });
+          const members = recallMembers('x', { lanes: ['wall'], click: 'tag', pack: null });
+          remember('x', null);
+          return [recalled, members, localStorage.getItem('x')];
+        }"""
+    )
+    usual = {"lanes": ["wall"], "click": "seek", "pack": 7}
+    assert found == [[{}, {}, {}, [], None, {"a": 1}], usual, None]
 
 
 def test_a_live_message_is_split_into_header_and_picture(site: Page) -> None:
@@ -485,3 +508,23 @@ def test_a_fault_of_the_rules_is_found_at_its_field(site: Page) -> None:
         ["rigs", "Crawler"],
     ]
     assert found[0]["text"] == "the brace { has no partner (found '{a; b')"
+
+
+LACKING = """async ([fields, headers]) => {
+  const { lacking } = await import('/static/core/register.js');
+  return headers.map((header) => lacking(fields, header));
+}"""
+
+
+def test_the_page_fills_a_header_from_the_register_as_the_server_does(site: Page) -> None:
+    barrel = {"shape": "egg", "height_mm": 900, "width_mm": 600, "known_length_m": 12.5, "year": 2}
+    asset = registered("A", "North", barrel, ((101.5, 3.25), (101.6, 3.5)))
+    headers: list[dict[str, str | int | float | bool | None]] = [
+        {}, barrel | {"year": ""}, {"shape": "arch"}, {"height_mm": 900}, {"width_mm": 1},
+        {"project": "South"}, {"job_ref": "7"}, {"start_lat": 3.25, "end_lon": 1},
+        {"known_length_source": "tape", "remarks": "x"},
+    ]  # fmt: skip
+    filled = site.evaluate(LACKING, [fields_of(asset), headers])
+    assert [header | added for header, added in zip(headers, filled, strict=True)] == [
+        completed(header, asset) for header in headers
+    ]

@@ -8,8 +8,8 @@ import re
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from clips import numbered_clip, rig_for_clip
-from desks import expect_read, expect_saved, observations
-from playwright.sync_api import Page, expect
+from desks import WITHOUT_WEBGL, expect_read, expect_saved, observations
+from playwright.sync_api import Browser, Page, expect
 from steps import Server, log_in
 
 TAGS = [f"0123abcd-0000-4000-8000-00000000000{n}" for n in range(2)]
@@ -99,6 +99,77 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     expect(page.locator(".find__nothing")).to_be_visible()
     page.get_by_label("Review", exact=True).select_option("reopened")
     expect(page.locator(".inspection")).to_contain_text("Reopened")
+
+
+def test_two_people_see_each_other_and_nothing_that_is_typed_or_accepted_is_lost(
+    page: Page, server: Server, inspection: str, browser: Browser
+) -> None:
+    path = f"/api/inspections/{inspection}"
+    there = browser.new_context()
+    there.add_init_script(WITHOUT_WEBGL)
+    ben = there.new_page()
+    log_in(ben, server, f"/inspections/{inspection}", server.make_token("Ben", "operator"))
+    log_in(page, server, f"/inspections/{inspection}")
+    expect(page.locator(".desk-bar__people")).to_have_text("Ben is here too")
+    expect(ben.locator(".desk-bar__people")).to_have_text("server is here too")
+    expect_read(page)
+    page.locator(".defect__main").first.click()
+    page.keyboard.press("e")
+    ben.locator(".defect__main").first.click()
+    ben.keyboard.press("e")
+    expect(page.locator("defect-form")).to_contain_text("Ben is editing this defect too")
+
+    # What one of them changes is shown to the other without a reload.
+    ben.get_by_label("Remark").fill("roots at the crown")
+    expect(page.get_by_label("Remark")).to_have_value("roots at the crown")
+    page.get_by_label("Question or comment").fill("Is it wet?")
+    ben.get_by_role("tab", name="Header").click()
+    ben.get_by_role("textbox", name="Client", exact=True).fill("JKR")
+    ben.keyboard.press("Tab")
+    page.wait_for_function(
+        "() => document.querySelector('inspection-page').desk.inspection.value.header.client"
+    )
+    expect_accessible(page)
+
+    # An acceptance of what is no longer stored is refused, and asked for again.
+    page.evaluate(
+        """() => {
+          const { desk } = document.querySelector('inspection-page');
+          desk.live.dispatchEvent = () => true;  // the line is silent
+        }"""
+    )
+    server.ask("PUT", f"{path}/observations/{TAGS[0]}", {"frame": 2, "code": "BAC", "severity": 4})
+    press(page, "Comment")
+    review = page.locator("defect-review")
+    expect(review).to_contain_text("Somebody changed this defect meanwhile")
+    expect(page.locator("#defect-code")).to_have_value("BAC")
+    expect(review.locator(".remark")).to_have_count(0)
+    press(page, "Comment")
+    expect(review.locator(".remark")).to_have_text(re.compile("Is it wet?"))
+    page.reload()
+    expect_read(page)
+
+    # An approval waits for the remark that is being typed.
+    page.locator(".defect__main").first.click()
+    page.keyboard.press("e")
+    page.get_by_label("Question or comment").fill("Half a sent")
+    for state in ("submitted", "in_review", "approved"):
+        server.ask("POST", f"{path}/review", {"state": state})
+    expect(page.locator("lock-notice")).to_contain_text("server has approved this inspection")
+    expect(page.get_by_label("Question or comment")).to_have_value("Half a sent")
+    expect(ben.locator("[data-locked] .desk-bar__lock")).to_contain_text("Approved by server")
+    press(page, "Show it as approved")
+    expect(page.locator("defect-form")).to_have_count(0)
+    expect_read(page)
+    page.keyboard.press("e")
+    expect(page.get_by_label("Typed before it was approved")).to_have_value("Half a sent")
+    server.ask("POST", f"{path}/review", {"state": "reopened", "reason": "More to say"})
+    expect(page.locator("[data-locked]")).to_have_count(0)
+    expect_read(page)
+    page.keyboard.press("e")
+    expect(page.get_by_label("Question or comment")).to_have_value("Half a sent")
+    there.close()
+    expect(page.locator(".desk-bar__people")).to_have_text("")
 
 
 def test_an_earlier_version_comes_back_from_the_history_and_can_be_undone(

@@ -90,6 +90,22 @@ def test_another_rig_gives_another_track(desk: Page, server: Server, path: str) 
     expect_the_tracks_end(desk, server, path)
 
 
+def test_a_turned_picture_is_tracked_again_after_a_look_at_it(
+    desk: Page, server: Server, path: str
+) -> None:
+    desk.get_by_role("tab", name="Header").click()
+    desk.get_by_role("button", name="180°").click()
+    dialog = desk.get_by_role("dialog", name="Turn the picture and track again")
+    expect(dialog.get_by_role("img")).to_be_visible()
+    expect(
+        dialog.locator(".rig-picture__lines path, .rig-picture__lines polyline")
+    ).not_to_have_count(0)
+    dialog.get_by_role("button", name="Turn by 90°").click()
+    dialog.get_by_role("button", name="Track again").click()
+    expect(dialog).to_have_count(0)
+    wait_until(lambda: now(server, path)["rig"]["mount"]["rotation_deg"] == -90)
+
+
 def test_who_looks_elsewhere_sees_every_run_that_is_begun_again(
     page: Page, server: Server, path: str
 ) -> None:

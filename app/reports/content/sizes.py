@@ -8,7 +8,7 @@ from typing import Any
 
 from app.reports.report import Entry, Photo
 from app.survey.measure import Figure
-from app.survey.rounding import decimals, rounded_up
+from app.survey.rounding import with_interval
 
 _UNITS = {"area": "mm²"}
 
@@ -24,15 +24,10 @@ class Outline:
 
 def figure_text(figure: Figure) -> str:
     """Format `23 ± 2 mm`, of a depth with its share of the diameter: `42 ± 3 mm (14 ± 1 %)`."""
-    size = f"{_with_interval(figure.value, figure.u95)} {_UNITS.get(figure.kind, 'mm')}"
+    size = f"{with_interval(figure.value, figure.u95)} {_UNITS.get(figure.kind, 'mm')}"
     if figure.percent is None or figure.percent_u95 is None:
         return size
-    return f"{size} ({_with_interval(figure.percent, figure.percent_u95)} %)"
-
-
-def _with_interval(value: float, u95: float) -> str:
-    digits = 1 if u95 < 1 else 0
-    return f"{decimals(value, digits)} ± {decimals(rounded_up(u95, digits), digits)}"
+    return f"{size} ({with_interval(figure.percent, figure.percent_u95)} %)"
 
 
 def outlines(entry: Entry, photo: Photo, video: Mapping[str, Any]) -> list[Outline]:

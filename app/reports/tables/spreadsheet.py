@@ -25,6 +25,7 @@ from app.survey.interval import half_width_m
 from app.survey.records import RESCALED, RIG_CHANGED
 from app.survey.rounding import decimals, metres, rounded
 from app.survey.stated import Joints, Stated
+from vo_core.csv_rows import FORMULA_STARTS
 
 _LONGEST_TEXT = 32_767
 """Characters that a cell can hold in the programs that read it."""
@@ -136,7 +137,7 @@ class _Book:
         return len(decimals(value, 3) if is_metres else str(value))
 
     def _form_of(self, text: str) -> Format:
-        return self._quoted if text.startswith(table.FORMULA_STARTS) else self._text
+        return self._quoted if text.startswith(FORMULA_STARTS) else self._text
 
     def _cut(self, text: str, sheet: Worksheet, column: Column) -> str:
         if len(text) <= _LONGEST_TEXT:

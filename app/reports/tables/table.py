@@ -12,6 +12,7 @@ from app.reports.content.sizes import figure_text
 from app.reports.content.text import legible
 from app.reports.report import Entry, Loss, Report, Written
 from app.survey.rounding import decimals
+from vo_core.csv_rows import plain
 
 
 @dataclass(frozen=True)
@@ -70,11 +71,7 @@ DICTIONARY = (
 COLUMNS = tuple(column.name for column in DICTIONARY)
 """Columns of a row, one row for each observation."""
 
-
 Cell = str | int | float | None
-
-FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
-"""Starts of text that a spreadsheet would run as a formula."""
 
 
 def write(report: Report) -> Written:
@@ -117,11 +114,6 @@ def rows(report: Report) -> list[dict[str, Cell]]:
 def iso(instant: datetime | None) -> str | None:
     """Format to the second, with the time zone."""
     return None if instant is None else instant.isoformat(timespec="seconds")
-
-
-def plain(text: str) -> str:
-    """Return text that no spreadsheet takes for a formula."""
-    return f"'{text}" if text.startswith(FORMULA_STARTS) else text
 
 
 def _row(report: Report, entry: Entry) -> dict[str, Cell]:

@@ -11,9 +11,11 @@ from typing import Annotated, Literal
 import msgspec
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 
+from app.access.access import Principal
 from app.container import Services
 from app.errors import InspectionNotFound
 from app.inspections.corrections import Corrections
+from app.inspections.presence import Seat
 from app.survey.notices import Notice
 from app.tracking.live import Event, Update
 from app.viewer.clicks import Click
@@ -21,8 +23,9 @@ from app.viewer.scene import Cut
 from app.viewer.scenes import PageView
 from app.viewer.wording import Language, Units, Wording
 from app.web.answers import body_of
+from app.web.changes import EVERY_S, Changes
 from app.web.deps import PAGE_ID, InspectionId, ServicesDep, page_of, viewer
-from app.web.schemas.live import click_message, live_header
+from app.web.schemas.live import click_message, live_header, people_message
 from vo_core.track import Estimate
 
 router = APIRouter()
@@ -67,6 +70,12 @@ class _Cut(msgspec.Struct, tag="cut", tag_field="type"):
     half: Cut
 
 
+class _Here(msgspec.Struct, tag="here", tag_field="type"):
+    """A person works on this page, and edits this observation; other pages show it."""
+
+    editing: Annotated[str, msgspec.Meta(max_length=36)] | None
+
+
 class _Measure(msgspec.Struct, tag="measure", tag_field="type"):
     """Whether clicks in the 3D view measure instead of tagging."""
 
@@ -82,7 +91,7 @@ class _Point(msgspec.Struct, tag="point", tag_field="type"):
     at: tuple[_Share, _Share] | None
 
 
-_Command = _Ack | _Ping | _Show | _Camera | _Select | _Words | _Cut | _Measure | _Point
+_Command = _Ack | _Ping | _Show | _Camera | _Select | _Words | _Cut | _Here | _Measure | _Point
 _commands: msgspec.json.Decoder[_Command] = msgspec.json.Decoder(_Command)
 
 
@@ -147,9 +156,12 @@ async def live(
     except InspectionNotFound as error:
         await _refuse(socket, error, CLOSE_NOT_FOUND)
         return
-    outbox = _Outbox()
+    outbox, changes = _Outbox(), Changes()
+    principal: Principal = socket.state.principal
     async with AsyncExitStack() as stack:
         stack.enter_context(services.live.listening(inspection_id, outbox.listen))
+        stack.enter_context(services.live.listening(inspection_id, changes.listen))
+        seat = stack.enter_context(services.presence.seat(inspection_id, principal))
         of_page = page_of(socket)
         clicks = stack.enter_context(services.clicks.listening(inspection_id, of_page))
         outbox.put(current)
@@ -157,7 +169,9 @@ async def live(
         tasks = {
             asyncio.create_task(_send(socket, outbox, services.corrections)),
             asyncio.create_task(_send_clicks(socket, clicks)),
-            asyncio.create_task(_receive(socket, outbox, view)),
+            asyncio.create_task(_send_changes(socket, changes)),
+            asyncio.create_task(_send_people(socket, seat)),
+            asyncio.create_task(_receive(socket, outbox, view, seat)),
         }
         stack.push_async_callback(_end, tasks)
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -199,7 +213,19 @@ async def _send_clicks(socket: WebSocket, clicks: asyncio.Queue[Click]) -> None:
         await socket.send_json(click_message(await clicks.get()))
 
 
-async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView) -> None:
+async def _send_changes(socket: WebSocket, changes: Changes) -> None:
+    while True:
+        await changes.next()
+        await socket.send_json({"type": "changed"})
+        await asyncio.sleep(EVERY_S)
+
+
+async def _send_people(socket: WebSocket, seat: Seat) -> None:
+    while True:
+        await socket.send_json(people_message(await seat.news()))
+
+
+async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView, seat: Seat) -> None:
     while True:
         match await _next_command(socket):
             case _Ack(seq):
@@ -216,6 +242,8 @@ async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView) -> None:
                 view.set_cut(half)
             case _Measure(on):
                 view.set_measuring(on)
+            case _Here(editing):
+                seat.state(editing)
             case _Point(at):
                 view.point_at(at)
             case _Words(language, units, late):

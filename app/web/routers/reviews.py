@@ -7,6 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 
 from app.errors import (
+    ChangedMeanwhile,
     InspectionLocked,
     InspectionNotFound,
     ObservationNotFound,
@@ -46,7 +47,7 @@ def move(
 
 @router.put(
     "/remarks/{remark_id}",
-    responses=failures(InspectionNotFound, ObservationNotFound, InspectionLocked),
+    responses=failures(InspectionNotFound, ObservationNotFound, InspectionLocked, ChangedMeanwhile),
 )
 @operator
 def remark(
@@ -58,7 +59,13 @@ def remark(
 ) -> ReviewOut:
     """Add a remark on an observation. May be repeated: one that exists stays as it is."""
     services.reviews.remark(
-        inspection_id, remark_id, body.observation, body.kind, body.text, principal.name
+        inspection_id,
+        remark_id,
+        body.observation,
+        body.kind,
+        body.text,
+        principal.name,
+        seen=body.version,
     )
     return ReviewOut.whole(services.reviews.get(inspection_id))
 

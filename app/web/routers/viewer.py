@@ -89,6 +89,6 @@ async def connect(
             if not scene.is_measuring:
                 services.clicks.publish(inspection_id, page, click)
             elif isinstance(click, WallHit):
-                scene.measure_to(click)
+                await services.scenes.measure_to(inspection_id, scene, click)
 
         await pump(socket, scene, socket.state.principal.role, on_click)

@@ -87,7 +87,7 @@ class TokensOut(BaseModel):
 
 
 class QuickCode(Given):
-    """What a digit key tags: a code, with what else is given to each tag of it."""
+    """What a digit key or a template tags: a code, with what else is given to each tag of it."""
 
     code: CodeName
     char1: Letter | None
@@ -109,6 +109,9 @@ class PreferencesIn(Given):
     )
     single_keys: bool = Field(
         default=True, description="Whether letters, digits and signs are shortcuts (WCAG 2.1.4)."
+    )
+    templates: Annotated[list[QuickCode], Field(max_length=26)] = Field(
+        default_factory=list, description="More codes with their details, for a list of the page."
     )
     pack: PackId | None = Field(description="Code pack of new inspections; null: the built-in one.")
 

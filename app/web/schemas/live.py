@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
+from app.inspections.presence import Person
 from app.storage.tables import ENDED
 from app.survey.notices import Notice
 from app.tracking.live import Update
@@ -30,6 +31,11 @@ def click_message(click: Click) -> dict[str, object]:
         "clock_h": None if click.clock_h is None else round(click.clock_h, 3),
         "lateral_m": round(click.lateral_m, 4),
     }
+
+
+def people_message(others: Sequence[Person]) -> dict[str, object]:
+    """Return the message with the others who have the inspection open."""
+    return {"type": "people", "others": [asdict(person) for person in others]}
 
 
 def health_of(health: Health | None) -> dict[str, Any] | None:

@@ -36,6 +36,12 @@ class RemarkIn(Given):
     observation: Annotated[str, Field(pattern=OBSERVATION_ID)]
     kind: RemarkKind
     text: Sentence = Field(description="May be empty for an acceptance.")
+    version: Annotated[str, StringConstraints(max_length=16)] | None = Field(
+        None,
+        description="Version of the observation that the author saw. If another one is stored by "
+        "now, nothing is said, and the answer is 412 with the stored one. Without it, the remark "
+        "is about what is stored.",
+    )
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:

@@ -34,7 +34,7 @@ class ArchiveAssets extends Component {
       this,
       archivePage({
         title: asset,
-        ways: html`<a class="button" href="/archive/assets">${icon('back')}${t('archive.assets')}</a><span data-part="edit"></span><span data-part="compare"></span>`,
+        ways: html`<a class="button" href="/archive/assets">${icon('back')}${t('archive.assets')}</a><button class="button" data-part="edit" data-needs="operator">${icon('edit')}${t('assets.edit')}</button><span data-part="compare"></span>`,
         content: html`<asset-history data-part="history"></asset-history>`,
       }),
     );

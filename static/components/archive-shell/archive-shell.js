@@ -12,6 +12,8 @@ const PAGES = [
   ['/archive/defects', t('archive.defects'), 'search'],
   ['/archive/projects', t('archive.projects'), 'folder'],
   ['/archive/assets', t('archive.assets'), 'layers'],
+  ['/archive/map', t('archive.map'), 'map'],
+  ['/archive/register', t('archive.register'), 'table'],
   ['/archive/quality', t('archive.quality'), 'video'],
 ];
 

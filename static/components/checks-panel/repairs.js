@@ -1,7 +1,10 @@
-/** Repairs that need no more than a click, at the shown frame; each is one step to undo. */
+/**
+ * Repairs that need no more than a click; each is one step to undo. No check is about the order of observations, which
+ * is that of their places; only the two ends of a stretch can stand the wrong way round.
+ */
 
 import { t } from '../../core/words.js';
-import { finishStretch } from '../inspection-page/stretches.js';
+import { finishStretch, swapEnds } from '../inspection-page/stretches.js';
 
 /**
  * Returns what a person may do at once about an issue: [{name, run}].
@@ -15,6 +18,7 @@ export function repairsOf({ code, params }, desk) {
       run: () => addHere(desk, needed),
     }));
   }
+  if (code === 'stretch_falls') return [{ name: t('checks.swap'), run: () => swapEnds(desk, params.stretch) }];
   if (code !== 'open_stretch') return [];
   return [{ name: t('checks.finish_here'), run: () => finishStretch(desk, params.stretch) }];
 }

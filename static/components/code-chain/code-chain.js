@@ -1,19 +1,27 @@
 /**
- * Tags by letters alone: B opens the list of what may follow, each letter narrows it, a digit rates and ends.
- * The tag belongs to the frame that was shown at the first letter, however long the rest takes.
+ * Tags by letters alone: B opens the list of what may follow, each letter narrows it, @ and an hour state the clock
+ * position, a digit rates and ends. 0 opens the templates instead. The tag belongs to the frame that was shown at the first letter, however long the rest takes.
  */
 
 import { html, render } from '../../core/html.js';
-import { lastCodes, typedSoFar } from '../../core/code-chain.js';
+import { hoursOf, isClock, lastCodes, typedSoFar } from '../../core/code-chain.js';
+import { preferences } from '../../core/preferences.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
+import { orToast, toast } from '../toast-stack/toast-stack.js';
+import { clockMarkup, clockText } from './clock-keys.js';
+import { TEMPLATE_KEYS, templatesMarkup } from './templates.js';
 
 const LAST = 5;
 
 class CodeChain extends Component {
   #text = '';
   #typed;
+  /** The clock position as it is typed, such as @10@2. */
+  #clock = '';
+  /** Whether the templates are listed instead of the letters. */
+  #isListing = false;
   /** Codes of the last tags. */
   #last = [];
   #end = null;
@@ -24,9 +32,12 @@ class CodeChain extends Component {
     this.setAttribute('role', 'group');
     this.setAttribute('aria-label', t('chain.title'));
     this.listen(this, 'click', ({ target }) => {
-      const button = target.closest('[data-key]');
-      if (button) this.#press(button.dataset.key);
+      const { key, hour, forget } = target.closest('[data-key], [data-hour], [data-forget]')?.dataset ?? {};
+      if (hour) this.#setClock(this.#clock + hour);
+      else if (forget) this.#forget(Number(forget));
+      else if (key) this.#press(key);
     });
+    this.listen(preferences, 'change', () => this.hidden || this.#show());
   }
 
   disconnectedCallback() {
@@ -39,6 +50,7 @@ class CodeChain extends Component {
     if (!this.desk.hold()) return;
     this.#last = lastCodes(this.desk.observations.value, LAST);
     this.hidden = false;
+    this.#isListing = false;
     this.#end?.abort();
     this.#end = new AbortController();
     // In the 3D view the keys would go on moving its camera.
@@ -57,13 +69,14 @@ class CodeChain extends Component {
 
   #key(event) {
     const { key, target } = event;
-    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector('dialog[open]')) return;
+    const isSign = key === '@'; // on some keyboards typed with Alt and Ctrl
+    if ((!isSign && (event.ctrlKey || event.metaKey || event.altKey)) || document.querySelector('dialog[open]')) return;
     if (target instanceof Element && target.matches('input:not([type=range]), textarea, select')) return;
-    if (!/^([a-z0-9]|Enter|Escape|Backspace)$/i.test(key)) return;
+    if (!/^([a-z0-9@.]|Enter|Escape|Backspace)$/i.test(key)) return;
     if (key === 'Enter' && target instanceof Element && target.closest('button, a[href], summary')) return;
     event.preventDefault();
     event.stopImmediatePropagation();
-    this.#press(key);
+    this.#press(key === '.' ? '@' : key);
   }
 
   #press(key) {
@@ -71,6 +84,9 @@ class CodeChain extends Component {
     const letter = key.toUpperCase();
     if (key === 'Escape') this.close();
     else if (key === 'Backspace') this.#back();
+    else if (this.#isListing) this.#pick(letter);
+    else if (key === '0' && !row) this.#list(true);
+    else if (row && isClock(this.#clock + key)) this.#setClock(this.#clock + key);
     else if (key === 'Enter' && row) this.#tag({});
     else if (choices.some((choice) => choice.letter === letter)) this.#type(this.#typed.letters + letter);
     else if (row && GRADES.includes(Number(key)) && key.trim()) this.#tag({ severity: Number(key) });
@@ -78,6 +94,14 @@ class CodeChain extends Component {
   }
 
   #back() {
+    if (this.#isListing) {
+      this.#list(false);
+      return;
+    }
+    if (this.#clock) {
+      this.#setClock(this.#clock.slice(0, -1));
+      return;
+    }
     if (!this.#text) {
       this.close();
       return;
@@ -89,7 +113,30 @@ class CodeChain extends Component {
     this.#type(text);
   }
 
+  #list(isListing) {
+    this.#isListing = isListing;
+    this.#show();
+  }
+
+  #pick(letter) {
+    const template = preferences.value.templates[TEMPLATE_KEYS.indexOf(letter)];
+    if (template) this.#finish(template);
+  }
+
+  #forget(i) {
+    const before = preferences.value.templates;
+    const keep = (templates) => orToast(() => preferences.save({ templates }));
+    keep(before.toSpliced(i, 1));
+    toast(t('chain.forgotten'), { action: t('page.undo'), run: () => keep(before) });
+  }
+
+  #setClock(text) {
+    this.#clock = text;
+    this.#show();
+  }
+
   #type(text) {
+    this.#clock = '';
     this.#text = text;
     this.#typed = typedSoFar(this.desk.catalogue.rows, text);
     this.#show();
@@ -97,7 +144,7 @@ class CodeChain extends Component {
 
   #tag(fields) {
     const { code, char1, char2 } = this.#typed.row;
-    this.#finish({ code, char1: char1 || null, char2: char2 || null, ...fields });
+    this.#finish({ code, char1: char1 || null, char2: char2 || null, ...hoursOf(this.#clock), ...fields });
   }
 
   #finish(fields) {
@@ -106,14 +153,21 @@ class CodeChain extends Component {
   }
 
   #show() {
+    if (this.#isListing) render(this, html`${templatesMarkup(this.desk.catalogue)}${endMarkup()}`);
+    else this.#showLetters();
+  }
+
+  #showLetters() {
     const { letters, row, choices } = this.#typed;
     const { catalogue } = this.desk;
     render(
       this,
       html`<p class="chain__code" role="status"><b>${letters || '…'}</b>
-          ${row ? catalogue.label(row.code, row.char1 || null, row.char2 || null) : t('chain.begin')}</p>
+          ${row ? catalogue.label(row.code, row.char1 || null, row.char2 || null) : t('chain.begin')}
+          ${this.#clock && html`<span class="chain__clock number">${clockText(this.#clock)}</span>`}</p>
         ${choices.length ? html`<div class="chain__keys">${choices.map(({ letter, label }) => html`<button
           type="button" class="button button--small" data-key="${letter}"><kbd>${letter}</kbd>${label}</button>`)}</div>` : ''}
+        ${row && clockMarkup(this.#clock)}
         ${row
           ? html`<div class="chain__keys" role="group" aria-label="${t('form.severity')}">${GRADES.map((grade) => html`<button
               type="button" class="button button--small" data-key="${grade}" title="${severityWord(grade)}"><kbd>${grade}</kbd>
@@ -121,11 +175,14 @@ class CodeChain extends Component {
               <button type="button" class="button button--small button--primary" data-key="Enter"><kbd>↵</kbd>${t('chain.without')}</button></div>`
           : html`<div class="chain__keys" role="group" aria-label="${t('chain.last')}">${this.#last.map((last, i) => html`<button
               type="button" class="button button--small" data-key="${i + 1}"><kbd>${i + 1}</kbd>${
-              [last.code, last.char1, last.char2].filter(Boolean).join(' ')} ${severityMark(last.severity)}</button>`)}</div>`}
-        <div class="chain__keys"><button type="button" class="button button--quiet button--small" data-key="Backspace"><kbd>⌫</kbd>${t('chain.back')}</button>
-          <button type="button" class="button button--quiet button--small" data-key="Escape"><kbd>Esc</kbd>${t('page.cancel')}</button></div>`,
+              [last.code, last.char1, last.char2].filter(Boolean).join(' ')} ${severityMark(last.severity)}</button>`)}
+              <button type="button" class="button button--small" data-key="0"><kbd>0</kbd>${t('chain.templates')}</button></div>`}
+        ${endMarkup()}`,
     );
   }
 }
+
+const endMarkup = () => html`<div class="chain__keys"><button type="button" class="button button--quiet button--small" data-key="Backspace"><kbd>⌫</kbd>${t('chain.back')}</button>
+          <button type="button" class="button button--quiet button--small" data-key="Escape"><kbd>Esc</kbd>${t('page.cancel')}</button></div>`;
 
 customElements.define('code-chain', CodeChain);

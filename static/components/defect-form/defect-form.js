@@ -1,6 +1,6 @@
 /** Details of one observation. Every letter is stored as it is typed; there is no Save button. */
 
-import { html, render } from '../../core/html.js';
+import { html, render, setText } from '../../core/html.js';
 import { withKey } from '../../core/keys.js';
 import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
@@ -48,6 +48,7 @@ class DefectForm extends Component {
             title="${withKey(t('link.copy'), 'Y')}" aria-label="${t('link.copy')}">${icon('link')}</button>
           <button type="button" class="button button--small" data-part="done" title="${t('form.close')}">${icon('check')}${t('form.done')}</button>
         </div>
+        <p class="form__others" role="status" data-part="others" hidden></p>
         <form class="form__body" data-part="form">
           <div class="message message--error form__wide" role="alert" data-part="refused" hidden>${icon('alert')}
             <div><p data-part="refusal"></p><div class="form__row">
@@ -132,7 +133,9 @@ class DefectForm extends Component {
       if (event.key === 'Escape') desk.editing.set(false);
     });
     for (const store of [desk.observations, desk.track, desk.conflicts]) this.listen(store, 'change', () => this.#fill());
+    this.listen(desk.people, 'change', () => this.#showOthers());
     this.#fill();
+    this.#showOthers();
   }
 
   /** Focuses the code, and scrolls to the form where it is below the film, as the person opened it. */
@@ -144,6 +147,13 @@ class DefectForm extends Component {
 
   get #item() {
     return this.desk.observations.find(this.observationId);
+  }
+
+  #showOthers() {
+    const { others } = this.parts;
+    const names = this.desk.people.editing(this.observationId);
+    others.hidden = names.length === 0;
+    setText(others, names.length ? t('people.editing', { n: names.length, names: names.join(', ') }) : '');
   }
 
   #save(changes) {

@@ -1,12 +1,16 @@
-/** Keeps what is stated about a defect as what a digit key tags: "Crack, along the pipe, 2 mm at 12". */
+/** Keeps what is stated about a defect for a digit key or as a template: "Crack, along the pipe, 2 mm at 12". */
 
 import { ApiError } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
-import { preferences, quickCodesWith } from '../../core/preferences.js';
+import { preferences, quickCodesWith, templateOf } from '../../core/preferences.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
+import { TEMPLATE_KEYS } from '../code-chain/templates.js';
 import { quickCodes } from '../video-panel/quick-codes.js';
 import { toast, toastError } from '../toast-stack/toast-stack.js';
+
+/** The choice that is no digit key. */
+const TEMPLATE = 'template';
 
 class QuickKey extends Component {
   #item = null;
@@ -17,7 +21,7 @@ class QuickKey extends Component {
       this,
       html`<select class="input" data-part="key" aria-label="${t('form.quick_key')}" title="${t('form.quick_key_help')}"></select>`,
     );
-    this.listen(this.parts.key, 'change', () => this.#keep(Number(this.parts.key.value)));
+    this.listen(this.parts.key, 'change', () => this.#keep(this.parts.key.value));
     this.listen(preferences, 'change', () => this.#offer());
     this.#offer();
   }
@@ -33,20 +37,28 @@ class QuickKey extends Component {
     render(
       key,
       html`<option value="">${t('form.quick_key')}</option>
-        ${quickCodes(this.desk.catalogue).map(({ label }, i) => html`<option value="${i}">${i + 1} – ${label}</option>`)}`,
+        ${quickCodes(this.desk.catalogue).map(({ label }, i) => html`<option value="${i}">${i + 1} – ${label}</option>`)}
+        <option value="${TEMPLATE}" ${preferences.value.templates.length === TEMPLATE_KEYS.length && 'disabled'}>${t('form.template')}</option>`,
     );
     key.value = '';
   }
 
-  async #keep(i) {
-    const before = preferences.value.quick_codes;
-    await this.#save(quickCodesWith(i, this.#item));
-    toast(t('form.quick_kept', { key: i + 1 }), { action: t('page.undo'), run: () => this.#save(before) });
+  async #keep(where) {
+    const { quick_codes: quickOnes, templates } = preferences.value;
+    const isTemplate = where === TEMPLATE;
+    await this.#save(
+      isTemplate ? { templates: [...templates, templateOf(this.#item)] } : { quick_codes: quickCodesWith(Number(where), this.#item) },
+    );
+    const text = isTemplate
+      ? t('form.template_kept', { key: TEMPLATE_KEYS[templates.length] })
+      : t('form.quick_kept', { key: Number(where) + 1 });
+    const before = isTemplate ? { templates } : { quick_codes: quickOnes };
+    toast(text, { action: t('page.undo'), run: () => this.#save(before) });
   }
 
-  async #save(quickOnes) {
+  async #save(changes) {
     try {
-      await preferences.save({ quick_codes: quickOnes });
+      await preferences.save(changes);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       toastError(error);

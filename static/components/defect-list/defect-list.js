@@ -5,7 +5,7 @@ import { isKeyOn } from '../../core/keys.js';
 import { isOpen } from '../../core/review.js';
 import { Component } from '../../core/store.js';
 import { coveredShare, defectCount, stretchNumber, stretchRole, stretchesOf } from '../../core/stretches.js';
-import { chainage, clockHour, plusMinus, timecode } from '../../core/units.js';
+import { chainage, clockRange, plusMinus, timecode } from '../../core/units.js';
 import { pieces, t, wordFor } from '../../core/words.js';
 import { mainPhotoOf } from '../attachments/photos.js';
 import { icon } from '../icon/icon.js';
@@ -323,9 +323,8 @@ function stretchText(item) {
 }
 
 const clockText = ({ clock_from: from, clock_to: to, clock }) => {
-  if (from && to) return t('units.clock_sector', { from, to });
-  if (from ?? clock) return clockHour(from ?? clock);
-  return '';
+  const hour = from ?? clock;
+  return hour ? clockRange(hour, (from && to) || null) : '';
 };
 
 const timeText = ({ time_s: time, frame }) =>

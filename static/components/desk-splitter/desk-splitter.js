@@ -1,5 +1,6 @@
 /** The edge between two parts of the desk, moved by hand or by key; this browser remembers where. */
 
+import { recall, remember } from '../../core/remembered.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 
@@ -15,7 +16,7 @@ const PARTS = {
   viewer: { label: t('splitter.viewer'), least: 110, most: 0.7, isColumn: false, growsOnward: true },
 };
 
-const remembered = () => JSON.parse(localStorage.getItem(REMEMBERED) ?? '{}');
+const remembered = () => recall(REMEMBERED, {});
 
 /** `data-of` names the part; the desk's style sheet reads its size from a property of that name. */
 class DeskSplitter extends Component {
@@ -102,7 +103,7 @@ class DeskSplitter extends Component {
   #remember() {
     const { [this.dataset.of]: _, ...others } = remembered();
     const all = this.size === null ? others : { ...others, [this.dataset.of]: this.size };
-    localStorage.setItem(REMEMBERED, JSON.stringify(all));
+    remember(REMEMBERED, all);
   }
 }
 

@@ -9,10 +9,11 @@
 import { ApiError, get } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
-import { rounded } from '../../core/rounding.js';
-import { lengthUnit, parseDistance, toShown } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
+import '../asset-note/asset-note.js';
 import { icon } from '../icon/icon.js';
+import { fillFromRegister } from './asset-fields.js';
+import { fieldMarkup, read, written } from './fields.js';
 
 const REFERENCE_POINTS = [
   t('header.reference_headwall'),
@@ -27,22 +28,7 @@ const NEEDED_IF = {
   abandon_reason: ({ end_condition: end }) => end === 'abandoned',
 };
 
-/** Fields with several lines. */
-const LONG = new Set(['remarks', 'abandon_reason', 'location_text']);
-
-/** Decimals of a length in the field: the API stores a tenth of a millimetre. */
-const LENGTH_DECIMALS = lengthUnit === 'ft' ? 2 : 3;
-
-/**
- * @typedef {object} Field
- * @property {string} name
- * @property {'required'|'auto'|'more'} group
- * @property {'text'|'number'|'choice'|'date'|'time'|'bool'} kind
- * @property {string[]} choices
- * @property {string|null} unit
- */
-
-class HeaderForm extends Component {
+export class HeaderForm extends Component {
   /** Names of fields that are not shown here. */
   without = new Set();
 
@@ -61,11 +47,19 @@ class HeaderForm extends Component {
     this.#built = this.#build();
   }
 
-  /** The header in the form of the API, without empty fields. */
+  /** The header in the form of the API, without empty fields; null stands for one that was emptied. */
   get value() {
-    return Object.fromEntries(
-      Object.entries(this.#values).filter(([, value]) => value !== null && value !== ''),
-    );
+    return Object.fromEntries(Object.entries(this.#values).filter(([, value]) => value !== ''));
+  }
+
+  /** All values, suggestions included. */
+  get all() {
+    return { ...this.#values };
+  }
+
+  /** The values that are no suggestions. */
+  get entered() {
+    return Object.fromEntries(Object.entries(this.#values).filter(([name, value]) => value !== this.#suggested[name]));
   }
 
   /** Fills the fields, except the one in which the person is typing. */
@@ -85,6 +79,20 @@ class HeaderForm extends Component {
       this.#values[name] = value;
       const field = this.#fields.find((other) => other.name === name);
       if (field) this.#write(field);
+    }
+    this.#count();
+  }
+
+  /** Enters values as if the person had done so; null empties a field. */
+  state(values) {
+    for (const [name, value] of Object.entries(values)) {
+      const before = this.#values[name] ?? null;
+      if (value === before) continue;
+      this.#values[name] = value;
+      delete this.#suggested[name];
+      this.restore(name);
+      this.fault(name, null);
+      this.dispatchEvent(new CustomEvent('field', { detail: { name, value, before } }));
     }
     this.#count();
   }
@@ -167,11 +175,17 @@ class HeaderForm extends Component {
         <details class="header-form__group"><summary>${t('header.more')}</summary>${group('more')}</details>
         <datalist id="header-references">
           ${REFERENCE_POINTS.map((point) => html`<option value="${point}"></option>`)}
-        </datalist>`,
+        </datalist>
+        <datalist id="header-assets" data-part="assets"></datalist>`,
     );
     this.listen(this, 'input', ({ target }) => this.#typing(target));
     this.listen(this, 'change', ({ target }) => this.#left(target));
     this.listen(this, 'click', ({ target }) => target.dataset.proposes && this.#take(target.dataset.proposes));
+    const asset = this.#input('asset_id');
+    const note = document.createElement('asset-note');
+    asset.closest('.field').after(note);
+    note.follow(asset, this.parts.assets);
+    fillFromRegister(this, note);
     for (const field of this.#fields) this.#write(field);
     this.#count();
   }
@@ -245,60 +259,5 @@ class HeaderForm extends Component {
     if (this.parts.missing.textContent !== text) this.parts.missing.textContent = text;
   }
 }
-
-/** Returns the text of a field for a value. */
-function written({ kind, unit }, value) {
-  if (value === null) return '';
-  if (kind === 'number' && unit === 'm') {
-    return String(rounded(toShown(value), LENGTH_DECIMALS));
-  }
-  return String(value);
-}
-
-/** Returns the value of a text: null when it is empty, undefined when it is no number. */
-function read({ kind, unit }, text) {
-  const trimmed = text.trim();
-  if (trimmed === '') return null;
-  if (kind === 'bool') return trimmed === 'true';
-  if (kind !== 'number') return trimmed;
-  const number = unit === 'm' ? parseDistance(trimmed) : Number(trimmed.replace(',', '.').replace('−', '-'));
-  if (number === null || !Number.isFinite(number)) return undefined;
-  return unit === 'm' ? rounded(number, 4) : number;
-}
-
-function fieldMarkup(field, packs) {
-  const { name, unit } = field;
-  const id = `header-${name}`;
-  const label = wordFor('header', name) ?? name;
-  const control = controlMarkup(field, id, packs);
-  return html`<div class="field${LONG.has(name) && ' header-form__field--long'}">
-    <label for="${id}">${label} <span class="required" aria-hidden="true" hidden>*</span></label>
-    ${unit ? html`<span class="input-with-unit">${control}<span class="unit">${unit === 'm' ? lengthUnit : unit}</span></span>` : control}
-    <button type="button" class="header-form__proposal" data-proposes="${name}" hidden></button>
-    <span class="fault" id="${id}-fault"></span></div>`;
-}
-
-function controlMarkup({ name, kind, choices }, id, packs) {
-  if (name === 'code_pack') return selectMarkup(name, id, packs.map((pack) => [pack.id, pack.name]), t('settings.pack_built_in'));
-  if (kind === 'choice') {
-    return selectMarkup(name, id, choices.map((value) => [value, wordFor('header.choice', value) ?? value]), t('header.choose'));
-  }
-  if (kind === 'bool') {
-    return selectMarkup(name, id, [['true', t('page.yes')], ['false', t('page.no')]], t('page.not_stated'));
-  }
-  if (LONG.has(name)) {
-    return html`<textarea class="input" id="${id}" data-field="${name}" rows="2" maxlength="2000"
-      aria-describedby="${id}-fault"></textarea>`;
-  }
-  const type = kind === 'date' || kind === 'time' ? kind : 'text';
-  return html`<input class="input" id="${id}" data-field="${name}" type="${type}" maxlength="2000" autocomplete="off"
-    inputmode="${kind === 'number' ? 'decimal' : 'text'}" aria-describedby="${id}-fault"
-    ${name === 'reference_point' && html`list="header-references"`} />`;
-}
-
-const selectMarkup = (name, id, options, none) =>
-  html`<select class="input" id="${id}" data-field="${name}" aria-describedby="${id}-fault">
-    <option value="">${none}</option>
-    ${options.map(([value, text]) => html`<option value="${value}">${text}</option>`)}</select>`;
 
 customElements.define('header-form', HeaderForm);

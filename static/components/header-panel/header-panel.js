@@ -6,15 +6,18 @@
 import { ApiError, pause } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
+import { recall, remember } from '../../core/remembered.js';
 import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import { assetPath } from '../archive-assets/asset-table.js';
 import '../header-form/header-form.js';
 import { icon } from '../icon/icon.js';
-import { openRig } from '../run-again/run-again.js';
+import { openRig, openTurn } from '../run-again/run-again.js';
 
 const PAUSE_S = 3;
+/** Turns of the camera about its optical axis, in degrees. */
+const TURNS = [-90, 90, 180];
 
 /**
  * @typedef {object} Entry what was entered into a field
@@ -40,14 +43,20 @@ class HeaderPanel extends Component {
     this.#unsent = new Unsent(this.desk.inspection.id);
     this.parts = render(
       this,
-      html`<p class="header-panel__rig"><button type="button" class="button button--small" data-part="rig" data-needs="operator"
-          hidden>${icon('settings')}${t('again.rig_open')}</button>
-          <a class="button button--small" data-part="asset" hidden>${icon('layers')}${t('assets.history_of')}</a></p>
+      html`<div class="header-panel__rig" data-part="rigs" data-needs="operator" hidden>
+          <button type="button" class="button button--small" data-part="rig">${icon('settings')}${t('again.rig_open')}</button>
+          <span class="header-panel__turns" role="group" aria-label="${t('again.turn')}"><span class="dim">${t('again.turn')}</span>
+            ${TURNS.map((degrees) => html`<button type="button" class="button button--small number" data-turn="${degrees}"
+              title="${t('again.turn_help')}">${degrees < 0 ? `−${-degrees}` : degrees}°</button>`)}</span></div>
+        <p class="header-panel__rig" data-part="ofAsset" hidden><a class="button button--small" data-part="asset">${icon('layers')}${t('assets.history_of')}</a></p>
         <p class="header-panel__state number" role="status" data-part="state"></p>
         <fieldset class="locked" ${!mayEdit() && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
     );
     const { form, rig } = this.parts;
-    this.listen(rig, 'click', () => this.#editRig());
+    this.listen(rig, 'click', () => this.#trackAgain(openRig(this.desk.inspection)));
+    for (const button of this.querySelectorAll('[data-turn]')) {
+      this.listen(button, 'click', () => this.#trackAgain(openTurn(this.desk.inspection, Number(button.dataset.turn))));
+    }
     form.value = this.desk.inspection.value.header;
     this.listen(form, 'typing', ({ detail: { name, value, before } }) => {
       const isAsBefore = (this.desk.inspection.value.header[name] ?? null) === value;
@@ -98,21 +107,22 @@ class HeaderPanel extends Component {
     this.#unsent.put(name, entry);
   }
 
-  /** Hides the button during a run, and without a film: then nothing can be tracked again. */
+  /** Hides the buttons during a run, and without a film: then nothing can be tracked again. */
   #showRig() {
     const { inspection } = this.desk;
-    this.parts.rig.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
+    this.parts.rigs.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
   }
 
   /** The way to the other inspections of the same asset. */
   #showAsset() {
     const { asset } = this.desk.inspection.value;
-    this.parts.asset.hidden = asset === null;
+    this.parts.ofAsset.hidden = asset === null;
     if (asset !== null) this.parts.asset.href = assetPath(asset);
   }
 
-  async #editRig() {
-    if (await openRig(this.desk.inspection)) location.reload(); // the picture and the 3D view change too
+  /** @param {Promise<boolean>} begun whether tracking has started again */
+  async #trackAgain(begun) {
+    if (await begun) location.reload(); // the picture and the 3D view change too
   }
 
   /** Shows the server's values, overlaid with unsent text. */
@@ -123,7 +133,7 @@ class HeaderPanel extends Component {
     this.parts.form.value = { ...this.desk.inspection.value.header, ...Object.fromEntries(typed) };
   }
 
-  /** Sends one change at a time: the server receives the whole header. */
+  /** Sends one change at a time, with all fields that wait: those that were filled together are one step. */
   async #send() {
     if (this.#isSending) return;
     this.#isSending = true;
@@ -139,19 +149,26 @@ class HeaderPanel extends Component {
   }
 
   async #sendAll() {
+    await null; // so that what is filled in together goes together
+    let isOneByOne = false;
     while (this.#waiting.size && !this.signal.aborted) {
-      const [[name, entry]] = this.#waiting;
+      const sent = new Map(isOneByOne ? [[...this.#waiting][0]] : this.#waiting);
       this.parts.state.textContent = t('header.saving');
       try {
-        const overtaken = await this.desk.inspection.stateField(name, entry.value, entry.own);
-        if (overtaken) this.#keep(name, entry, overtaken);
-        else this.#settle(name, entry);
+        const theirs = await this.desk.inspection.stateFields(sent);
+        for (const [name, entry] of sent) {
+          if (theirs.has(name)) this.#keep(name, entry, theirs.get(name));
+          else this.#settle(name, entry);
+        }
       } catch (error) {
         if (!(error instanceof ApiError)) throw error;
         this.parts.state.textContent = errorText(error);
         if (error.isTemporary) {
           await pause(PAUSE_S, this.signal);
+        } else if (sent.size > 1) {
+          isOneByOne = true; // to find the one that is refused
         } else {
+          const [[name, entry]] = sent;
           this.#refused.set(name, entry);
           this.parts.form.fault(name, errorText(error));
           this.#settle(name, entry);
@@ -168,7 +185,7 @@ class HeaderPanel extends Component {
   }
 
   /** Keeps an overtaken entry, in this browser too, until a person decides. */
-  #keep(name, entry, { theirs }) {
+  #keep(name, entry, theirs) {
     if (this.#waiting.get(name) !== entry) return;
     this.#waiting.delete(name);
     this.#overtaken.set(name, { ...entry, theirs });
@@ -215,7 +232,7 @@ class Unsent {
 
   /** @returns {Map<string, Entry>} */
   get all() {
-    return new Map(JSON.parse(localStorage.getItem(this.#key) ?? '[]'));
+    return new Map(recall(this.#key, []));
   }
 
   put(name, entry) {
@@ -231,8 +248,7 @@ class Unsent {
   }
 
   #keep(all) {
-    if (all.size) localStorage.setItem(this.#key, JSON.stringify([...all]));
-    else localStorage.removeItem(this.#key);
+    remember(this.#key, all.size ? [...all] : null);
   }
 }
 

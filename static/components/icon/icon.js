@@ -36,7 +36,9 @@ const SHAPES = {
   menu: html`<path d="M3.500 5.500h13M3.500 10h13M3.500 14.500h13" />`,
   settings: html`<path d="M3 6h7M14 6h3M3 14h3M10 14h7" /><circle cx="12" cy="6" r="2" /><circle cx="8" cy="14" r="2" />`,
   help: html`<circle cx="10" cy="10" r="7.500" /><path d="M7.700 7.800a2.400 2.400 0 1 1 3.400 2.200c-.800.400-1.100.900-1.100 1.700M10 14.200v.1" />`,
+  table: html`<rect x="2.500" y="4" width="15" height="12" rx="1" /><path d="M2.500 8h15M2.500 12h15M8 4v12" />`,
   search: html`<circle cx="8.500" cy="8.500" r="5" /><path d="M12.500 12.500l4 4" />`,
+  map: html`<path d="M10 17.500c-3.700-3.500-5.500-6.400-5.500-9a5.500 5.500 0 0 1 11 0c0 2.600-1.800 5.500-5.500 9z" /><circle cx="10" cy="8.500" r="2" />`,
   layers: html`<path d="M10 3l7.500 4-7.500 4-7.500-4zM3.500 10.500L10 14l6.500-3.500M3.500 13.800L10 17.300l6.500-3.500" />`,
   minus: html`<path d="M4 10h12" />`,
   whole: html`<path d="M2.500 5v10M17.500 5v10M5 10h10M7.500 7.500L5 10l2.500 2.500M12.500 7.500L15 10l-2.500 2.500" />`,
@@ -50,6 +52,7 @@ const SHAPES = {
   forward: html`<path d="M7.500 4.500L13 10l-5.500 5.500" />`,
   contrast: html`<circle cx="10" cy="10" r="7.500" /><path class="solid" d="M10 2.500a7.500 7.500 0 0 1 0 15z" />`,
   large: html`<path d="M3 7.500V3h4.500M12.500 3H17v4.500M17 12.500V17h-4.500M7.500 17H3v-4.500" />`,
+  window: html`<path d="M8 4.500H3v12h12v-5M11 3h6v6M17 3l-7.500 7.500" />`,
   small: html`<path d="M7.500 3v4.500H3M17 7.500h-4.500V3M12.500 17v-4.500H17M3 12.500h4.500V17" />`,
   back: html`<path d="M12.500 4.500L7 10l5.500 5.500" />`,
 };

@@ -4,6 +4,8 @@ import { ApiError } from '../../core/api.js';
 import { AttachmentOutbox } from '../../core/attachment-outbox.js';
 import { Attachments } from '../../core/attachments.js';
 import { Axis } from '../../core/axis.js';
+import { followRun } from '../../core/axis-following.js';
+import { followChanges } from '../../core/changes-elsewhere.js';
 import { Checks } from '../../core/checks.js';
 import { Catalogue } from '../../core/codes.js';
 import { lastCodes } from '../../core/code-chain.js';
@@ -18,6 +20,7 @@ import { LiveFeed } from '../../core/live.js';
 import { Observations } from '../../core/observations.js';
 import { Outbox } from '../../core/outbox.js';
 import { pageId } from '../../core/page-id.js';
+import { RemarkDrafts } from '../../core/remark-drafts.js';
 import { isLocked, Review, whyLocked } from '../../core/review.js';
 import { lock, may, mayEdit } from '../../core/rights.js';
 import { whenSent } from '../../core/sending.js';
@@ -25,13 +28,11 @@ import { Store } from '../../core/store.js';
 import { Track } from '../../core/track.js';
 import { u95FromSigma } from '../../core/units.js';
 import { Unrolled } from '../../core/unrolled.js';
-import { WallGrid, frameShowing } from '../../core/wall.js';
+import { WallGrid } from '../../core/wall.js';
 import { errorText, t } from '../../core/words.js';
+import { followIn3d } from './in-3d.js';
 import { Large } from './large.js';
 import { Measuring } from '../measure-tool/measuring.js';
-
-/** How often the 3D robot follows the shown frame. */
-const SHOW_EVERY_MS = 66;
 
 /**
  * @typedef {object} Playhead
@@ -65,6 +66,10 @@ export class Desk extends EventTarget {
   picking = new Store(null);
   /** Set by the page: shows a frame. */
   seek = null;
+  /** @type {import('../../core/desk-windows.js').DeskWindows|null} parts in windows of their own; null in such a window */
+  windows = null;
+  /** @type {import('../../core/people.js').People} who else is here; only of a whole desk */
+  people;
 
   #signal;
   /** Revision of the distances on the page. */
@@ -75,14 +80,12 @@ export class Desk extends EventTarget {
   #joints = null;
   /** Notices about picture and rig at that time. */
   #notices = null;
-  #shownFrame = -1;
   /** The last tag made by pointing, and the pose of the robot then. */
   #pointed = { id: null, row: null };
   /** Frame of a tag whose code is being typed, and the tag that was pointed at then. */
   #held = { frame: -1, pointed: { id: null } };
   /** The pose of the last tag: for a live picture it is known before the track contains it. */
   #tagged = { frame: -1, row: null };
-  #showTimer = 0;
   /** Counts the overtaken corrections of this page, so that each conflict gets a new id. */
   #found = 0;
 
@@ -124,6 +127,8 @@ export class Desk extends EventTarget {
     this.counter = new FilmCounter(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
     this.review = new Review(inspection.id, signal);
+    /** Remarks that are being typed. */
+    this.drafts = new RemarkDrafts(inspection.id);
     lock(isLocked(inspection.value));
     outbox.addEventListener('change', () => this.#findConflicts(), { signal });
     if (mayEdit()) this.corrections.restore();
@@ -132,14 +137,11 @@ export class Desk extends EventTarget {
     }
     this.#findConflicts();
     this.live = new LiveFeed(`/api/inspections/${inspection.id}/live?page=${pageId}`, signal);
-    this.playhead.addEventListener('change', () => this.#showIn3d(), { signal });
+    followChanges(this.live, () => this.readAgain(), (error) => this.fault(errorText(error)), signal);
+    followRun(this, signal);
+    followIn3d(this, signal);
     this.track.addEventListener('change', () => this.#findRow(), { signal });
     this.observations.addEventListener('change', () => this.#dropLostSelection(), { signal });
-    this.live.addEventListener('state', () => this.#showIn3d(true), { signal });
-    this.selection.addEventListener('change', () => this.#selectIn3d(), { signal });
-    this.live.addEventListener('state', () => this.#selectIn3d(), { signal });
-    this.live.addEventListener('pin_click', ({ detail }) => this.goTo(detail.observation), { signal });
-    this.live.addEventListener('wall_click', ({ detail }) => this.#wallClicked(detail), { signal });
     inspection.addEventListener('edited', ({ detail }) => this.history.add(detail), { signal });
     this.live.addEventListener('message', ({ detail }) => this.#compareRevision(detail.header), { signal });
     for (const store of [this.observations, this.inspection, this.corrections]) {
@@ -153,6 +155,16 @@ export class Desk extends EventTarget {
       this.track.reload(this.#signal), this.observations.load(), this.attachments.load(), this.corrections.load(),
       this.#loadWall(),
     ]);
+  }
+
+  /** Reads again what people state, and the distances if somebody has corrected them. */
+  async readAgain() {
+    await this.inspection.load();
+    await Promise.all([this.observations.load(), this.attachments.load(), this.review.load()]);
+    const { revision } = this.inspection.value;
+    if (revision <= this.#revision) return;
+    this.#revision = revision;
+    await this.reload();
   }
 
   /** Reads the wall again: a run shows better and better where its camera stands in the pipe. */
@@ -417,38 +429,6 @@ export class Desk extends EventTarget {
     const here = items.findIndex(({ id }) => id === this.selection.value);
     const at = here < 0 ? (direction > 0 ? 0 : items.length - 1) : here + direction;
     this.goTo(items[Math.min(Math.max(at, 0), items.length - 1)].id);
-  }
-
-  #showIn3d(isNew = false) {
-    const { frame, isLive } = this.playhead.value;
-    const wanted = isLive ? null : frame; // null: the robot follows the tracker
-    if (isNew) this.#shownFrame = -1;
-    if (frame < 0 || wanted === this.#shownFrame || this.#showTimer) return;
-    if (this.live.send({ type: 'show', frame: wanted })) this.#shownFrame = wanted;
-    this.#showTimer = setTimeout(() => {
-      this.#showTimer = 0;
-      this.#showIn3d();
-    }, SHOW_EVERY_MS);
-  }
-
-  /** Highlights the pin of the selected defect in the 3D view. */
-  #selectIn3d() {
-    this.live.send({ type: 'select', observation: this.selection.value });
-  }
-
-  /** Handles a click on the wall in the 3D view: tags the place, or marks it where marks are wanted. */
-  async #wallClicked({ distance_m, clock_h, lateral_m }) {
-    const place = { distance_m, clock_h, right_mm: 1000 * lateral_m };
-    const { value: pick } = this.picking; // what the click was for
-    try {
-      const found = await frameShowing(this.inspection.id, place, this.playhead.value.frame, this.#signal);
-      if (!pick) this.tag(found);
-      else if (pick === this.picking.value) pick(found);
-    } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
-      this.fault(errorText(error));
-    }
   }
 
   /** Reads again what has changed: distances corrected by others or by joints, seen joints, notices. */

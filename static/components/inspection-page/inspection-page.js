@@ -1,39 +1,36 @@
 /** One inspection: watch the tracking, review it, tag it, export the result. */
 
 import { ApiError, poll } from '../../core/api.js';
+import { DeskWindows, followDesk, partOfWindow } from '../../core/desk-windows.js';
 import { html, render } from '../../core/html.js';
-import { isUnfinished, mayGoOn } from '../../core/inspection.js';
-import { bindKeys, withKey } from '../../core/keys.js';
-import { isLocked } from '../../core/review.js';
+import { isUnfinished } from '../../core/inspection.js';
+import { bindKeys } from '../../core/keys.js';
+import { People } from '../../core/people.js';
 import { Component } from '../../core/store.js';
-import { chainage, date } from '../../core/units.js';
+import { chainage } from '../../core/units.js';
 import { defectCount } from '../../core/stretches.js';
 import { errorText, t } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
-import { openExport } from '../export-dialog/export-dialog.js';
-import { EMERGENCY, GROUPS, formatOf } from '../export-dialog/formats.js';
-import { GRAVEST } from '../severity-mark/severity-mark.js';
 import { icon } from '../icon/icon.js';
-import { pace } from '../inspection-list/row.js';
 import { showKeys } from '../key-help/key-help.js';
-import { editLabels, showLabelButton } from '../labels/labels.js';
-import { closesElsewhere } from '../menu/menu.js';
 import { askEndOfRecording, openRecordOn } from '../run-again/run-again.js';
-import { reviewChip, statusChip } from '../status-chip/status-chip.js';
 import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
-import { isFinished, openFinish } from '../finish-dialog/finish-dialog.js';
+import { openFinish } from '../finish-dialog/finish-dialog.js';
 import { Desk } from './desk.js';
 import { VIEWER_KEYS, keyMap } from './key-map.js';
 import { followLinks } from './links.js';
+import { buildWindow } from './second-window.js';
 import { stepName } from './step-names.js';
 import { TABS } from './tabs.js';
 import '../conflict-dialog/conflict-notice.js';
+import '../desk-bar/desk-bar.js';
 import '../desk-splitter/desk-splitter.js';
 import '../distance-readout/distance-readout.js';
 import '../emergency-banner/emergency-banner.js';
 import '../live-bar/live-bar.js';
 import './rig-notice.js';
+import '../review-panel/lock-notice.js';
 import '../strip-log/strip-log.js';
 import '../tab-panels/tab-panels.js';
 import '../video-panel/video-panel.js';
@@ -41,8 +38,6 @@ import '../viewer-panel/viewer-panel.js';
 import '../wall-strip/wall-strip.js';
 
 const TRACK_POLL_S = 0.7;
-/** Pause after the last change, after which the list is read for the times without a server. */
-const KEPT_AFTER_MS = 5000;
 
 class InspectionPage extends Component {
   /** @type {string} */
@@ -53,9 +48,6 @@ class InspectionPage extends Component {
   #keys;
   #isKept = true;
   #isFollowing = false;
-  #keeping = 0;
-  /** Whether the inspection was approved when the page was built. */
-  #isLocked = false;
 
   async mount() {
     document.title = 'Chainage';
@@ -75,45 +67,38 @@ class InspectionPage extends Component {
     this.#build();
   }
 
+  /** Builds the desk, or the one part of it that has this window to itself. */
   #build() {
+    const { desk } = this;
+    const part = partOfWindow();
+    if (part) {
+      this.parts = buildWindow(this, part);
+      followDesk(desk, part, this.signal);
+    } else this.#buildDesk();
+    this.listen(desk.inspection, 'change', () => this.#showMessages());
+    this.listen(desk.inspection, 'change', () => desk.inspection.isUnfinished && this.#follow());
+    this.listen(desk.live, 'message', ({ detail }) => orToast(() => this.#lookFor(detail.header.state)));
+    this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
+    this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#showDone(text, other));
+    this.#showMessages();
+    desk.observations.load().catch(toastError);
+    desk.corrections.load().catch(toastError);
+    desk.review.load().catch(toastError);
+    if (desk.inspection.isUnfinished) desk.counter.load().catch(toastError);
+    this.#follow({ isOpening: true });
+  }
+
+  #buildDesk() {
     const { desk } = this;
     const { id, name } = desk.inspection.value;
     document.title = `${name} · Chainage`;
+    desk.windows = new DeskWindows(desk, this.signal);
+    desk.people = new People(desk.live, this.signal);
+    const edit = () => desk.people.edit(desk.editing.value ? desk.selection.value : null);
+    for (const store of [desk.editing, desk.selection]) this.listen(store, 'change', edit);
     this.parts = render(
       this,
-      html`<header class="topbar desk-bar">
-          <div class="desk-bar__title">
-            <a class="brand" href="/" aria-label="${t('desk.all')}">${icon('back')}${icon('logo')}</a>
-            <h1 class="desk-bar__name" title="${name}">${name}</h1>
-            <span role="status" data-part="chip"></span>
-            <button type="button" class="chip-button" title="${t('tab.review')}" data-part="review"></button>
-            <button type="button" class="chip-button label-button" data-part="labels"></button>
-            <span class="desk-bar__pace dim number" data-part="pace"></span>
-          </div>
-          <div class="desk-bar__tools">
-            <button class="button button--small" data-part="cancel" data-needs="operator" hidden>${icon('stop')}<span
-              class="desk-bar__word">${t('desk.cancel')}</span></button>
-            <button class="button button--small" data-part="retry" data-needs="operator" hidden>${icon('retry')}${t('desk.retry')}</button>
-            <button class="button button--small" data-part="recordOn" data-needs="operator" title="${t('again.on_title')}" hidden>${icon('live')}<span
-              class="desk-bar__word">${t('again.on')}</span></button>
-            <p class="desk-bar__lock dim" role="status" data-part="lock" hidden></p>
-            <span class="spacer"></span>
-            <p class="save number" role="status" data-part="save" data-needs="operator"></p>
-            <button class="button button--quiet button--small" data-part="undo" data-needs="operator">${icon('undo')}
-              <span class="desk-bar__word">${t('desk.undo')}</span></button>
-            <button class="button button--quiet button--small button--icon" data-part="redo" data-needs="operator">${icon('redo')}
-              <span class="visually-hidden">${t('desk.redo')}</span></button>
-            <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${withKey(t('desk.keys'), '?')}">${icon('keys')}
-              <span class="desk-bar__word">${t('desk.keys')}</span></button>
-            <button class="button button--small" data-part="finish" data-needs="operator"></button>
-            <details class="menu" data-part="menu">
-              <summary class="button button--small button--primary">${icon('download')}${t('desk.export')}</summary>
-              ${exportsMarkup(id)}
-            </details>
-            <person-menu></person-menu>
-          </div>
-          <progress class="bar desk-bar__progress" max="1" data-part="bar" aria-label="${t('progress.label')}"></progress>
-        </header>
+      html`<desk-bar></desk-bar>
         <main id="main" class="desk-main" tabindex="-1">
           <live-bar></live-bar>
           <div class="desk" data-part="all">
@@ -133,57 +118,32 @@ class InspectionPage extends Component {
               <conflict-notice hidden></conflict-notice>
               <div class="desk-messages" data-part="messages"></div>
               <rig-notice hidden></rig-notice>
+              <lock-notice hidden></lock-notice>
             </div>
           </div>
         </main>
         <p class="visually-hidden" role="status" data-part="announce"></p>`,
     );
-    this.#isLocked = isLocked(desk.inspection.value);
     this.video = this.parts.video;
     this.strip = this.parts.strip;
     this.parts.side.fill(TABS, t('tab.label'), desk.tab);
     desk.seek = (frame) => this.video.seek(frame);
 
     const { parts } = this;
-    this.listen(desk.inspection, 'change', () => this.#showState());
-    this.listen(desk.inspection, 'change', () => desk.inspection.isUnfinished && this.#follow());
-    this.listen(desk.live, 'message', ({ detail }) => orToast(() => this.#lookFor(detail.header.state)));
-    for (const box of [desk.outbox, desk.attachmentOutbox]) this.listen(box, 'change', () => this.#showSaving());
-    this.listen(desk.conflicts, 'change', () => this.#showSaving());
+    this.listen(desk.outbox, 'change', () => this.#showKept());
     // <conflict-notice> asks about overtaken changes of this inspection.
     this.listen(desk.outbox, 'refused', ({ detail: { operation, error } }) => {
       if (!error.isOvertaken || operation.inspection !== id) toastError(error);
-      if (error.code === 'inspection_locked') this.#lookAgain();
+      if (error.code === 'inspection_locked') orToast(() => desk.readAgain());
     });
-    this.listen(desk.outbox, 'answered', () => this.#keepCurrent());
     this.listen(desk.attachmentOutbox, 'refused', ({ detail: { error } }) => toastError(error));
     this.listen(desk.observations, 'change', () => this.#showObservations());
-    this.listen(desk.history, 'change', () => this.#showHistory());
-    this.listen(document, 'visibilitychange', () => !document.hidden && this.#lookAgain());
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
     this.listen(desk.editing, 'change', () => parts.all.toggleAttribute('data-editing', desk.editing.value));
     this.listen(desk.large, 'change', () => this.#showLarge());
-    this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
-    this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#showDone(text, other));
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
-    this.listen(desk.review, 'change', () => this.#showReview());
-    this.listen(parts.review, 'click', () => desk.tab.set('review'));
-    this.listen(parts.labels, 'click', () => orToast(() => editLabels(desk.inspection.value, () => desk.inspection.load())));
-    this.listen(parts.cancel, 'click', () => orToast(() => this.#cancel()));
-    this.listen(parts.recordOn, 'click', () => this.#recordOn());
-    this.listen(parts.retry, 'click', () => orToast(() => this.#retry()));
-    this.listen(parts.finish, 'click', () => this.finish());
+    this.listen(desk.review, 'change', () => this.#showQuestions());
     this.listen(desk.checks, 'change', () => parts.side.note('checks', String(desk.checks.value?.length || '')));
-    this.listen(parts.undo, 'click', () => this.undo());
-    this.listen(parts.redo, 'click', () => this.redo());
-    this.listen(parts.help, 'click', () => this.help());
-    closesElsewhere(parts.menu, this.signal);
-    this.listen(parts.menu, 'click', ({ target }) => {
-      const item = target.closest('[data-export]');
-      if (!item) return;
-      parts.menu.querySelector('summary').focus(); // the dialog returns the focus to it
-      openExport(desk, formatOf(item.dataset.export));
-    });
 
     const groups = keyMap(this);
     this.#keys = groups;
@@ -192,16 +152,10 @@ class InspectionPage extends Component {
     bindKeys(parts.viewer.keys, bindings, this.signal, VIEWER_KEYS);
     parts.viewer.bound = bindings.flatMap((binding) => binding.keys).filter((key) => !VIEWER_KEYS.has(key));
 
-    this.#showState();
-    this.#showSaving();
+    this.#showQuestions();
+    this.#showKept();
     this.#showObservations();
-    this.#showHistory();
     followLinks(desk, this.signal);
-    desk.observations.load().catch(toastError);
-    desk.corrections.load().catch(toastError);
-    desk.review.load().catch(toastError);
-    if (desk.inspection.isUnfinished) desk.counter.load().catch(toastError);
-    this.#follow({ isOpening: true });
   }
 
   /** Follows another run that somebody has started; a short one may have ended before the page asks. */
@@ -253,16 +207,16 @@ class InspectionPage extends Component {
   }
 
   /** A recording that has ended cannot be repeated, so this asks first. */
-  async #cancel() {
+  async cancel() {
     const { inspection } = this.desk;
     if (inspection.value.live === null || (await askEndOfRecording())) await inspection.cancel();
   }
 
-  async #recordOn() {
+  async recordOn() {
     if (await openRecordOn(this.desk.inspection)) location.reload(); // the page of a film becomes that of a camera
   }
 
-  async #retry() {
+  async retry() {
     await this.desk.inspection.retry();
     this.desk.playhead.set({ frame: -1, row: null, isLive: true, capturedMs: null });
     this.desk.track.clear();
@@ -371,50 +325,10 @@ class InspectionPage extends Component {
     else delete this.parts.all.dataset.large;
   }
 
-  // What the top bar shows -------------------------------------------------------------------
+  // What changes on the page ------------------------------------------------------------------
 
-  #showState() {
-    const { parts, desk } = this;
-    const { status, progress, labels } = desk.inspection.value;
-    showLabelButton(parts.labels, labels);
-    if (parts.chip.dataset.status !== status) {
-      parts.chip.dataset.status = status;
-      render(parts.chip, statusChip(status));
-    }
-    const isRunning = status === 'running';
-    parts.pace.textContent = isRunning ? pace(progress) : '';
-    parts.bar.classList.toggle('desk-bar__progress--off', !isRunning);
-    parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
-    parts.cancel.hidden = !desk.inspection.isUnfinished;
-    parts.recordOn.hidden = !mayGoOn(desk.inspection.value);
-    this.#showFinish();
-    this.#showReview();
-    parts.retry.hidden = status !== 'failed' && status !== 'cancelled';
-    this.#showMessages();
-  }
-
-  /** Shows the state of the review; what can be changed on the page depends on it, so it begins anew. */
-  #showReview() {
-    const { parts, desk } = this;
-    const { review } = desk.inspection.value;
-    if (isLocked(desk.inspection.value) !== this.#isLocked) location.reload();
-    parts.side.note('review', String(desk.review.questions.length || ''));
-    if (parts.review.dataset.shows === review.state) return;
-    parts.review.dataset.shows = review.state;
-    parts.review.hidden = review.state === 'draft'; // as in the list, it needs no word
-    render(parts.review, html`${review.state !== 'draft' && reviewChip(review.state)}`);
-    parts.lock.hidden = !this.#isLocked;
-    if (this.#isLocked) parts.lock.textContent = t('reviewing.locked', { who: review.by, when: date(review.at) });
-  }
-
-  #showFinish() {
-    const ended = isFinished(this.desk.inspection.value);
-    this.parts.finish.hidden = this.desk.inspection.value.live !== null; // the live bar has it
-    const text = ended ? t('finish.finished') : t('finish.open');
-    if (this.parts.finish.dataset.shows === text) return;
-    this.parts.finish.dataset.shows = text;
-    render(this.parts.finish, html`${icon(ended ? 'check' : 'flag')}<span class="desk-bar__word">${text}</span>`);
-    this.parts.finish.setAttribute('aria-label', text);
+  #showQuestions() {
+    this.parts.side.note('review', String(this.desk.review.questions.length || ''));
   }
 
   #showMessages(trouble = null) {
@@ -435,50 +349,14 @@ class InspectionPage extends Component {
     );
   }
 
-  #showSaving() {
-    const boxes = [this.desk.outbox, this.desk.attachmentOutbox];
-    const count = boxes.reduce((sum, box) => sum + box.count, 0);
-    const reason = boxes.map((box) => box.reason).find((found) => found !== null) ?? null;
-    const isStuck = reason !== null && count > 0;
-    const { length: undecided } = this.desk.conflicts.value;
-    const settled = undecided ? t('desk.undecided', { n: undecided }) : t('desk.saved');
-    this.parts.save.textContent = count === 0 ? settled : t('desk.waiting', { n: count });
-    this.parts.save.title = isStuck ? reason : '';
-    this.parts.save.classList.toggle('save--waiting', count + undecided > 0);
+  #showKept() {
     if (this.#isKept === this.desk.outbox.isKept) return;
     this.#isKept = this.desk.outbox.isKept;
     this.#showMessages();
   }
 
   #showObservations() {
-    const { value: observations } = this.desk.observations;
-    this.parts.side.note('defects', String(defectCount(observations) || ''));
-    this.parts.emergency.hidden = !observations.some(({ severity }) => severity === GRAVEST);
-  }
-
-  /** Shows on each button the step that it undoes or redoes. */
-  #showHistory() {
-    const { parts, desk: { history: { last, next } } } = this;
-    for (const [button, step, title, key] of [
-      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_none'), 'U'],
-      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_none'), 'Shift + U'],
-    ]) {
-      button.disabled = !step;
-      button.title = withKey(title, key);
-    }
-  }
-
-  /** Reads the list again after changes: a browser keeps what was read, and opens it without the server. */
-  #keepCurrent() {
-    if (!navigator.serviceWorker?.controller) return;
-    clearTimeout(this.#keeping);
-    this.#keeping = setTimeout(() => this.isConnected && this.#lookAgain(), KEPT_AFTER_MS);
-  }
-
-  /** Reads what others have tagged while the page was hidden. */
-  #lookAgain() {
-    const { observations, review, inspection } = this.desk;
-    orToast(() => Promise.all([observations.load(), review.load(), inspection.load()]));
+    this.parts.side.note('defects', String(defectCount(this.desk.observations.value) || ''));
   }
 
   #announceTag({ code, distance_m }) {
@@ -488,20 +366,5 @@ class InspectionPage extends Component {
       : t('desk.tagged_point', { where });
   }
 }
-
-const exportMarkup = ({ kind, name, help }) => html`<button class="menu__item" data-export="${kind}"><b>${name}</b>
-  <span class="dim">${help}</span></button>`;
-
-const exportsMarkup = (id) => html`<div class="menu__list menu__list--exports panel">
-  <div class="menu__group" data-part="emergency" hidden>${exportMarkup(EMERGENCY)}</div>
-  ${GROUPS.map(({ title, formats }, i) => html`<section class="menu__group" aria-labelledby="exports-${i}">
-    <h2 class="menu__title" id="exports-${i}">${title}</h2>
-    <ul>${formats.map((format) => html`<li>${exportMarkup(format)}</li>`)}</ul></section>`)}
-  <section class="menu__group" aria-labelledby="exports-other">
-    <h2 class="menu__title" id="exports-other">${t('export.other')}</h2>
-    <ul><li><a class="menu__item" download href="/api/inspections/${id}/track?format=csv"><b>${t('desk.export_track')}</b>
-        <span class="dim">${t('desk.export_track_help')}</span></a></li>
-      <li><a class="menu__item" href="/compare?a=${id}"><b>${t('compare.with')}</b>
-        <span class="dim">${t('compare.with_help')}</span></a></li></ul></section></div>`;
 
 customElements.define('inspection-page', InspectionPage);

@@ -98,6 +98,18 @@ export function joinPoints(desk, start, finish) {
   ]);
 }
 
+/** Makes the finish of a stretch its start, and the start its finish, in one step. */
+export function swapEnds(desk, number) {
+  const parts = partsOf(desk.observations.value, { continuous: `A${number}` });
+  const [start, finish] = ['A', 'B'].map((role) => parts.find((part) => part.continuous === `${role}${number}`));
+  if (!start || !finish) return; // changed meanwhile
+  desk.observations.editTogether([
+    [start.id, { continuous: finish.continuous }],
+    [finish.id, { continuous: start.continuous }],
+  ]);
+  desk.done(t('checks.swapped', { stretch: number }));
+}
+
 function newest(desk) {
   const [stretch] = openStretches(desk.observations.value);
   if (!stretch) desk.fault(t('stretch.none_open'));

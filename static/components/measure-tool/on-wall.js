@@ -6,6 +6,8 @@ import { paintMeasure, paintScaleBar } from './paint.js';
 
 /** Greatest length of the scale bar. */
 const BAR_PX = 140;
+/** From the top of the strip to the bar: below stand the names of the joints, and around noon little is seen. */
+const TOP_PX = 26;
 /** From a measure to the middle of its label. */
 const AWAY_PX = 20;
 
@@ -36,8 +38,8 @@ export function paintOnWall(context, styles, plot, height, drawn, toPlace) {
 }
 
 /** Draws the scale along the pipe; around it the unseen hours are compressed. */
-export function paintWallScale(context, styles, plot, height) {
+export function paintWallScale(context, styles, plot) {
   const textOf = (size) => t('measure.bar_along', { size });
-  const at = [plot.right - BAR_PX - 10, height - 8];
+  const at = [plot.right - BAR_PX - 10, TOP_PX];
   paintScaleBar(context, 1 / plot.mmPerUnit, at, BAR_PX, textOf, styles.getPropertyValue('--sans'));
 }

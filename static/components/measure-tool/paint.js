@@ -1,6 +1,7 @@
 /** Draws measures on the picture and on the unrolled wall, and the scale bars of both. */
 
 import { KINDS } from '../../core/measure.js';
+import { drawScaleBar } from '../scale-bar/scale-bar.js';
 import { figureText, kindText } from './figures.js';
 
 const HALO = 'rgb(8 10 12 / 75%)';
@@ -85,30 +86,9 @@ export function paintMeasure(context, { measure, text, isStrong }, places, label
  * @param {(mm: string) => string} textOf
  * @param {string} font family
  */
-export function paintScaleBar(context, perMm, [x, y], atMost, textOf, font) {
+export function paintScaleBar(context, perMm, at, atMost, textOf, font) {
   const mm = NICE_MM.findLast((size) => size * perMm <= atMost);
   if (!mm) return;
-  const long = mm * perMm;
-  context.save();
-  context.lineCap = 'butt';
-  for (const [width, colour] of [[5, HALO], [2, '#ffffff']]) {
-    context.lineWidth = width;
-    context.strokeStyle = colour;
-    context.beginPath();
-    context.moveTo(x, y - 5);
-    context.lineTo(x, y);
-    context.lineTo(x + long, y);
-    context.lineTo(x + long, y - 5);
-    context.stroke();
-  }
-  context.font = `600 12px ${font}`;
-  context.textAlign = 'left';
-  context.textBaseline = 'bottom';
-  context.lineWidth = 3;
-  context.strokeStyle = HALO;
-  context.fillStyle = '#ffffff';
   const text = textOf(mm < 1000 ? `${mm} mm` : `${mm / 1000} m`);
-  context.strokeText(text, x + 4, y - 5);
-  context.fillText(text, x + 4, y - 5);
-  context.restore();
+  drawScaleBar(context, { ink: '#ffffff', halo: HALO, font }, at, mm * perMm, text);
 }

@@ -6,6 +6,7 @@
 import { ApiError, get, poll, post, remove, session } from '../../core/api.js';
 import { html, render, setText } from '../../core/html.js';
 import { preferences } from '../../core/preferences.js';
+import { recall, remember } from '../../core/remembered.js';
 import { Component } from '../../core/store.js';
 import { date } from '../../core/units.js';
 import { errorText, t } from '../../core/words.js';
@@ -301,7 +302,7 @@ class NewInspection extends Component {
   }
 
   #remember(header) {
-    localStorage.setItem(REMEMBERED, JSON.stringify(rememberedOf(header)));
+    remember(REMEMBERED, rememberedOf(header));
     this.parts.rig.remember();
   }
 
@@ -310,7 +311,7 @@ class NewInspection extends Component {
     const { header } = this.parts;
     const now = new Date();
     const digits = (number) => String(number).padStart(2, '0');
-    header.value = rememberedOf(JSON.parse(localStorage.getItem(REMEMBERED) ?? '{}'));
+    header.value = rememberedOf(recall(REMEMBERED, {}));
     header.suggest({
       ...STANDARD,
       date: `${now.getFullYear()}-${digits(now.getMonth() + 1)}-${digits(now.getDate())}`,
@@ -332,7 +333,7 @@ class NewInspection extends Component {
 }
 
 const rememberedOf = (header) =>
-  Object.fromEntries(Object.entries(header).filter(([name]) => REMEMBERED_FIELDS.has(name)));
+  Object.fromEntries(Object.entries(header).filter(([name, value]) => REMEMBERED_FIELDS.has(name) && value !== null));
 
 const kind = (value, sign, label, isChosen) => html`<label class="new__kind">
   <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;

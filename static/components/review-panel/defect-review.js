@@ -1,5 +1,6 @@
 /** What was said about one defect, at the end of its form: accept it, ask about it, comment on it. */
 
+import { ApiError } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
@@ -8,17 +9,24 @@ import { icon } from '../icon/icon.js';
 import { orToast } from '../toast-stack/toast-stack.js';
 import { pressed, remarkRow, say } from './remarks.js';
 
+/** A change that takes longer waits for the line: then there is nothing to remark on yet. */
+const SENT_WITHIN_MS = 5000;
+
 class DefectReview extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     const { desk } = this;
+    const { drafts } = desk;
+    const id = this.closest('defect-form').observationId;
     this.parts = render(
       this,
       html`<h3>${t('reviewing.of_defect')}</h3>
         <ul class="remarks" aria-label="${t('reviewing.of_defect')}" data-part="list"></ul>
+        ${!mayEdit() && drafts.of(id) && html`<div class="field"><label for="remark-text">${t('reviewing.kept')}</label>
+          <textarea class="input" id="remark-text" rows="2" readonly>${drafts.of(id)}</textarea></div>`}
         ${mayEdit() && html`<div class="field"><label for="remark-text">${t('reviewing.say')}</label>
-          <textarea class="input" id="remark-text" rows="2" maxlength="2000" aria-describedby="remark-fault" data-part="text"></textarea>
-          <span class="fault" id="remark-fault" data-part="fault"></span></div>
+          <textarea class="input" id="remark-text" rows="2" maxlength="2000" aria-describedby="remark-fault" data-part="text">${drafts.of(id)}</textarea>
+          <span class="fault" aria-live="polite" id="remark-fault" data-part="fault"></span></div>
         <div class="form__row">
           <button type="button" class="button button--small" data-say="accepted">${icon('check')}${t('reviewing.accept')}</button>
           <button type="button" class="button button--small" data-say="question">${icon('help')}${t('reviewing.ask')}</button>
@@ -31,6 +39,7 @@ class DefectReview extends Component {
     });
     // The form around it saves the fields of the observation; a remark is none.
     for (const type of ['input', 'change']) this.listen(this, type, (event) => event.stopPropagation());
+    if (this.parts.text) this.listen(this.parts.text, 'input', () => drafts.put(id, this.parts.text.value));
     for (const store of [desk.review, desk.observations]) this.listen(store, 'change', () => this.#show());
     this.#show();
   }
@@ -50,12 +59,24 @@ class DefectReview extends Component {
       return;
     }
     parts.text.value = ''; // at once: the next button belongs to the next remark
+    const { id } = this.#item;
     try {
-      await say(desk, this.#item, kind, text);
+      await say(desk, await this.#saved(), kind, text);
+      if (!parts.text.value) desk.drafts.put(id, '');
     } catch (error) {
       parts.text.value ||= text;
-      throw error;
+      if (!error.isOvertaken) throw error;
+      await desk.readAgain(); // the person sees what is stored now, and decides again
+      parts.fault.textContent = t('reviewing.changed_meanwhile');
     }
+  }
+
+  /** Returns the defect once its last change has arrived: a remark is about what is stored. */
+  async #saved() {
+    await this.desk.whenSent(AbortSignal.any([this.signal, AbortSignal.timeout(SENT_WITHIN_MS)]));
+    const item = this.#item;
+    if (!item?.version) throw new ApiError(0, 'not_sent', t('reviewing.not_sent'));
+    return item;
   }
 
   #show() {

@@ -33,9 +33,9 @@ export function remarkRow(remark, { name, isOld = false } = {}) {
         aria-label="${t('reviewing.withdraw')}" title="${t('reviewing.withdraw')}">${icon('trash')}</button>`}</span>`}</li>`;
 }
 
-/** Says something about an observation. */
+/** Says something about an observation as the person sees it. */
 export async function say(desk, item, kind, text) {
-  const remark = { id: newId(), observation: item.id, kind, text };
+  const remark = { id: newId(), observation: item.id, kind, text, version: item.version };
   await desk.review.say(remark);
   note(desk, item, remark, (isBack) => (isBack ? desk.review.withdraw(remark.id) : desk.review.say(remark)));
 }

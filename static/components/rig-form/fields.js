@@ -141,6 +141,9 @@ const LONGEST_SIDE = { pinhole: 7.5, fisheye: 12.5 };
 
 const DISTORTION_LENGTHS = { pinhole: [0, 4, 5, 8, 12, 14], fisheye: [0, 4] };
 
+/** Returns an angle turned by some degrees, in [-180, 180). */
+export const turned = (degrees, by) => ((((degrees + by + 180) % 360) + 360) % 360) - 180;
+
 /** Returns the value of a field from its text: undefined when it is empty, NaN when it is no number. */
 export function parse({ kind }, text) {
   const trimmed = text.trim();

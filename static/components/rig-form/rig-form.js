@@ -8,6 +8,7 @@
 import { get } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { resized } from '../../core/lens.js';
+import { recall, remember } from '../../core/remembered.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -84,7 +85,7 @@ class RigForm extends Component {
     this.listen(this.parts.library, 'click', () => this.#openLibrary());
     this.listen(this.parts.board, 'click', () => this.#calibrate());
     this.listen(take, 'click', () => this.#takeSize());
-    this.#fill(JSON.parse(localStorage.getItem(REMEMBERED) ?? 'null') ?? {});
+    this.#fill(recall(REMEMBERED, {}));
     lens.mode = localStorage.getItem(REMEMBERED_LENS) ?? lens.mode;
     this.#loadPresets();
   }
@@ -137,7 +138,7 @@ class RigForm extends Component {
 
   /** Stores the rig for the next inspection. */
   remember() {
-    localStorage.setItem(REMEMBERED, JSON.stringify(this.value));
+    remember(REMEMBERED, this.value);
     localStorage.setItem(REMEMBERED_LENS, this.parts.lens.mode);
   }
 
@@ -229,8 +230,7 @@ class RigForm extends Component {
   }
 
   #turn(degrees) {
-    const turned = (this.value.mount.rotation_deg ?? 0) + degrees;
-    this.change({ 'mount.rotation_deg': ((((turned + 180) % 360) + 360) % 360) - 180 });
+    this.change({ 'mount.rotation_deg': turned(this.value.mount.rotation_deg ?? 0, degrees) });
   }
 
   #typed(input) {

@@ -5,7 +5,9 @@ import { html, render } from '../../core/html.js';
 import { errorText, t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
+import { turned } from '../rig-form/fields.js';
 import '../rig-form/rig-form.js';
+import '../rig-form/rig-picture.js';
 import '../source-picker/source-picker.js';
 
 /** Asks whether the recording may be ended; the safe answer has the focus. */
@@ -70,6 +72,37 @@ export async function openRig(inspection) {
   answered(dialog, parts, async () => {
     if (!parts.rig.check()) return false;
     await inspection.trackWith(parts.rig.value);
+    return true;
+  });
+  return (await closed) === 'done';
+}
+
+/**
+ * Tracks all frames again with the camera turned about its optical axis, after a look at the first picture.
+ * @param {import('../../core/inspection.js').Inspection} inspection
+ * @param {number} degrees 90, -90 or 180; the dialog can still turn on
+ * @returns {Promise<boolean>} whether tracking has started
+ */
+export async function openTurn(inspection, degrees) {
+  const { id } = inspection.value;
+  const { dialog, parts, closed } = openDialog({
+    title: t('again.turn_title'),
+    content: html`<form class="confirm" data-part="form" novalidate>
+      <p>${t('again.rig_text')}</p>
+      <rig-picture data-part="picture"></rig-picture>${foot(t('again.rig_submit'))}</form>`,
+    size: 'wide',
+  });
+  const { picture } = parts;
+  let { rig } = inspection.value;
+  const turn = (by) => {
+    rig = { ...rig, mount: { ...rig.mount, rotation_deg: turned(rig.mount.rotation_deg ?? 0, by) } };
+    picture.rig = rig;
+  };
+  picture.source = `/api/inspections/${id}/frames/0.jpg`;
+  turn(degrees);
+  picture.addEventListener('turn', ({ detail }) => turn(detail));
+  answered(dialog, parts, async () => {
+    await inspection.trackWith(rig);
     return true;
   });
   return (await closed) === 'done';

@@ -7,6 +7,7 @@
 
 import { ApiError, get } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
+import { recall, remember } from '../../core/remembered.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -24,7 +25,7 @@ const KINDS = {
 
 class SourcePicker extends Component {
   mount() {
-    const recent = JSON.parse(localStorage.getItem(REMEMBERED) ?? '[]');
+    const recent = recall(REMEMBERED, []);
     this.parts = render(
       this,
       html`<fieldset class="source__list">
@@ -94,10 +95,10 @@ class SourcePicker extends Component {
   /** Stores the address, without its log-in, for the next time. */
   remember() {
     if (this.#chosen !== NETWORK) return;
-    const recent = JSON.parse(localStorage.getItem(REMEMBERED) ?? '[]');
+    const recent = recall(REMEMBERED, []);
     const shown = withoutSecrets(this.parts.address.value.trim());
     const kept = [shown, ...recent.filter((url) => url !== shown)].slice(0, MOST_REMEMBERED);
-    localStorage.setItem(REMEMBERED, JSON.stringify(kept));
+    remember(REMEMBERED, kept);
   }
 
   get #chosen() {

@@ -7,16 +7,17 @@ import { deviations } from '../../core/counter.js';
 import { namesOf } from '../../core/health.js';
 import { html, render } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
-import { withKey } from '../../core/keys.js';
 import { sharpContext } from '../../core/screen.js';
 import { stretchesOf } from '../../core/stretches.js';
 import { chainage, timecode } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
+import { windowButton } from '../inspection-page/window-button.js';
 import { closesElsewhere } from '../menu/menu.js';
 import { paintHair, paintPlate, paintPlayhead } from '../strip/paint.js';
 import { stripSettings } from '../strip/settings.js';
 import { Strip, markText, nearestMark } from '../strip/strip.js';
+import { bindZoom, tool, zoomAxis, zoomTools } from '../strip/zoom-tools.js';
 import { Band, Columns, Speeds } from './columns.js';
 import { openGoTo } from './go-to.js';
 import { LANES, MARK_PX, USUAL_LIMIT_M_PER_MIN, laneWord, paintGround } from './lanes.js';
@@ -30,7 +31,6 @@ const GAP = 3;
 const AXIS_HEIGHT = 24;
 const TICK_PX = 72;
 const MINOR_TICKS = 5;
-const ZOOM_STEP = 0.5;
 /** Lanes of quantities that only our own tracking measures. */
 const MEASURED = new Set(['quality', 'speed', 'lateral', 'yaw', 'health']);
 /** Least ranges of the lanes. */
@@ -44,7 +44,6 @@ class StripLog extends Strip {
   #counter = null;
   #speeds = new Speeds();
   #generation = 0;
-  #seen = null;
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -67,9 +66,8 @@ class StripLog extends Strip {
           </p>
           <span class="spacer"></span>
           ${tool('goTo', 'search', t('strip.go_to'), 'G', t('strip.go_to_short'))}
-          ${tool('out', 'minus', t('strip.zoom_out'), '−')}
-          ${tool('whole', 'whole', t('strip.whole'), '0', t('strip.whole_short'))}
-          ${tool('in', 'plus', t('strip.zoom_in'), '+')}
+          ${zoomTools()}
+          <button class="button button--quiet button--small button--icon" data-part="window"></button>
         </div>
         <div class="strip__track" data-part="track" tabindex="0" role="slider" aria-label="${t('strip.label')}"
           aria-valuemin="0" aria-valuemax="0" aria-valuenow="0"><canvas data-part="ground"></canvas><canvas
@@ -79,16 +77,13 @@ class StripLog extends Strip {
     closesElsewhere(parts.menu, this.signal);
     this.listen(parts.menu, 'change', () => this.#switchLanes());
     this.listen(parts.goTo, 'click', () => this.goTo());
-    this.listen(parts.in, 'click', () => this.zoom(1));
-    this.listen(parts.out, 'click', () => this.zoom(-1));
-    this.listen(parts.whole, 'click', () => desk.axis.showWhole());
+    bindZoom(parts, desk, this.signal);
+    windowButton(parts.window, desk, 'wall', this.signal);
     this.listen(parts.track, 'keydown', (event) => this.#key(event));
     this.follow();
     this.listen(desk.track, 'change', () => this.#tracked());
     this.listen(desk.health, 'change', () => this.stale(true));
     this.listen(desk.counter, 'change', () => this.#compare());
-    this.listen(desk.selection, 'change', () => this.#revealSelected());
-    this.listen(desk.playhead, 'change', () => this.#played());
     this.#tracked();
     this.#compare();
   }
@@ -99,12 +94,9 @@ class StripLog extends Strip {
     openGoTo(this.desk);
   }
 
-  /** @param {1|-1} direction 1 zooms in, to the play head where it is visible */
+  /** @param {1|-1} direction 1 zooms in */
   zoom(direction) {
-    const { axis, playhead } = this.desk;
-    const here = playhead.value.row?.distance_mm;
-    const about = here !== undefined && axis.holds(here) ? here : undefined;
-    axis.zoom(direction > 0 ? ZOOM_STEP : 1 / ZOOM_STEP, about);
+    zoomAxis(this.desk, direction);
   }
 
   #switchLanes() {
@@ -133,14 +125,13 @@ class StripLog extends Strip {
   // Events from elsewhere ----------------------------------------------------------------------
 
   #tracked() {
-    const { track, axis } = this.desk;
+    const { track } = this.desk;
     if (track.generation !== this.#generation) {
       this.#generation = track.generation;
       this.#speeds = new Speeds();
       this.#columns = null;
     }
     this.#speeds.extend(track);
-    axis.setRun(track.range);
     this.#compare();
   }
 
@@ -152,24 +143,6 @@ class StripLog extends Strip {
       : null;
     this.#counter = null;
     this.stale();
-  }
-
-  /** Keeps the play head visible if it was: a person who looks elsewhere is not disturbed. */
-  #played() {
-    const { axis, playhead } = this.desk;
-    const { row, isLive } = playhead.value;
-    const before = this.#seen;
-    this.#seen = row && { mm: row.distance_mm, isLive };
-    if (row && isLive) {
-      if (!before?.isLive) axis.letFollow();
-      axis.follow(row.distance_mm);
-    } else if (row && before && axis.holds(before.mm)) axis.reveal(row.distance_mm);
-  }
-
-  #revealSelected() {
-    const { selection, observations, axis } = this.desk;
-    const metres = selection.value && observations.find(selection.value)?.distance_m;
-    if (typeof metres === 'number') axis.reveal(metres * 1000);
   }
 
   /** @param {boolean} isMoved whether frames lie at other columns than before */
@@ -419,7 +392,6 @@ class StripLog extends Strip {
     track.setAttribute('aria-valuemax', String(high / 1000));
     track.setAttribute('aria-valuenow', here.toFixed(2));
     track.setAttribute('aria-valuetext', row ? chainage(here) : t('strip.none'));
-    this.parts.whole.disabled = this.desk.axis.isWhole;
   }
 }
 
@@ -435,9 +407,5 @@ const nearest = (joints, metres) =>
       best && Math.abs(best.distance_m - metres) <= Math.abs(joint.distance_m - metres) ? best : joint,
     null,
   );
-
-const tool = (part, sign, label, key, word = '') => html`<button class="button button--quiet button--small ${word ? '' : 'button--icon'}"
-  data-part="${part}" aria-label="${label}" title="${withKey(label, key)}">${icon(sign)}${word && html`<span
-  class="strip__word">${word}</span>`}</button>`;
 
 customElements.define('strip-log', StripLog);

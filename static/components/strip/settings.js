@@ -1,5 +1,6 @@
 /** A person's settings of the strips, stored in this browser. */
 
+import { recallMembers, remember } from '../../core/remembered.js';
 import { Store } from '../../core/store.js';
 
 const KEY = 'chainage.strips';
@@ -12,7 +13,7 @@ const USUAL = {
 /** A store of {lanes, click}, shared by all strips. */
 class StripSettings extends Store {
   constructor() {
-    super({ ...USUAL, ...JSON.parse(localStorage.getItem(KEY) ?? '{}') });
+    super(recallMembers(KEY, USUAL));
   }
 
   has(lane) {
@@ -21,7 +22,7 @@ class StripSettings extends Store {
 
   keep(changes) {
     const value = { ...this.value, ...changes };
-    localStorage.setItem(KEY, JSON.stringify(value));
+    remember(KEY, value);
     this.set(value);
   }
 }

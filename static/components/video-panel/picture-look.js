@@ -4,6 +4,7 @@
  */
 
 import { html, render } from '../../core/html.js';
+import { recallMembers, remember } from '../../core/remembered.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -21,7 +22,7 @@ const FIELDS = [
 const LOCAL_PX = 24;
 
 class PictureLook extends Component {
-  #look = { ...PLAIN, ...JSON.parse(localStorage.getItem(REMEMBERED) ?? '{}') };
+  #look = recallMembers(REMEMBERED, PLAIN);
 
   mount() {
     this.parts = render(
@@ -56,7 +57,7 @@ class PictureLook extends Component {
 
   #choose(look) {
     this.#look = look;
-    localStorage.setItem(REMEMBERED, JSON.stringify(look));
+    remember(REMEMBERED, look);
     this.#show();
   }
 

@@ -1,6 +1,7 @@
-/** The person's codes on the digit keys 1 to 9. */
+/** The person's codes on the digit keys 1 to 9, and how a code with its details is named shortly. */
 
 import { preferences } from '../../core/preferences.js';
+import { clockRange } from '../../core/units.js';
 import { wordFor } from '../../core/words.js';
 
 /**
@@ -8,8 +9,16 @@ import { wordFor } from '../../core/words.js';
  * @param {import('../../core/codes.js').Catalogue} catalogue
  */
 export const quickCodes = (catalogue) =>
-  preferences.value.quick_codes.map((tag) => {
-    const { code, char1, char2, severity } = tag;
-    const word = wordFor('quick', code) ?? catalogue.label(code, null, null);
-    return { tag, label: [word, char1, char2, severity].filter((part) => part ?? false).join(' ') };
-  });
+  preferences.value.quick_codes.map((tag) => ({ tag, label: nameOfCode(catalogue, tag) }));
+
+/** Returns a label with quantities and clock position too. */
+export function quickLabel(catalogue, tag) {
+  const { quant1, quant2, clock_from: from, clock_to: to } = tag;
+  const clock = from === null ? null : clockRange(from, to);
+  return [nameOfCode(catalogue, tag), quant1, quant2, clock].filter((part) => part !== null).join(' · ');
+}
+
+function nameOfCode(catalogue, { code, char1, char2, severity }) {
+  const word = wordFor('quick', code) ?? catalogue.label(code, null, null);
+  return [word, char1, char2, severity].filter((part) => part ?? false).join(' ');
+}

@@ -7,6 +7,7 @@ import { Component } from '../../core/store.js';
 import { lengthUnit } from '../../core/units.js';
 import { language, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
+import { windowButton } from '../inspection-page/window-button.js';
 
 const REMEMBERED = 'chainage.camera';
 const CAMERAS = [
@@ -36,11 +37,9 @@ class ViewerPanel extends Component {
     this.desk = this.closest('inspection-page').desk;
     this.setAttribute('role', 'region');
     this.setAttribute('aria-label', t('viewer.title'));
-    const { id } = this.desk.inspection;
     const isPipe = this.desk.inspection.value.rig?.pipe.shape !== 'flat';
     const gl = document.createElement('canvas').getContext('webgl2');
     this.#isSlow = gl !== null && isSlow(gl);
-    const size = this.#isLate ? `&fixedDpr=${devicePixelRatio / 2}` : '';
     this.parts = render(
       this,
       html`<div class="viewer__head">
@@ -55,24 +54,22 @@ class ViewerPanel extends Component {
             </select>
             <button class="button button--small button--icon" aria-pressed="false" aria-label="${t('viewer.measure')}"
               title="${t('viewer.measure_help')}" data-part="measure">${icon('ruler')}</button>
+            <button class="button button--small button--icon" data-part="window"></button>
             <button class="button button--small button--icon" data-part="large" aria-pressed="false"
               aria-label="${t('viewer.large')}" title="${t('viewer.large')}">${icon('large')}</button>
           </div>
         </div>
-        <div class="viewer__stage">
-          ${gl
-            ? html`<iframe src="/viewer/${id}/?page=${pageId}${size}" sandbox="allow-scripts" title="${t('viewer.frame')}"
-              data-part="frame"></iframe>`
-            : html`<p class="message">${t('viewer.no_webgl')}</p>`}
-        </div>`,
+        <div class="viewer__stage" data-part="stage"></div>`,
     );
     for (const button of this.querySelectorAll('[data-mode]')) {
       this.listen(button, 'click', () => this.#choose(button.dataset.mode));
     }
     this.listen(this.parts.large, 'click', () => this.desk.large.toggle('viewer'));
     this.listen(this.desk.large, 'change', () => this.#pressed(this.parts.large, this.desk.large.value === 'viewer'));
+    this.#showStage(gl !== null);
+    windowButton(this.parts.window, this.desk, 'viewer', this.signal);
+    if (this.desk.windows) this.listen(this.desk.windows, 'change', () => this.#showStage(gl !== null));
     if (gl) {
-      this.listen(this.parts.frame, 'load', () => this.#briefFrame());
       this.listen(this.desk.inspection, 'change', () => {
         this.#briefFrame();
         this.#showLate();
@@ -88,6 +85,23 @@ class ViewerPanel extends Component {
     this.listen(this.parts.cut, 'change', () => this.#send());
     this.listen(this.parts.measure, 'click', () => this.#measure(!this.#isMeasuring));
     this.#choose(localStorage.getItem(REMEMBERED) ?? 'follow');
+  }
+
+  /** Shows the 3D view, or why it is not here: a view in a window of its own is drawn only there. */
+  #showStage(hasGl) {
+    const isAway = Boolean(this.desk.windows?.has('viewer'));
+    this.parts.cut.disabled = this.parts.measure.disabled = this.parts.large.disabled = isAway;
+    for (const button of this.querySelectorAll('[data-mode]')) button.disabled = isAway;
+    const size = this.#isLate ? `&fixedDpr=${devicePixelRatio / 2}` : '';
+    const { frame } = render(
+      this.parts.stage,
+      hasGl && !isAway
+        ? html`<iframe src="/viewer/${this.desk.inspection.id}/?page=${pageId}${size}" sandbox="allow-scripts"
+          title="${t('viewer.frame')}" data-part="frame"></iframe>`
+        : html`<p class="message">${isAway ? t('window.viewer_away') : t('viewer.no_webgl')}</p>`,
+    );
+    this.parts.frame = frame;
+    frame?.addEventListener('load', () => this.#briefFrame(), { signal: this.signal });
   }
 
   get #isLive() {
@@ -114,7 +128,7 @@ class ViewerPanel extends Component {
   /** Accepts only the pointer and key presses of a person: the client in the frame is not ours. */
   #hear({ source, data }) {
     const { frame } = this.parts;
-    if (source !== frame.contentWindow) return;
+    if (!frame || source !== frame.contentWindow) return;
     if ('pointer' in data) {
       this.desk.live.send({ type: 'point', at: placeOf(data.pointer) });
       return;

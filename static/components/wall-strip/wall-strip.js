@@ -79,6 +79,7 @@ class WallStrip extends Strip {
       this.#showEmpty();
     });
     this.listen(stripSettings, 'change', () => this.#showSettings());
+    if (desk.windows) this.listen(desk.windows, 'change', () => this.#showSettings());
     this.listen(desk.measuring, 'change', () => this.repaint());
     for (const store of [desk.unrolled, this.pictures, desk.track]) {
       this.listen(store, 'change', () => this.stale());
@@ -90,7 +91,9 @@ class WallStrip extends Strip {
   // What happens elsewhere ------------------------------------------------------------------
 
   #showSettings() {
-    this.hidden = !stripSettings.has('wall');
+    const { windows } = this.desk;
+    // In a window of its own it is all there is.
+    this.hidden = windows !== null && (windows.has('wall') || !stripSettings.has('wall'));
     for (const mode of ['tag', 'seek']) {
       this.parts[mode].setAttribute('aria-pressed', String(stripSettings.value.click === mode));
     }
@@ -223,7 +226,7 @@ class WallStrip extends Strip {
     if (row) this.#paintNow(context, styles, plot, row, height);
     if (!this.rows) return;
     paintOnWall(context, styles, plot, height, runningMeasure(this.desk.measuring, null), this.#toPlace);
-    paintWallScale(context, styles, plot, height);
+    paintWallScale(context, styles, plot);
     this.#paintPointer(context, styles, plot, height);
   }
 

@@ -88,6 +88,8 @@ def test_films_are_added_by_rules_and_tracked(
 ) -> None:
     with serve(database=new_url()) as client:
         assert client.put(f"{API}/rules", json=RULES).status_code == 200
+        registered = {"project": "Road 6", "header": {"material": "clay"}}
+        assert client.put("/api/register/assets/C-1", json=registered).status_code == 200
         seen = ask(client, "films/preview", paths=[str(folder)])
         assert states(client) == {}
         assert ask(client, "films", paths=[str(folder)]) == seen
@@ -105,7 +107,7 @@ def test_films_are_added_by_rules_and_tracked(
         assert found["inspection_id"] == found["id"]
         assert found["distance_m"] > 0
         assert client.inspection(found["id"])["header"] == {
-            "asset_id": "C-1", "project": "Road 5", "date": "2026-03-31",
+            "asset_id": "C-1", "project": "Road 5", "date": "2026-03-31", "material": "clay",
         }  # fmt: skip
         progress = get(client, "progress")
         assert (progress["films_done"], progress["frames_done"]) == (1, FRAMES)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from textures import make_rig
 
 from app.errors import IncompleteWallPoint
-from app.inspections.picking import SeenAt, WallPlace, seen_best
+from app.inspections.picking import SeenAt, WallPlace, length_between, seen_best
 from app.survey.adjustment.adjust import adjust
 from app.survey.place import Course, wall_under
 from app.survey.stated import Length, Stated
@@ -174,3 +174,18 @@ def test_place_needs_the_coordinate_around_its_wall(rig: Rig, place: WallPlace) 
 def test_standing_robot_is_one_pass() -> None:
     course = make_course(DOWN, make_track(np.full(50_000, 100.0), y_mm=np.zeros(50_000)))
     assert isinstance(seen_best(course, WallPlace(100.0, 6.0, None), 40_000), SeenAt)
+
+
+@pytest.mark.parametrize("tape_m", [1.995, 2.1])
+def test_a_line_between_two_places_has_the_length_of_the_corrected_wall(tape_m: float) -> None:
+    course = course_of("down", Stated(lengths=(Length(0, FRAMES - 1, tape_m, 3.0, "tape"),)))
+    radius_mm = DOWN.pipe.diameter_mm / 2 * tape_m / 1.995  # type: ignore[operator]
+    start = WallPlace(1000.0, 6.0, None)
+    along = length_between(course, start, WallPlace(1400.0, 6.0, None))
+    around = length_between(course, start, WallPlace(1000.0, 6.4, None))
+    assert along is not None
+    assert around is not None
+    assert along.value == pytest.approx(400, rel=1e-3)
+    assert around.value == pytest.approx(radius_mm * np.radians(12), rel=1e-3)
+    assert 0 < min(around.u95, along.u95) < 5
+    assert length_between(course, start, WallPlace(9000.0, 6.0, None)) is None

@@ -12,7 +12,7 @@ import pytest
 from builders import clip_rig
 from postgres import ON_BOTH
 
-from app.errors import ClaimLost, NoLongerWanted
+from app.errors import ClaimLost, InspectionLocked, NoLongerWanted
 from app.storage.archive_changes import ArchiveChanges
 from app.storage.archive_films import ArchiveFilms
 from app.storage.archive_intake import IntakeStore
@@ -206,3 +206,15 @@ def test_unassigned_films_get_what_new_rules_say(store: Store) -> None:
 
     assert store.changes.assign(given) == 1
     assert states(store) == {"a": "ready", "b": "unassigned", "c": "ready"}
+
+
+def test_one_approved_inspection_keeps_all_films_as_they_were(store: Store) -> None:
+    store.changes.add([film(f"{number:04d}") for number in range(1001)])
+    for name, state in (("0000", "draft"), ("1000", "approved")):  # in two portions
+        take(store, name, status="done", review_state=state, reviewed_by="Ana")
+    ids = [f"{number:04d}".ljust(32, "0") for number in range(1001)]
+    with pytest.raises(InspectionLocked, match="1000"):
+        store.changes.change(ids, "me", {"project": "Q"}, {})
+    _, rows = store.films.listed(ALL, "name", descending=False, offset=0, limit=len(ids))
+    assert {row.film.project for row in rows} == {"P"}
+    assert store.changes.change(ids, "me", {"priority": 3}, {}) == len(ids)

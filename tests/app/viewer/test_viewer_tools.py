@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from viewer_client import Served, is_sent
 
+from app.survey.measure import Figure
 from app.viewer.geometry import Cut, Section, WallHit, cut_away, half_shell, torus
 from app.viewer.pin import Pin
 from app.viewer.ruler import shortest
 from app.viewer.scale_bar import round_length_m
-from app.viewer.scene import WallLayout, WallTile
+from app.viewer.scene import WallLayout, WallTile, Wording
 
 PIPE = Section(radius_m=0.15, half_width_m=0.15)
 REACH = (0.0, 10.0)
@@ -83,10 +84,31 @@ def test_two_clicks_measure_and_a_third_begins_anew(served: Served) -> None:
         scene.measure_to(point(1.0, 6.0))
         scene.measure_to(point(1.2, 6.0))
         label(client, "/ruler/label", "≈ 200 mm")
+        figure = Figure("length", 198.2, 3.4, None, None)
+        scene.set_size((point(1.0, 6.0), point(1.1, 6.0)), figure)  # of another line: too late
+        scene.set_size((point(1.0, 6.0), point(1.2, 6.0)), figure)
+        label(client, "/ruler/label", "198 ± 4 mm")
+        scene.set_wording(Wording(units="ft"))
+        label(client, "/ruler/label", "0.65 ± 0.02 ft")
         scene.measure_to(point(3.0, 6.0))
         client.until(lambda m: m.get("name") == "/ruler/label" and m.get("visible") is False)
         scene.set_measuring(False)
         client.until(lambda m: m.get("name") == "/ruler/0" and m.get("visible") is False)
+
+
+def test_in_a_low_window_only_the_selected_pin_is_labelled(served: Served) -> None:
+    pins = [Pin("1", 0.1, 6.0, None, 3, "BAB Crack"), Pin("2", 0.2, 6.0, None, 2, "BBA")]
+    with served.client() as client:
+        client.replay()
+        client.send_camera()
+        served.scene.set_pins(pins)
+        label(client, "/pins/labels/1", "S2 BBA")
+        client.send_camera(image_height=150)
+        client.until(lambda m: m.get("name") == "/robot_label" and m.get("visible") is False)
+        served.scene.select("2")
+        label(client, "/pins/labels/0", "» S2 BBA")
+        client.send_camera()
+        client.until(lambda m: m.get("name") == "/robot_label" and m.get("visible") is True)
 
 
 def test_a_cut_sends_what_is_left_of_the_pictures(served: Served) -> None:

@@ -46,6 +46,7 @@ PUBLIC_FILES = {
     "core/store.js",
     "core/html.js",
     "core/preferences.js",
+    "core/remembered.js",
     "core/rights.js",
     "core/words.js",
     "components/insecure-banner/insecure-banner.js",
@@ -60,6 +61,8 @@ FOR_VIEWERS = {
     ("PUT", "/api/me/preferences"),
     ("POST", f"{INSPECTION}/corrections/preview"),
     ("POST", f"{INSPECTION}/measure"),
+    ("POST", "/api/bulk-exports"),
+    ("DELETE", "/api/bulk-exports/{order_id}"),
 }
 """They change nothing of an inspection."""
 FOR_ADMINS = {

@@ -152,6 +152,42 @@ def test_a_message_that_makes_no_sense_ends_the_connection(
     assert closed.value.rcvd.code == 1011
 
 
+def expect_text(socket: ClientConnection) -> dict[str, Any]:
+    """The next text message, whatever pictures come before it."""
+    while isinstance(message := socket.recv(PATIENCE_S), bytes):
+        pass
+    found: dict[str, Any] = json.loads(message)
+    return found
+
+
+def test_pages_of_an_inspection_learn_of_each_other_and_of_changes(
+    server: Client, done: str
+) -> None:
+    with live(server, done) as first, live(server, done) as second, live(server, done) as program:
+        for socket in (first, second, program):
+            receive(socket)
+        first.send(json.dumps({"type": "here", "editing": None}))
+        assert expect_text(first) == {"type": "people", "others": []}
+        # Who says nothing hears of the others, but is not one of them.
+        there = {"type": "people", "others": [{"name": "server", "editing": None}]}
+        assert expect_text(second) == there
+        tag = server.tag(done, frame=3).json()["id"]
+        for socket in (first, second):
+            assert expect_text(socket) == {"type": "changed"}
+        second.send(json.dumps({"type": "here", "editing": tag}))
+        there["others"][0]["editing"] = tag  # type: ignore[index]
+        seen = expect_text(first)
+        if seen == {"type": "changed"}:  # the photo of the tag
+            seen = expect_text(first)
+        assert seen == there
+        second.close()
+        while (seen := expect_text(first))["type"] == "changed":
+            pass
+        assert seen == {"type": "people", "others": []}
+        server.patch(f"/api/inspections/{done}", json={"header": {"client": "JKR"}})
+        assert expect_text(first) == {"type": "changed"}
+
+
 def test_an_unknown_inspection_is_reported_and_closed(shared: Client) -> None:
     with live(shared, "0" * 32) as socket:
         assert json.loads(socket.recv(PATIENCE_S))["code"] == "inspection_not_found"

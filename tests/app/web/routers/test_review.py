@@ -42,8 +42,8 @@ class Review:
         sent = {"state": state, "reason": reason}
         return self.server.post(f"{self.path}/review", json=sent, **options)
 
-    def say(self, remark: str, kind: str, text: str) -> httpx.Response:
-        sent = {"observation": self.tag, "kind": kind, "text": text}
+    def say(self, remark: str, kind: str, text: str, version: str | None = None) -> httpx.Response:
+        sent = {"observation": self.tag, "kind": kind, "text": text, "version": version}
         path = f"{self.path}/review/remarks/{remark}"
         return self.server.put(path, json=sent, headers=self.ana)
 
@@ -54,6 +54,20 @@ class Review:
     def summary(self) -> tuple[str, int]:
         shown = self.server.get(self.path).json()
         return shown["review"]["state"], shown["open_questions"]
+
+
+def test_an_acceptance_is_of_what_was_seen(reviewed: Review) -> None:
+    path = f"{reviewed.path}/observations/{reviewed.tag}"
+    seen = reviewed.server.get(path).json()["version"]
+    changed = reviewed.server.put(path, json={"frame": 3, "severity": 4}).json()
+    refused = reviewed.say(ACCEPTANCE, "accepted", "", seen)
+    assert refused.status_code == 412
+    assert refused.json()["code"] == "changed_meanwhile"
+    assert refused.json()["current"]["severity"] == 4
+    assert refused.headers["ETag"] == f'"{changed["version"]}"'
+    said = reviewed.say(ACCEPTANCE, "accepted", "", changed["version"]).json()
+    assert [remark["version"] for remark in said["remarks"]] == [changed["version"]]
+    reviewed.server.delete(f"{reviewed.path}/review/remarks/{ACCEPTANCE}")
 
 
 def test_an_inspection_goes_from_draft_to_approved_and_back(reviewed: Review) -> None:

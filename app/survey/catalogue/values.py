@@ -18,7 +18,8 @@ class InvalidValue(ValueError):
 def value_of(name: str, text: str) -> Value:
     """Return the value of a known field that a text states.
 
-    Numbers may have a decimal comma; a date may lack its hyphens.
+    Numbers may have a decimal comma; a date may lack its hyphens; the case of a choice does not
+    matter.
 
     Raises:
         InvalidValue: The text does not fit the field.
@@ -37,6 +38,8 @@ def _read(field: HeaderField, text: str) -> Value:
             except ValueError:
                 return text
             return int(number) if number.is_integer() else number
+        case "choice":
+            return text.lower().replace(" ", "_").replace("-", "_")
         case "bool":
             return _BOOLS.get(text.lower(), text)
         case "date":

@@ -1,0 +1,156 @@
+"""The register of assets: edited one by one, imported as a table, and read by new inspections."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from app.errors import AssetNotFound, InvalidRequest
+from app.storage.assets import AssetStore, asset_of
+from app.storage.tables import RegisteredAsset
+from app.survey import register_table
+from app.survey.catalogue.header import Value
+from app.survey.catalogue.header import asset_of as asset_id_of
+from app.survey.folding import spelling
+from app.survey.register import Asset, completed, fields_of, one_line
+from app.survey.register_table import Step, Table, fault_of_id, read_table
+from app.survey.versions import require_version, version_of
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Import:
+    """What a table does to the register."""
+
+    table: Table
+    steps: Sequence[Step]
+    """Of the rows without faults."""
+    alike: Mapping[int, Sequence[str]]
+    """Ids that are other spellings of the new one, by row."""
+
+
+@dataclass(frozen=True)
+class Alike:
+    """What is known under an id and its other spellings."""
+
+    same: Sequence[str]
+    """Other spellings of the id in the register and of inspected assets."""
+    fields: Mapping[str, Value] | None
+    """What a new inspection takes from the register; None if it does not have this id."""
+
+
+class Register:
+    """Keeps the assets of the owner's register."""
+
+    def __init__(self, store: AssetStore) -> None:
+        self._store = store
+
+    def get(self, asset_id: str) -> RegisteredAsset:
+        """Return an asset.
+
+        Raises:
+            AssetNotFound: The register has no asset with this id.
+        """
+        row = self._store.find(asset_id)
+        if row is None:
+            raise AssetNotFound(f"The register has no asset {asset_id!r}.")
+        return row
+
+    def page(self, text: str, offset: int, limit: int) -> tuple[int, list[RegisteredAsset]]:
+        """Return the number of assets with these words, and some of them, sorted by id."""
+        return self._store.page(text, offset, limit)
+
+    def put(self, asset: Asset, who: str, replaced: str | None) -> RegisteredAsset:
+        """Add an asset, or replace the one with its id.
+
+        Raises:
+            InvalidRequest: The id has no letter or digit.
+            ChangedMeanwhile: The stored version is no longer `replaced`; nothing was stored.
+        """
+        if fault := fault_of_id(asset.asset_id):
+            raise InvalidRequest(f"{fault.capitalize()}.")
+
+        def require(stored: Asset | None) -> None:
+            require_version(None if stored is None else _plain(stored), _plain(asset), replaced)
+
+        return self._store.put(asset, who, require)
+
+    def delete(self, asset_id: str) -> None:
+        """Take an asset off the register; its inspections stay.
+
+        Raises:
+            AssetNotFound: The register has no asset with this id.
+        """
+        self._store.delete(asset_id)
+
+    def table(self) -> Iterator[str]:
+        """Yield the register as a table, piece by piece."""
+        return register_table.written(self._store.every())
+
+    def preview(self, content: bytes) -> Import:
+        """Return what the import of a table would do; nothing changes.
+
+        Raises:
+            InvalidTable: The content is no table of assets.
+        """
+        table = read_table(content)
+        return self._import(table, self._store.steps(table.stated))
+
+    def take(self, content: bytes, who: str) -> Import:
+        """Import a table; if any row has a fault, nothing is stored.
+
+        Raises:
+            InvalidTable: The content is no table of assets.
+        """
+        table = read_table(content)
+        if table.faults:
+            return self._import(table, self._store.steps(table.stated))
+        done = self._store.take(table.stated, who)
+        logger.info("%s imported a table of %d assets.", who, len(done))
+        return self._import(table, done)
+
+    def alike(self, asset_id: str) -> Alike:
+        """Return the other spellings of an id, and what is registered under it."""
+        wanted = one_line(asset_id)
+        if not wanted:
+            return Alike((), None)
+        spelt = self._store.spelt_alike([wanted]).get(spelling(wanted), [])
+        row = self._store.find(wanted)
+        fields = None if row is None else fields_of(asset_of(row))
+        return Alike([other for other in spelt if other != wanted], fields)
+
+    def completed(self, header: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the header of a new inspection, its empty fields filled from the register."""
+        asset_id = asset_id_of(header)
+        row = None if asset_id is None else self._store.find(one_line(asset_id))
+        return completed(header, None if row is None else asset_of(row))
+
+    def _import(self, table: Table, steps: Sequence[Step]) -> Import:
+        added = [step for step in steps if step.action == "add"]
+        spelt = self._store.spelt_alike(step.asset.asset_id for step in added)
+        for step in added:  # two new rows of the table may be spelt alike, too
+            ids = spelt.setdefault(spelling(step.asset.asset_id), [])
+            if step.asset.asset_id not in ids:
+                ids.append(step.asset.asset_id)
+        alike = {
+            step.row: others
+            for step in added
+            if (others := _others(spelt[spelling(step.asset.asset_id)], step.asset.asset_id))
+        }
+        return Import(table, steps, alike)
+
+
+def version_of_asset(row: RegisteredAsset) -> str:
+    """Return the version of an asset, which guards against changes of others."""
+    return version_of(_plain(asset_of(row)))
+
+
+def _plain(asset: Asset) -> dict[str, Any]:
+    return asdict(asset) | {"line": [list(point) for point in asset.line]}
+
+
+def _others(ids: Sequence[str], asset_id: str) -> list[str]:
+    return [other for other in ids if other != asset_id]

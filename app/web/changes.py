@@ -1,0 +1,28 @@
+"""Notes for a browser that what it shows of an inspection must be read again."""
+
+from __future__ import annotations
+
+import asyncio
+
+from app.tracking.live import DistancesCorrected, Event, ObservationsChanged
+
+EVERY_S = 0.5
+"""Least time between two notes: who imports a hundred tags sends few."""
+
+
+class Changes:
+    """Whether something has changed since the last note, however often."""
+
+    def __init__(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._are_due = asyncio.Event()
+
+    def listen(self, event: Event) -> None:
+        """Receive an event; called from any thread."""
+        if isinstance(event, ObservationsChanged | DistancesCorrected):
+            self._loop.call_soon_threadsafe(self._are_due.set)
+
+    async def next(self) -> None:
+        """Wait for a change."""
+        await self._are_due.wait()
+        self._are_due.clear()

@@ -1,0 +1,38 @@
+"""The map of all assets with their grades."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from app.search.asset_map import WantedAssets
+from app.survey.given import LINE
+from app.web.deps import ServicesDep, viewer
+from app.web.schemas.asset_map import AssetMapOut
+from app.web.slow import slow
+
+router = APIRouter(tags=["search"])
+
+Name = Annotated[str | None, Query(max_length=20_000, pattern=LINE)]
+
+
+@router.get("/api/map")
+@viewer
+@slow
+def asset_map(
+    services: ServicesDep,
+    project: Name = None,
+    asset: Name = None,
+    severity_from: Annotated[int | None, Query(ge=0, le=5)] = None,
+) -> AssetMapOut:
+    """Return where the assets are, with the worst severity of the newest inspection of each.
+
+    Project and asset are whole names. The place is that of the register, else that of the header
+    of the newest inspection that states one, else that of an asset whose id is spelled alike, as
+    CV-01 and cv 01 are. Of more than 20,000 assets the worst are returned.
+    """
+    pending = services.search.pending()
+    wanted = WantedAssets(project=project, asset=asset, severity_from=severity_from)
+    maps = services.asset_maps
+    return AssetMapOut.of(maps.map_of(wanted), maps.background, pending)

@@ -1,0 +1,59 @@
+"""Reports of many inspections as one archive: order it, follow it, read it, cancel it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Response
+from starlette.responses import StreamingResponse
+
+from app.errors import BulkExportNotFound, Busy
+from app.web.deps import ServicesDep, viewer
+from app.web.schemas.bulk import BulkExportIn, BulkExportOut
+from app.web.schemas.failures import content, failures
+
+router = APIRouter(prefix="/api/bulk-exports", tags=["media"])
+
+MEDIA_TYPE = "application/zip"
+BulkExportId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
+
+
+@router.post("", status_code=202, responses=failures(Busy))
+@viewer
+def order(body: BulkExportIn, services: ServicesDep) -> BulkExportOut:
+    """Have an archive made, with a folder for each inspection; its progress has its own address.
+
+    An inspection that lacks what a format needs is listed as `not_made` and in `inspections.csv`
+    of the archive; all others are in it.
+    """
+    return BulkExportOut.of(services.bulk_exports.order(body.wanted()))
+
+
+@router.get("/{order_id}", responses=failures(BulkExportNotFound))
+@viewer
+def progress(order_id: BulkExportId, services: ServicesDep) -> BulkExportOut:
+    """Return how far it is."""
+    return BulkExportOut.of(services.bulk_exports.progress(order_id))
+
+
+@router.get(
+    "/{order_id}/archive",
+    response_class=Response,
+    responses=content(MEDIA_TYPE) | failures(BulkExportNotFound),
+)
+@viewer
+def archive(order_id: BulkExportId, services: ServicesDep) -> StreamingResponse:
+    """Return the archive."""
+    blocks, size = services.bulk_exports.archive(order_id)
+    headers = {
+        "Content-Disposition": 'attachment; filename="chainage-reports.zip"',
+        "Content-Length": str(size),
+    }
+    return StreamingResponse(blocks, media_type=MEDIA_TYPE, headers=headers)
+
+
+@router.delete("/{order_id}", status_code=204, responses=failures(BulkExportNotFound))
+@viewer
+def cancel(order_id: BulkExportId, services: ServicesDep) -> None:
+    """Stop it, and delete the archive."""
+    services.bulk_exports.cancel(order_id)

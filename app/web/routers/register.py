@@ -1,0 +1,127 @@
+"""The register of assets: list, edit, delete; import and export as a table."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Path, Query, Response
+from starlette.responses import StreamingResponse
+
+from app.errors import AssetNotFound, ChangedMeanwhile, InvalidTable
+from app.inspections.register import version_of_asset
+from app.survey.given import LINE
+from app.survey.register import LONGEST_ID
+from app.survey.register_table import MEDIA_TYPE, template
+from app.web.deps import PrincipalDep, ServicesDep, operator, viewer
+from app.web.schemas.failures import content, failures
+from app.web.schemas.register import (
+    AlikeOut,
+    AssetIn,
+    RegisteredAssetOut,
+    RegisterImportOut,
+    RegisterOut,
+)
+from app.web.slow import slow
+from app.web.versions import Replaced, tag_with
+
+router = APIRouter(prefix="/api/register", tags=["register"])
+
+AssetId = Annotated[str, Path(min_length=1, max_length=LONGEST_ID, pattern=LINE)]
+
+
+@router.get("/assets")
+@viewer
+def page(
+    services: ServicesDep,
+    search: Annotated[
+        str,
+        Query(
+            max_length=200,
+            pattern=LINE,
+            description="Words that all occur, whatever their case and accents.",
+        ),
+    ] = "",
+    offset: Annotated[int, Query(ge=0, le=10_000_000)] = 0,
+    limit: Annotated[int, Query(ge=1, le=500)] = 50,
+) -> RegisterOut:
+    """Return a page of the registered assets, inspected or not, sorted by id."""
+    total, rows = services.register.page(search, offset, limit)
+    return RegisterOut(total=total, assets=[RegisteredAssetOut.of(row) for row in rows])
+
+
+@router.get("/assets.csv", response_class=Response, responses=content(MEDIA_TYPE))
+@viewer
+def export(services: ServicesDep) -> StreamingResponse:
+    """Return the register as a table, which an import takes again."""
+    pieces = (piece.encode() for piece in services.register.table())
+    return StreamingResponse(pieces, media_type=MEDIA_TYPE, headers=_named("assets.csv"))
+
+
+@router.get("/template.csv", response_class=Response, responses=content(MEDIA_TYPE))
+@viewer
+def template_of_imports() -> Response:
+    """Return a table without rows, with all columns that an import knows."""
+    return Response(template(), media_type=MEDIA_TYPE, headers=_named("assets-template.csv"))
+
+
+@router.get("/like")
+@viewer
+def like(
+    services: ServicesDep,
+    asset_id: Annotated[str, Query(max_length=20_000, pattern=LINE)],
+) -> AlikeOut:
+    """Return the other spellings of an id, and what the register holds under it."""
+    return AlikeOut.of(services.register.alike(asset_id))
+
+
+@router.post("/import", responses=failures(InvalidTable))
+@operator
+@slow
+def import_table(
+    content: Annotated[
+        bytes, Body(media_type="text/csv", description="The table, in UTF-8 or Windows-1252.")
+    ],
+    services: ServicesDep,
+    principal: PrincipalDep,
+    dry_run: Annotated[bool, Query(description="Only say what it would do.")] = False,
+) -> RegisterImportOut:
+    """Add and change the assets of a table; if a row has a fault, nothing is stored."""
+    register = services.register
+    found = register.preview(content) if dry_run else register.take(content, principal.name)
+    return RegisterImportOut.of(found)
+
+
+@router.get("/assets/{asset_id:path}", responses=failures(AssetNotFound))
+@viewer
+def get(asset_id: AssetId, services: ServicesDep, response: Response) -> RegisteredAssetOut:
+    """Return an asset."""
+    row = services.register.get(asset_id)
+    tag_with(response, version_of_asset(row))
+    return RegisteredAssetOut.of(row)
+
+
+@router.put("/assets/{asset_id:path}", responses=failures(ChangedMeanwhile))
+@operator
+def put(
+    asset_id: AssetId,
+    body: AssetIn,
+    services: ServicesDep,
+    principal: PrincipalDep,
+    replaced: Replaced,
+    response: Response,
+) -> RegisteredAssetOut:
+    """Add an asset, or replace the one with this id."""
+    row = services.register.put(body.to_asset(asset_id), principal.name, replaced)
+    tag_with(response, version_of_asset(row))
+    return RegisteredAssetOut.of(row)
+
+
+@router.delete("/assets/{asset_id:path}", status_code=204, responses=failures(AssetNotFound))
+@operator
+def delete(asset_id: AssetId, services: ServicesDep) -> None:
+    """Take an asset off the register; its inspections stay."""
+    services.register.delete(asset_id)
+
+
+def _named(filename: str) -> dict[str, str]:
+    return {"Content-Disposition": f'attachment; filename="{filename}"'}

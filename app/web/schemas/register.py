@@ -1,0 +1,172 @@
+"""The register of assets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import Annotated, Any, Self
+
+from pydantic import AfterValidator, BaseModel, Field
+
+from app.inspections.register import Alike, Import
+from app.storage.tables import RegisteredAsset
+from app.survey.catalogue.header import ASSET_FIELDS, Value
+from app.survey.given import Given, Header, Name
+from app.survey.register import (
+    LONGEST_REGISTERED,
+    MOST_POINTS,
+    Asset,
+    Line,
+    registered,
+    require_line,
+)
+from app.survey.register_table import Action
+
+_SHOWN_ROWS = 200
+"""Rows and faults of an answer: a table may have many thousands."""
+
+
+def _of_an_asset(header: dict[str, Any]) -> dict[str, Any]:
+    if foreign := header.keys() - set(ASSET_FIELDS):
+        raise ValueError(f"{min(foreign)} is no field of an asset; known are {ASSET_FIELDS}")
+    if long := [name for name, value in header.items() if len(str(value)) > LONGEST_REGISTERED]:
+        raise ValueError(f"{long[0]} is longer than {LONGEST_REGISTERED} characters")
+    return header
+
+
+def _on_the_globe(points: list[list[float]]) -> list[list[float]]:
+    require_line(_line_of(points))
+    return points
+
+
+def _line_of(points: Sequence[Sequence[float]]) -> Line:
+    return tuple((lon, lat) for lon, lat in points)
+
+
+class AssetIn(Given):
+    """What the register holds of an asset."""
+
+    project: Name | None = None
+    header: Annotated[Header, AfterValidator(_of_an_asset)] = Field(
+        default={}, description="Fields of a header that belong to the asset."
+    )
+    line: Annotated[
+        list[Annotated[list[float], Field(min_length=2, max_length=2)]],
+        Field(max_length=MOST_POINTS),
+        AfterValidator(_on_the_globe),
+    ] = Field(
+        default=[],
+        description="Longitude and latitude in degrees (WGS 84) from the start to the end; one "
+        "point or none if more is not known.",
+    )
+
+    def to_asset(self, asset_id: str) -> Asset:
+        """Return the asset of this id."""
+        return registered(asset_id, self.project, self.header, _line_of(self.line))
+
+
+class RegisteredAssetOut(BaseModel):
+    """An asset of the register."""
+
+    asset_id: str
+    project: str | None
+    header: dict[str, Any]
+    line: list[list[float]]
+    changed_at: datetime
+    changed_by: str
+
+    @classmethod
+    def of(cls, row: RegisteredAsset) -> Self:
+        """Convert the row."""
+        return cls(**{name: getattr(row, name) for name in cls.model_fields})
+
+
+class RegisterOut(BaseModel):
+    """A page of the register, sorted by id."""
+
+    total: int
+    assets: list[RegisteredAssetOut]
+
+
+class AlikeOut(BaseModel):
+    """What is known under an id and its other spellings."""
+
+    same: list[str]
+    """Ids of the register and of inspected assets that differ only in case, spaces and signs."""
+    fields: dict[str, Any] | None
+    """Fields of a header as the register has them; null if it does not have this id."""
+
+    @classmethod
+    def of(cls, alike: Alike) -> Self:
+        """Convert the service's answer."""
+        fields: Mapping[str, Value] | None = alike.fields
+        return cls(same=list(alike.same), fields=None if fields is None else dict(fields))
+
+
+class ImportFaultOut(BaseModel):
+    """What is wrong in one place of a table."""
+
+    row: int
+    """Number of the line in the file."""
+    column: str | None
+    """Null for the row as a whole."""
+    detail: str
+
+
+class ImportWarningOut(BaseModel):
+    """A row that may state an asset that is known under another id."""
+
+    row: int
+    asset_id: str
+    same: list[str]
+    """Other spellings of the id."""
+
+
+class ImportRowOut(BaseModel):
+    """What the import of a row does."""
+
+    row: int
+    asset_id: str
+    action: Action
+
+
+class RegisterImportOut(BaseModel):
+    """What an import did, or would do; with faults it does nothing."""
+
+    added: int
+    changed: int
+    same: int
+    faulty: int
+    """Rows with faults."""
+    faults: list[ImportFaultOut]
+    """The first 200, like warnings and rows."""
+    warnings: list[ImportWarningOut]
+    rows: list[ImportRowOut]
+    ignored: list[str]
+    """Columns of the table that mean nothing here."""
+
+    @classmethod
+    def of(cls, found: Import) -> Self:
+        """Convert the service's answer."""
+        actions = {step.row: step.action for step in found.steps}
+        ids = dict(found.table.rows)
+        done = list(actions.values())
+        return cls(
+            added=done.count("add"),
+            changed=done.count("change"),
+            same=done.count("same"),
+            faulty=len({fault.row for fault in found.table.faults}),
+            faults=[
+                ImportFaultOut(row=fault.row, column=fault.column, detail=fault.detail)
+                for fault in found.table.faults[:_SHOWN_ROWS]
+            ],
+            warnings=[
+                ImportWarningOut(row=row, asset_id=ids[row], same=list(same))
+                for row, same in list(found.alike.items())[:_SHOWN_ROWS]
+            ],
+            rows=[
+                ImportRowOut(row=row, asset_id=asset_id, action=actions.get(row, "fault"))
+                for row, asset_id in found.table.rows[:_SHOWN_ROWS]
+            ],
+            ignored=list(found.table.ignored),
+        )

@@ -1,0 +1,177 @@
+/** The top bar of an inspection: its state and its review, saving, the history, the exports, who else is here. */
+
+import { html, render } from '../../core/html.js';
+import { mayGoOn } from '../../core/inspection.js';
+import { withKey } from '../../core/keys.js';
+import { isLocked } from '../../core/review.js';
+import { Component } from '../../core/store.js';
+import { date } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { openExport } from '../export-dialog/export-dialog.js';
+import { formatOf } from '../export-dialog/formats.js';
+import { isFinished } from '../finish-dialog/finish-dialog.js';
+import { icon } from '../icon/icon.js';
+import { pace } from '../inspection-list/row.js';
+import { stepName } from '../inspection-page/step-names.js';
+import { editLabels, showLabelButton } from '../labels/labels.js';
+import { closesElsewhere } from '../menu/menu.js';
+import { GRAVEST } from '../severity-mark/severity-mark.js';
+import { reviewChip, statusChip } from '../status-chip/status-chip.js';
+import { orToast } from '../toast-stack/toast-stack.js';
+import { exportsMarkup } from './exports-menu.js';
+
+class DeskBar extends Component {
+  mount() {
+    this.page = this.closest('inspection-page');
+    this.desk = this.page.desk;
+    const { id, name } = this.desk.inspection.value;
+    this.parts = render(
+      this,
+      html`<header class="topbar desk-bar">
+          <div class="desk-bar__title">
+            <a class="brand" href="/" aria-label="${t('desk.all')}">${icon('back')}${icon('logo')}</a>
+            <h1 class="desk-bar__name" title="${name}">${name}</h1>
+            <span role="status" data-part="chip"></span>
+            <button type="button" class="chip-button" title="${t('tab.review')}" data-part="review"></button>
+            <button type="button" class="chip-button label-button" data-part="labels"></button>
+            <span class="desk-bar__pace dim number" data-part="pace"></span>
+            <p class="desk-bar__people" role="status" data-part="people"></p>
+          </div>
+          <div class="desk-bar__tools">
+            <button class="button button--small" data-part="cancel" data-needs="operator" hidden>${icon('stop')}<span
+              class="desk-bar__word">${t('desk.cancel')}</span></button>
+            <button class="button button--small" data-part="retry" data-needs="operator" hidden>${icon('retry')}${t('desk.retry')}</button>
+            <button class="button button--small" data-part="recordOn" data-needs="operator" title="${t('again.on_title')}" hidden>${icon('live')}<span
+              class="desk-bar__word">${t('again.on')}</span></button>
+            <p class="desk-bar__lock dim" role="status" data-part="lock" hidden></p>
+            <span class="spacer"></span>
+            <p class="save number" role="status" data-part="save" data-needs="operator"></p>
+            <button class="button button--quiet button--small" data-part="undo" data-needs="operator">${icon('undo')}
+              <span class="desk-bar__word">${t('desk.undo')}</span></button>
+            <button class="button button--quiet button--small button--icon" data-part="redo" data-needs="operator">${icon('redo')}
+              <span class="visually-hidden">${t('desk.redo')}</span></button>
+            <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${withKey(t('desk.keys'), '?')}">${icon('keys')}
+              <span class="desk-bar__word">${t('desk.keys')}</span></button>
+            <button class="button button--small" data-part="finish" data-needs="operator"></button>
+            <details class="menu" data-part="menu">
+              <summary class="button button--small button--primary">${icon('download')}${t('desk.export')}</summary>
+              ${exportsMarkup(id)}
+            </details>
+            <person-menu></person-menu>
+          </div>
+          <progress class="bar desk-bar__progress" max="1" data-part="bar" aria-label="${t('progress.label')}"></progress>
+        </header>`,
+    );
+    const { desk, page, parts } = this;
+    this.listen(parts.review, 'click', () => desk.tab.set('review'));
+    this.listen(parts.labels, 'click', () => orToast(() => editLabels(desk.inspection.value, () => desk.inspection.load())));
+    this.listen(parts.cancel, 'click', () => orToast(() => page.cancel()));
+    this.listen(parts.recordOn, 'click', () => page.recordOn());
+    this.listen(parts.retry, 'click', () => orToast(() => page.retry()));
+    this.listen(parts.finish, 'click', () => page.finish());
+    this.listen(parts.undo, 'click', () => page.undo());
+    this.listen(parts.redo, 'click', () => page.redo());
+    this.listen(parts.help, 'click', () => page.help());
+    closesElsewhere(parts.menu, this.signal);
+    this.listen(parts.menu, 'click', ({ target }) => {
+      const item = target.closest('[data-export]');
+      if (!item) return;
+      parts.menu.querySelector('summary').focus(); // the dialog returns the focus to it
+      openExport(desk, formatOf(item.dataset.export));
+    });
+    for (const store of [desk.outbox, desk.attachmentOutbox, desk.conflicts]) {
+      this.listen(store, 'change', () => this.#showSaving());
+    }
+    this.listen(desk.inspection, 'change', () => this.#showState());
+    this.listen(desk.people, 'change', () => this.#showPeople());
+    this.listen(desk.observations, 'change', () => this.#showEmergency());
+    this.listen(desk.history, 'change', () => this.#showHistory());
+    this.#showState();
+    this.#showSaving();
+    this.#showEmergency();
+    this.#showHistory();
+  }
+
+  #showState() {
+    const { parts, desk } = this;
+    const { status, progress, labels } = desk.inspection.value;
+    showLabelButton(parts.labels, labels);
+    if (parts.chip.dataset.status !== status) {
+      parts.chip.dataset.status = status;
+      render(parts.chip, statusChip(status));
+    }
+    const isRunning = status === 'running';
+    parts.pace.textContent = isRunning ? pace(progress) : '';
+    parts.bar.classList.toggle('desk-bar__progress--off', !isRunning);
+    parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
+    parts.cancel.hidden = !desk.inspection.isUnfinished;
+    parts.recordOn.hidden = !mayGoOn(desk.inspection.value);
+    parts.retry.hidden = status !== 'failed' && status !== 'cancelled';
+    this.#showFinish();
+    this.#showReview();
+  }
+
+  #showReview() {
+    const { parts } = this;
+    const { review } = this.desk.inspection.value;
+    const shown = `${review.state} ${review.at}`;
+    if (parts.review.dataset.shows === shown) return;
+    parts.review.dataset.shows = shown;
+    parts.review.hidden = review.state === 'draft'; // as in the list, it needs no word
+    render(parts.review, html`${review.state !== 'draft' && reviewChip(review.state)}`);
+    parts.lock.hidden = !isLocked({ review });
+    if (isLocked({ review })) parts.lock.textContent = t('reviewing.locked', { who: review.by, when: date(review.at) });
+  }
+
+  #showFinish() {
+    const { finish } = this.parts;
+    const ended = isFinished(this.desk.inspection.value);
+    finish.hidden = this.desk.inspection.value.live !== null; // the live bar has it
+    const text = ended ? t('finish.finished') : t('finish.open');
+    if (finish.dataset.shows === text) return;
+    finish.dataset.shows = text;
+    render(finish, html`${icon(ended ? 'check' : 'flag')}<span class="desk-bar__word">${text}</span>`);
+    finish.setAttribute('aria-label', text);
+  }
+
+  #showSaving() {
+    const { save } = this.parts;
+    const boxes = [this.desk.outbox, this.desk.attachmentOutbox];
+    const count = boxes.reduce((sum, box) => sum + box.count, 0);
+    const reason = boxes.map((box) => box.reason).find((found) => found !== null) ?? null;
+    const isStuck = reason !== null && count > 0;
+    const { length: undecided } = this.desk.conflicts.value;
+    const settled = undecided ? t('desk.undecided', { n: undecided }) : t('desk.saved');
+    save.textContent = count === 0 ? settled : t('desk.waiting', { n: count });
+    save.title = isStuck ? reason : '';
+    save.classList.toggle('save--waiting', count + undecided > 0);
+  }
+
+  #showPeople() {
+    const { people } = this.parts;
+    const { names } = this.desk.people;
+    const list = names.map(([name, pages]) => (pages > 1 ? t('people.pages', { name, pages }) : name)).join(', ');
+    const text = names.length ? t('people.here', { n: names.length, names: list }) : '';
+    if (people.title === text) return;
+    people.title = text;
+    render(people, html`${text && icon('people')}<span>${text}</span>`);
+  }
+
+  #showEmergency() {
+    this.parts.emergency.hidden = !this.desk.observations.value.some(({ severity }) => severity === GRAVEST);
+  }
+
+  /** Shows on each button the step that it undoes or redoes. */
+  #showHistory() {
+    const { parts, desk: { history: { last, next } } } = this;
+    for (const [button, step, title, key] of [
+      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_none'), 'U'],
+      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_none'), 'Shift + U'],
+    ]) {
+      button.disabled = !step;
+      button.title = withKey(title, key);
+    }
+  }
+}
+
+customElements.define('desk-bar', DeskBar);

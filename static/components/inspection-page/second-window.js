@@ -1,0 +1,53 @@
+/** One part of the desk in a window of its own: the 3D view or the unrolled wall, with the distance. */
+
+import { html, render } from '../../core/html.js';
+import { bindKeys } from '../../core/keys.js';
+import { chainage } from '../../core/units.js';
+import { t } from '../../core/words.js';
+import { bindZoom, zoomAxis, zoomTools } from '../strip/zoom-tools.js';
+import '../distance-readout/distance-readout.js';
+import '../review-panel/lock-notice.js';
+import '../viewer-panel/viewer-panel.js';
+import '../wall-strip/wall-strip.js';
+
+const ACKNOWLEDGED_AFTER_MS = 500;
+
+const TITLES = { viewer: t('viewer.title'), wall: t('wall.label') };
+
+/**
+ * Fills the page with one part.
+ * @param {HTMLElement} page the inspection page: `desk`, `undo`, `redo`
+ * @param {'viewer'|'wall'} part
+ * @returns {Record<string, HTMLElement>} its parts, with `messages`
+ */
+export function buildWindow(page, part) {
+  const { desk, signal } = page;
+  const { name } = desk.inspection.value;
+  document.title = `${TITLES[part]} · ${name}`;
+  page.dataset.window = part;
+  const parts = render(
+    page,
+    html`<main id="main" class="second" tabindex="-1">
+        <header class="second__head"><h1 class="second__name">${name}<span class="dim"> · ${TITLES[part]}</span></h1>
+          ${part === 'wall' && html`<div class="second__tools" role="group" aria-label="${t('strip.title')}">${zoomTools()}</div>`}</header>
+        <distance-readout class="panel"></distance-readout>
+        ${part === 'wall' ? html`<wall-strip class="second__part panel"></wall-strip>` : html`<viewer-panel class="second__part panel"></viewer-panel>`}
+        <div class="desk-messages" data-part="messages"></div>
+        <lock-notice hidden></lock-notice>
+      </main>`,
+  );
+  if (part === 'wall') bindZoom(parts, desk, signal);
+  // The film is on the desk: here a few messages a second are enough for what changes with a run.
+  desk.live.addEventListener('message', ({ detail: { header } }) => {
+    setTimeout(() => desk.live.acknowledge(header.seq), ACKNOWLEDGED_AFTER_MS);
+  }, { signal });
+  desk.addEventListener('tagged', ({ detail }) => desk.done(t('desk.tagged_point', { where: chainage(detail.distance_m) })), { signal });
+  bindKeys(document, [
+    { keys: ['u', 'Ctrl+z'], run: () => page.undo() },
+    { keys: ['Shift+u', 'Ctrl+Shift+z', 'Ctrl+y'], run: () => page.redo() },
+    { keys: ['+', '='], run: () => zoomAxis(desk, 1) },
+    { keys: ['-'], run: () => zoomAxis(desk, -1) },
+    { keys: ['0'], run: () => desk.axis.showWhole() },
+  ], signal);
+  return parts;
+}

@@ -1,0 +1,41 @@
+/**
+ * Begins the page anew when somebody approves or reopens the inspection, as what can be changed depends on that. While a
+ * remark is being typed it waits and says so.
+ */
+
+import { html, render } from '../../core/html.js';
+import { isLocked } from '../../core/review.js';
+import { lock } from '../../core/rights.js';
+import { Component } from '../../core/store.js';
+import { t } from '../../core/words.js';
+import { icon } from '../icon/icon.js';
+
+class LockNotice extends Component {
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    const { inspection, drafts } = this.desk;
+    this.wasLocked = isLocked(inspection.value);
+    for (const store of [inspection, drafts]) this.listen(store, 'change', () => this.#look());
+  }
+
+  #look() {
+    const { inspection, drafts } = this.desk;
+    const isNow = isLocked(inspection.value);
+    if (isNow === this.wasLocked) return;
+    if (!isNow || drafts.isEmpty) {
+      location.reload();
+      return;
+    }
+    if (!this.hidden) return;
+    lock(true);
+    this.hidden = false;
+    const { begin } = render(
+      this,
+      html`<p class="message message--warning" role="alert">${icon('lock')}<span>${t('reviewing.locked_meanwhile', { who: inspection.value.review.by })}</span>
+        <button type="button" class="button button--small" data-part="begin">${t('reviewing.show_locked')}</button></p>`,
+    );
+    begin.addEventListener('click', () => location.reload());
+  }
+}
+
+customElements.define('lock-notice', LockNotice);

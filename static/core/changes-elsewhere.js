@@ -1,0 +1,49 @@
+/** Reads again what others have changed: when the server says so, when the line is back, when the page is seen again. */
+
+import { ApiError } from './api.js';
+
+/** Changes within this time are read together; a page's own change has its answer by then. */
+const PAUSE_MS = 300;
+
+/**
+ * @param {import('./live.js').LiveFeed} live
+ * @param {() => Promise<void>} read called once at a time
+ * @param {(error: ApiError) => void} onError
+ * @param {AbortSignal} signal
+ */
+export function followChanges(live, read, onError, signal) {
+  let timer = 0;
+  let isReading = false;
+  let isDue = false;
+  let wasOpen = false;
+
+  const soon = () => {
+    isDue = true;
+    if (!timer && !isReading) timer = setTimeout(readAll, PAUSE_MS);
+  };
+
+  async function readAll() {
+    timer = 0;
+    isReading = true;
+    isDue = false;
+    try {
+      await read();
+    } catch (error) {
+      if (error.name !== 'AbortError' && !(error instanceof ApiError)) throw error;
+      // When the server is back, so is the line, and with it the next reading.
+      if (error instanceof ApiError && !error.isTemporary) onError(error);
+    } finally {
+      isReading = false;
+    }
+    if (isDue && !signal.aborted) soon();
+  }
+
+  live.addEventListener('changed', soon, { signal });
+  live.addEventListener('state', () => {
+    if (live.state !== 'OPEN') return;
+    if (wasOpen) soon(); // what happened meanwhile was not announced
+    wasOpen = true;
+  }, { signal });
+  document.addEventListener('visibilitychange', () => document.hidden || soon(), { signal });
+  signal.addEventListener('abort', () => clearTimeout(timer));
+}

@@ -1,0 +1,129 @@
+/**
+ * Parts of the desk in windows of their own, for a second screen. Such a window is the page of the same inspection with
+ * `?window=`, tied to the desk by a channel of this browser that is named after the inspection.
+ *
+ * Messages of the desk: `who` asks which windows are open, `shown` {playhead, selection, isPicking}, `close` {part}.
+ * Those of a window: `open` and `closed` {part}, `seek` {frame}, `select` {id}, `picked` {found}. What is tagged or
+ * changed needs none: every page follows the server and this browser's outbox.
+ */
+
+import { Store } from './store.js';
+
+const PARTS = ['viewer', 'wall'];
+const FEATURES = 'popup,width=1200,height=760';
+
+/** The part that this page is the window of, null for a whole desk. */
+export const partOfWindow = () => PARTS.find((part) => part === new URLSearchParams(location.search).get('window')) ?? null;
+
+const channelOf = ({ inspection }) => new BroadcastChannel(`chainage-desk-${inspection.id}`);
+
+/** The desk's side: a store of the parts that are in windows of their own, in any order. */
+export class DeskWindows extends Store {
+  #desk;
+  #channel;
+  /** Id of an observation that a window has selected before it arrived here. */
+  #awaited = null;
+
+  /**
+   * @param {import('../components/inspection-page/desk.js').Desk} desk
+   * @param {AbortSignal} signal
+   */
+  constructor(desk, signal) {
+    super([]);
+    this.#desk = desk;
+    this.#channel = channelOf(desk);
+    this.#channel.onmessage = ({ data }) => this.#hear(data);
+    signal.addEventListener('abort', () => this.#channel.close());
+    for (const store of [desk.playhead, desk.selection, desk.picking]) {
+      store.addEventListener('change', () => this.value.length && this.#show(), { signal });
+    }
+    desk.observations.addEventListener('change', () => this.#select(this.#awaited), { signal });
+    this.#channel.postMessage({ type: 'who' }); // after a reload its windows are still there
+  }
+
+  has(part) {
+    return this.value.includes(part);
+  }
+
+  /**
+   * Opens the window of a part, or closes it.
+   * @param {'viewer'|'wall'} part
+   * @returns {boolean} false when the browser refuses to open it
+   */
+  toggle(part) {
+    if (this.has(part)) {
+      this.#channel.postMessage({ type: 'close', part });
+      this.#remove(part); // also if the window has died without a word
+      return true;
+    }
+    const { id } = this.#desk.inspection;
+    const opened = window.open(`/inspections/${id}?window=${part}`, `chainage-${part}-${id}`, FEATURES);
+    opened?.focus();
+    return opened !== null;
+  }
+
+  #hear({ type, part, frame, id, found }) {
+    if (type === 'open') {
+      if (!this.has(part)) this.set([...this.value, part]);
+      this.#show();
+    } else if (type === 'closed') this.#remove(part);
+    else if (type === 'seek') this.#desk.seek(frame);
+    else if (type === 'select') this.#select(id);
+    else if (type === 'picked') this.#desk.picking.value?.(found);
+  }
+
+  #remove(part) {
+    if (this.has(part)) this.set(this.value.filter((other) => other !== part));
+  }
+
+  #select(id) {
+    const { selection, observations } = this.#desk;
+    const isThere = id === null || observations.find(id) !== null;
+    if (id !== null && isThere && selection.value !== id) this.#desk.select(id);
+    this.#awaited = isThere ? null : id;
+  }
+
+  #show() {
+    const { playhead: { value: now }, selection, picking } = this.#desk;
+    const playhead = { ...now, capturedMs: null }; // that is by the clock of this page
+    this.#channel.postMessage({ type: 'shown', playhead, selection: selection.value, isPicking: picking.value !== null });
+  }
+}
+
+/**
+ * The window's side: follows the play head and the selection of the desk, and moves them. Without a desk it stands alone.
+ * @param {import('../components/inspection-page/desk.js').Desk} desk of the window
+ * @param {'viewer'|'wall'} part
+ * @param {AbortSignal} signal
+ */
+export function followDesk(desk, part, signal) {
+  const channel = channelOf(desk);
+  const { playhead, selection, observations } = desk;
+  let selected = null; // on the desk
+  const select = () => {
+    if (selected === null || observations.find(selected)) selection.set(selected);
+  };
+  const pick = (found) => channel.postMessage({ type: 'picked', found });
+  channel.onmessage = ({ data }) => {
+    if (data.type === 'who') channel.postMessage({ type: 'open', part });
+    if (data.type === 'close' && data.part === part) window.close();
+    if (data.type !== 'shown') return;
+    playhead.set(data.playhead);
+    desk.picking.set(data.isPicking ? pick : null);
+    selected = data.selection;
+    select();
+  };
+  desk.seek = (frame) => {
+    playhead.set({ frame, row: desk.track.row(frame), isLive: false, capturedMs: null });
+    channel.postMessage({ type: 'seek', frame });
+  };
+  observations.addEventListener('change', select, { signal });
+  selection.addEventListener('change', () => {
+    if (selection.value === null || selection.value === selected) return;
+    selected = selection.value;
+    channel.postMessage({ type: 'select', id: selected });
+  }, { signal });
+  addEventListener('pagehide', () => channel.postMessage({ type: 'closed', part }), { signal });
+  signal.addEventListener('abort', () => channel.close());
+  channel.postMessage({ type: 'open', part });
+}

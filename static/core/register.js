@@ -1,0 +1,91 @@
+/** The register of assets on the server: look up, edit, import. */
+
+import { ApiError, bodyOf, get, put, remove, send, sendFile } from './api.js';
+
+const REGISTER = '/api/register';
+const OFFERED = 20;
+
+/** Largest table that the server takes, in bytes. */
+export const MOST_BYTES = 16 * 2 ** 20;
+
+/** Fields that only mean something together, as in app/survey/register.py. */
+const TOGETHER = [
+  ['shape', 'height_mm', 'width_mm'],
+  ['known_length_m', 'known_length_source'],
+  ['start_lat', 'start_lon', 'end_lat', 'end_lon'],
+];
+
+/**
+ * @typedef {object} Asset
+ * @property {string} asset_id
+ * @property {string|null} project
+ * @property {Record<string, unknown>} header fields that belong to the asset
+ * @property {[number, number][]} line longitude and latitude from the start to the end
+ */
+
+const pathOf = (assetId) => `${REGISTER}/assets/${encodeURIComponent(assetId)}`;
+
+/**
+ * Returns the other spellings of an id, and the fields that the register has under it, null if none.
+ * @returns {Promise<{same: string[], fields: Record<string, unknown>|null}>}
+ */
+export const alike = (assetId, signal) => get(`${REGISTER}/like?${new URLSearchParams({ asset_id: assetId })}`, signal);
+
+/** Returns some registered ids that a text finds. */
+export async function idsWith(text, signal) {
+  const { assets } = await get(`${REGISTER}/assets?${new URLSearchParams({ search: text, limit: OFFERED })}`, signal);
+  return assets.map(({ asset_id: id }) => id);
+}
+
+/**
+ * Returns an asset with its version; null if the register does not have it.
+ * @returns {Promise<(Asset & {version: string})|null>}
+ */
+export async function loadAsset(assetId, signal) {
+  try {
+    const response = await send('GET', pathOf(assetId), { signal });
+    const version = response.headers.get('ETag').replaceAll('"', '');
+    return { ...(await bodyOf(response, 'json')), version };
+  } catch (error) {
+    if (error instanceof ApiError && error.code === 'asset_not_found') return null;
+    throw error;
+  }
+}
+
+/** Adds an asset or replaces it; `version`: the one that the change was based on. */
+export const saveAsset = ({ asset_id: id, project, header, line }, version) =>
+  put(pathOf(id), { project, header, line }, undefined, version);
+
+export const deleteAsset = (assetId) => remove(pathOf(assetId));
+
+/** Imports a table; a dry run only says what it would do. */
+export const importTable = (file, isDryRun, signal) => sendFile(`${REGISTER}/import?dry_run=${isDryRun}`, file, signal);
+
+/** Returns which fields of the register a header lacks and does not contradict. */
+export function lacking(fields, header) {
+  const isEmpty = (name) => (header[name] ?? '') === '';
+  const contradicts = (name) => name in fields && !isEmpty(name) && header[name] !== fields[name];
+  const contradicted = new Set(TOGETHER.filter((names) => names.some(contradicts)).flat());
+  if (!isEmpty('job_ref') || !isEmpty('client_job_ref')) contradicted.add('project');
+  return Object.fromEntries(
+    Object.entries(fields).filter(([name]) => isEmpty(name) && !contradicted.has(name)),
+  );
+}
+
+/** A line as text: 'latitude, longitude' of a point in each row, as maps write them. */
+export const lineText = (line) => line.map(([lon, lat]) => `${lat}, ${lon}`).join('\n');
+
+/**
+ * Reads such a text.
+ * @returns {{line: [number, number][], fault: string|null}} fault: the first row that is no place
+ */
+export function readLine(text) {
+  const rows = text.split('\n').map((row) => row.trim()).filter(Boolean);
+  const points = rows.map((row) => {
+    const found = /^(-?\d+(?:\.\d+)?)[\s,;]+(-?\d+(?:\.\d+)?)$/.exec(row.replaceAll('−', '-'));
+    const [lat, lon] = found ? [Number(found[1]), Number(found[2])] : [NaN, NaN];
+    return Math.abs(lat) <= 90 && Math.abs(lon) <= 180 ? [lon, lat] : null;
+  });
+  const wrong = points.indexOf(null);
+  return wrong < 0 ? { line: points, fault: null } : { line: [], fault: rows[wrong] };
+}

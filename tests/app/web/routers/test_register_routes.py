@@ -1,0 +1,135 @@
+"""The register of assets through its routes, and what new inspections take from it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from builders import Client, assert_error, wait_until
+from postgres import ON_BOTH
+
+from app.storage.assets import AssetStore
+from app.storage.backup import back_up, restore
+from app.storage.database import Database
+from app.survey.register import registered
+
+API = "/api/register"
+PIPE = {"shape": "circular", "height_mm": 600}
+LINE = [[101.6869, 3.139], [101.687, 3.1391]]
+
+
+def path_of(asset_id: str) -> str:
+    return f"{API}/assets/{quote(asset_id, safe='')}"
+
+
+def take(client: Client, table: str, *, dry_run: bool = False) -> Any:
+    query = {"dry_run": str(dry_run).lower()}
+    answer = client.post(f"{API}/import", content=table.encode(), params=query)
+    assert answer.status_code == 200, answer.text
+    return answer.json()
+
+
+def ids(client: Client, **query: Any) -> list[str]:
+    return [each["asset_id"] for each in client.get(f"{API}/assets", params=query).json()["assets"]]
+
+
+def like(client: Client, asset_id: str) -> Any:
+    return client.get(f"{API}/like", params={"asset_id": asset_id}).json()
+
+
+def test_an_asset_is_kept_found_changed_and_deleted(server: Client) -> None:
+    kept = {"project": "North", "header": PIPE, "line": LINE}
+    name = "A/1 ü?#"
+    made = server.put(path_of(name), json=kept)
+    assert made.json() == server.get(path_of(name)).json()
+    assert {key: made.json()[key] for key in kept} == kept
+    other = {"project": None, "header": {"year": 1998}, "line": []}
+    version = {"If-Match": made.headers["ETag"]}
+    assert server.put(path_of(name), json=other, headers=version).status_code == 200
+    late = server.put(path_of(name), json=kept, headers=version)
+    assert (late.status_code, late.json()["code"]) == (412, "changed_meanwhile")
+    for wrong in ({"header": {"operator": "Ali"}}, {"header": {"year": "old"}}):
+        assert_error(server.put(path_of("B"), json=wrong), 422, "invalid_request")
+    for line in ([[500_000, 400_000]], [[1, 2, 3]], [[1, 91]]):
+        assert_error(server.put(path_of("B"), json={"line": line}), 422, "invalid_request")
+    assert_error(server.put(path_of("--"), json={}), 422, "invalid_request")
+    server.put(path_of("B 2"), json={"header": {"road": "Jalan Ümpang"}})
+    assert ids(server) == [name, "B 2"]
+    assert (ids(server, search="umpang"), ids(server, search="b2")) == (["B 2"], ["B 2"])
+    assert ids(server, offset=1, limit=1) == ["B 2"]
+    assert server.delete(path_of(name)).status_code == 204
+    assert_error(server.delete(path_of(name)), 404, "asset_not_found")
+    assert_error(server.get(path_of(name)), 404, "asset_not_found")
+
+
+@ON_BOTH
+def test_a_table_is_tried_imported_whole_or_not_at_all_and_exported(
+    server: Client,
+) -> None:
+    server.put(path_of("CV-01"), json={"header": PIPE})
+    broken = "asset_id,height_mm,colour\nCV-01,700,red\nCV-02,wide,blue\nCV-03,,\n"
+    for dry_run in (True, False):
+        found = take(server, broken, dry_run=dry_run)
+        assert (found["added"], found["changed"], found["same"], found["faulty"]) == (
+            1, 1, 0, 1,
+        )  # fmt: skip
+        (fault,) = found["faults"]
+        assert (fault["row"], fault["column"], "wide" in fault["detail"]) == (
+            3, "height_mm", True,
+        )  # fmt: skip
+        assert [row["action"] for row in found["rows"]] == ["change", "fault", "add"]
+        assert found["ignored"] == ["colour"]
+        assert ids(server) == ["CV-01"]
+    table = "asset_id;project;known_length_m\ncv 01;North;12,5\nCV_01;North;\nCV-01;South;\n"
+    tried = take(server, table, dry_run=True)
+    assert [(each["row"], each["same"]) for each in tried["warnings"]] == [
+        (2, ["CV-01", "CV_01"]),
+        (3, ["CV-01", "cv 01"]),
+    ]
+    assert ids(server) == ["CV-01"]
+    assert take(server, table)["added"] == 2
+    assert sorted(ids(server)) == ["CV-01", "CV_01", "cv 01"]
+    assert server.get(path_of("CV-01")).json()["header"] == PIPE
+    export = server.get(f"{API}/assets.csv")
+    assert export.headers["Content-Type"] == "text/csv; charset=utf-8"
+    assert "attachment" in export.headers["Content-Disposition"]
+    again = take(server, export.text)
+    assert (again["same"], again["added"], again["changed"]) == (3, 0, 0)
+    template = server.get(f"{API}/template.csv").text
+    assert take(server, template)["rows"] == []
+    wrong = server.post(f"{API}/import", content=b"name\nA\n")
+    assert "asset_id" in assert_error(wrong, 422, "invalid_table")
+
+
+def test_a_new_inspection_takes_what_the_register_knows(
+    server: Client, clip: Path, tmp_path: Path
+) -> None:
+    kept = {"project": "North", "header": PIPE | {"material": "clay"}, "line": LINE}
+    server.put(path_of("CV-01"), json=kept)
+    known = like(server, "CV-01")["fields"]
+    assert known == PIPE | {
+        "material": "clay", "project": "North", "start_lon": 101.6869, "start_lat": 3.139,
+        "end_lon": 101.687, "end_lat": 3.1391,
+    }  # fmt: skip
+    header = {"asset_id": "CV-01", "material": "steel", "height_mm": None}
+    made = server.create(clip, header=header).json()
+    wanted = {key: known[key] for key in known.keys() - {"shape", "height_mm"}}
+    assert made["header"] == wanted | {"asset_id": "CV-01", "material": "steel"}
+    event = server.get(f"/api/inspections/{made['id']}/events").json()["events"][0]
+    assert event["after"]["header"] == made["header"]
+
+    other = server.create(clip, header={"asset_id": "cv.01"}).json()
+    assert other["header"] == {"asset_id": "cv.01"}
+    wait_until(lambda: "cv.01" in like(server, "CV 01")["same"])
+    assert like(server, "CV 01") == {"same": ["CV-01", "cv.01"], "fields": None}
+    assert like(server, " CV-01 ")["same"] == ["cv.01"]
+    assert like(server, "CV-02") == {"same": [], "fields": None}
+
+    back_up(server.data, tmp_path / "backup.zip", lambda *_: None)
+    restore(tmp_path / "backup.zip", tmp_path / "restored", lambda *_: None)
+    restored = Database(tmp_path / "restored" / "chainage.db")
+    assert list(AssetStore(restored).every()) == [
+        registered("CV-01", "North", kept["header"], tuple(map(tuple, LINE)))
+    ]
+    restored.close()

@@ -1,0 +1,110 @@
+"""The register: a table is repaired and imported, and a new inspection begins with what it says."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+from clips import numbered_clip, rig_for_clip
+from looks import expect_no_fault
+from playwright.sync_api import Page, expect
+from steps import Server, log_in
+
+from app.survey.catalogue.header import ASSET_FIELDS
+
+HEAD = "asset_id;project;shape;height_mm;known_length_m;start_lat;start_lon;owner"
+GOOD = "CV-01;North;circular;600;12,5;3,139;101,6869;x"
+
+
+def test_from_a_table_of_the_owner_to_the_header_of_an_inspection(
+    page: Page, server: Server, tmp_path: Path
+) -> None:
+    table = tmp_path / "gis.csv"
+    table.write_text(f"{HEAD}\n{GOOD}\nCV-02;North;circular;6OO;;;;\ncv 01;;;;;;;\n", "cp1252")
+    log_in(page, server, "/archive/register")
+    expect(page.get_by_text("The register is empty")).to_be_visible()
+    page.get_by_role("button", name="Import CSV").first.click()
+    dialog = page.get_by_role("dialog")
+    choose = dialog.locator("input[type=file]")
+    choose.set_input_files(table)
+    expect(dialog.get_by_role("region", name="Faults")).to_contain_text("3height_mm")
+    expect_no_fault(page)
+    expect(dialog.get_by_text("This column is not used: owner")).to_be_visible()
+    expect(dialog.get_by_role("button", name=re.compile("^Import "))).to_be_hidden()
+    table.write_text(f"{HEAD}\n{GOOD}\nCV-02;North;circular;600;;;;\n", "utf-8-sig")
+    choose.set_input_files(table)
+    dialog.get_by_role("button", name="Import 2 assets").click()
+    expect(page.get_by_text("Imported: 2 new, 0 changed")).to_be_visible()
+    expect(page.get_by_role("row", name="CV-01")).to_contain_text("Circular 600 mm")
+
+    # One asset: another spelling is noticed, a deleted one comes back, a line is its text.
+    page.get_by_role("button", name="Add asset").click()
+    dialog.get_by_label("Asset", exact=True).press_sequentially("cv.02")
+    names = dialog.locator("[data-field]").evaluate_all("all => all.map((f) => f.dataset.field)")
+    assert set(names) == set(ASSET_FIELDS)
+    dialog.get_by_role("button", name="Use CV-02").click()
+    expect(dialog.get_by_text("CV-02 is in the register already")).to_be_visible()
+    expect_no_fault(page)
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Take CV-02 off the register").click()
+    expect(page.get_by_role("row", name="CV-02")).to_have_count(0)
+    page.get_by_role("button", name="Undo").click()
+    page.get_by_role("button", name="Edit CV-02").click()
+    dialog.get_by_label("Position").fill("3.2, 101.4\n3.2, 1010")
+    dialog.get_by_role("button", name="Save").click()
+    expect(dialog.get_by_text("“3.2, 1010” is not latitude")).to_be_visible()
+    dialog.get_by_label("Position").fill("3.2, 101.4\n3.21, 101.41")
+    dialog.get_by_role("textbox", name="Material", exact=True).fill("clay")
+    dialog.get_by_label("Year built").fill("1998")
+    dialog.get_by_role("button", name="Save").click()
+    expect(page.get_by_role("row", name="CV-02")).to_contain_text("line of 2 points")
+
+    # A new inspection: a suggestion of the rig gives way, what a person entered stays.
+    page.goto(server.url + "/new")
+    field = {name: page.locator(f"#header-{name}") for name in ("asset_id", "height_mm", "shape")}
+    page.get_by_label("Start from").select_option(index=1)
+    expect(field["height_mm"]).to_have_value("300")
+    field["asset_id"].press_sequentially("CV 01")
+    page.get_by_role("button", name="Use CV-01").click()
+    filled = page.get_by_text("Filled in from the register")
+    expect(filled).to_contain_text("Height")
+    expect_no_fault(page)
+    expect(field["height_mm"]).to_have_value("600")
+    page.get_by_role("button", name="Undo").click()
+    expect(filled).to_have_count(0)
+    expect(field["height_mm"]).to_have_value("300")
+    field["asset_id"].fill("CV-02")
+    field["asset_id"].blur()
+    expect(filled).to_be_visible()
+    field["height_mm"].fill("650")
+    field["asset_id"].fill("CV-01")
+    field["asset_id"].blur()
+    expect(filled).to_contain_text("Known length")
+    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
+    page.locator("input[type=file]").first.set_input_files(clip)
+    page.locator("rig-form input[type=file]").set_input_files(rig_for_clip(tmp_path / "rig.json"))
+    page.get_by_role("button", name="Start tracking").click()
+    page.wait_for_url("**/inspections/*")
+    made = page.url.rsplit("/", 1)[1]
+    header = json.load(server.ask("GET", f"/api/inspections/{made}"))["header"]
+    assert {name: header.get(name) for name in ("asset_id", "project", "height_mm")} == {
+        "asset_id": "CV-01", "project": "North", "height_mm": 650,
+    }  # fmt: skip
+    assert (header["known_length_m"], header["start_lat"], "end_lat" in header) == (
+        12.5, 3.139, False,
+    )  # fmt: skip
+
+    # The header of an inspection: all that is filled in is one step of the history.
+    page.get_by_role("tab", name="Header").click()
+    field["asset_id"].fill("CV-02")
+    field["asset_id"].blur()
+    expect(filled).to_have_text("Filled in from the register: Material, Year built.")
+    expect(page.locator(".header-panel__state")).to_have_text("Saved")
+    stored = json.load(server.ask("GET", f"/api/inspections/{made}"))["header"]
+    assert stored == header | {"asset_id": "CV-02", "material": "clay", "year": 1998}
+    events = json.load(server.ask("GET", f"/api/inspections/{made}/events"))["events"]
+    assert [event["after"]["header"] for event in events if event["action"] == "changed"] == [
+        stored,
+        header | {"asset_id": "CV-02"},
+    ]
