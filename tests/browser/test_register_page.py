@@ -50,7 +50,8 @@ def test_from_a_table_of_the_owner_to_the_header_of_an_inspection(
     page.get_by_role("button", name="Take CV-02 off the register").click()
     expect(page.get_by_role("row", name="CV-02")).to_have_count(0)
     page.get_by_role("button", name="Undo").click()
-    page.get_by_role("button", name="Edit CV-02").click()
+    page.get_by_role("link", name="CV-02").click()
+    page.get_by_role("button", name="Edit in the register").click()
     dialog.get_by_label("Position").fill("3.2, 101.4\n3.2, 1010")
     dialog.get_by_role("button", name="Save").click()
     expect(dialog.get_by_text("“3.2, 1010” is not latitude")).to_be_visible()
@@ -58,7 +59,9 @@ def test_from_a_table_of_the_owner_to_the_header_of_an_inspection(
     dialog.get_by_role("textbox", name="Material", exact=True).fill("clay")
     dialog.get_by_label("Year built").fill("1998")
     dialog.get_by_role("button", name="Save").click()
-    expect(page.get_by_role("row", name="CV-02")).to_contain_text("line of 2 points")
+    expect(page.locator(".asset__facts")).to_contain_text("clay")
+    kept = json.load(server.ask("GET", "/api/register/assets/CV-02"))
+    assert kept["line"] == [[101.4, 3.2], [101.41, 3.21]]
 
     # A new inspection: a suggestion of the rig gives way, what a person entered stays.
     page.goto(server.url + "/new")

@@ -8,6 +8,7 @@ import { count, day } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { assetTableMarkup, fillAssetTable } from '../archive-assets/asset-table.js';
 import { archivePage, exportButton, factsMarkup, pendingNote, showFault } from '../archive-shell/archive-shell.js';
+import { openBulkExport } from '../bulk-export/bulk-export.js';
 import '../data-table/data-table.js';
 import { icon } from '../icon/icon.js';
 import { closesElsewhere } from '../menu/menu.js';
@@ -71,11 +72,15 @@ class ArchiveProjects extends Component {
         ways: html`<a class="button" href="/archive/projects">${icon('back')}${t('archive.projects')}</a>
           <a class="button" href="/?${query}">${icon('video')}${t('projects.inspections')}</a>
           ${project !== null && html`<a class="button" href="/archive/defects?${query}">${icon('search')}${t('archive.defects')}</a>
-            <a class="button" href="/archive/map?${query}">${icon('map')}${t('projects.map')}</a>`}`,
+            <a class="button" href="/archive/map?${query}">${icon('map')}${t('projects.map')}</a>`}
+          <button class="button button--primary" data-part="export">${icon('download')}${t('list.export')}</button>`,
         content: html`<div class="project-facts panel" data-part="facts"></div>${assetTableMarkup()}`,
       }),
     );
     fillAssetTable(this, true);
+    this.listen(this.parts.export, 'click', () =>
+      orToast(async () => openBulkExport((await get(`/api/inspections/ids?${query}`, this.signal)).ids)),
+    );
     const load = async () => {
       const { projects } = await get(`/api/archive/projects?${query}`, this.signal);
       render(this.parts.facts, projectFacts(projects[0]));

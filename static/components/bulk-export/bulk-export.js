@@ -12,6 +12,8 @@ const LOOK_S = 0.5;
 const EXTRAS = ['burnt_in', 'clips'];
 /** What most clients want of many inspections. */
 const CHOSEN_AT_FIRST = ['pdf', 'xlsx'];
+/** As the server limits them. */
+const MOST = 1000;
 
 /** @param {string[]} ids inspections, in the order of the archive */
 export function openBulkExport(ids) {
@@ -40,6 +42,7 @@ class BulkExport {
     // The archive is for this dialog only; one that is read at this moment is sent to its end.
     signal.addEventListener('abort', () => this.#discard());
     this.#showChoice();
+    if (ids.length > MOST) this.#fail(t('bulk.too_many', { most: count(MOST) }));
   }
 
   get #formats() {
@@ -48,7 +51,7 @@ class BulkExport {
 
   #showChoice() {
     const formats = this.#formats;
-    this.#parts.make.disabled = formats.length === 0;
+    this.#parts.make.disabled = formats.length === 0 || this.#ids.length > MOST;
     for (const extra of EXTRAS) {
       const isOf = formats.some((kind) => formatOf(kind).extras?.includes(extra));
       this.#parts[extra].disabled = !isOf;
@@ -117,7 +120,8 @@ class BulkExport {
     const { making, choice, make, fault, formats } = this.#parts;
     making.hidden = true;
     choice.hidden = make.hidden = false;
-    make.disabled = formats.disabled = false;
+    formats.disabled = false;
+    this.#showChoice();
     render(fault, html`<p class="message message--error">${icon('alert')}<span>${reason}</span></p>`);
     make.focus();
   }

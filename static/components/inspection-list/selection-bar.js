@@ -1,4 +1,4 @@
-/** The selected inspections, and what is done with all of them. Fires `bulk-export` (detail {ids}), which bubbles. */
+/** The selected inspections, and what is done with all of them. */
 
 import { get } from '../../core/api.js';
 import { html, render, setText } from '../../core/html.js';
@@ -6,6 +6,7 @@ import { Selection } from '../../core/selection.js';
 import { Component } from '../../core/store.js';
 import { count } from '../../core/units.js';
 import { t } from '../../core/words.js';
+import { openBulkExport } from '../bulk-export/bulk-export.js';
 import { icon } from '../icon/icon.js';
 import { orToast } from '../toast-stack/toast-stack.js';
 import { FILTERS } from './list-filters.js';
@@ -90,7 +91,7 @@ class SelectionBar extends Component {
   async #export() {
     const { isAll, meant } = this.#selection;
     const ids = isAll ? (await get(`/api/inspections/ids?${meant.where}`, this.signal)).ids : meant.ids;
-    this.dispatchEvent(new CustomEvent('bulk-export', { bubbles: true, detail: { ids } }));
+    openBulkExport(ids);
   }
 }
 
