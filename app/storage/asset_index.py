@@ -6,14 +6,13 @@ they write its id alike. It belongs to the project of the register and to those 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 from typing import Any
 
 from sqlalchemy import (
     ColumnElement,
-    CompoundSelect,
     Subquery,
     case,
     exists,
@@ -22,8 +21,8 @@ from sqlalchemy import (
     select,
     union,
 )
-from sqlalchemy.orm import Session
 
+from app.storage.assets import AssetStore
 from app.storage.database import Database
 from app.storage.index_queries import (
     WITH_INSPECTION,
@@ -79,6 +78,7 @@ class AssetIndex:
 
     def __init__(self, database: Database) -> None:
         self._database = database
+        self._register = AssetStore(database)
 
     def assets(self, wanted: AssetFilter, page: Page[AssetSort]) -> tuple[int, list[Asset]]:
         """Return the number of assets that fit, and a page of them."""
@@ -87,9 +87,9 @@ class AssetIndex:
         order = (unknown_last(rows.c[page.sort], page), rows.c.asset)
         with self._database.read() as session:
             total, found = a_page(session, query, order, page)
-            assets = [Asset(*row) for row in found]
-            alike = _alike(session, [one.asset for one in assets])
-            return total, [replace(one, also_written=alike[one.asset]) for one in assets]
+        assets = [Asset(*row) for row in found]
+        alike = self._register.spelt_alike(one.asset for one in assets)
+        return total, [replace(one, also_written=_others(alike, one.asset)) for one in assets]
 
     def projects(
         self, text: str, wanted: ProjectFilter, page: Page[ProjectSort]
@@ -112,8 +112,7 @@ class AssetIndex:
 
     def also_written(self, asset: str) -> tuple[str, ...]:
         """Return other ids with the same letters and digits: probably the same asset."""
-        with self._database.read() as session:
-            return _alike(session, [asset])[asset]
+        return _others(self._register.spelt_alike([asset]), asset)
 
     def inspections_of(self, asset: str, limit: int) -> tuple[int, list[FoundInspection]]:
         """Return the number of inspections of an asset, and the newest of them, oldest first."""
@@ -271,21 +270,6 @@ def _projects_with_words(project: ColumnElement[Any], text: str) -> Iterator[Col
         yield exists().where(is_same, *with_words(table.folded, text))
 
 
-def _alike(session: Session, assets: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Return for each of these assets the other ids that are spelled like its own."""
-    spellings = {spelling(asset) for asset in assets}
-    query: CompoundSelect[str, str] = union(
-        select(IndexedInspection.asset_spelling, IndexedInspection.asset).where(
-            IndexedInspection.asset_spelling.in_(spellings)
-        ),
-        select(RegisteredAsset.spelling, RegisteredAsset.asset_id).where(
-            RegisteredAsset.spelling.in_(spellings)
-        ),
-    )
-    ids: dict[str, list[str]] = {}
-    for spelled, asset in sorted(session.execute(query).all()):
-        ids.setdefault(spelled, []).append(asset)
-    return {
-        asset: tuple(other for other in ids.get(spelling(asset), ()) if other != asset)
-        for asset in assets
-    }
+def _others(alike: Mapping[str, Sequence[str]], asset: str) -> tuple[str, ...]:
+    """Return the other ids that are spelled like this one, of all ids by spelling."""
+    return tuple(other for other in alike.get(spelling(asset), ()) if other != asset)

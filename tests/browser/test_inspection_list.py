@@ -101,6 +101,7 @@ def test_labels_filters_and_a_selection_say_which_inspections_are_meant(
         page.keyboard.type(label)
         page.keyboard.press("Enter")
     page.keyboard.press("Backspace")
+    expect_no_fault(page, ("dark",))
     page.keyboard.press("Enter")
     expect(rows.nth(1).get_by_role("button", name="urgent")).to_be_visible()
     expect(rows.get_by_text("invoiced")).to_have_count(0)
@@ -120,7 +121,7 @@ def test_labels_filters_and_a_selection_say_which_inspections_are_meant(
     page.get_by_role("button", name="Export…").click()
     page.get_by_label("Select this page").check()
     expect(page.get_by_text("3 inspections selected")).to_be_visible()
-    expect_no_fault(page, ("dark", "light"))
+    expect_no_fault(page, ("light",))
     page.get_by_role("button", name="Select none").click()
     expect(page.get_by_role("button", name="Export…")).to_be_hidden()
     expected = [ids[NAMES.index(name)] for name in ("Bukit Jalil", "Jalan Ampang")]

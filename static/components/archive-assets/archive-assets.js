@@ -4,7 +4,6 @@ import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { archivePage, exportButton, filterChips, followFilters } from '../archive-shell/archive-shell.js';
-import { editAsset } from '../asset-form/asset-form.js';
 import { icon } from '../icon/icon.js';
 import { closesElsewhere } from '../menu/menu.js';
 import { orToast } from '../toast-stack/toast-stack.js';
@@ -35,14 +34,10 @@ class ArchiveAssets extends Component {
       this,
       archivePage({
         title: asset,
-        ways: html`<a class="button" href="/archive/assets">${icon('back')}${t('archive.assets')}</a>
-          <button class="button" data-part="edit" data-needs="operator">${icon('edit')}${t('assets.edit')}</button><span data-part="compare"></span>`,
+        ways: html`<a class="button" href="/archive/assets">${icon('back')}${t('archive.assets')}</a><button class="button" data-part="edit" data-needs="operator">${icon('edit')}${t('assets.edit')}</button><span data-part="compare"></span>`,
         content: html`<asset-history data-part="history"></asset-history>`,
       }),
     );
-    this.listen(this.parts.edit, 'click', () => orToast(async () => {
-      if (await editAsset(asset)) location.reload(); // its facts, its project and its place change
-    }));
     this.parts.history.fill(asset, this.parts);
   }
 }

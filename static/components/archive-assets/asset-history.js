@@ -5,11 +5,13 @@
 
 import { ApiError, get } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
+import { loadAsset } from '../../core/register.js';
 import { Component } from '../../core/store.js';
 import { chainage, clockHour, count, day, plusMinus } from '../../core/units.js';
 import { language, t, wordFor } from '../../core/words.js';
 import { defectPath } from '../archive-defects/archive-defects.js';
 import { pendingNote, showFault } from '../archive-shell/archive-shell.js';
+import { editAsset } from '../asset-form/asset-form.js';
 import '../asset-map/asset-map.js';
 import { unitWord } from '../defect-form/units.js';
 import { icon } from '../icon/icon.js';
@@ -17,6 +19,7 @@ import { labelChips } from '../labels/labels.js';
 import { severityMark } from '../severity-mark/severity-mark.js';
 import { statusChip } from '../status-chip/status-chip.js';
 import { followThumbnails, thumbnail } from '../thumbnail/thumbnail.js';
+import { orToast } from '../toast-stack/toast-stack.js';
 import { alsoWritten } from './asset-table.js';
 import { registerFacts } from './register-facts.js';
 
@@ -31,7 +34,7 @@ class AssetHistory extends Component {
   mount() {
     this.parts = render(
       this,
-      html`<div class="asset__head"><div class="asset__facts" data-part="facts"></div><asset-map data-part="map"></asset-map></div>
+      html`<div class="asset__about"><div class="asset__facts" data-part="facts"></div><asset-map class="asset__map" data-part="map" hidden></asset-map></div>
         <div data-part="pending"></div>
         <div data-part="history"><p class="dim" role="status">${t('page.loading')}</p></div>`,
     );
@@ -39,7 +42,7 @@ class AssetHistory extends Component {
 
   /**
    * @param {string} asset
-   * @param {{fault: Element, compare: Element}} around parts of the page
+   * @param {{fault: Element, compare: Element, edit: Element}} around parts of the page
    */
   async fill(asset, around) {
     followThumbnails(this, this.signal);
@@ -47,24 +50,33 @@ class AssetHistory extends Component {
       const button = target.closest('[data-change]');
       if (button) this.#choose(button.dataset.change);
     });
+    this.listen(around.edit, 'click', () => orToast(async () => {
+      if (await editAsset(asset)) await this.#load(asset, around);
+    }));
     try {
-      const [history, registered, places] = await Promise.all([
-        get(`/api/archive/assets/${encodeURIComponent(asset)}`, this.signal),
-        registerFacts(asset, this.signal),
-        get(`/api/map?${new URLSearchParams({ asset })}`, this.signal),
-      ]);
-      this.#history = history;
-      render(this.parts.facts, html`${alsoWritten(history.also_written)}${registered}`);
-      this.parts.map.show(places);
-      render(this.parts.pending, pendingNote(history.pending));
-      render(around.compare, compareLink(history.inspections));
-      this.#show();
+      await this.#load(asset, around);
     } catch (error) {
       if (error.name === 'AbortError') return;
       if (!(error instanceof ApiError)) throw error;
       this.parts.history.replaceChildren();
       showFault(around.fault, error);
     }
+  }
+
+  async #load(asset, around) {
+    const { parts, signal } = this;
+    const [history, registered, map] = await Promise.all([
+      get(`/api/archive/assets/${encodeURIComponent(asset)}`, signal),
+      loadAsset(asset, signal),
+      get(`/api/map?${new URLSearchParams({ asset })}`, signal),
+    ]);
+    this.#history = history;
+    render(parts.facts, html`${projectLinks(history, registered)}${alsoWritten(history.also_written)}${registerFacts(registered)}`);
+    parts.map.hidden = map.assets.length === 0;
+    if (map.assets.length) parts.map.show(map);
+    render(parts.pending, pendingNote(history.pending));
+    render(around.compare, compareLink(history.inspections));
+    this.#show();
   }
 
   #choose(change) {
@@ -97,6 +109,12 @@ class AssetHistory extends Component {
     return html`<button class="button button--small" data-change="${change}" aria-pressed="${this.#change === change}"
       title="${wordFor('assets.change_help', change)}" ${n === 0 && this.#change !== change && 'disabled'}>${icon(SIGNS[change])}${wordFor('assets.change', change)} <span class="number">${count(n)}</span></button>`;
   }
+}
+
+/** The way back to its projects: that of the register, and those of its inspections. */
+function projectLinks({ inspections }, registered) {
+  const projects = [...new Set([registered?.project, ...inspections.map(({ project }) => project)].filter(Boolean))];
+  return html`${projects.length > 0 && html`<p>${t('archive.project')}: ${projects.map((project, i) => html`${i > 0 && ', '}<a href="/archive/projects?${new URLSearchParams({ project })}">${project}</a>`)}</p>`}`;
 }
 
 const comparePath = (a, b) => `/compare?${new URLSearchParams({ a: a.id, b: b.id })}`;

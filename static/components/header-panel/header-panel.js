@@ -10,6 +10,7 @@ import { recall, remember } from '../../core/remembered.js';
 import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
+import { assetPath } from '../archive-assets/asset-table.js';
 import '../header-form/header-form.js';
 import { icon } from '../icon/icon.js';
 import { openRig, openTurn } from '../run-again/run-again.js';
@@ -47,6 +48,7 @@ class HeaderPanel extends Component {
           <span class="header-panel__turns" role="group" aria-label="${t('again.turn')}"><span class="dim">${t('again.turn')}</span>
             ${TURNS.map((degrees) => html`<button type="button" class="button button--small number" data-turn="${degrees}"
               title="${t('again.turn_help')}">${degrees < 0 ? `−${-degrees}` : degrees}°</button>`)}</span></div>
+        <p class="header-panel__rig" data-part="ofAsset" hidden><a class="button button--small" data-part="asset">${icon('layers')}${t('assets.history_of')}</a></p>
         <p class="header-panel__state number" role="status" data-part="state"></p>
         <fieldset class="locked" ${!mayEdit() && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
     );
@@ -66,6 +68,7 @@ class HeaderPanel extends Component {
     this.listen(this.desk.inspection, 'change', () => this.#refresh());
     this.listen(this.desk.counter, 'change', () => this.#propose());
     this.#showRig();
+    this.#showAsset();
     this.#propose();
     if (mayEdit()) this.#goOn();
   }
@@ -110,6 +113,13 @@ class HeaderPanel extends Component {
     this.parts.rigs.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
   }
 
+  /** The way to the other inspections of the same asset. */
+  #showAsset() {
+    const { asset } = this.desk.inspection.value;
+    this.parts.ofAsset.hidden = asset === null;
+    if (asset !== null) this.parts.asset.href = assetPath(asset);
+  }
+
   /** @param {Promise<boolean>} begun whether tracking has started again */
   async #trackAgain(begun) {
     if (await begun) location.reload(); // the picture and the 3D view change too
@@ -118,6 +128,7 @@ class HeaderPanel extends Component {
   /** Shows the server's values, overlaid with unsent text. */
   #refresh() {
     this.#showRig();
+    this.#showAsset();
     const typed = [...this.#refused, ...this.#overtaken, ...this.#waiting].map(([name, { value }]) => [name, value]);
     this.parts.form.value = { ...this.desk.inspection.value.header, ...Object.fromEntries(typed) };
   }

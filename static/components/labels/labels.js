@@ -110,8 +110,9 @@ const formMarkup = () => html`<form method="dialog" class="confirm" data-part="f
   <ul class="labels-chosen" data-part="chosen" aria-label="${t('labels.label')}"></ul>
   <p class="dim" data-part="none">${t('labels.none')}</p>
   <div class="field"><label for="labels-new">${t('labels.new')}</label>
-    <input class="input" id="labels-new" list="labels-known" maxlength="${LONGEST}" autocomplete="off" aria-describedby="labels-fault" data-part="label" />
+    <input class="input" id="labels-new" list="labels-known" maxlength="${LONGEST}" autocomplete="off" aria-describedby="labels-keys labels-fault" data-part="label" />
     <datalist id="labels-known" data-part="known"></datalist>
+    <span class="help" id="labels-keys">${t('labels.keys')}</span>
     <span class="fault" id="labels-fault" role="alert" data-part="fault"></span></div>
   <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
     <button class="button button--primary">${t('labels.store')}</button></div></form>`;
