@@ -1,6 +1,6 @@
 /** Reads again what others have changed: when the server says so, when the line is back, when the page is seen again. */
 
-import { ApiError } from './api.js';
+import { ApiError, keptSince } from './api.js';
 
 /** Changes within this time are read together; a page's own change has its answer by then. */
 const PAUSE_MS = 300;
@@ -15,7 +15,7 @@ export function followChanges(live, read, onError, signal) {
   let timer = 0;
   let isReading = false;
   let isDue = false;
-  let wasOpen = false;
+  let wasOpen = keptSince !== undefined; // then what was read first may be old
 
   const soon = () => {
     isDue = true;

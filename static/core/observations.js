@@ -98,8 +98,11 @@ export class Observations extends Store {
       }
     }
     this.#nextStretch = Math.max(this.#nextStretch, next);
+    const items = this.#asKnown([...known.values()]);
+    const shown = new Set(this.value);
+    const isNews = !this.isRead || items.length !== shown.size || items.some((item) => !shown.has(item));
     this.isRead = true;
-    this.#publish(this.#asKnown([...known.values()]));
+    if (isNews) this.#publish(items); // most lists are read because of the page's own change
     this.#awaitPhotos();
   }
 

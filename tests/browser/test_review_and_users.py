@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -17,7 +18,11 @@ TAGS = [f"0123abcd-0000-4000-8000-00000000000{n}" for n in range(2)]
 
 @pytest.fixture(scope="module")
 def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("clip")
+    return tracked(server, tmp_path_factory.mktemp("clip"))
+
+
+def tracked(server: Server, folder: Path) -> str:
+    """An inspection with two defects."""
     clip = numbered_clip(folder / "clip.mp4", "libx264", frames=12)
     inspection = server.track(clip, rig_for_clip(folder / "rig.json"))
     for n, tag in enumerate(TAGS):
@@ -98,12 +103,13 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     page.goto(f"{server.url}/?review=approved")
     expect(page.locator(".find__nothing")).to_be_visible()
     page.get_by_label("Review", exact=True).select_option("reopened")
-    expect(page.locator(".inspection")).to_contain_text("Reopened")
+    expect(page.locator(f".inspection[data-key='{inspection}']")).to_contain_text("Reopened")
 
 
 def test_two_people_see_each_other_and_nothing_that_is_typed_or_accepted_is_lost(
-    page: Page, server: Server, inspection: str, browser: Browser
+    page: Page, server: Server, tmp_path: Path, browser: Browser
 ) -> None:
+    inspection = tracked(server, tmp_path)
     path = f"/api/inspections/{inspection}"
     there = browser.new_context()
     there.add_init_script(WITHOUT_WEBGL)

@@ -138,7 +138,7 @@ class BulkExport {
 }
 
 const markup = () => html`<div class="export bulk">
-  <div data-part="choice"><p>${t('bulk.help')}</p>
+  <div class="bulk__choice" data-part="choice"><p>${t('bulk.help')}</p>
     <fieldset class="bulk__formats" data-part="formats"><legend class="visually-hidden">${t('bulk.formats')}</legend>
       ${GROUPS.map(({ title, formats }) => html`<div><h3>${title}</h3>${formats.map(({ kind, name }) => html`<label class="switch"><input type="checkbox"
         data-format="${kind}" ${CHOSEN_AT_FIRST.includes(kind) && html`checked`} />${name}</label>`)}</div>`)}

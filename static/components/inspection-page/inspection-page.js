@@ -141,6 +141,7 @@ class InspectionPage extends Component {
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
     this.listen(desk.editing, 'change', () => parts.all.toggleAttribute('data-editing', desk.editing.value));
     this.listen(desk.large, 'change', () => this.#showLarge());
+    this.listen(desk.windows, 'change', () => parts.all.toggleAttribute('data-viewer-away', desk.windows.has('viewer')));
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
     this.listen(desk.review, 'change', () => this.#showQuestions());
     this.listen(desk.checks, 'change', () => parts.side.note('checks', String(desk.checks.value?.length || '')));

@@ -6,21 +6,21 @@ from typing import Any
 import pytest
 from builders import Client, assert_error, serving
 
+CRACK = {
+    "code": "BAB",
+    "char1": "C",
+    "char2": "A",
+    "severity": 3,
+    "quant1": 2.0,
+    "quant2": None,
+    "clock_from": 12,
+    "clock_to": None,
+}
 CHOSEN: dict[str, Any] = {
     "language": "ms",
     "units": "ft",
-    "quick_codes": [
-        {
-            "code": "BAB",
-            "char1": "C",
-            "char2": "A",
-            "severity": 3,
-            "quant1": 2.0,
-            "quant2": None,
-            "clock_from": 12,
-            "clock_to": None,
-        }
-    ],
+    "quick_codes": [CRACK],
+    "templates": [CRACK | {"clock_from": 10, "clock_to": 2}],
     "single_keys": False,
     "pack": None,
 }
@@ -52,6 +52,7 @@ def test_choices_outlive_the_server(tmp_path: Path) -> None:
         {"quick_codes": [{"code": "BAB", "char1": None, "char2": None}] * 10},
         {"quick_codes": [{"code": "<b>", "char1": None, "char2": None}]},
         {"quick_codes": ["BAB"]},
+        {"templates": [{"code": "BAB", "char1": None, "char2": None}] * 27},
         {"pack": "../x"},
         {"theme": "pink"},
     ],
