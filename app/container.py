@@ -368,7 +368,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         tracks,
         Limits(settings.child_memory_bytes, CLIP_CPU_S),
     )
-    bulk_exports = BulkExports(records.inspection_store, records.reports, clips.content_of)
+    bulk_exports = BulkExports(records.inspection_store, records.reports, clips.content_of, folder)
     bulk_exports.start()
     stack.callback(bulk_exports.stop)
     return Services(

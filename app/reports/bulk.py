@@ -1,7 +1,8 @@
 """Reports of many inspections as one ZIP archive, made in a thread while a person waits for it.
 
 Each inspection has a folder with a file for each wanted format. `inspections.csv` lists all of
-them, with what could not be made and why. Orders and archives are lost when the server ends.
+them, with what could not be made and why. An archive is kept for an hour, in a file without a name:
+it is lost when the server ends.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import logging
 import os
 import tempfile
 import threading
+import time
 import uuid
 import zipfile
 from collections import deque
@@ -21,11 +23,11 @@ from datetime import UTC, datetime
 from functools import partial
 from typing import IO, Literal
 
-from app.errors import BulkExportNotFound, Busy, InspectionNotFound
+from app.errors import BulkExportNotFound, Busy, DiskFull, InspectionNotFound
 from app.reports.content.naming import safe_file_name
 from app.reports.report import Extras, Language, Units
 from app.reports.reports import Export, Reports
-from app.storage.files import full_disk_reported
+from app.storage.files import DataFolder, full_disk_reported
 from app.storage.inspections import InspectionStore
 from app.storage.tables import Inspection
 from app.survey.catalogue.header import asset_of, project_of
@@ -38,9 +40,14 @@ logger = logging.getLogger(__name__)
 State = Literal["waiting", "running", "done", "failed", "cancelled"]
 ENDED: tuple[State, ...] = ("done", "failed", "cancelled")
 MOST_KEPT = 8
-"""Orders that are kept; the oldest one that has ended makes room for a new one."""
+"""Orders that are kept; one that has ended makes room for a new one."""
+MOST_OF_ONE = 2
+"""Orders of one person that have not ended."""
+KEPT_S = 3600.0
+"""How long an order is kept after its end."""
 
 _STOP_TIMEOUT_S = 30.0
+_SWEEP_S = 60.0
 _BLOCK = 2**20
 _COMPRESSED = (".pdf", ".xlsx", ".zip")
 _LIST = "inspections.csv"
@@ -96,9 +103,12 @@ class Progress:
 @dataclass
 class _Order:
     wanted: Wanted
+    who: str
     progress: Progress
     file: IO[bytes] | None = None
     """The archive, without a name: it ends with the process."""
+    ended_s: float | None = None
+    """When it ended, of `time.monotonic`."""
     is_cancelled: threading.Event = field(default_factory=threading.Event)
 
 
@@ -110,31 +120,28 @@ class BulkExports(Worker):
         inspections: InspectionStore,
         reports: Reports,
         clip_of: Callable[[str, str], bytes],
+        folder: DataFolder,
     ) -> None:
         super().__init__("bulk-export", stop_timeout_s=_STOP_TIMEOUT_S)
         self._inspections = inspections
         self._reports = reports
         self._clip_of = clip_of
+        self._folder = folder
         self._orders: dict[str, _Order] = {}
         self._waiting: deque[_Order] = deque()
 
-    def order(self, wanted: Wanted) -> Progress:
-        """Put an order at the end of the queue.
+    def order(self, wanted: Wanted, who: str) -> Progress:
+        """Put an order at the end of the queue; ended ones of the same person go first.
 
         Raises:
-            Busy: As many orders as are kept have not ended yet.
+            Busy: Too many orders, of this person or of all, have not ended yet.
         """
         progress = Progress(
             uuid.uuid4().hex, "waiting", 0, len(wanted.inspections), None, (), None, None
         )
         with self._changed:
-            if len(self._orders) >= MOST_KEPT:
-                ended = (one for one, o in self._orders.items() if o.progress.state in ENDED)
-                oldest = next(ended, None)
-                if oldest is None:
-                    raise Busy(f"{MOST_KEPT} bulk exports are being made; try again later.")
-                _close(self._orders.pop(oldest))
-            order = self._orders[progress.id] = _Order(wanted, progress)
+            self._make_room_for(who)
+            order = self._orders[progress.id] = _Order(wanted, who, progress)
             self._waiting.append(order)
             self._changed.notify_all()
         return progress
@@ -159,8 +166,9 @@ class BulkExports(Worker):
             file, size = order.file, order.progress.size
             if file is None or size is None:
                 raise BulkExportNotFound("This archive is not made yet.")
-            handle = os.dup(file.fileno())  # stays valid when the order makes room for another
-        return _blocks(handle), size
+            # Its own handle stays valid when the order makes room for another.
+            own = os.fdopen(os.dup(file.fileno()), "rb")
+        return _blocks(own), size
 
     def cancel(self, order_id: str) -> None:
         """Stop an order and delete its archive.
@@ -176,6 +184,28 @@ class BulkExports(Worker):
             if order.progress.state != "running":  # else the thread does so
                 _end(order, "cancelled")
 
+    def _make_room_for(self, who: str) -> None:
+        unfinished = [o for o in self._orders.values() if o.progress.state not in ENDED]
+        if sum(order.who == who for order in unfinished) >= MOST_OF_ONE:
+            raise Busy(f"{MOST_OF_ONE} bulk exports of yours are being made; wait for one to end.")
+        if len(unfinished) >= MOST_KEPT:
+            raise Busy(f"{MOST_KEPT} bulk exports are being made; try again later.")
+        ended = [o for o in self._orders.values() if o.progress.state in ENDED]
+        own = [order for order in ended if order.who == who]
+        excess = max(0, len(self._orders) + 1 - MOST_KEPT)
+        others = [order for order in ended if order.who != who][: max(0, excess - len(own))]
+        self._drop(own + others)
+
+    def _drop(self, orders: Sequence[_Order]) -> None:
+        for order in orders:
+            _close(order)
+            del self._orders[order.progress.id]
+
+    def _drop_old(self) -> None:
+        old_s = time.monotonic() - KEPT_S
+        ended = [o for o in self._orders.values() if o.ended_s is not None and o.ended_s < old_s]
+        self._drop(ended)
+
     def _order(self, order_id: str) -> _Order:
         found = self._orders.get(order_id)
         if found is None:
@@ -188,9 +218,12 @@ class BulkExports(Worker):
     def _work(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._waiting or self._stopping)
+                self._changed.wait_for(lambda: self._waiting or self._stopping, _SWEEP_S)
                 if self._stopping:
                     return
+                self._drop_old()
+                if not self._waiting:
+                    continue
                 order = self._waiting.popleft()
             try:
                 self._make(order)
@@ -209,7 +242,8 @@ class BulkExports(Worker):
         self._show(order, state="running")
         rows: list[tuple[str, ...]] = []
         with full_disk_reported():
-            file = tempfile.TemporaryFile()  # noqa: SIM115  # kept until the order goes
+            # Not where temporary files usually go: that may be memory.
+            file = tempfile.TemporaryFile(dir=self._folder.root)  # noqa: SIM115  (kept open)
             order.file = file
             with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
                 for number, inspection_id in enumerate(order.wanted.inspections, 1):
@@ -225,6 +259,7 @@ class BulkExports(Worker):
             else:
                 size = os.fstat(file.fileno()).st_size
                 order.progress = replace(order.progress, state="done", present=None, size=size)
+                order.ended_s = time.monotonic()
 
     def _add(
         self, archive: zipfile.ZipFile, order: _Order, number: int, inspection_id: str
@@ -241,24 +276,33 @@ class BulkExports(Worker):
         for kind in order.wanted.kinds:
             if self._must_stop(order):
                 break
-            try:
-                export = self._export(order.wanted, inspection_id, kind)
-            except ChainageError as error:
-                missing.append(f"{kind}: {error}")
-                self._miss(order, NotMade(inspection_id, row.name, kind, str(error)))
+            self._folder.require_room(0)
+            export = self._export(order.wanted, inspection_id, kind)
+            if isinstance(export, str):
+                missing.append(f"{kind}: {export}")
+                self._miss(order, NotMade(inspection_id, row.name, kind, export))
                 continue
             _write(archive, f"{folder}/{export.filename}", export)
             made.append(export.filename)
         return _row(folder, row, made, missing)
 
-    def _export(self, wanted: Wanted, inspection_id: str, kind: str) -> Export:
+    def _export(self, wanted: Wanted, inspection_id: str, kind: str) -> Export | str:
+        """Return the file, or why there is none: one of them must not cost all the others."""
         extras = Extras(
             burnt_in=wanted.burnt_in,
             clip_of=partial(self._clip_of, inspection_id) if wanted.clips else None,
         )
-        return self._reports.export(
-            inspection_id, kind, language=wanted.language, units=wanted.units, extras=extras
-        )
+        try:
+            return self._reports.export(
+                inspection_id, kind, language=wanted.language, units=wanted.units, extras=extras
+            )
+        except DiskFull:
+            raise
+        except ChainageError as error:
+            return str(error)
+        except Exception:
+            logger.exception("The %s of %s could not be made.", kind, inspection_id)
+            return "The server could not make this file; its log says why."
 
     def _must_stop(self, order: _Order) -> bool:
         return order.is_cancelled.is_set() or self._stopping
@@ -273,6 +317,7 @@ class BulkExports(Worker):
 
 def _end(order: _Order, state: State) -> None:
     order.progress = replace(order.progress, state=state, present=None, size=None)
+    order.ended_s = time.monotonic()
     _close(order)
 
 
@@ -313,11 +358,9 @@ def _listed(rows: Sequence[Sequence[str]]) -> bytes:
     return out.getvalue().encode("utf-8-sig")
 
 
-def _blocks(handle: int) -> Iterator[bytes]:
+def _blocks(file: IO[bytes]) -> Iterator[bytes]:
     at = 0
-    try:
-        while block := os.pread(handle, _BLOCK, at):
+    with file:  # a position of its own, because duplicates of a file share one
+        while block := os.pread(file.fileno(), _BLOCK, at):
             yield block
             at += len(block)
-    finally:
-        os.close(handle)

@@ -223,9 +223,9 @@ class Report:
     layout: Layout | None
     counter: CounterView = NO_COUNTER
     stance: Stance = AS_STATED
+    """Pose of the camera in the pipe at the first frame, against the rig's."""
     labels: tuple[str, ...] = ()
     """The words by which people sort their inspections."""
-    """Pose of the camera in the pipe at the first frame, against the rig's."""
     review: ReviewState = DRAFT
     reviewed_by: str | None = None
     """Who has set this state, and when; None while it is a draft."""

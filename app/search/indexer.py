@@ -38,6 +38,7 @@ _STOP_TIMEOUT_S = 10.0
 _LOOK_EVERY_S = 30.0
 """Longest time until a change is noticed that another server made."""
 _LEAST_PAUSE_S = 0.01
+_LONGEST_NAME = 500
 _AT_ONCE = 1000
 """Stale inspections that are read at a time."""
 
@@ -109,8 +110,8 @@ class Indexer:
         distance_mm, sigma_mm = self._corrections.end(row) or (None, None)
         return InspectionFacts(
             name=storable(row.name),
-            project=_stored(project_of(row.header)),
-            asset=_stored(asset_of(row.header)),
+            project=_named(project_of(row.header)),
+            asset=_named(asset_of(row.header)),
             surveyed_on=surveyed_on(row.header, row.created_at),
             distance_m=None if distance_mm is None else metres(distance_mm),
             distance_u95_m=None if sigma_mm is None else half_width_m(sigma_mm),
@@ -162,6 +163,11 @@ def _defect(view: ObservationView, table: CodeTable) -> DefectFacts:
         remark=_stored(tag.remark),
         created_at=row.created_at,
     )
+
+
+def _named(text: str | None) -> str | None:
+    """Return a name that a database can index: PostgreSQL refuses more than some 2,700 bytes."""
+    return None if text is None else storable(text)[:_LONGEST_NAME]
 
 
 def _stored(text: str | None) -> str | None:

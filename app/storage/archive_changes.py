@@ -100,7 +100,8 @@ class ArchiveChanges:
             values: Columns of the films.
             header: Fields of their headers; None removes one.
         Raises:
-            InspectionLocked: One of the inspections is approved; nothing is changed then.
+            InspectionLocked: One of the inspections is approved; nothing is changed, unless that
+                happens at this very moment.
         """
         stated = {**header, **header_of(values)}
         if stated:

@@ -6,6 +6,7 @@ import re
 import unicodedata
 
 _MOST_WORDS = 10
+_LONGEST_SPELLING = 200
 _UNSTORABLE = re.compile("[\x00\ud800-\udfff]")
 
 
@@ -21,10 +22,12 @@ def folded(*texts: object) -> str:
 def spelling(asset_id: str) -> str:
     """Return what all ways of writing an asset's id have in common: CV-01, cv 01 and CV01.
 
-    An id without a letter or digit is its own spelling.
+    An id without a letter or digit is its own spelling. A letter may become many ("ﷺ" is 18), so
+    the spelling is cut at 200: a database indexes no longer text.
     """
     bare = folded(asset_id)
-    return "".join(letter for letter in bare if letter.isalnum()) or bare
+    found = "".join(letter for letter in bare if letter.isalnum()) or bare
+    return found[:_LONGEST_SPELLING]
 
 
 def words_of(text: str) -> list[str]:

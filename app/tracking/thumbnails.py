@@ -9,7 +9,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from app.errors import BlobNotFound, PhotoNotFound
+from app.errors import BlobNotFound, InspectionNotFound, PhotoNotFound
 from app.storage import keys
 from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs
@@ -83,6 +83,7 @@ class Thumbnails:
         """Return the thumbnail as JPEG.
 
         Raises:
+            InspectionNotFound: The inspection was deleted meanwhile.
             PhotoNotFound: The file of the photo or the film is missing.
             UnreadableVideo, MediaFailed, MediaTimeout: It cannot be decoded.
             Busy: Many pictures are being read from films.
@@ -96,6 +97,11 @@ class Thumbnails:
         except BlobNotFound as error:
             raise PhotoNotFound("The file of this picture is missing.") from error
         self._blobs.put_again(key, jpeg)
+        try:
+            self._inspections.get(shown.inspection.id)
+        except InspectionNotFound:  # its files are gone, and this one must not stay behind
+            self._blobs.delete(key)
+            raise
         return jpeg
 
     def _picture(self, shown: Shown) -> bytes:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import logging
 import shutil
 import tempfile
 import time
@@ -28,6 +29,9 @@ from app.tracking.unrolled import Unrolled
 from app.viewer.geometry import WallHit
 from app.viewer.scene import CameraMode, CulvertScene, Cut, ViewerUnavailable, Wording
 from app.viewer.scene_feed import Look, SceneFeed
+from vo_core.errors import ChainageError
+
+logger = logging.getLogger(__name__)
 
 MOST_OPEN = 48
 """Most views at a time; each has three threads, four file handles and a copy of the wall's
@@ -156,7 +160,13 @@ class Scenes:
         if len(points) < 2:
             return
         start, end = (_place_of(each) for each in points)
-        figure = await asyncio.to_thread(self._picking.length_between, inspection_id, start, end)
+        try:
+            figure = await asyncio.to_thread(
+                self._picking.length_between, inspection_id, start, end
+            )
+        except ChainageError as error:  # the length without an interval stays; so does the view
+            logger.warning("The ruler of %s has no interval: %s", inspection_id, error)
+            return
         if figure is not None:
             scene.set_size(points, figure)
 

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Path, Response
 from starlette.responses import StreamingResponse
 
 from app.errors import BulkExportNotFound, Busy
-from app.web.deps import ServicesDep, viewer
+from app.web.deps import PrincipalDep, ServicesDep, viewer
 from app.web.schemas.bulk import BulkExportIn, BulkExportOut
 from app.web.schemas.failures import content, failures
 
@@ -20,13 +20,13 @@ BulkExportId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 
 @router.post("", status_code=202, responses=failures(Busy))
 @viewer
-def order(body: BulkExportIn, services: ServicesDep) -> BulkExportOut:
+def order(body: BulkExportIn, services: ServicesDep, principal: PrincipalDep) -> BulkExportOut:
     """Have an archive made, with a folder for each inspection; its progress has its own address.
 
     An inspection that lacks what a format needs is listed as `not_made` and in `inspections.csv`
     of the archive; all others are in it.
     """
-    return BulkExportOut.of(services.bulk_exports.order(body.wanted()))
+    return BulkExportOut.of(services.bulk_exports.order(body.wanted(), principal.name))
 
 
 @router.get("/{order_id}", responses=failures(BulkExportNotFound))

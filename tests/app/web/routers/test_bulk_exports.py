@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import csv
 import io
+import threading
 import zipfile
+from dataclasses import replace
 from typing import Any
 
+import pytest
 from builders import Client, assert_error, wait_until
+
+from app.reports.formats import FORMATS
+from app.reports.report import Report, Written
 
 NOBODY = 32 * "0"
 
@@ -53,22 +59,55 @@ def test_every_inspection_has_a_folder_and_what_is_missing_is_named(
     assert archive.read(table) == shared.get(f"/api/inspections/{done}/exports/csv").content
 
 
-def test_a_cancelled_archive_is_gone(shared: Client, done: str) -> None:
+def test_one_file_that_cannot_be_made_costs_no_other(
+    shared: Client, done: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(_report: Report) -> Written:
+        raise ValueError("a fault of the program")
+
+    monkeypatch.setitem(FORMATS, "json", replace(FORMATS["json"], write=broken))  # type: ignore[attr-defined]
+    found = ended(shared, order(shared, [done], "json", "csv"))
+    assert found["state"] == "done"
+    (missing,) = found["not_made"]
+    assert missing["format"] == "json"
+    assert missing["detail"] == "The server could not make this file; its log says why."
+
+
+def test_an_archive_is_cancelled_while_it_waits_is_made_or_is_there(
+    shared: Client, done: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    is_writing, may_go_on = threading.Event(), threading.Event()
+
+    def slow(_report: Report) -> Written:
+        is_writing.set()
+        assert may_go_on.wait(60)
+        return Written(b"x")
+
+    monkeypatch.setitem(FORMATS, "json", replace(FORMATS["json"], write=slow))  # type: ignore[attr-defined]
+    running, waiting = order(shared, [done, NOBODY], "json"), order(shared, [done], "csv")
+    assert is_writing.wait(60)
+    body = {"inspections": [done], "formats": ["csv"]}
+    assert_error(shared.post("/api/bulk-exports", json=body), 503, "busy")
+    for each in (waiting, running):
+        assert shared.delete(f"/api/bulk-exports/{each}").status_code == 204
+    assert shared.get(f"/api/bulk-exports/{waiting}").json()["state"] == "cancelled"
+    may_go_on.set()
+    assert ended(shared, running)["state"] == "cancelled"
     made = order(shared, [done], "csv")
-    ended(shared, made)
+    assert ended(shared, made)["state"] == "done"
     assert shared.delete(f"/api/bulk-exports/{made}").status_code == 204
-    assert shared.get(f"/api/bulk-exports/{made}").json()["state"] == "cancelled"
-    assert_error(shared.get(f"/api/bulk-exports/{made}/archive"), 404, "bulk_export_not_found")
+    for each in (running, made):
+        answer = shared.get(f"/api/bulk-exports/{each}/archive")
+        assert_error(answer, 404, "bulk_export_not_found")
 
 
-def test_the_oldest_archives_make_room(shared: Client, done: str) -> None:
-    first, *others = [order(shared, [done], "csv") for _ in range(8)]
-    for each in (first, *others):
-        assert ended(shared, each)["state"] == "done"
+def test_the_next_archive_of_a_person_replaces_the_last(shared: Client, done: str) -> None:
+    first = order(shared, [done], "csv")
+    assert ended(shared, first)["state"] == "done"
     newest = order(shared, [done], "csv")
     assert_error(shared.get(f"/api/bulk-exports/{first}"), 404, "bulk_export_not_found")
     assert ended(shared, newest)["state"] == "done"
-    assert shared.get(f"/api/bulk-exports/{others[-1]}/archive").status_code == 200
+    assert shared.get(f"/api/bulk-exports/{newest}/archive").status_code == 200
 
 
 def test_an_order_without_inspections_or_formats_is_refused(shared: Client, done: str) -> None:
