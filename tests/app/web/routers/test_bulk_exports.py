@@ -65,11 +65,11 @@ def test_one_file_that_cannot_be_made_costs_no_other(
     def broken(_report: Report) -> Written:
         raise ValueError("a fault of the program")
 
-    monkeypatch.setitem(FORMATS, "json", replace(FORMATS["json"], write=broken))  # type: ignore[attr-defined]
-    found = ended(shared, order(shared, [done], "json", "csv"))
+    monkeypatch.setitem(FORMATS, "m150", replace(FORMATS["m150"], write=broken))  # type: ignore[attr-defined]
+    found = ended(shared, order(shared, [done], "m150", "csv"))
     assert found["state"] == "done"
     (missing,) = found["not_made"]
-    assert missing["format"] == "json"
+    assert missing["format"] == "m150"
     assert missing["detail"] == "The server could not make this file; its log says why."
 
 
