@@ -32,10 +32,22 @@ export function recallMembers(key, usual) {
   return { ...usual, ...Object.fromEntries(Object.entries(recall(key, {})).filter(isFit)) };
 }
 
-/** Remembers a value; null forgets it. */
+/**
+ * Remembers a value; null forgets it. Returns whether that is so: a browser that is full or stores nothing keeps what
+ * it had, and that must never keep the page from going on.
+ */
 export function remember(key, value) {
-  if (value === null) localStorage.removeItem(key);
-  else localStorage.setItem(key, JSON.stringify(value));
+  try {
+    if (value === null) localStorage.removeItem(key);
+    else localStorage.setItem(key, JSON.stringify(value));
+    return true;
+  } catch (error) {
+    if (!REFUSALS.includes(error.name)) throw error;
+    return false;
+  }
 }
+
+/** Of a storage that is full, and of one that the browser denies. */
+const REFUSALS = ['QuotaExceededError', 'SecurityError'];
 
 const kindOf = (value) => (Array.isArray(value) ? 'list' : value === null ? 'nothing' : typeof value);

@@ -172,11 +172,13 @@ def test_broken_or_foreign_memories_of_a_browser_count_as_none(site: Page) -> No
           remember('x', { lanes: 'all', click: 'seek', other: 1, pack: 7 });
           const members = recallMembers('x', { lanes: ['wall'], click: 'tag', pack: null });
           remember('x', null);
-          return [recalled, members, localStorage.getItem('x')];
+          const forgotten = localStorage.getItem('x');
+          const isKept = [remember('x', 'old'), remember('x', 'y'.repeat(6e6))];
+          return [recalled, members, forgotten, isKept, recall('x', '')];
         }"""
     )
     usual = {"lanes": ["wall"], "click": "seek", "pack": 7}
-    assert found == [[{}, {}, {}, [], None, {"a": 1}], usual, None]
+    assert found == [[{}, {}, {}, [], None, {"a": 1}], usual, None, [True, False], "old"]
 
 
 def test_a_live_message_is_split_into_header_and_picture(site: Page) -> None:
