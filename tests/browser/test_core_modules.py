@@ -530,3 +530,62 @@ def test_the_page_fills_a_header_from_the_register_as_the_server_does(site: Page
     assert [header | added for header, added in zip(headers, filled, strict=True)] == [
         completed(header, asset) for header in headers
     ]
+
+
+TWO_DESKS = """async () => {
+  const { DeskWindows, followDesk } = await import('/static/core/desk-windows.js');
+  const { Store } = await import('/static/core/store.js');
+  const deskOf = () => Object.assign(new EventTarget(), {
+    inspection: { id: 'one' },
+    playhead: new Store({ frame: 0 }),
+    selection: new Store(null),
+    picking: new Store(null),
+    observations: Object.assign(new Store([]), {
+      find(id) { return this.value.find((item) => item === id) ?? null; },
+    }),
+    select(id) { this.selection.set(id); },
+  });
+  window.desk = () => {
+    const lifetime = new AbortController();
+    const desk = deskOf();
+    return { desk, windows: new DeskWindows(desk, lifetime.signal), leave: () => lifetime.abort() };
+  };
+  window.here = desk();
+  let address;
+  window.open = (url) => { address = url; return window; };
+  here.windows.toggle('wall');
+  const id = sessionStorage.getItem('chainage.desk');
+  sessionStorage.clear(); // as in another tab
+  window.other = desk();
+  history.replaceState(null, '', address);
+  window.wall = deskOf();
+  followDesk(wall, 'wall', new AbortController().signal);
+  sessionStorage.setItem('chainage.desk', id);
+}"""
+
+
+def test_a_window_belongs_to_the_desk_that_opened_it(site: Page) -> None:
+    site.evaluate(TWO_DESKS)
+    site.wait_for_function("() => here.windows.has('wall')")
+    site.evaluate("() => { here.leave(); window.again = desk(); }")  # as a reload does
+    site.wait_for_function("() => again.windows.has('wall')")
+    assert site.evaluate("other.windows.value") == []
+
+    # Escape in the window ends what the desk wanted a click for.
+    site.evaluate("again.desk.picking.set(() => {})")
+    site.wait_for_function("() => wall.picking.value")
+    site.evaluate("() => { wall.selection.set('tag'); wall.picking.set(null); }")
+    site.wait_for_function("() => !again.desk.picking.value")
+
+    # Whoever has gone on at the desk is not brought back to what the window has tagged meanwhile.
+    site.evaluate("""() => {
+      again.desk.observations.set(['another']);
+      again.desk.selection.set('another');
+      again.desk.observations.set(['another', 'tag']);
+    }""")
+    assert site.evaluate("again.desk.selection.value") == "another"
+
+    # This page was opened by no script, so that none may close it.
+    site.route("**/inspections/one", lambda route: route.fulfill(body="the desk"))
+    with site.expect_navigation(url="**/inspections/one"):
+        site.evaluate("() => { setTimeout(() => again.windows.toggle('wall')); }")

@@ -7,7 +7,7 @@ import re
 import pytest
 from clips import numbered_clip, rig_for_clip
 from desks import expect_frame, expect_read, expect_saved, observations
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 from steps import Server, log_in
 
 ON_WALL = """([along, arc]) => {
@@ -33,6 +33,10 @@ def click_wall(wall: Page, along_mm: float) -> None:
     wall.wait_for_function("() => document.querySelector('wall-strip').rows")
     x, y = wall.evaluate(ON_WALL, [along_mm, 0])
     wall.locator("wall-strip [data-part=above]").click(position={"x": x, "y": y}, force=True)
+
+
+def refuse(route: Route) -> None:
+    route.fulfill(status=422, json={"code": "elsewhere", "detail": "Not here."})
 
 
 def test_the_wall_in_its_own_window_moves_with_the_film_and_tags(
@@ -84,6 +88,12 @@ def test_the_wall_in_its_own_window_moves_with_the_film_and_tags(
     with page.expect_popup() as opened:
         press(page, OWN_WINDOW)
     expect(page.locator("wall-strip")).to_be_hidden()
+
+    # What the server refuses is shown in the window where it was made, with what waits there.
+    page.context.route("**/observations/*", refuse)
+    expect(opened.value.locator(".save")).to_have_text("Saved")
+    click_wall(opened.value, 25)
+    expect(opened.value.locator(".toast--error")).to_have_text(re.compile("Not here"))
     with opened.value.expect_event("close"):
         press(page, BACK)
     expect(page.locator("wall-strip")).to_be_visible()

@@ -50,9 +50,14 @@ export function buildWindow(page, part) {
   bindKeys(document, [
     { keys: ['u', 'Ctrl+z'], run: () => page.undo() },
     { keys: ['Shift+u', 'Ctrl+Shift+z', 'Ctrl+y'], run: () => page.redo() },
-    { keys: ['+', '='], run: () => zoomAxis(desk, 1) },
-    { keys: ['-'], run: () => zoomAxis(desk, -1) },
-    { keys: ['0'], run: () => desk.axis.showWhole() },
+    { keys: ['Escape'], run: () => desk.picking.set(null) },
+    ...(part === 'wall' ? zoomKeys(desk) : []),
   ], signal);
   return parts;
 }
+
+const zoomKeys = (desk) => [
+  { keys: ['+', '='], run: () => zoomAxis(desk, 1) },
+  { keys: ['-'], run: () => zoomAxis(desk, -1) },
+  { keys: ['0'], run: () => desk.axis.showWhole() },
+];
