@@ -1,5 +1,10 @@
 /** What this browser remembers between pages: JSON by key. Another program, or an older page, may have written it. */
 
+import { person } from './rights.js';
+
+/** Returns the key of what one person alone left here: whoever logs in after them neither sees it nor sends it. */
+export const ofPerson = (key) => `${key}.of.${person}`;
+
 /**
  * Returns what is remembered; `otherwise` where there is nothing, or nothing of the same kind (a list, an object
  * with members, another value), so that a broken entry never keeps a page from opening.

@@ -589,3 +589,23 @@ def test_a_window_belongs_to_the_desk_that_opened_it(site: Page) -> None:
     site.route("**/inspections/one", lambda route: route.fulfill(body="the desk"))
     with site.expect_navigation(url="**/inspections/one"):
         site.evaluate("() => { setTimeout(() => again.windows.toggle('wall')); }")
+
+
+def test_remarks_of_two_tabs_are_kept_for_the_person_who_typed_them(site: Page) -> None:
+    def as_person(name: str, script: str) -> object:
+        site.reload()
+        return site.evaluate(
+            f"""async (name) => {{
+              document.documentElement.dataset.person = name;
+              const {{ RemarkDrafts }} = await import('/static/core/remark-drafts.js');
+              const [here, there] = [new RemarkDrafts('one'), new RemarkDrafts('one')];
+              {script}
+            }}""",
+            name,
+        )
+
+    as_person("Ann", "here.put('a', 'Is it wet?'); there.put('b', 'Roots'); here.put('a', 'Wet?');")
+    assert as_person("Ben", "return here.value;") == {}
+    assert as_person("Ann", "return here.value;") == {"a": "Wet?", "b": "Roots"}
+    sent = "here.put('a', ''); there.put('b', ''); return Object.keys(localStorage).join();"
+    assert "remarks" not in str(as_person("Ann", sent))
