@@ -609,3 +609,27 @@ def test_remarks_of_two_tabs_are_kept_for_the_person_who_typed_them(site: Page) 
     assert as_person("Ann", "return here.value;") == {"a": "Wet?", "b": "Roots"}
     sent = "here.put('a', ''); there.put('b', ''); return Object.keys(localStorage).join();"
     assert "remarks" not in str(as_person("Ann", sent))
+
+
+def test_what_a_busy_server_could_not_answer_is_read_again_after_a_pause(site: Page) -> None:
+    pauses = site.evaluate(
+        """async () => {
+          const { ApiError } = await import('/static/core/api.js');
+          const { followChanges } = await import('/static/core/changes-elsewhere.js');
+          const [live, pauses, refusals] = [new EventTarget(), [], [503, 404]];
+          const wait = window.setTimeout;
+          window.setTimeout = (run, ms) => { pauses.push(ms); return wait(run, 0); };
+          const read = async () => {
+            const status = refusals.shift();
+            if (status) throw new ApiError(status, 'busy', '');
+          };
+          const shown = new Promise((resolve) => {
+            const { signal } = new AbortController();
+            followChanges(live, read, ({ status }) => resolve(status), signal);
+          });
+          live.state = 'OPEN';
+          live.dispatchEvent(new Event('changed'));
+          return [await shown, pauses];
+        }"""
+    )
+    assert pauses == [404, [300, 3000]]
