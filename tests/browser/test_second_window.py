@@ -44,10 +44,12 @@ def test_the_wall_in_its_own_window_moves_with_the_film_and_tags(
 ) -> None:
     log_in(page, server, f"/inspections/{inspection}")
     expect_read(page)
+    page.locator(".viewer__stage > *").evaluate("view => view.dataset.loaded = 'once'")
     with page.expect_popup() as opened:
         press(page, OWN_WINDOW)
     wall = opened.value
     expect(page.locator("wall-strip")).to_be_hidden()
+    expect(page.locator(".viewer__stage > [data-loaded]")).to_have_count(1)
     expect(wall.locator("wall-strip")).to_be_visible()
     expect(wall.locator("video-panel")).to_have_count(0)
 
