@@ -4,6 +4,8 @@ import { ApiError, keptSince } from './api.js';
 
 /** Changes within this time are read together; a page's own change has its answer by then. */
 const PAUSE_MS = 300;
+/** Time after which a reading that the server could not answer is tried again. */
+const AGAIN_MS = 3000;
 
 /**
  * @param {import('./live.js').LiveFeed} live
@@ -19,23 +21,31 @@ export function followChanges(live, read, onError, signal) {
 
   const soon = () => {
     isDue = true;
-    if (!timer && !isReading) timer = setTimeout(readAll, PAUSE_MS);
+    if (!timer && !isReading) readIn(PAUSE_MS);
+  };
+  const readIn = (ms) => {
+    timer = setTimeout(readAll, ms);
   };
 
   async function readAll() {
     timer = 0;
     isReading = true;
     isDue = false;
+    let pauseMs = PAUSE_MS;
     try {
       await read();
     } catch (error) {
       if (error.name !== 'AbortError' && !(error instanceof ApiError)) throw error;
-      // When the server is back, so is the line, and with it the next reading.
       if (error instanceof ApiError && !error.isTemporary) onError(error);
+      // Without a line the next reading comes with it; a server that is only too busy says nothing when it is not.
+      if (error.isTemporary && live.state === 'OPEN') {
+        isDue = true;
+        pauseMs = AGAIN_MS;
+      }
     } finally {
       isReading = false;
     }
-    if (isDue && !signal.aborted) soon();
+    if (isDue && !signal.aborted) readIn(pauseMs);
   }
 
   live.addEventListener('changed', soon, { signal });

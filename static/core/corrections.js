@@ -4,7 +4,7 @@
  */
 
 import { ApiError, get, post, put } from './api.js';
-import { recall, remember } from './remembered.js';
+import { ofPerson, recall, remember } from './remembered.js';
 import { Store } from './store.js';
 
 /**
@@ -192,12 +192,12 @@ export class Corrections extends Store {
  * @property {string} version of the statements on which it is based
  */
 
-/** Keeps the waiting draft of one inspection in this browser. */
+/** Keeps the person's waiting draft of one inspection in this browser. */
 class KeptDraft {
   #key;
 
   constructor(inspection) {
-    this.#key = `chainage.unsent-corrections.${inspection}`;
+    this.#key = ofPerson(`chainage.unsent-corrections.${inspection}`);
   }
 
   /** @returns {Waiting|null} */

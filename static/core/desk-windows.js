@@ -1,26 +1,41 @@
 /**
  * Parts of the desk in windows of their own, for a second screen. Such a window is the page of the same inspection with
- * `?window=`, tied to the desk by a channel of this browser that is named after the inspection.
+ * `?window=&desk=`, tied to the desk that opened it by a channel of this browser that is named after the inspection and
+ * that desk: another tab of the same inspection keeps its parts.
  *
  * Messages of the desk: `who` asks which windows are open, `shown` {playhead, selection, isPicking}, `close` {part}.
- * Those of a window: `open` and `closed` {part}, `seek` {frame}, `select` {id}, `picked` {found}. What is tagged or
- * changed needs none: every page follows the server and this browser's outbox.
+ * Those of a window: `open` and `closed` {part}, `seek` {frame}, `select` {id}, `picked` {found}, `unpicked`. What is
+ * tagged or changed needs none: every page follows the server and this browser's outbox.
  */
 
+import { newId } from './new-id.js';
 import { Store } from './store.js';
 
 const PARTS = ['viewer', 'wall'];
 const FEATURES = 'popup,width=1200,height=760';
 
-/** The part that this page is the window of, null for a whole desk. */
-export const partOfWindow = () => PARTS.find((part) => part === new URLSearchParams(location.search).get('window')) ?? null;
+/** Id of the desk in this tab, which outlives a reload: its windows are still there then. */
+const REMEMBERED = 'chainage.desk';
 
-const channelOf = ({ inspection }) => new BroadcastChannel(`chainage-desk-${inspection.id}`);
+const asked = () => new URLSearchParams(location.search);
+
+/** The part that this page is the window of, null for a whole desk. */
+export const partOfWindow = () => PARTS.find((part) => part === asked().get('window')) ?? null;
+
+const channelOf = ({ inspection }, opener) => new BroadcastChannel(`chainage-desk-${inspection.id}-${opener}`);
+
+/** Returns the id of the desk in this tab. */
+function deskOfTab() {
+  const id = sessionStorage.getItem(REMEMBERED) ?? newId();
+  sessionStorage.setItem(REMEMBERED, id);
+  return id;
+}
 
 /** The desk's side: a store of the parts that are in windows of their own, in any order. */
 export class DeskWindows extends Store {
   #desk;
   #channel;
+  #id = deskOfTab();
   /** Id of an observation that a window has selected before it arrived here. */
   #awaited = null;
 
@@ -31,13 +46,16 @@ export class DeskWindows extends Store {
   constructor(desk, signal) {
     super([]);
     this.#desk = desk;
-    this.#channel = channelOf(desk);
+    this.#channel = channelOf(desk, this.#id);
     this.#channel.onmessage = ({ data }) => this.#hear(data);
     signal.addEventListener('abort', () => this.#channel.close());
     for (const store of [desk.playhead, desk.selection, desk.picking]) {
       store.addEventListener('change', () => this.value.length && this.#show(), { signal });
     }
     desk.observations.addEventListener('change', () => this.#select(this.#awaited), { signal });
+    desk.selection.addEventListener('change', () => {
+      if (desk.selection.value !== null) this.#awaited = null; // the person has gone on to something else
+    }, { signal });
     this.#channel.postMessage({ type: 'who' }); // after a reload its windows are still there
   }
 
@@ -57,7 +75,8 @@ export class DeskWindows extends Store {
       return true;
     }
     const { id } = this.#desk.inspection;
-    const opened = window.open(`/inspections/${id}?window=${part}`, `chainage-${part}-${id}`, FEATURES);
+    const query = new URLSearchParams({ window: part, desk: this.#id });
+    const opened = window.open(`/inspections/${id}?${query}`, `chainage-${part}-${id}-${this.#id}`, FEATURES);
     opened?.focus();
     return opened !== null;
   }
@@ -70,6 +89,7 @@ export class DeskWindows extends Store {
     else if (type === 'seek') this.#desk.seek(frame);
     else if (type === 'select') this.#select(id);
     else if (type === 'picked') this.#desk.picking.value?.(found);
+    else if (type === 'unpicked') this.#desk.picking.set(null);
   }
 
   #remove(part) {
@@ -97,19 +117,21 @@ export class DeskWindows extends Store {
  * @param {AbortSignal} signal
  */
 export function followDesk(desk, part, signal) {
-  const channel = channelOf(desk);
-  const { playhead, selection, observations } = desk;
+  const channel = channelOf(desk, asked().get('desk'));
+  const { playhead, selection, observations, picking } = desk;
   let selected = null; // on the desk
+  let isPicking = false; // there
   const select = () => {
     if (selected === null || observations.find(selected)) selection.set(selected);
   };
   const pick = (found) => channel.postMessage({ type: 'picked', found });
   channel.onmessage = ({ data }) => {
     if (data.type === 'who') channel.postMessage({ type: 'open', part });
-    if (data.type === 'close' && data.part === part) window.close();
+    if (data.type === 'close' && data.part === part) leave(desk);
     if (data.type !== 'shown') return;
     playhead.set(data.playhead);
-    desk.picking.set(data.isPicking ? pick : null);
+    isPicking = data.isPicking;
+    picking.set(isPicking ? pick : null);
     selected = data.selection;
     select();
   };
@@ -123,7 +145,16 @@ export function followDesk(desk, part, signal) {
     selected = selection.value;
     channel.postMessage({ type: 'select', id: selected });
   }, { signal });
+  picking.addEventListener('change', () => {
+    if (picking.value === null && isPicking) channel.postMessage({ type: 'unpicked' });
+  }, { signal });
   addEventListener('pagehide', () => channel.postMessage({ type: 'closed', part }), { signal });
   signal.addEventListener('abort', () => channel.close());
   channel.postMessage({ type: 'open', part });
+}
+
+/** Closes the window; a page that no script opened cannot be closed, so it becomes a desk. */
+function leave({ inspection }) {
+  window.close();
+  if (!window.closed) location.assign(`/inspections/${inspection.id}`);
 }

@@ -1,15 +1,19 @@
-/** Remarks that are being typed, by observation. This browser keeps them: a page may begin anew at any time. */
+/**
+ * Remarks that a person is typing, by observation. This browser keeps them: a page may begin anew at any time, and
+ * another one of the same inspection may be open.
+ */
 
-import { recall, remember } from './remembered.js';
+import { ofPerson, recall, remember } from './remembered.js';
 import { Store } from './store.js';
 
 /** A store of the texts by observation. */
 export class RemarkDrafts extends Store {
   #key;
+  #isKept = true;
 
   /** @param {string} inspection */
   constructor(inspection) {
-    const key = `chainage.remarks.${inspection}`;
+    const key = ofPerson(`chainage.remarks.${inspection}`);
     super(recall(key, {}));
     this.#key = key;
   }
@@ -25,8 +29,10 @@ export class RemarkDrafts extends Store {
 
   /** @param {string} text empty when it is sent or given up */
   put(observation, text) {
-    const { [observation]: _, ...others } = this.value;
-    this.set(text ? { ...others, [observation]: text } : others);
-    remember(this.#key, this.isEmpty ? null : this.value);
+    // Another page may have kept others since; what could not be kept is only here.
+    const { [observation]: _, ...others } = this.#isKept ? recall(this.#key, {}) : this.value;
+    const all = text ? { ...others, [observation]: text } : others;
+    this.#isKept = remember(this.#key, Object.keys(all).length ? all : null);
+    this.set(all);
   }
 }

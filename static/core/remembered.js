@@ -1,5 +1,10 @@
 /** What this browser remembers between pages: JSON by key. Another program, or an older page, may have written it. */
 
+import { person } from './rights.js';
+
+/** Returns the key of what one person alone left here: whoever logs in after them neither sees it nor sends it. */
+export const ofPerson = (key) => `${key}.of.${person}`;
+
 /**
  * Returns what is remembered; `otherwise` where there is nothing, or nothing of the same kind (a list, an object
  * with members, another value), so that a broken entry never keeps a page from opening.
@@ -32,10 +37,22 @@ export function recallMembers(key, usual) {
   return { ...usual, ...Object.fromEntries(Object.entries(recall(key, {})).filter(isFit)) };
 }
 
-/** Remembers a value; null forgets it. */
+/**
+ * Remembers a value; null forgets it. Returns whether that is so: a browser that is full or stores nothing keeps what
+ * it had, and that must never keep the page from going on.
+ */
 export function remember(key, value) {
-  if (value === null) localStorage.removeItem(key);
-  else localStorage.setItem(key, JSON.stringify(value));
+  try {
+    if (value === null) localStorage.removeItem(key);
+    else localStorage.setItem(key, JSON.stringify(value));
+    return true;
+  } catch (error) {
+    if (!REFUSALS.includes(error.name)) throw error;
+    return false;
+  }
 }
+
+/** Of a storage that is full, and of one that the browser denies. */
+const REFUSALS = ['QuotaExceededError', 'SecurityError'];
 
 const kindOf = (value) => (Array.isArray(value) ? 'list' : value === null ? 'nothing' : typeof value);

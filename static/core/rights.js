@@ -1,10 +1,13 @@
 /**
- * The person's rights, as the server wrote them into the page. They only control the page: the server
+ * Who the person is, and the rights, as the server wrote them into the page. They only control the page: the server
  * checks every request itself.
  */
 
 export const ROLES = ['viewer', 'operator', 'admin'];
-const { role, insecure } = document.documentElement.dataset;
+const { role, person: name, insecure } = document.documentElement.dataset;
+
+/** Name of the logged-in person; undefined before the log-in. */
+export const person = name;
 
 /** Whether the role is `needed` or higher. `data-needs` hides parts of the page that need more. */
 export const may = (needed) => ROLES.indexOf(role) >= ROLES.indexOf(needed);

@@ -125,6 +125,12 @@ def test_a_digit_key_gives_all_that_was_kept_for_it(
     press(desk, "babca2")
     press(desk, "e")
     desk.get_by_label("Quantity", exact=True).fill("2")
+    busy = {"code": "busy", "detail": "Too much to do."}
+    desk.route("**/api/me/preferences", lambda route: route.fulfill(status=503, json=busy))
+    desk.get_by_label("Keep for a digit key").select_option("7")
+    expect(desk.locator(".toast--error")).to_be_visible()
+    expect(desk.get_by_text("Key 8 now tags this.")).to_have_count(0)
+    desk.unroute("**/api/me/preferences")
     desk.get_by_label("Keep for a digit key").select_option(label="9 – Water")
     expect(desk.get_by_text("Key 9 now tags this.")).to_be_visible()
     desk.get_by_role("button", name="Done").click()

@@ -172,11 +172,13 @@ def test_broken_or_foreign_memories_of_a_browser_count_as_none(site: Page) -> No
           remember('x', { lanes: 'all', click: 'seek', other: 1, pack: 7 });
           const members = recallMembers('x', { lanes: ['wall'], click: 'tag', pack: null });
           remember('x', null);
-          return [recalled, members, localStorage.getItem('x')];
+          const forgotten = localStorage.getItem('x');
+          const isKept = [remember('x', 'old'), remember('x', 'y'.repeat(6e6))];
+          return [recalled, members, forgotten, isKept, recall('x', '')];
         }"""
     )
     usual = {"lanes": ["wall"], "click": "seek", "pack": 7}
-    assert found == [[{}, {}, {}, [], None, {"a": 1}], usual, None]
+    assert found == [[{}, {}, {}, [], None, {"a": 1}], usual, None, [True, False], "old"]
 
 
 def test_a_live_message_is_split_into_header_and_picture(site: Page) -> None:
@@ -528,3 +530,106 @@ def test_the_page_fills_a_header_from_the_register_as_the_server_does(site: Page
     assert [header | added for header, added in zip(headers, filled, strict=True)] == [
         completed(header, asset) for header in headers
     ]
+
+
+TWO_DESKS = """async () => {
+  const { DeskWindows, followDesk } = await import('/static/core/desk-windows.js');
+  const { Store } = await import('/static/core/store.js');
+  const deskOf = () => Object.assign(new EventTarget(), {
+    inspection: { id: 'one' },
+    playhead: new Store({ frame: 0 }),
+    selection: new Store(null),
+    picking: new Store(null),
+    observations: Object.assign(new Store([]), {
+      find(id) { return this.value.find((item) => item === id) ?? null; },
+    }),
+    select(id) { this.selection.set(id); },
+  });
+  window.desk = () => {
+    const lifetime = new AbortController();
+    const desk = deskOf();
+    return { desk, windows: new DeskWindows(desk, lifetime.signal), leave: () => lifetime.abort() };
+  };
+  window.here = desk();
+  let address;
+  window.open = (url) => { address = url; return window; };
+  here.windows.toggle('wall');
+  const id = sessionStorage.getItem('chainage.desk');
+  sessionStorage.clear(); // as in another tab
+  window.other = desk();
+  history.replaceState(null, '', address);
+  window.wall = deskOf();
+  followDesk(wall, 'wall', new AbortController().signal);
+  sessionStorage.setItem('chainage.desk', id);
+}"""
+
+
+def test_a_window_belongs_to_the_desk_that_opened_it(site: Page) -> None:
+    site.evaluate(TWO_DESKS)
+    site.wait_for_function("() => here.windows.has('wall')")
+    site.evaluate("() => { here.leave(); window.again = desk(); }")  # as a reload does
+    site.wait_for_function("() => again.windows.has('wall')")
+    assert site.evaluate("other.windows.value") == []
+
+    # Escape in the window ends what the desk wanted a click for.
+    site.evaluate("again.desk.picking.set(() => {})")
+    site.wait_for_function("() => wall.picking.value")
+    site.evaluate("() => { wall.selection.set('tag'); wall.picking.set(null); }")
+    site.wait_for_function("() => !again.desk.picking.value")
+
+    # Whoever has gone on at the desk is not brought back to what the window has tagged meanwhile.
+    site.evaluate("""() => {
+      again.desk.observations.set(['another']);
+      again.desk.selection.set('another');
+      again.desk.observations.set(['another', 'tag']);
+    }""")
+    assert site.evaluate("again.desk.selection.value") == "another"
+
+    # This page was opened by no script, so that none may close it.
+    site.route("**/inspections/one", lambda route: route.fulfill(body="the desk"))
+    with site.expect_navigation(url="**/inspections/one"):
+        site.evaluate("() => { setTimeout(() => again.windows.toggle('wall')); }")
+
+
+def test_remarks_of_two_tabs_are_kept_for_the_person_who_typed_them(site: Page) -> None:
+    def as_person(name: str, script: str) -> object:
+        site.reload()
+        return site.evaluate(
+            f"""async (name) => {{
+              document.documentElement.dataset.person = name;
+              const {{ RemarkDrafts }} = await import('/static/core/remark-drafts.js');
+              const [here, there] = [new RemarkDrafts('one'), new RemarkDrafts('one')];
+              {script}
+            }}""",
+            name,
+        )
+
+    as_person("Ann", "here.put('a', 'Is it wet?'); there.put('b', 'Roots'); here.put('a', 'Wet?');")
+    assert as_person("Ben", "return here.value;") == {}
+    assert as_person("Ann", "return here.value;") == {"a": "Wet?", "b": "Roots"}
+    sent = "here.put('a', ''); there.put('b', ''); return Object.keys(localStorage).join();"
+    assert "remarks" not in str(as_person("Ann", sent))
+
+
+def test_what_a_busy_server_could_not_answer_is_read_again_after_a_pause(site: Page) -> None:
+    pauses = site.evaluate(
+        """async () => {
+          const { ApiError } = await import('/static/core/api.js');
+          const { followChanges } = await import('/static/core/changes-elsewhere.js');
+          const [live, pauses, refusals] = [new EventTarget(), [], [503, 404]];
+          const wait = window.setTimeout;
+          window.setTimeout = (run, ms) => { pauses.push(ms); return wait(run, 0); };
+          const read = async () => {
+            const status = refusals.shift();
+            if (status) throw new ApiError(status, 'busy', '');
+          };
+          const shown = new Promise((resolve) => {
+            const { signal } = new AbortController();
+            followChanges(live, read, ({ status }) => resolve(status), signal);
+          });
+          live.state = 'OPEN';
+          live.dispatchEvent(new Event('changed'));
+          return [await shown, pauses];
+        }"""
+    )
+    assert pauses == [404, [300, 3000]]

@@ -29,7 +29,16 @@ def header_of(server: Server, inspection: str) -> dict:
     return json.load(server.ask("GET", f"/api/inspections/{inspection}"))["header"]
 
 
-def test_each_field_is_saved_as_it_is_left(panel: Page, server: Server, inspection: str) -> None:
+FULL = """() => {
+  const fill = (size) => localStorage.setItem(`full ${size}`, 'x'.repeat(size));
+  for (let size = 2 ** 23; size >= 1; size /= 2) try { fill(size); } catch {}
+}"""
+
+
+def test_each_field_is_saved_as_it_is_left_even_where_the_browser_can_keep_nothing(
+    panel: Page, server: Server, inspection: str
+) -> None:
+    panel.evaluate(FULL)
     panel.get_by_role("textbox", name="Asset", exact=True).fill("KL-204")
     panel.get_by_role("textbox", name="Start node").fill("HW1")
     panel.keyboard.press("Tab")

@@ -159,10 +159,18 @@ def test_two_people_see_each_other_and_nothing_that_is_typed_or_accepted_is_lost
     page.locator(".defect__main").first.click()
     page.keyboard.press("e")
     page.get_by_label("Question or comment").fill("Half a sent")
+    ben.get_by_role("button", name="Keys").click()
     for state in ("submitted", "in_review", "approved"):
         server.ask("POST", f"{path}/review", {"state": state})
     expect(page.locator("lock-notice")).to_contain_text("server has approved this inspection")
     expect(page.get_by_label("Question or comment")).to_have_value("Half a sent")
+    # It waits for the end of a dialog too.
+    ben.wait_for_function(
+        "() => document.querySelector('inspection-page').desk.inspection.value.review.state"
+        " === 'approved'"
+    )
+    expect(ben.get_by_role("dialog")).to_be_visible()
+    ben.keyboard.press("Escape")
     expect(ben.locator("[data-locked] .desk-bar__lock")).to_contain_text("Approved by server")
     press(page, "Show it as approved")
     expect(page.locator("defect-form")).to_have_count(0)

@@ -28,6 +28,7 @@ def _occurrences(pattern: str, suffixes: tuple[str, ...] = (".js", ".html")) -> 
         (r"\.(inner|outer)HTML|insertAdjacentHTML|document\.write", ["core/html.js"]),
         (r"(?<!#)\bfetch\(", ["core/api.js", "service-worker.js"]),
         (r"new WebSocket\b", ["core/live.js"]),
+        (r"\blocalStorage\.", ["core/remembered.js"]),
         (r"\bstyle=", []),
         (r"<script(?![^>]*\bsrc=)", []),
         (r"\bon(click|load|error|submit|input)=", []),

@@ -7,7 +7,7 @@ import re
 import pytest
 from clips import numbered_clip, rig_for_clip
 from desks import expect_frame, expect_read, expect_saved, observations
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 from steps import Server, log_in
 
 ON_WALL = """([along, arc]) => {
@@ -35,15 +35,21 @@ def click_wall(wall: Page, along_mm: float) -> None:
     wall.locator("wall-strip [data-part=above]").click(position={"x": x, "y": y}, force=True)
 
 
+def refuse(route: Route) -> None:
+    route.fulfill(status=422, json={"code": "elsewhere", "detail": "Not here."})
+
+
 def test_the_wall_in_its_own_window_moves_with_the_film_and_tags(
     page: Page, server: Server, inspection: str
 ) -> None:
     log_in(page, server, f"/inspections/{inspection}")
     expect_read(page)
+    page.locator(".viewer__stage > *").evaluate("view => view.dataset.loaded = 'once'")
     with page.expect_popup() as opened:
         press(page, OWN_WINDOW)
     wall = opened.value
     expect(page.locator("wall-strip")).to_be_hidden()
+    expect(page.locator(".viewer__stage > [data-loaded]")).to_have_count(1)
     expect(wall.locator("wall-strip")).to_be_visible()
     expect(wall.locator("video-panel")).to_have_count(0)
 
@@ -84,6 +90,12 @@ def test_the_wall_in_its_own_window_moves_with_the_film_and_tags(
     with page.expect_popup() as opened:
         press(page, OWN_WINDOW)
     expect(page.locator("wall-strip")).to_be_hidden()
+
+    # What the server refuses is shown in the window where it was made, with what waits there.
+    page.context.route("**/observations/*", refuse)
+    expect(opened.value.locator(".save")).to_have_text("Saved")
+    click_wall(opened.value, 25)
+    expect(opened.value.locator(".toast--error")).to_have_text(re.compile("Not here"))
     with opened.value.expect_event("close"):
         press(page, BACK)
     expect(page.locator("wall-strip")).to_be_visible()

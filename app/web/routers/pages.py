@@ -11,6 +11,7 @@ import hashlib
 import re
 import stat
 from functools import lru_cache
+from html import escape
 from mimetypes import guess_type
 from pathlib import Path
 
@@ -124,7 +125,9 @@ def shell(request: Request, principal: PrincipalDep) -> Response:
     text = (folder / _SHELL).read_text("utf-8")
     whole = with_bundles(text, _FIRST_MODULE, script=_SCRIPT, style=_STYLE)
     versioned = whole.replace('"/static/', f'"/static/{version_of(folder)}/')
-    return HTMLResponse(_with_facts(versioned, request, role=principal.role), headers=_ASKED)
+    return HTMLResponse(
+        _with_facts(versioned, request, role=principal.role, person=principal.name), headers=_ASKED
+    )
 
 
 @router.get("/service-worker.js")
@@ -141,7 +144,7 @@ def _with_facts(page: str, request: Request, **facts: str) -> str:
     """Add what a page needs before its first paint, as `data-` attributes of its root element."""
     if request.app.state.is_insecure:
         facts["insecure"] = "yes"
-    named = "".join(f' data-{name}="{value}"' for name, value in facts.items())
+    named = "".join(f' data-{name}="{escape(value)}"' for name, value in facts.items())
     return page.replace("<html", f"<html{named}", 1)
 
 

@@ -2,6 +2,7 @@
 
 import { ApiError, post } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
+import { recall, remember } from '../../core/remembered.js';
 import { may } from '../../core/rights.js';
 import { Component, Store } from '../../core/store.js';
 import { count } from '../../core/units.js';
@@ -53,7 +54,7 @@ class ArchiveAdd extends Component {
     );
     if (!may('admin')) return;
     const { parts } = this;
-    parts.paths.value = localStorage.getItem(REMEMBERED) ?? '';
+    parts.paths.value = recall(REMEMBERED, '');
     parts.table.fill({ caption: t('add.dry_run'), columns: additionColumns(), keyOf: ({ path }) => path });
     parts.pager.fill(this.#pages);
     this.listen(this.#pages, 'change', () => parts.table.show(this.#pages.page));
@@ -80,7 +81,7 @@ class ArchiveAdd extends Component {
     await this.#during(parts.look, async () => {
       this.#found = await post('/api/archive/films/preview', wanted, this.signal);
       this.#wanted = wanted;
-      localStorage.setItem(REMEMBERED, paths.join('\n'));
+      remember(REMEMBERED, paths.join('\n'));
       this.#showResult();
     });
   }

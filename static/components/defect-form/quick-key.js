@@ -46,9 +46,10 @@ class QuickKey extends Component {
   async #keep(where) {
     const { quick_codes: quickOnes, templates } = preferences.value;
     const isTemplate = where === TEMPLATE;
-    await this.#save(
+    const isKept = await this.#save(
       isTemplate ? { templates: [...templates, templateOf(this.#item)] } : { quick_codes: quickCodesWith(Number(where), this.#item) },
     );
+    if (!isKept) return;
     const text = isTemplate
       ? t('form.template_kept', { key: TEMPLATE_KEYS[templates.length] })
       : t('form.quick_kept', { key: Number(where) + 1 });
@@ -56,12 +57,15 @@ class QuickKey extends Component {
     toast(text, { action: t('page.undo'), run: () => this.#save(before) });
   }
 
+  /** Returns whether the server has taken the changes; why not is shown. */
   async #save(changes) {
     try {
       await preferences.save(changes);
+      return true;
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       toastError(error);
+      return false;
     }
   }
 }

@@ -19,6 +19,7 @@ import { GRAVEST } from '../severity-mark/severity-mark.js';
 import { reviewChip, statusChip } from '../status-chip/status-chip.js';
 import { orToast } from '../toast-stack/toast-stack.js';
 import { exportsMarkup } from './exports-menu.js';
+import { showSaving } from './saving.js';
 
 class DeskBar extends Component {
   mount() {
@@ -79,15 +80,12 @@ class DeskBar extends Component {
       parts.menu.querySelector('summary').focus(); // the dialog returns the focus to it
       openExport(desk, formatOf(item.dataset.export));
     });
-    for (const store of [desk.outbox, desk.attachmentOutbox, desk.conflicts]) {
-      this.listen(store, 'change', () => this.#showSaving());
-    }
     this.listen(desk.inspection, 'change', () => this.#showState());
     this.listen(desk.people, 'change', () => this.#showPeople());
     this.listen(desk.observations, 'change', () => this.#showEmergency());
     this.listen(desk.history, 'change', () => this.#showHistory());
     this.#showState();
-    this.#showSaving();
+    showSaving(parts.save, desk, this.signal);
     this.#showEmergency();
     this.#showHistory();
   }
@@ -132,19 +130,6 @@ class DeskBar extends Component {
     finish.dataset.shows = text;
     render(finish, html`${icon(ended ? 'check' : 'flag')}<span class="desk-bar__word">${text}</span>`);
     finish.setAttribute('aria-label', text);
-  }
-
-  #showSaving() {
-    const { save } = this.parts;
-    const boxes = [this.desk.outbox, this.desk.attachmentOutbox];
-    const count = boxes.reduce((sum, box) => sum + box.count, 0);
-    const reason = boxes.map((box) => box.reason).find((found) => found !== null) ?? null;
-    const isStuck = reason !== null && count > 0;
-    const { length: undecided } = this.desk.conflicts.value;
-    const settled = undecided ? t('desk.undecided', { n: undecided }) : t('desk.saved');
-    save.textContent = count === 0 ? settled : t('desk.waiting', { n: count });
-    save.title = isStuck ? reason : '';
-    save.classList.toggle('save--waiting', count + undecided > 0);
   }
 
   #showPeople() {

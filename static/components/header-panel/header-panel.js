@@ -6,7 +6,7 @@
 import { ApiError, pause } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
-import { recall, remember } from '../../core/remembered.js';
+import { ofPerson, recall, remember } from '../../core/remembered.js';
 import { mayEdit } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
@@ -222,12 +222,12 @@ class HeaderPanel extends Component {
   }
 }
 
-/** Entries by name that were typed for one inspection and are not on the server yet, in this browser. */
+/** Entries by name that the person typed for one inspection and are not on the server yet, in this browser. */
 class Unsent {
   #key;
 
   constructor(inspection) {
-    this.#key = `chainage.unsent-header.${inspection}`;
+    this.#key = ofPerson(`chainage.unsent-header.${inspection}`);
   }
 
   /** @returns {Map<string, Entry>} */

@@ -78,6 +78,13 @@ class InspectionPage extends Component {
     this.listen(desk.inspection, 'change', () => this.#showMessages());
     this.listen(desk.inspection, 'change', () => desk.inspection.isUnfinished && this.#follow());
     this.listen(desk.live, 'message', ({ detail }) => orToast(() => this.#lookFor(detail.header.state)));
+    this.listen(desk.outbox, 'change', () => this.#showKept());
+    // <conflict-notice> asks about overtaken changes of this inspection.
+    this.listen(desk.outbox, 'refused', ({ detail: { operation, error } }) => {
+      if (!error.isOvertaken || operation.inspection !== desk.inspection.id) toastError(error);
+      if (error.code === 'inspection_locked') orToast(() => desk.readAgain());
+    });
+    this.listen(desk.attachmentOutbox, 'refused', ({ detail: { error } }) => toastError(error));
     this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
     this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#showDone(text, other));
     this.#showMessages();
@@ -90,7 +97,7 @@ class InspectionPage extends Component {
 
   #buildDesk() {
     const { desk } = this;
-    const { id, name } = desk.inspection.value;
+    const { name } = desk.inspection.value;
     document.title = `${name} · Chainage`;
     desk.windows = new DeskWindows(desk, this.signal);
     desk.people = new People(desk.live, this.signal);
@@ -130,13 +137,6 @@ class InspectionPage extends Component {
     desk.seek = (frame) => this.video.seek(frame);
 
     const { parts } = this;
-    this.listen(desk.outbox, 'change', () => this.#showKept());
-    // <conflict-notice> asks about overtaken changes of this inspection.
-    this.listen(desk.outbox, 'refused', ({ detail: { operation, error } }) => {
-      if (!error.isOvertaken || operation.inspection !== id) toastError(error);
-      if (error.code === 'inspection_locked') orToast(() => desk.readAgain());
-    });
-    this.listen(desk.attachmentOutbox, 'refused', ({ detail: { error } }) => toastError(error));
     this.listen(desk.observations, 'change', () => this.#showObservations());
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
     this.listen(desk.editing, 'change', () => parts.all.toggleAttribute('data-editing', desk.editing.value));
@@ -154,7 +154,6 @@ class InspectionPage extends Component {
     parts.viewer.bound = bindings.flatMap((binding) => binding.keys).filter((key) => !VIEWER_KEYS.has(key));
 
     this.#showQuestions();
-    this.#showKept();
     this.#showObservations();
     followLinks(desk, this.signal);
   }

@@ -4,7 +4,9 @@ import { html, render } from '../../core/html.js';
 import { bindKeys } from '../../core/keys.js';
 import { chainage } from '../../core/units.js';
 import { t } from '../../core/words.js';
+import { showSaving } from '../desk-bar/saving.js';
 import { bindZoom, zoomAxis, zoomTools } from '../strip/zoom-tools.js';
+import '../conflict-dialog/conflict-notice.js';
 import '../distance-readout/distance-readout.js';
 import '../review-panel/lock-notice.js';
 import '../viewer-panel/viewer-panel.js';
@@ -29,13 +31,16 @@ export function buildWindow(page, part) {
     page,
     html`<main id="main" class="second" tabindex="-1">
         <header class="second__head"><h1 class="second__name">${name}<span class="dim"> · ${TITLES[part]}</span></h1>
-          ${part === 'wall' && html`<div class="second__tools" role="group" aria-label="${t('strip.title')}">${zoomTools()}</div>`}</header>
+          ${part === 'wall' && html`<div class="second__tools" role="group" aria-label="${t('strip.title')}">${zoomTools()}</div>`}
+          <p class="save number" role="status" data-part="save" data-needs="operator"></p></header>
         <distance-readout class="panel"></distance-readout>
         ${part === 'wall' ? html`<wall-strip class="second__part panel"></wall-strip>` : html`<viewer-panel class="second__part panel"></viewer-panel>`}
+        <conflict-notice hidden></conflict-notice>
         <div class="desk-messages" data-part="messages"></div>
         <lock-notice hidden></lock-notice>
       </main>`,
   );
+  showSaving(parts.save, desk, signal);
   if (part === 'wall') bindZoom(parts, desk, signal);
   // The film is on the desk: here a few messages a second are enough for what changes with a run.
   desk.live.addEventListener('message', ({ detail: { header } }) => {
@@ -45,9 +50,14 @@ export function buildWindow(page, part) {
   bindKeys(document, [
     { keys: ['u', 'Ctrl+z'], run: () => page.undo() },
     { keys: ['Shift+u', 'Ctrl+Shift+z', 'Ctrl+y'], run: () => page.redo() },
-    { keys: ['+', '='], run: () => zoomAxis(desk, 1) },
-    { keys: ['-'], run: () => zoomAxis(desk, -1) },
-    { keys: ['0'], run: () => desk.axis.showWhole() },
+    { keys: ['Escape'], run: () => desk.picking.set(null) },
+    ...(part === 'wall' ? zoomKeys(desk) : []),
   ], signal);
   return parts;
 }
+
+const zoomKeys = (desk) => [
+  { keys: ['+', '='], run: () => zoomAxis(desk, 1) },
+  { keys: ['-'], run: () => zoomAxis(desk, -1) },
+  { keys: ['0'], run: () => desk.axis.showWhole() },
+];

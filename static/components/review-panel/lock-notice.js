@@ -1,6 +1,6 @@
 /**
  * Begins the page anew when somebody approves or reopens the inspection, as what can be changed depends on that. While a
- * remark is being typed it waits and says so.
+ * remark is being typed it waits and says so; while a dialog is open it waits for its end.
  */
 
 import { html, render } from '../../core/html.js';
@@ -10,18 +10,23 @@ import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 
+/** What the end of a dialog has begun is sent by then. */
+const AFTER_DIALOG_MS = 500;
+
 class LockNotice extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     const { inspection, drafts } = this.desk;
     this.wasLocked = isLocked(inspection.value);
     for (const store of [inspection, drafts]) this.listen(store, 'change', () => this.#look());
+    // `close` does not bubble.
+    this.listen(document, 'close', () => setTimeout(() => this.#look(), AFTER_DIALOG_MS), { capture: true });
   }
 
   #look() {
     const { inspection, drafts } = this.desk;
     const isNow = isLocked(inspection.value);
-    if (isNow === this.wasLocked) return;
+    if (isNow === this.wasLocked || document.querySelector('dialog[open]')) return;
     if (!isNow || drafts.isEmpty) {
       location.reload();
       return;

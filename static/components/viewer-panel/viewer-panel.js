@@ -2,6 +2,7 @@
 
 import { html, render } from '../../core/html.js';
 import { pageId } from '../../core/page-id.js';
+import { recall, remember } from '../../core/remembered.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { lengthUnit } from '../../core/units.js';
@@ -84,12 +85,14 @@ class ViewerPanel extends Component {
     this.parts.measure.hidden = !may('operator');
     this.listen(this.parts.cut, 'change', () => this.#send());
     this.listen(this.parts.measure, 'click', () => this.#measure(!this.#isMeasuring));
-    this.#choose(localStorage.getItem(REMEMBERED) ?? 'follow');
+    this.#choose(recall(REMEMBERED, 'follow'));
   }
 
   /** Shows the 3D view, or why it is not here: a view in a window of its own is drawn only there. */
   #showStage(hasGl) {
     const isAway = Boolean(this.desk.windows?.has('viewer'));
+    if (this.parts.stage.dataset.away === String(isAway)) return; // another part has moved: the view goes on
+    this.parts.stage.dataset.away = String(isAway);
     this.parts.cut.disabled = this.parts.measure.disabled = this.parts.large.disabled = isAway;
     for (const button of this.querySelectorAll('[data-mode]')) button.disabled = isAway;
     const size = this.#isLate ? `&fixedDpr=${devicePixelRatio / 2}` : '';
@@ -144,7 +147,7 @@ class ViewerPanel extends Component {
 
   #choose(mode) {
     this.#mode = mode;
-    localStorage.setItem(REMEMBERED, mode);
+    remember(REMEMBERED, mode);
     this.#send();
     for (const button of this.querySelectorAll('[data-mode]')) {
       this.#pressed(button, button.dataset.mode === mode);
