@@ -25,6 +25,7 @@ from sqlalchemy import (
 from app.storage.assets import AssetStore
 from app.storage.database import Database
 from app.storage.index_queries import (
+    NEWEST_LAST,
     WITH_INSPECTION,
     FoundInspection,
     a_page,
@@ -48,7 +49,7 @@ class Asset:
     """Of the register, else of its newest survey."""
     inspections: int
     last_on: date | None
-    """None if it was never inspected, like the next ones."""
+    """Day of its newest survey; None if it was never inspected, like the next ones."""
     worst_severity: int | None
     """Of its newest survey."""
     filmed_id: str | None
@@ -129,19 +130,22 @@ class AssetIndex:
 
 
 def _ranked(of: Any) -> Subquery:
-    """Return the inspections with their rank among those of the same asset: 1 is the newest day.
-
-    One that was not tracked yet comes after all others: it would hide what is known.
+    """Return the inspections with their places among those of the same asset: `rank` is 1 in the
+    whole newest survey, `number` only in its last inspection.
     """
-    has_run = case((Inspection.status.in_(("running", "done")), 1), else_=0)
-    newest_first = (has_run.desc(), IndexedInspection.surveyed_on.desc())
+    newest_first = [column.desc() for column in NEWEST_LAST]
+
+    def placed(place: Any, *order: ColumnElement[Any]) -> ColumnElement[Any]:
+        return place.over(partition_by=of, order_by=order)
+
     return (
         select(
             IndexedInspection,
             Inspection.status,
             Inspection.review_state,
             Inspection.video_file,
-            func.rank().over(partition_by=of, order_by=newest_first).label("rank"),
+            placed(func.rank(), *newest_first[:2]).label("rank"),
+            placed(func.row_number(), *newest_first).label("number"),
         )
         .join(Inspection, Inspection.id == IndexedInspection.inspection_id)
         .subquery()
@@ -164,9 +168,9 @@ def _all_assets() -> Subquery:
         select(
             ranked.c.asset,
             func.count().label("inspections"),
-            func.max(ranked.c.surveyed_on).label("last_on"),
+            _of_newest(ranked, ranked.c.surveyed_on).label("last_on"),
             _of_newest(ranked, ranked.c.worst_severity).label("worst_severity"),
-            _of_newest(ranked, ranked.c.project).label("project"),
+            func.max(case((ranked.c.number == 1, ranked.c.project))).label("project"),
             _of_newest(ranked, filmed).label("filmed_id"),
         )
         .group_by(ranked.c.asset)

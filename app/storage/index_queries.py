@@ -17,6 +17,12 @@ WITH_INSPECTION = select(IndexedInspection, Inspection).join(
     Inspection, Inspection.id == IndexedInspection.inspection_id
 )
 
+HAS_RUN = Inspection.status.in_(("running", "done"))
+"""Whether it was tracked, or is: what waits for that must not hide what is known."""
+NEWEST_LAST = (HAS_RUN, IndexedInspection.surveyed_on, Inspection.created_at, Inspection.id)
+"""Order of the inspections of an asset. Those that equal the last one in the first two are its
+newest survey: its day, and its worst grade; its project is that of the last one."""
+
 
 @dataclass(frozen=True)
 class FoundInspection:
