@@ -193,19 +193,24 @@ def _all_assets() -> Subquery:
 
 
 def _belongings() -> Subquery:
-    """Return the pairs of project and asset, each once; the project may be None.
+    """Return the pairs of project and asset, each once.
 
-    An asset that the register gives no project belongs to those of its inspections only.
+    The project is None for an asset to which neither the register nor an inspection gives one.
     """
-    is_inspected = exists().where(IndexedInspection.asset == RegisteredAsset.asset_id)
-    return union(
+    pairs = union(
         select(IndexedInspection.project.label("project"), IndexedInspection.asset).where(
             IndexedInspection.asset.is_not(None)
         ),
-        select(RegisteredAsset.project, RegisteredAsset.asset_id).where(
-            or_(RegisteredAsset.project.is_not(None), ~is_inspected)
-        ),
+        select(RegisteredAsset.project, RegisteredAsset.asset_id),
     ).subquery()
+    with_project = union(
+        select(IndexedInspection.asset).where(
+            IndexedInspection.asset.is_not(None), IndexedInspection.project.is_not(None)
+        ),
+        select(RegisteredAsset.asset_id).where(RegisteredAsset.project.is_not(None)),
+    )
+    is_given = pairs.c.project.is_not(None)
+    return select(pairs).where(or_(is_given, pairs.c.asset.not_in(with_project))).subquery()
 
 
 def _all_projects() -> Subquery:

@@ -153,6 +153,8 @@ def test_assets_are_found_by_words_and_project_and_sorted(archive: Archive) -> N
     archive.inspect("B", 2024, 1)
     archive.register("C", "Jalan Ampang")
     archive.register("D")
+    archive.inspect("C", 2023)  # its header states no project, the register does
+    archive.inspect("A", 2019)
     assert archive.names(text="jalan") == ["A", "C"]
     assert archive.names(of=ProjectFilter(name="Jalan Ampang")) == ["A", "C"]
     assert archive.names(of=NO_PROJECT) == ["B", "D"]
