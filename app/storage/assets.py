@@ -80,17 +80,19 @@ class AssetStore:
 
         return self._database.write(replace)
 
-    def delete(self, asset_id: str) -> None:
+    def delete(self, asset_id: str, require: Require) -> None:
         """Take an asset off the register; its inspections stay.
 
         Raises:
             AssetNotFound: The register has no asset with this id.
+            Exception: Whatever `require` raises for the stored asset.
         """
 
         def remove(session: Session) -> None:
             row = session.get(RegisteredAsset, asset_id)
             if row is None:
                 raise AssetNotFound("There is no such asset in the register.")
+            require(asset_of(row))
             session.delete(row)
 
         self._database.write(remove)

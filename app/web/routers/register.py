@@ -116,11 +116,17 @@ def put(
     return RegisteredAssetOut.of(row)
 
 
-@router.delete("/assets/{asset_id:path}", status_code=204, responses=failures(AssetNotFound))
+@router.delete(
+    "/assets/{asset_id:path}",
+    status_code=204,
+    responses=failures(AssetNotFound, ChangedMeanwhile),
+)
 @operator
-def delete(asset_id: AssetId, services: ServicesDep) -> None:
+def delete(
+    asset_id: AssetId, services: ServicesDep, principal: PrincipalDep, replaced: Replaced
+) -> None:
     """Take an asset off the register; its inspections stay."""
-    services.register.delete(asset_id)
+    services.register.delete(asset_id, principal.name, replaced)
 
 
 def _named(filename: str) -> dict[str, str]:
