@@ -134,18 +134,16 @@ def _ranked(of: Any) -> Subquery:
     whole newest survey, `number` only in its last inspection.
     """
     newest_first = [column.desc() for column in NEWEST_LAST]
-
-    def placed(place: Any, *order: ColumnElement[Any]) -> ColumnElement[Any]:
-        return place.over(partition_by=of, order_by=order)
-
+    rank = func.rank().over(partition_by=of, order_by=newest_first[:2])
+    number = func.row_number().over(partition_by=of, order_by=newest_first)
     return (
         select(
             IndexedInspection,
             Inspection.status,
             Inspection.review_state,
             Inspection.video_file,
-            placed(func.rank(), *newest_first[:2]).label("rank"),
-            placed(func.row_number(), *newest_first).label("number"),
+            rank.label("rank"),
+            number.label("number"),
         )
         .join(Inspection, Inspection.id == IndexedInspection.inspection_id)
         .subquery()
@@ -208,9 +206,9 @@ def _belongings() -> Subquery:
             IndexedInspection.asset.is_not(None), IndexedInspection.project.is_not(None)
         ),
         select(RegisteredAsset.asset_id).where(RegisteredAsset.project.is_not(None)),
-    )
-    is_given = pairs.c.project.is_not(None)
-    return select(pairs).where(or_(is_given, pairs.c.asset.not_in(with_project))).subquery()
+    ).subquery()
+    has_none = pairs.c.asset.not_in(select(with_project))
+    return select(pairs).where(or_(pairs.c.project.is_not(None), has_none)).subquery()
 
 
 def _all_projects() -> Subquery:
