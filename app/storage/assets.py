@@ -11,7 +11,7 @@ from sqlalchemy import ColumnElement, Executable, func, insert, select, union, u
 from sqlalchemy.orm import Session
 
 from app.errors import AssetNotFound, Busy
-from app.storage.database import Database
+from app.storage.database import Database, batches
 from app.storage.tables import IndexedInspection, RegisteredAsset
 from app.survey.folding import folded, spelling, words_of
 from app.survey.register import Asset, texts_of
@@ -19,7 +19,6 @@ from app.survey.register_table import Stated, Step, steps
 from app.survey.versions import Require
 
 _AT_ONCE = 1_000
-"""Ids of one query: databases limit the number of its parameters."""
 _TRIES = 5
 """How often an import is planned anew because somebody has changed the register meanwhile."""
 
@@ -127,7 +126,7 @@ class AssetStore:
         """
         found: dict[str, list[str]] = {}
         with self._database.read() as session:
-            for some in _batches({spelling(asset_id) for asset_id in asset_ids}):
+            for some in batches({spelling(asset_id) for asset_id in asset_ids}):
                 known = select(RegisteredAsset.spelling, RegisteredAsset.asset_id).where(
                     RegisteredAsset.spelling.in_(some)
                 )
@@ -182,17 +181,11 @@ def _known(session: Session, stated: Sequence[Stated]) -> Mapping[str, Asset]:
     """Return the registered ones of the stated assets, by id."""
     return {
         row.asset_id: asset_of(row)
-        for some in _batches(row.asset_id for row in stated)
+        for some in batches(row.asset_id for row in stated)
         for row in session.scalars(
             select(RegisteredAsset).where(RegisteredAsset.asset_id.in_(some))
         )
     }
-
-
-def _batches(ids: Iterable[str]) -> Iterator[list[str]]:
-    every = list(ids)
-    for start in range(0, len(every), _AT_ONCE):
-        yield every[start : start + _AT_ONCE]
 
 
 def _with_words(text: str) -> Iterator[ColumnElement[bool]]:

@@ -199,5 +199,7 @@ def test_inspections_are_listed_by_what_the_index_and_their_labels_say(archive: 
     assert archive.listed("surveyed_on") == [a, c, b]
     assert archive.listed("review_state", search="film.mp4")[0] == a
     assert labels.in_use() == [("invoiced", 2), ("urgent", 1)]
+    many = [a, *(f"{n:032x}" for n in range(10**9, 10**9 + 66_000)), b]
+    assert labels.of(many) == {a: ("invoiced",), b: ("invoiced", "urgent")}
     InspectionStore(archive.database).delete(b, "Ana")
     assert labels.in_use() == [("invoiced", 1)]
