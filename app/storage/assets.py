@@ -7,15 +7,17 @@ from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
-from sqlalchemy import ColumnElement, Executable, func, insert, select, union, update
+from sqlalchemy import Executable, func, insert, select, union, update
 from sqlalchemy.orm import Session
 
 from app.errors import AssetNotFound, Busy
 from app.storage.database import Database, batches
+from app.storage.index_queries import a_page, with_words
 from app.storage.tables import IndexedInspection, RegisteredAsset
-from app.survey.folding import folded, spelling, words_of
+from app.survey.folding import folded, spelling
 from app.survey.register import Asset, texts_of
 from app.survey.register_table import Stated, Step, steps
+from app.survey.search_terms import Page
 from app.survey.versions import Require
 
 _AT_ONCE = 1_000
@@ -36,17 +38,11 @@ class AssetStore:
 
     def page(self, text: str, offset: int, limit: int) -> tuple[int, list[RegisteredAsset]]:
         """Return the number of assets with these words, and some of them, sorted by id."""
-        fits = list(_with_words(text))
+        query = select(RegisteredAsset).where(*with_words(RegisteredAsset.folded, text))
+        page = Page(sort="asset_id", descending=False, offset=offset, limit=limit)
         with self._database.read() as session:
-            total = session.scalar(select(func.count()).select_from(RegisteredAsset).where(*fits))
-            page = (
-                select(RegisteredAsset)
-                .where(*fits)
-                .order_by(RegisteredAsset.asset_id)
-                .offset(offset)
-                .limit(limit)
-            )
-            return total or 0, list(session.scalars(page))
+            total, found = a_page(session, query, (RegisteredAsset.asset_id.asc(),), page)
+        return total, [row for (row,) in found]
 
     def every(self) -> Iterator[Asset]:
         """Yield all assets, sorted by id, reading some at a time."""
@@ -186,8 +182,3 @@ def _known(session: Session, stated: Sequence[Stated]) -> Mapping[str, Asset]:
             select(RegisteredAsset).where(RegisteredAsset.asset_id.in_(some))
         )
     }
-
-
-def _with_words(text: str) -> Iterator[ColumnElement[bool]]:
-    for word in words_of(text):
-        yield RegisteredAsset.folded.contains(word, autoescape=True)
