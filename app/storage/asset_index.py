@@ -130,20 +130,17 @@ class AssetIndex:
 
 
 def _ranked(of: Any) -> Subquery:
-    """Return the inspections with their places among those of the same asset: `rank` is 1 in the
-    whole newest survey, `number` only in its last inspection.
+    """Return the inspections with their rank among those of the same asset: 1 is its newest
+    survey.
     """
     newest_first = [column.desc() for column in NEWEST_LAST]
-    rank = func.rank().over(partition_by=of, order_by=newest_first[:2])
-    number = func.row_number().over(partition_by=of, order_by=newest_first)
     return (
         select(
             IndexedInspection,
             Inspection.status,
             Inspection.review_state,
             Inspection.video_file,
-            rank.label("rank"),
-            number.label("number"),
+            func.rank().over(partition_by=of, order_by=newest_first).label("rank"),
         )
         .join(Inspection, Inspection.id == IndexedInspection.inspection_id)
         .subquery()
@@ -168,7 +165,7 @@ def _all_assets() -> Subquery:
             func.count().label("inspections"),
             _of_newest(ranked, ranked.c.surveyed_on).label("last_on"),
             _of_newest(ranked, ranked.c.worst_severity).label("worst_severity"),
-            func.max(case((ranked.c.number == 1, ranked.c.project))).label("project"),
+            _of_newest(ranked, ranked.c.project).label("project"),
             _of_newest(ranked, filmed).label("filmed_id"),
         )
         .group_by(ranked.c.asset)

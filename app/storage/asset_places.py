@@ -77,7 +77,7 @@ class AssetPlaces:
             )
             .join(Inspection, Inspection.id == IndexedInspection.inspection_id)
             .where(IndexedInspection.asset_spelling.is_not(None))
-            .order_by(*NEWEST_LAST)
+            .order_by(*NEWEST_LAST, Inspection.created_at)
         )
         if spelling is not None:
             registered = registered.where(RegisteredAsset.spelling == spelling)

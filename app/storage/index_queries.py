@@ -19,9 +19,9 @@ WITH_INSPECTION = select(IndexedInspection, Inspection).join(
 
 HAS_RUN = Inspection.status.in_(("running", "done"))
 """Whether it was tracked, or is: what waits for that must not hide what is known."""
-NEWEST_LAST = (HAS_RUN, IndexedInspection.surveyed_on, Inspection.created_at, Inspection.id)
-"""Order of the inspections of an asset. Those that equal the last one in the first two are its
-newest survey: its day, and its worst grade; its project is that of the last one."""
+NEWEST_LAST = (HAS_RUN, IndexedInspection.surveyed_on)
+"""Order of the inspections of an asset. All that are last are its newest survey, with one day; of
+their grades the worst counts, and of their projects the last by name."""
 
 
 @dataclass(frozen=True)

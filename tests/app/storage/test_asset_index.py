@@ -122,8 +122,8 @@ def archive(new_url: Callable[[], str | None], tmp_path: Path) -> Iterator[Archi
 
 def test_an_asset_has_the_figures_of_its_newest_survey(archive: Archive) -> None:
     archive.inspect("CV-1", 2019, 5, project="Old")
-    archive.inspect("CV-1", 2024, 3, project="South", video_file="")
-    newest = archive.inspect("CV-1", 2024, 2, project="North")  # later on the same day
+    newest = archive.inspect("CV-1", 2024, 2, project="North")
+    archive.inspect("CV-1", 2024, 3, project="East", video_file="")  # later on the same day
     archive.inspect("CV-1", 2025, project="Planned", status="queued")  # shows nothing yet
     archive.register("CV-2", "South")
     figures = ("CV-1", "North", 4, date(2024, 5, 1), 3)
