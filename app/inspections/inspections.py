@@ -128,6 +128,7 @@ class Inspections:
             InspectionNotFound: No inspection has this id.
         """
         self._labels.put(inspection_id, labels, who)
+        self._live.observations_changed(inspection_id)
         return self._labels.of([inspection_id]).get(inspection_id, ())
 
     def labels_in_use(self) -> list[tuple[str, int]]:

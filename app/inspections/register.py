@@ -54,7 +54,7 @@ class Register:
         Raises:
             AssetNotFound: The register has no asset with this id.
         """
-        row = self._store.find(asset_id)
+        row = self._store.find(one_line(asset_id))
         if row is None:
             raise AssetNotFound(f"The register has no asset {asset_id!r}.")
         return row
@@ -76,15 +76,24 @@ class Register:
         def require(stored: Asset | None) -> None:
             require_version(None if stored is None else _plain(stored), _plain(asset), replaced)
 
-        return self._store.put(asset, who, require)
+        row = self._store.put(asset, who, require)
+        logger.info("%s put asset %r into the register.", who, asset.asset_id)
+        return row
 
-    def delete(self, asset_id: str) -> None:
+    def delete(self, asset_id: str, who: str, replaced: str | None) -> None:
         """Take an asset off the register; its inspections stay.
 
         Raises:
             AssetNotFound: The register has no asset with this id.
+            ChangedMeanwhile: The stored version is no longer `replaced`; nothing was deleted.
         """
-        self._store.delete(asset_id)
+
+        def require(stored: Asset) -> None:
+            require_version(_plain(stored), None, replaced)
+
+        registered_id = one_line(asset_id)
+        self._store.delete(registered_id, require)
+        logger.info("%s took asset %r off the register.", who, registered_id)
 
     def table(self) -> Iterator[str]:
         """Yield the register as a table, piece by piece."""
@@ -123,10 +132,14 @@ class Register:
         return Alike([other for other in spelt if other != wanted], fields)
 
     def completed(self, header: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the header of a new inspection, its empty fields filled from the register."""
+        """Return the header of a new inspection, its empty fields filled from the register, and
+        its id written as there, so that it is the same asset.
+        """
         asset_id = asset_id_of(header)
         row = None if asset_id is None else self._store.find(one_line(asset_id))
-        return completed(header, None if row is None else asset_of(row))
+        if row is None:
+            return completed(header, None)
+        return completed(header, asset_of(row)) | {"asset_id": row.asset_id}
 
     def _import(self, table: Table, steps: Sequence[Step]) -> Import:
         added = [step for step in steps if step.action == "add"]

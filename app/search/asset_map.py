@@ -121,26 +121,27 @@ def _asset(
     line: list[list[float]],
     surveys: Sequence[SurveyedPlace],
 ) -> MappedAsset:
-    newest = surveys[-1] if surveys else None
+    newest = _newest(surveys)
     return MappedAsset(
         asset=asset,
-        project=project or (newest.project if newest else None),
+        project=project or max((one.project for one in newest if one.project), default=None),
         projects=frozenset(name for name in (project, *(s.project for s in surveys)) if name),
-        worst_severity=_worst(surveys),
+        worst_severity=max(
+            (one.worst_severity for one in newest if one.worst_severity is not None), default=None
+        ),
         inspections=len(surveys),
-        last_on=newest.surveyed_on if newest else None,
+        last_on=newest[0].surveyed_on if newest else None,
         line=line,
     )
 
 
-def _worst(surveys: Sequence[SurveyedPlace]) -> int | None:
-    """Return the worst severity of the newest day."""
-    grades = [
-        one.worst_severity
+def _newest(surveys: Sequence[SurveyedPlace]) -> list[SurveyedPlace]:
+    """Return the newest survey: the inspections of one day."""
+    return [
+        one
         for one in surveys
         if (one.has_run, one.surveyed_on) == (surveys[-1].has_run, surveys[-1].surveyed_on)
     ]
-    return max((grade for grade in grades if grade is not None), default=None)
 
 
 def _is_wanted(asset: MappedAsset, wanted: WantedAssets) -> bool:

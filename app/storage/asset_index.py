@@ -25,6 +25,7 @@ from sqlalchemy import (
 from app.storage.assets import AssetStore
 from app.storage.database import Database
 from app.storage.index_queries import (
+    NEWEST_LAST,
     WITH_INSPECTION,
     FoundInspection,
     a_page,
@@ -48,7 +49,7 @@ class Asset:
     """Of the register, else of its newest survey."""
     inspections: int
     last_on: date | None
-    """None if it was never inspected, like the next ones."""
+    """Day of its newest survey; None if it was never inspected, like the next ones."""
     worst_severity: int | None
     """Of its newest survey."""
     filmed_id: str | None
@@ -129,12 +130,10 @@ class AssetIndex:
 
 
 def _ranked(of: Any) -> Subquery:
-    """Return the inspections with their rank among those of the same asset: 1 is the newest day.
-
-    One that was not tracked yet comes after all others: it would hide what is known.
+    """Return the inspections with their rank among those of the same asset: 1 is its newest
+    survey.
     """
-    has_run = case((Inspection.status.in_(("running", "done")), 1), else_=0)
-    newest_first = (has_run.desc(), IndexedInspection.surveyed_on.desc())
+    newest_first = [column.desc() for column in NEWEST_LAST]
     return (
         select(
             IndexedInspection,
@@ -164,7 +163,7 @@ def _all_assets() -> Subquery:
         select(
             ranked.c.asset,
             func.count().label("inspections"),
-            func.max(ranked.c.surveyed_on).label("last_on"),
+            _of_newest(ranked, ranked.c.surveyed_on).label("last_on"),
             _of_newest(ranked, ranked.c.worst_severity).label("worst_severity"),
             _of_newest(ranked, ranked.c.project).label("project"),
             _of_newest(ranked, filmed).label("filmed_id"),
@@ -189,19 +188,24 @@ def _all_assets() -> Subquery:
 
 
 def _belongings() -> Subquery:
-    """Return the pairs of project and asset, each once; the project may be None.
+    """Return the pairs of project and asset, each once.
 
-    An asset that the register gives no project belongs to those of its inspections only.
+    The project is None for an asset to which neither the register nor an inspection gives one.
     """
-    is_inspected = exists().where(IndexedInspection.asset == RegisteredAsset.asset_id)
-    return union(
+    pairs = union(
         select(IndexedInspection.project.label("project"), IndexedInspection.asset).where(
             IndexedInspection.asset.is_not(None)
         ),
-        select(RegisteredAsset.project, RegisteredAsset.asset_id).where(
-            or_(RegisteredAsset.project.is_not(None), ~is_inspected)
-        ),
+        select(RegisteredAsset.project, RegisteredAsset.asset_id),
     ).subquery()
+    with_project = union(
+        select(IndexedInspection.asset).where(
+            IndexedInspection.asset.is_not(None), IndexedInspection.project.is_not(None)
+        ),
+        select(RegisteredAsset.asset_id).where(RegisteredAsset.project.is_not(None)),
+    ).subquery()
+    has_none = pairs.c.asset.not_in(select(with_project))
+    return select(pairs).where(or_(pairs.c.project.is_not(None), has_none)).subquery()
 
 
 def _all_projects() -> Subquery:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from sqlalchemy import select
 
 from app.storage.database import Database
+from app.storage.index_queries import HAS_RUN, NEWEST_LAST
 from app.storage.tables import IndexedInspection, Inspection, RegisteredAsset
 
 
@@ -28,7 +29,6 @@ class SurveyedPlace(NamedTuple):
     spelling: str
     project: str | None
     has_run: bool
-    """Whether it was tracked, or is: what waits for that must not hide what is known."""
     surveyed_on: date
     worst_severity: int | None
     start_lon: float | None
@@ -62,13 +62,12 @@ class AssetPlaces:
             RegisteredAsset.project,
             RegisteredAsset.line,
         ).order_by(RegisteredAsset.asset_id)
-        has_run = Inspection.status.in_(("running", "done"))
         surveyed = (
             select(
                 IndexedInspection.asset,
                 IndexedInspection.asset_spelling,
                 IndexedInspection.project,
-                has_run,
+                HAS_RUN,
                 IndexedInspection.surveyed_on,
                 IndexedInspection.worst_severity,
                 IndexedInspection.start_lon,
@@ -78,7 +77,7 @@ class AssetPlaces:
             )
             .join(Inspection, Inspection.id == IndexedInspection.inspection_id)
             .where(IndexedInspection.asset_spelling.is_not(None))
-            .order_by(has_run, IndexedInspection.surveyed_on, Inspection.created_at)
+            .order_by(*NEWEST_LAST, Inspection.created_at)
         )
         if spelling is not None:
             registered = registered.where(RegisteredAsset.spelling == spelling)

@@ -7,19 +7,20 @@ from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
-from sqlalchemy import ColumnElement, Executable, func, insert, select, union, update
+from sqlalchemy import Executable, func, insert, select, union, update
 from sqlalchemy.orm import Session
 
 from app.errors import AssetNotFound, Busy
-from app.storage.database import Database
+from app.storage.database import Database, batches
+from app.storage.index_queries import a_page, with_words
 from app.storage.tables import IndexedInspection, RegisteredAsset
-from app.survey.folding import folded, spelling, words_of
+from app.survey.folding import folded, spelling
 from app.survey.register import Asset, texts_of
 from app.survey.register_table import Stated, Step, steps
+from app.survey.search_terms import Page
 from app.survey.versions import Require
 
 _AT_ONCE = 1_000
-"""Ids of one query: databases limit the number of its parameters."""
 _TRIES = 5
 """How often an import is planned anew because somebody has changed the register meanwhile."""
 
@@ -37,17 +38,11 @@ class AssetStore:
 
     def page(self, text: str, offset: int, limit: int) -> tuple[int, list[RegisteredAsset]]:
         """Return the number of assets with these words, and some of them, sorted by id."""
-        fits = list(_with_words(text))
+        query = select(RegisteredAsset).where(*with_words(RegisteredAsset.folded, text))
+        page = Page(sort="asset_id", descending=False, offset=offset, limit=limit)
         with self._database.read() as session:
-            total = session.scalar(select(func.count()).select_from(RegisteredAsset).where(*fits))
-            page = (
-                select(RegisteredAsset)
-                .where(*fits)
-                .order_by(RegisteredAsset.asset_id)
-                .offset(offset)
-                .limit(limit)
-            )
-            return total or 0, list(session.scalars(page))
+            total, found = a_page(session, query, (RegisteredAsset.asset_id.asc(),), page)
+        return total, [row for (row,) in found]
 
     def every(self) -> Iterator[Asset]:
         """Yield all assets, sorted by id, reading some at a time."""
@@ -80,17 +75,19 @@ class AssetStore:
 
         return self._database.write(replace)
 
-    def delete(self, asset_id: str) -> None:
+    def delete(self, asset_id: str, require: Require) -> None:
         """Take an asset off the register; its inspections stay.
 
         Raises:
             AssetNotFound: The register has no asset with this id.
+            Exception: Whatever `require` raises for the stored asset.
         """
 
         def remove(session: Session) -> None:
             row = session.get(RegisteredAsset, asset_id)
             if row is None:
                 raise AssetNotFound("There is no such asset in the register.")
+            require(asset_of(row))
             session.delete(row)
 
         self._database.write(remove)
@@ -125,7 +122,7 @@ class AssetStore:
         """
         found: dict[str, list[str]] = {}
         with self._database.read() as session:
-            for some in _batches({spelling(asset_id) for asset_id in asset_ids}):
+            for some in batches({spelling(asset_id) for asset_id in asset_ids}):
                 known = select(RegisteredAsset.spelling, RegisteredAsset.asset_id).where(
                     RegisteredAsset.spelling.in_(some)
                 )
@@ -180,19 +177,8 @@ def _known(session: Session, stated: Sequence[Stated]) -> Mapping[str, Asset]:
     """Return the registered ones of the stated assets, by id."""
     return {
         row.asset_id: asset_of(row)
-        for some in _batches(row.asset_id for row in stated)
+        for some in batches(row.asset_id for row in stated)
         for row in session.scalars(
             select(RegisteredAsset).where(RegisteredAsset.asset_id.in_(some))
         )
     }
-
-
-def _batches(ids: Iterable[str]) -> Iterator[list[str]]:
-    every = list(ids)
-    for start in range(0, len(every), _AT_ONCE):
-        yield every[start : start + _AT_ONCE]
-
-
-def _with_words(text: str) -> Iterator[ColumnElement[bool]]:
-    for word in words_of(text):
-        yield RegisteredAsset.folded.contains(word, autoescape=True)

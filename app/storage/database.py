@@ -10,7 +10,7 @@ import logging
 import queue
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -34,6 +34,7 @@ FILE = "chainage.db"
 """Name of an SQLite database in its data folder."""
 _WAITING_WRITES = 256
 _WRITE_TIMEOUT_S = 30.0
+_IDS_OF_QUERY = 1_000
 
 
 def stored_at(url: str | None, data: Path) -> Dialect:
@@ -43,6 +44,13 @@ def stored_at(url: str | None, data: Path) -> Dialect:
         InvalidSettings: The URL cannot be used, or its driver is not installed.
     """
     return Sqlite(data / FILE) if url is None else Postgres(url, data)
+
+
+def batches(ids: Iterable[str]) -> Iterator[list[str]]:
+    """Yield ids, as many at a time as one query takes: its parameters are limited."""
+    every = list(ids)
+    for start in range(0, len(every), _IDS_OF_QUERY):
+        yield every[start : start + _IDS_OF_QUERY]
 
 
 class Database:

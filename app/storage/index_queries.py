@@ -17,6 +17,12 @@ WITH_INSPECTION = select(IndexedInspection, Inspection).join(
     Inspection, Inspection.id == IndexedInspection.inspection_id
 )
 
+HAS_RUN = Inspection.status.in_(("running", "done"))
+"""Whether it was tracked, or is: what waits for that must not hide what is known."""
+NEWEST_LAST = (HAS_RUN, IndexedInspection.surveyed_on)
+"""Order of the inspections of an asset. All that are last are its newest survey, with one day; of
+their grades the worst counts, and of their projects the last by name."""
+
 
 @dataclass(frozen=True)
 class FoundInspection:

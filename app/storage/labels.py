@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
-from app.storage.database import Database
+from app.storage.database import Database, batches
 from app.storage.inspections import existing
 from app.storage.tables import EventRow, InspectionLabel
 from app.survey.records import LABELLED
@@ -62,12 +62,12 @@ class LabelStore:
 
 def labels_of(session: Session, inspection_ids: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Return the sorted labels of these inspections that have any, within a session."""
-    query = select(InspectionLabel.inspection_id, InspectionLabel.label).where(
-        InspectionLabel.inspection_id.in_(inspection_ids)
-    )
+    query = select(InspectionLabel.inspection_id, InspectionLabel.label)
     found: dict[str, list[str]] = {}
-    for inspection_id, label in session.execute(query):
-        found.setdefault(inspection_id, []).append(label)
+    for some in batches(inspection_ids):
+        of_some = query.where(InspectionLabel.inspection_id.in_(some))
+        for inspection_id, label in session.execute(of_some):
+            found.setdefault(inspection_id, []).append(label)
     return {inspection_id: tuple(sorted(labels)) for inspection_id, labels in found.items()}
 
 

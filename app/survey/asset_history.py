@@ -51,7 +51,8 @@ class Seen:
     clock: int | None
     severity: int | None
     clock_to: int | None = None
-    """Where the sector that begins at `clock` ends, clockwise; None if that is one hour only."""
+    """Where the sector that begins at `clock` ends, clockwise; None if that is one hour only.
+    From 12 to 12 is all round."""
     role: str | None = None
     """A where a stretch starts, C where it changes, B where it finishes; None outside one."""
     quant1: float | None = None
@@ -237,6 +238,9 @@ def _is_same(before: Seen, after: Seen) -> bool:
 
 
 def _sector(seen: Seen, clock: int) -> tuple[int, int]:
+    """Return the hours from and to, clockwise."""
+    if (clock, seen.clock_to) == (12, 12):  # all round, as in `hour_bits`
+        return 1, 12
     return clock, clock if seen.clock_to is None else seen.clock_to
 
 

@@ -7,7 +7,8 @@ import asyncio
 from app.tracking.live import DistancesCorrected, Event, ObservationsChanged
 
 EVERY_S = 1.0
-"""Least time between two notes: reading the list of 2000 tags again takes the server 0.15 s."""
+"""Least time between two notes of changes, and between two of people: reading the list of 2000 tags
+again takes the server 0.15 s."""
 
 
 class Changes:

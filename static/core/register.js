@@ -1,6 +1,6 @@
 /** The register of assets on the server: look up, edit, import. */
 
-import { ApiError, bodyOf, get, put, remove, send, sendFile } from './api.js';
+import { ApiError, get, put, remove, sendFile } from './api.js';
 
 const REGISTER = '/api/register';
 const OFFERED = 20;
@@ -21,6 +21,7 @@ const TOGETHER = [
  * @property {string|null} project
  * @property {Record<string, unknown>} header fields that belong to the asset
  * @property {[number, number][]} line longitude and latitude from the start to the end
+ * @property {string} version
  */
 
 const pathOf = (assetId) => `${REGISTER}/assets/${encodeURIComponent(assetId)}`;
@@ -38,14 +39,12 @@ export async function idsWith(text, signal) {
 }
 
 /**
- * Returns an asset with its version; null if the register does not have it.
- * @returns {Promise<(Asset & {version: string})|null>}
+ * Returns an asset; null if the register does not have it.
+ * @returns {Promise<Asset|null>}
  */
 export async function loadAsset(assetId, signal) {
   try {
-    const response = await send('GET', pathOf(assetId), { signal });
-    const version = response.headers.get('ETag').replaceAll('"', '');
-    return { ...(await bodyOf(response, 'json')), version };
+    return await get(pathOf(assetId), signal);
   } catch (error) {
     if (error instanceof ApiError && error.code === 'asset_not_found') return null;
     throw error;
@@ -56,7 +55,8 @@ export async function loadAsset(assetId, signal) {
 export const saveAsset = ({ asset_id: id, project, header, line }, version) =>
   put(pathOf(id), { project, header, line }, undefined, version);
 
-export const deleteAsset = (assetId) => remove(pathOf(assetId));
+/** Takes this version of an asset off the register. */
+export const deleteAsset = ({ asset_id: id, version }) => remove(pathOf(id), undefined, version);
 
 /** Imports a table; a dry run only says what it would do. */
 export const importTable = (file, isDryRun, signal) => sendFile(`${REGISTER}/import?dry_run=${isDryRun}`, file, signal);

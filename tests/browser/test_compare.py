@@ -212,8 +212,8 @@ def _made_up(rng: np.random.Generator, places: NDArray[np.float64], run: str) ->
     return [
         Seen(
             run, f"{run}-{n}", str(rng.choice(["BAB", "BBA"])), float(place + rng.normal(0, 0.1)),
-            u95_m=rng.choice([None, 0.05, 0.2]), clock=rng.choice([None, 1, 3, 12]),
-            severity=int(rng.integers(0, 5)), clock_to=rng.choice([None, 4]),
+            u95_m=rng.choice([None, 0.05, 0.2]), clock=rng.choice([None, 1, 3, 6, 12]),
+            severity=int(rng.integers(0, 5)), clock_to=rng.choice([None, 4, 12]),
             role=rng.choice([None, None, None, "A"]), quant1=rng.choice([None, 1.0, 2.0]),
         )
         for n, place in enumerate(places)

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from fastapi import APIRouter, Query
+from fastapi import APIRouter
 
 from app.search.asset_map import WantedAssets
-from app.survey.given import LINE
 from app.web.deps import ServicesDep, viewer
+from app.web.queries import Name, SeverityFrom
 from app.web.schemas.asset_map import AssetMapOut
 from app.web.slow import slow
 
 router = APIRouter(tags=["search"])
-
-Name = Annotated[str | None, Query(max_length=20_000, pattern=LINE)]
 
 
 @router.get("/api/map")
@@ -24,7 +20,7 @@ def asset_map(
     services: ServicesDep,
     project: Name = None,
     asset: Name = None,
-    severity_from: Annotated[int | None, Query(ge=0, le=5)] = None,
+    severity_from: SeverityFrom = None,
 ) -> AssetMapOut:
     """Return where the assets are, with the worst severity of the newest inspection of each.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import signature
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, BackgroundTasks, Depends, Query, Request, Response
@@ -25,6 +26,7 @@ from app.errors import (
     UploadIncomplete,
     UploadNotFound,
 )
+from app.survey.given import LINE
 from app.survey.labels import distinct
 from app.survey.review import ReviewState
 from app.survey.search_terms import InspectionFilter, InspectionSort, Page, ProjectFilter
@@ -96,7 +98,11 @@ def create(
 def _wanted(
     search: Annotated[
         str | None,
-        Query(max_length=200, description="Words in the name, the file's name or the header."),
+        Query(
+            max_length=200,
+            pattern=LINE,
+            description="Words in the name, the file's name or the header.",
+        ),
     ] = None,
     status: Literal["queued", "running", "done", "failed", "cancelled"] | None = None,
     review: ReviewState | None = None,
@@ -104,7 +110,7 @@ def _wanted(
     no_project: NoProject = False,
     asset: Name = None,
     severity_from: SeverityFrom = None,
-    label: Annotated[str | None, Query(max_length=50)] = None,
+    label: Annotated[str | None, Query(max_length=50, pattern=LINE)] = None,
 ) -> InspectionFilter:
     return InspectionFilter(
         search=search or "",
@@ -118,6 +124,8 @@ def _wanted(
 
 
 Wanted = Annotated[InspectionFilter, Depends(_wanted)]
+_PARAMETERS = signature(_wanted).parameters.keys() | {"sort", "descending", "offset", "limit"}
+"""Those of the list; others, which browsers and proxies add, change nothing."""
 
 
 @router.get("")
@@ -132,12 +140,12 @@ def list_some(
     offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> FoundOut | InspectionsOut:
-    """Return the inspections, the newest first: all without parameters, else a page of those that
-    fit, with their number.
+    """Return the inspections, the newest first: all without these parameters, else a page of
+    those that fit, with their number.
 
     Project, asset and label are whole names; what the index does not hold yet comes last.
     """
-    if not request.query_params:
+    if not request.query_params.keys() & _PARAMETERS:
         views = services.inspections.all()
         return InspectionsOut(inspections=[InspectionOut.of(view) for view in views])
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)

@@ -223,6 +223,7 @@ async def _send_changes(socket: WebSocket, changes: Changes) -> None:
 async def _send_people(socket: WebSocket, seat: Seat) -> None:
     while True:
         await socket.send_json(people_message(await seat.news()))
+        await asyncio.sleep(EVERY_S)
 
 
 async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView, seat: Seat) -> None:

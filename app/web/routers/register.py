@@ -13,6 +13,7 @@ from app.survey.given import LINE
 from app.survey.register import LONGEST_ID
 from app.survey.register_table import MEDIA_TYPE, template
 from app.web.deps import PrincipalDep, ServicesDep, operator, viewer
+from app.web.queries import Limit, Offset, Text
 from app.web.schemas.failures import content, failures
 from app.web.schemas.register import (
     AlikeOut,
@@ -33,16 +34,9 @@ AssetId = Annotated[str, Path(min_length=1, max_length=LONGEST_ID, pattern=LINE)
 @viewer
 def page(
     services: ServicesDep,
-    search: Annotated[
-        str,
-        Query(
-            max_length=200,
-            pattern=LINE,
-            description="Words that all occur, whatever their case and accents.",
-        ),
-    ] = "",
-    offset: Annotated[int, Query(ge=0, le=10_000_000)] = 0,
-    limit: Annotated[int, Query(ge=1, le=500)] = 50,
+    search: Text = "",
+    offset: Offset = 0,
+    limit: Limit = 50,
 ) -> RegisterOut:
     """Return a page of the registered assets, inspected or not, sorted by id."""
     total, rows = services.register.page(search, offset, limit)
@@ -116,11 +110,17 @@ def put(
     return RegisteredAssetOut.of(row)
 
 
-@router.delete("/assets/{asset_id:path}", status_code=204, responses=failures(AssetNotFound))
+@router.delete(
+    "/assets/{asset_id:path}",
+    status_code=204,
+    responses=failures(AssetNotFound, ChangedMeanwhile),
+)
 @operator
-def delete(asset_id: AssetId, services: ServicesDep) -> None:
+def delete(
+    asset_id: AssetId, services: ServicesDep, principal: PrincipalDep, replaced: Replaced
+) -> None:
     """Take an asset off the register; its inspections stay."""
-    services.register.delete(asset_id)
+    services.register.delete(asset_id, principal.name, replaced)
 
 
 def _named(filename: str) -> dict[str, str]:

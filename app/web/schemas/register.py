@@ -8,7 +8,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, Field
 
-from app.inspections.register import Alike, Import
+from app.inspections.register import Alike, Import, version_of_asset
 from app.storage.tables import RegisteredAsset
 from app.survey.catalogue.header import ASSET_FIELDS, Value
 from app.survey.given import Given, Header, Name
@@ -74,11 +74,15 @@ class RegisteredAssetOut(BaseModel):
     line: list[list[float]]
     changed_at: datetime
     changed_by: str
+    version: str
+    """The `ETag` of the asset."""
 
     @classmethod
     def of(cls, row: RegisteredAsset) -> Self:
         """Convert the row."""
-        return cls(**{name: getattr(row, name) for name in cls.model_fields})
+        names = cls.model_fields.keys() - {"version"}
+        fields = {name: getattr(row, name) for name in names}
+        return cls(**fields, version=version_of_asset(row))
 
 
 class RegisterOut(BaseModel):

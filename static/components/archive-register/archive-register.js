@@ -79,8 +79,11 @@ class ArchiveRegister extends Component {
 
   async #delete(assetId) {
     const asset = this.#list.value.assets.find(({ asset_id: id }) => id === assetId);
-    await deleteAsset(assetId);
-    await this.#list.again();
+    try {
+      await deleteAsset(asset);
+    } finally {
+      await this.#list.again(); // a refusal means that others have changed it
+    }
     this.parts.text.focus(); // the row with the button is gone
     const run = () => orToast(async () => {
       await saveAsset(asset);

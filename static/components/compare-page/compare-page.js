@@ -16,7 +16,7 @@ import { drawSeverity, severityMark } from '../severity-mark/severity-mark.js';
 import { topBar } from '../top-bar/top-bar.js';
 import { BlankPlayer, FilePlayer, StillPlayer } from '../video-panel/players.js';
 import { align } from './alignment.js';
-import { KINDS, growth, match, mirrored, sectorOf } from './matching.js';
+import { KINDS, growth, isAllRound, match, mirrored, sectorOf } from './matching.js';
 import { Run } from './run.js';
 import './compare-strip.js';
 import './run-choice.js';
@@ -356,6 +356,7 @@ const keyOf = ({ a, b }) => `${a?.id ?? ''}:${b?.id ?? ''}`;
 /** @param {[number, number]|null} sector as run A sees it */
 function clockText(sector) {
   if (sector === null) return '';
+  if (isAllRound(sector)) return t('dial.all_round');
   const [from, to] = sector.map((hours) => hours || 12);
   return from === to ? clockHour(from) : t('units.clock_sector', { from, to });
 }

@@ -91,15 +91,19 @@ function roleOf({ continuous }, isReversed = false) {
   return isReversed ? ({ A: 'B', B: 'A' }[role] ?? role) : role;
 }
 
-/** Returns hours from and to, clockwise; null where none is given. */
+/** Returns hours from and to, clockwise, 1 and 12 for all round; null where none is given. */
 export function sectorOf({ clock_from: from, clock_to: to, clock }) {
   const first = from ?? clock ?? null;
+  if (first === 12 && to === 12) return [1, 12];
   return first === null ? null : [first, to ?? first];
 }
 
 /** Mirrors a sector: seen from the other end, 3 o'clock is 9 o'clock. */
 export const mirrored = (sector, isReversed) =>
   sector && isReversed ? [12 - sector[1], 12 - sector[0]] : sector;
+
+/** Whether a sector has all hours, also when it is mirrored. */
+export const isAllRound = ([from, to]) => turn(to - from) === 11;
 
 /** Returns the hours between two sectors, 0 where they overlap. */
 function hoursApart([from, to], [start, end]) {

@@ -13,7 +13,9 @@ from builders import clip_rig
 from postgres import ON_BOTH
 from sqlalchemy.orm import Session
 
+from app.search.asset_map import assets_of
 from app.storage.asset_index import Asset, AssetIndex, Project
+from app.storage.asset_places import AssetPlaces
 from app.storage.database import Database, stored_at
 from app.storage.defect_index import DefectFacts, DefectIndex, InspectionFacts
 from app.storage.inspection_list import InspectionList
@@ -121,13 +123,18 @@ def archive(new_url: Callable[[], str | None], tmp_path: Path) -> Iterator[Archi
 def test_an_asset_has_the_figures_of_its_newest_survey(archive: Archive) -> None:
     archive.inspect("CV-1", 2019, 5, project="Old")
     newest = archive.inspect("CV-1", 2024, 2, project="North")
-    archive.inspect("CV-1", 2024, 3, project="North", video_file="")  # the same day
-    archive.inspect("CV-1", 2025, project="North", status="queued")
+    archive.inspect("CV-1", 2024, 3, project="East", video_file="")  # later on the same day
+    archive.inspect("CV-1", 2025, project="Planned", status="queued")  # shows nothing yet
     archive.register("CV-2", "South")
+    figures = ("CV-1", "North", 4, date(2024, 5, 1), 3)
     assert archive.found() == [
-        Asset("CV-1", "North", 4, date(2025, 5, 1), 3, newest, False),
+        Asset(*figures, newest, False),
         Asset("CV-2", "South", 0, None, None, None, True),
     ]
+    _, mapped = assets_of(*AssetPlaces(archive.database).read(None))
+    assert figures == (
+        mapped.asset, mapped.project, mapped.inspections, mapped.last_on, mapped.worst_severity,
+    )  # fmt: skip
     archive.register("CV-1", "Register")
     assert (archive.found()[0].project, archive.found()[0].is_registered) == ("Register", True)
 
@@ -146,6 +153,8 @@ def test_assets_are_found_by_words_and_project_and_sorted(archive: Archive) -> N
     archive.inspect("B", 2024, 1)
     archive.register("C", "Jalan Ampang")
     archive.register("D")
+    archive.inspect("C", 2023)  # its header states no project, the register does
+    archive.inspect("A", 2019)
     assert archive.names(text="jalan") == ["A", "C"]
     assert archive.names(of=ProjectFilter(name="Jalan Ampang")) == ["A", "C"]
     assert archive.names(of=NO_PROJECT) == ["B", "D"]
@@ -190,5 +199,7 @@ def test_inspections_are_listed_by_what_the_index_and_their_labels_say(archive: 
     assert archive.listed("surveyed_on") == [a, c, b]
     assert archive.listed("review_state", search="film.mp4")[0] == a
     assert labels.in_use() == [("invoiced", 2), ("urgent", 1)]
+    many = [a, *(f"{n:032x}" for n in range(10**9, 10**9 + 66_000)), b]
+    assert labels.of(many) == {a: ("invoiced",), b: ("invoiced", "urgent")}
     InspectionStore(archive.database).delete(b, "Ana")
     assert labels.in_use() == [("invoiced", 1)]

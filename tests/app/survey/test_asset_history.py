@@ -44,11 +44,19 @@ def test_a_defect_that_grew_is_one_trace_with_its_first_and_last_severity():
         (seen(3.0, clock=None), True),
         (seen(3.0, clock=8, clock_to=11), True),
         (seen(3.0, clock=8, clock_to=10), False),
+        (seen(3.0, clock=6), False),
         (seen(3.0, role="A"), False),
     ],
 )
 def test_the_same_defect_has_the_same_code_near_the_same_place(later, is_same):
     assert len(traces_of(surveys([seen(3.0)], [later]))) == (1 if is_same else 2)
+
+
+def test_from_12_to_12_is_all_round():
+    all_round = seen(3.0, clock=12, clock_to=12)
+    for clock in range(1, 13):
+        assert len(traces_of(surveys([all_round], [seen(3.0, clock=clock)]))) == 1
+    assert len(traces_of(surveys([seen(3.0, clock=6)], [all_round]))) == 1
 
 
 def test_of_several_candidates_the_nearest_pairs_match():

@@ -131,6 +131,12 @@ def test_the_list_has_the_newest_first(server: Client, clip: Path, done: str) ->
     assert [item["id"] for item in listed] == [second, first, done]
     assert listed[0]["name"] == "second"
     assert listed[0]["defects"] == 0
+    unknown = server.get("/api/inspections", params={"_": 1}).json()
+    assert [item["id"] for item in unknown.pop("inspections")] == [second, first, done]
+    assert unknown == {}, "a page"
+    for name in ("search", "label"):  # PostgreSQL takes no NUL
+        for path in ("/api/inspections", "/api/inspections/ids"):
+            assert_error(server.get(path, params={name: "a\0"}), 422, "invalid_request")
 
 
 def test_a_page_of_the_list_has_what_fits_and_their_number(

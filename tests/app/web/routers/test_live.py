@@ -1,5 +1,7 @@
 import json
 import os
+import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import ClientConnection
 
 from app.tracking.live import Progress
+from app.web.changes import EVERY_S
 from vo_core import Estimate
 
 PICTURES, MOST_KEPT_BYTES = 700, 20 * 2**20
@@ -152,12 +155,14 @@ def test_a_message_that_makes_no_sense_ends_the_connection(
     assert closed.value.rcvd.code == 1011
 
 
-def expect_text(socket: ClientConnection) -> dict[str, Any]:
-    """The next text message, whatever pictures come before it."""
-    while isinstance(message := socket.recv(PATIENCE_S), bytes):
-        pass
-    found: dict[str, Any] = json.loads(message)
-    return found
+def expect_text(socket: ClientConnection, *skipped: str) -> dict[str, Any]:
+    """The next text message, whatever pictures and skipped types come before it."""
+    while True:
+        message = socket.recv(PATIENCE_S)
+        if isinstance(message, str):
+            found: dict[str, Any] = json.loads(message)
+            if found["type"] not in skipped:
+                return found
 
 
 def test_pages_of_an_inspection_learn_of_each_other_and_of_changes(
@@ -171,19 +176,33 @@ def test_pages_of_an_inspection_learn_of_each_other_and_of_changes(
         # Who says nothing hears of the others, but is not one of them.
         there = {"type": "people", "others": [{"name": "server", "editing": None}]}
         assert expect_text(second) == there
+        began_s = time.monotonic()
+        for name in "abcdefgh":
+            server.put(f"/api/inspections/{done}/labels", json={"labels": [name]})
+        most = 2 + (time.monotonic() - began_s) / EVERY_S
+        notes = []
+        with suppress(TimeoutError):
+            while True:
+                notes.append(first.recv(1.5 * EVERY_S))
+        assert set(notes) == {'{"type":"changed"}'}
+        assert len(notes) <= most
         tag = server.tag(done, frame=3).json()["id"]
         for socket in (first, second):
             assert expect_text(socket) == {"type": "changed"}
         second.send(json.dumps({"type": "here", "editing": tag}))
         there["others"][0]["editing"] = tag  # type: ignore[index]
-        seen = expect_text(first)
-        if seen == {"type": "changed"}:  # the photo of the tag
-            seen = expect_text(first)
-        assert seen == there
+        assert expect_text(first, "changed") == there  # the photo of the tag changes it again
+        began_s = time.monotonic()
+        for editing in "abcdefgh":
+            second.send(json.dumps({"type": "here", "editing": editing}))
+            second.send(json.dumps({"type": "ping", "t": 0}))
+            assert expect_text(second, "changed", "people") == {"type": "pong", "t": 0}
         second.close()
-        while (seen := expect_text(first))["type"] == "changed":
-            pass
-        assert seen == {"type": "people", "others": []}
+        most = 2 + (time.monotonic() - began_s) / EVERY_S
+        notes = [expect_text(first, "changed")]
+        while notes[-1] != {"type": "people", "others": []}:
+            notes.append(expect_text(first, "changed"))
+        assert len(notes) <= most
         server.patch(f"/api/inspections/{done}", json={"header": {"client": "JKR"}})
         assert expect_text(first) == {"type": "changed"}
 

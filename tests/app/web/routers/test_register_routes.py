@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+import pytest
 from builders import Client, assert_error, wait_until
 from postgres import ON_BOTH
 
@@ -38,16 +40,22 @@ def like(client: Client, asset_id: str) -> Any:
     return client.get(f"{API}/like", params={"asset_id": asset_id}).json()
 
 
-def test_an_asset_is_kept_found_changed_and_deleted(server: Client) -> None:
+def test_an_asset_is_kept_found_changed_and_deleted(
+    server: Client, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO, "app.inspections.register")
     kept = {"project": "North", "header": PIPE, "line": LINE}
-    name = "A/1 ü?#"
+    name = "A/1 ü?# b"
     made = server.put(path_of(name), json=kept)
-    assert made.json() == server.get(path_of(name)).json()
+    spaced = path_of(" A/1  ü?# b ")
+    assert made.json() == server.get(path_of(name)).json() == server.get(spaced).json()
     assert {key: made.json()[key] for key in kept} == kept
     other = {"project": None, "header": {"year": 1998}, "line": []}
     version = {"If-Match": made.headers["ETag"]}
     assert server.put(path_of(name), json=other, headers=version).status_code == 200
     late = server.put(path_of(name), json=kept, headers=version)
+    assert (late.status_code, late.json()["code"]) == (412, "changed_meanwhile")
+    late = server.delete(spaced, headers=version)
     assert (late.status_code, late.json()["code"]) == (412, "changed_meanwhile")
     for wrong in ({"header": {"operator": "Ali"}}, {"header": {"year": "old"}}):
         assert_error(server.put(path_of("B"), json=wrong), 422, "invalid_request")
@@ -58,7 +66,10 @@ def test_an_asset_is_kept_found_changed_and_deleted(server: Client) -> None:
     assert ids(server) == [name, "B 2"]
     assert (ids(server, search="umpang"), ids(server, search="b2")) == (["B 2"], ["B 2"])
     assert ids(server, offset=1, limit=1) == ["B 2"]
-    assert server.delete(path_of(name)).status_code == 204
+    version = {"If-Match": f'"{server.get(f"{API}/assets").json()["assets"][0]["version"]}"'}
+    assert server.delete(spaced, headers=version).status_code == 204
+    assert "server put asset 'A/1 ü?# b' into the register." in caplog.messages
+    assert "server took asset 'A/1 ü?# b' off the register." in caplog.messages
     assert_error(server.delete(path_of(name)), 404, "asset_not_found")
     assert_error(server.get(path_of(name)), 404, "asset_not_found")
 
@@ -112,7 +123,7 @@ def test_a_new_inspection_takes_what_the_register_knows(
         "material": "clay", "project": "North", "start_lon": 101.6869, "start_lat": 3.139,
         "end_lon": 101.687, "end_lat": 3.1391,
     }  # fmt: skip
-    header = {"asset_id": "CV-01", "material": "steel", "height_mm": None}
+    header = {"asset_id": " CV-01 ", "material": "steel", "height_mm": None}
     made = server.create(clip, header=header).json()
     wanted = {key: known[key] for key in known.keys() - {"shape", "height_mm"}}
     assert made["header"] == wanted | {"asset_id": "CV-01", "material": "steel"}
