@@ -86,7 +86,7 @@ class RigForm extends Component {
     this.listen(this.parts.board, 'click', () => this.#calibrate());
     this.listen(take, 'click', () => this.#takeSize());
     this.#fill(recall(REMEMBERED, {}));
-    lens.mode = localStorage.getItem(REMEMBERED_LENS) ?? lens.mode;
+    lens.mode = recall(REMEMBERED_LENS, lens.mode);
     this.#loadPresets();
   }
 
@@ -139,7 +139,7 @@ class RigForm extends Component {
   /** Stores the rig for the next inspection. */
   remember() {
     remember(REMEMBERED, this.value);
-    localStorage.setItem(REMEMBERED_LENS, this.parts.lens.mode);
+    remember(REMEMBERED_LENS, this.parts.lens.mode);
   }
 
   /** A rig is taken from the library, or the present one is kept there. */
