@@ -72,6 +72,7 @@ def test_a_project_leads_to_its_asset_whose_history_shows_what_has_grown(
     expect(page.locator(".project-facts")).to_contain_text("Assets1Inspections2Done2")
     expect(page.locator("tbody tr")).to_contain_text("4 plan repair")
     expect_no_fault(page, ("dark",))
+    expect(page.get_by_role("button", name="Export…")).to_be_enabled()
     page.get_by_label("Search the assets").fill("0041")
     page.route("**/api/archive/assets/**", lambda route: route.abort(), times=1)
     page.get_by_role("link", name="CUL-0041").click()
