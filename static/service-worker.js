@@ -20,7 +20,7 @@ const SHELL = '/';
 
 const INSPECTION = /^\/api\/inspections\/([0-9a-f]{32})(\/|$)/;
 const NOT_KEPT = /\/(video|live|frames|exports|thumbnail)(\/|$)/;
-const OF_ALL = /^\/api\/(me|session|codes|header|packs)(\/|$)/;
+const OF_ALL = /^\/api\/(me|session|codes|header-fields|packs)(\/|$)/;
 const FILE = /^\/static\/v[0-9a-f]{16}\//;
 
 /** Counts the removals of data, so that an answer that was asked for before one is not kept after it. */

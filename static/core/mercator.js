@@ -3,6 +3,8 @@
  * antimeridian and y southwards from 85° north. A view looks at a part of it in px, north upwards.
  */
 
+import { M_PER_FT } from './units.js';
+
 /** Side of a tile; the whole world at zoom 0. */
 export const TILE_PX = 256;
 /** Zoom at which a view comes closest: some 7 cm in a px. */
@@ -14,7 +16,6 @@ const NEAR_LINE = 19;
 const MOST_LAT = 85.0511287798066;
 /** WGS 84 */
 const EQUATOR_M = 2 * Math.PI * 6378137;
-const M_PER_FT = 0.3048;
 const FT_PER_MI = 5280;
 
 /**

@@ -41,7 +41,8 @@ export class Selection extends EventTarget {
   }
 
   /**
-   * Selects or leaves out one item of a page, or all from the one that was marked last to it.
+   * Selects or leaves out one item of a page, or all from the one that was marked last to it. Of "all" the rest of
+   * the page stays: the other pages are not known one by one.
    * @param {{id: string}[]} page
    * @param {string} id
    * @param {{isSelected: boolean, isRange: boolean}} how
@@ -51,6 +52,7 @@ export class Selection extends EventTarget {
     const last = isRange ? page.findIndex((item) => item.id === this.#last) : -1;
     const from = last < 0 ? to : last;
     this.#last = id;
+    if (this.isAll) this.mark(page, true);
     this.mark(page.slice(Math.min(from, to), Math.max(from, to) + 1), isSelected);
   }
 
@@ -58,6 +60,13 @@ export class Selection extends EventTarget {
   markAll(where, total) {
     this.#items.clear();
     this.#all = { where, total };
+    this.#changed();
+  }
+
+  /** Leaves out items that no longer exist; `total`: what fits the filters without them. */
+  forget(ids, total) {
+    for (const id of ids) this.#items.delete(id);
+    if (this.isAll) this.#all.total = total;
     this.#changed();
   }
 

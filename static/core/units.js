@@ -7,7 +7,7 @@ import { preferences } from './preferences.js';
 import { published, rounded, roundedUp } from './rounding.js';
 import { language, t } from './words.js';
 
-const M_PER_FT = 0.3048;
+export const M_PER_FT = 0.3048;
 
 /** 'm' or 'ft': the unit of distances along the culvert. */
 export const lengthUnit = preferences.value.units;

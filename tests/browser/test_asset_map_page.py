@@ -116,8 +116,18 @@ def test_assets_are_found_on_the_map_and_in_the_list_beside_it(page: Page, serve
     page.mouse.up()
     page.wait_for_url(lambda url: url != before)
     assert lon_of(page.url) == pytest.approx(101.6901, abs=2e-4)
+
+    # without its server the page still knows the place, also for the next reload
+    before = page.url
+    page.route("**/api/map?**", lambda route: route.abort())
     page.reload()
+    expect(page.get_by_text("Trying again")).to_be_visible()
+    page.wait_for_timeout(300)  # longer than the address takes to follow the map
+    assert page.url == before
+    expect(page.locator(".map-list")).to_have_text("Loading…")
+    page.unroute("**/api/map?**")
     expect(rows.locator("b")).to_have_text(["CV-01"])
+    assert lon_of(page.url) == pytest.approx(lon_of(before), abs=1e-4)
 
     # two in one place are named
     page.keyboard.press("f")
@@ -136,6 +146,14 @@ def test_assets_are_found_on_the_map_and_in_the_list_beside_it(page: Page, serve
     expect(card.get_by_role("link")).to_have_text(["CV-02", "CV-02b"])
     page.keyboard.press("Escape")
     expect(card).to_be_hidden()
+
+    # tiles that were missing are asked for again once there is a network
+    note = page.get_by_text("Part of the background map could not be loaded.")
+    expect(note).to_be_visible()
+    tile = cv2.imencode(".png", np.full((256, 256, 3), GREEN_BGR, np.uint8))[1].tobytes()
+    page.route(re.compile(r"\.png$"), lambda route: route.fulfill(body=tile))
+    page.evaluate("dispatchEvent(new Event('online'))")
+    expect(note).to_be_hidden()
 
     # two fingers, twice as far apart at the end
     before = page.url

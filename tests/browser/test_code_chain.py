@@ -115,8 +115,17 @@ def test_the_clock_is_typed_with_the_code_and_templates_keep_all_of_it(
     press(desk, "b0")
     chain.get_by_role("button", name="Delete this template").click()
     expect(chain).to_contain_text("No templates yet")
-    desk.get_by_role("button", name="Undo").last.click()
-    expect(chain.locator("[data-forget]")).to_have_count(1)
+    expect(chain.get_by_role("button", name="Back")).to_be_focused()
+    desk.keyboard.press("Escape")
+
+    # undone after another one was kept, both are there
+    rated.first.get_by_role("button", name="Edit").click()
+    desk.get_by_label("Keep for a digit key").select_option(label="Keep as a template")
+    desk.get_by_role("button", name="Done").click()
+    forgotten = desk.locator(".toast", has_text="Template deleted")
+    forgotten.get_by_role("button", name="Undo").click()
+    press(desk, "b0")
+    expect(chain.locator("[data-forget]")).to_have_count(2)
 
 
 def test_a_digit_key_gives_all_that_was_kept_for_it(

@@ -478,6 +478,24 @@ def test_a_long_list_that_has_become_shorter_shows_its_last_page(site: Page) -> 
     assert site.evaluate("() => location.search") == "?page=2"
 
 
+def test_of_all_selected_rows_one_is_left_out_and_a_deleted_one_is_not_counted(site: Page) -> None:
+    sizes = site.evaluate(
+        """async () => {
+          const { Selection } = await import('/static/core/selection.js');
+          const page = ['a', 'b', 'c'].map((id) => ({ id }));
+          const selection = new Selection();
+          const sizes = [];
+          selection.addEventListener('change', () => sizes.push(selection.size));
+          selection.markAll('', 120);
+          selection.forget(['c'], 119);
+          selection.markOne(page, 'b', { isSelected: false, isRange: false });
+          selection.forget(['a'], 118);
+          return [sizes.at(0), sizes.at(1), selection.meant.ids];
+        }"""
+    )
+    assert sizes == [120, 119, ["c"]]
+
+
 def test_an_archive_names_what_is_undone_and_what_is_not(site: Page) -> None:
     undone = site.evaluate(
         """async () => {

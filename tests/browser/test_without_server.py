@@ -18,7 +18,8 @@ IS_KEPT = """async (id) => {
     paths.push(...requests.map(({ url }) => new URL(url).pathname));
   }
   const data = ['', '/observations', '/track'].map((part) => `/api/inspections/${id}${part}`);
-  const ends = [...data, '/page.js', '/page.css', '/words/en.json'];
+  const files = ['/page.js', '/page.css', '/words/en.json'];
+  const ends = [...data, '/api/header-fields', '/api/packs', ...files];
   return ends.every((end) => paths.some((path) => path.endsWith(end)));
 }"""
 NAMES = "async () => (await caches.keys()).sort()"
@@ -51,6 +52,8 @@ def test_an_inspection_opens_and_takes_changes_without_the_server(
     page.wait_for_function("() => navigator.serviceWorker.controller")
     page.goto(server.url + path)
     expect_read(page)
+    page.get_by_role("tab", name="Header").click()
+    page.get_by_role("tab", name="Defects").click()
     page.wait_for_function(IS_KEPT, arg=inspection)
 
     server.kill()
@@ -59,6 +62,9 @@ def test_an_inspection_opens_and_takes_changes_without_the_server(
     expect(banner).to_contain_text(
         "The server cannot be reached. You see what this browser kept at"
     )
+    page.get_by_role("tab", name="Header").click()
+    expect(page.locator("#header-asset_id")).to_be_visible()
+    page.get_by_role("tab", name="Defects").click()
     page.locator(".defect__main").click()
     page.keyboard.press("Shift+Digit4")
     expect(page.locator(".save")).to_contain_text("1")

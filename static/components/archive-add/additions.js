@@ -5,6 +5,9 @@ import { count } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 
+/** Key of the folder that was looked through last. */
+export const REMEMBERED_FOLDER = 'chainage.archive-folder';
+
 const orDash = (value) => html`${value ?? html`<span class="dim">–</span>`}`;
 
 export const additionColumns = () => [

@@ -12,9 +12,7 @@ import '../data-table/data-table.js';
 import { icon } from '../icon/icon.js';
 import '../pager/pager.js';
 import { orToast } from '../toast-stack/toast-stack.js';
-import { additionColumns, additionSummary } from './additions.js';
-
-const REMEMBERED = 'chainage.archive-folder';
+import { REMEMBERED_FOLDER, additionColumns, additionSummary } from './additions.js';
 
 /** A page of rows that are all here; like a `PagedList` for the pager. */
 class Pages extends Store {
@@ -54,7 +52,7 @@ class ArchiveAdd extends Component {
     );
     if (!may('admin')) return;
     const { parts } = this;
-    parts.paths.value = recall(REMEMBERED, '');
+    parts.paths.value = recall(REMEMBERED_FOLDER, '');
     parts.table.fill({ caption: t('add.dry_run'), columns: additionColumns(), keyOf: ({ path }) => path });
     parts.pager.fill(this.#pages);
     this.listen(this.#pages, 'change', () => parts.table.show(this.#pages.page));
@@ -81,7 +79,7 @@ class ArchiveAdd extends Component {
     await this.#during(parts.look, async () => {
       this.#found = await post('/api/archive/films/preview', wanted, this.signal);
       this.#wanted = wanted;
-      remember(REMEMBERED, paths.join('\n'));
+      remember(REMEMBERED_FOLDER, paths.join('\n'));
       this.#showResult();
     });
   }

@@ -3,7 +3,7 @@
  * what each survey shows of them: new, grown, gone, unchanged. The server decides that.
  */
 
-import { ApiError, get } from '../../core/api.js';
+import { get, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { loadAsset } from '../../core/register.js';
 import { Component } from '../../core/store.js';
@@ -26,10 +26,16 @@ import { registerFacts } from './register-facts.js';
 /** Signs of the changes, in the order in which they matter. */
 const SIGNS = { new: 'plus', grown: 'alert', gone: 'minus', unchanged: 'check', first: 'flag' };
 const CHANGES = Object.keys(SIGNS);
+/** Seconds until the server is asked again while it reads inspections in. */
+const POLL_S = 10;
 
 class AssetHistory extends Component {
   #history;
   #change = '';
+  /** The answers that are shown, as text: only other ones are rendered, which takes the focus away. */
+  #shown = '';
+  /** Ends with the question to the server. */
+  #asked = new AbortController();
 
   mount() {
     this.parts = render(
@@ -44,32 +50,45 @@ class AssetHistory extends Component {
    * @param {string} asset
    * @param {{fault: Element, compare: Element, edit: Element}} around parts of the page
    */
-  async fill(asset, around) {
+  fill(asset, around) {
     followThumbnails(this, this.signal);
     this.listen(this, 'click', ({ target }) => {
       const button = target.closest('[data-change]');
       if (button) this.#choose(button.dataset.change);
     });
     this.listen(around.edit, 'click', () => orToast(async () => {
-      if (await editAsset(asset)) await this.#load(asset, around);
+      if (await editAsset(asset)) this.#ask(asset, around);
     }));
-    try {
-      await this.#load(asset, around);
-    } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
-      this.parts.history.replaceChildren();
-      showFault(around.fault, error);
-    }
+    this.signal.addEventListener('abort', () => this.#asked.abort());
+    this.#ask(asset, around);
   }
 
-  async #load(asset, around) {
-    const { parts, signal } = this;
+  /** Asks for all of it, again while inspections are not in the answer yet. */
+  #ask(asset, around) {
+    this.#asked.abort();
+    this.#asked = new AbortController();
+    const { signal } = this.#asked;
+    const ask = async () => {
+      await this.#load(asset, around, signal);
+      showFault(around.fault, null);
+      return this.#history.pending > 0 ? POLL_S : null;
+    };
+    return poll(ask, signal, (error) => {
+      if (!error.isTemporary) this.parts.history.replaceChildren();
+      showFault(around.fault, error);
+    });
+  }
+
+  async #load(asset, around, signal) {
+    const { parts } = this;
     const [history, registered, map] = await Promise.all([
       get(`/api/archive/assets/${encodeURIComponent(asset)}`, signal),
       loadAsset(asset, signal),
       get(`/api/map?${new URLSearchParams({ asset })}`, signal),
     ]);
+    const answers = JSON.stringify([history, registered, map]);
+    if (answers === this.#shown) return;
+    this.#shown = answers;
     this.#history = history;
     render(parts.facts, html`${projectLinks(history, registered)}${alsoWritten(history.also_written)}${registerFacts(registered)}`);
     parts.map.hidden = map.assets.length === 0;

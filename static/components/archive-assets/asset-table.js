@@ -15,6 +15,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 const POLL_S = 10;
 const USUAL = { sort: 'asset', descending: 'false' };
 
+/** The page of an asset. */
 export const assetPath = (asset) => `/archive/assets?${new URLSearchParams({ asset })}`;
 
 /** Says that the same asset probably has another id too. */

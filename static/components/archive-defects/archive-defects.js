@@ -7,6 +7,7 @@ import { PagedList } from '../../core/paged-list.js';
 import { Component } from '../../core/store.js';
 import { chainage, clockHour, count, day, lengthUnit, parseDistance, plusMinus } from '../../core/units.js';
 import { language, t, wordFor } from '../../core/words.js';
+import { assetPath } from '../archive-assets/asset-table.js';
 import { archivePage, exportButton, filterChips, followFilters, likeButton, pendingNote, showFault } from '../archive-shell/archive-shell.js';
 import { codeSearch } from '../code-search/code-search.js';
 import '../data-table/data-table.js';
@@ -165,7 +166,7 @@ const columns = () => [
     cell: ({ distance_m: m, distance_u95_m: u95, clock }) => html`${m === null ? html`<span class="dim">–</span>` : html`<b class="number">${chainage(m)}</b> <small class="number">${u95 !== null && plusMinus(u95)}</small>`}
       ${clock && html`<small>${clockHour(clock)}</small>`}`,
   },
-  { name: 'asset', title: t('archive.asset'), sort: 'asset', cell: ({ asset }) => html`${likeButton('asset', asset)}${asset && html`<small><a href="/archive/assets?${new URLSearchParams({ asset })}">${t('assets.history')}</a></small>`}` },
+  { name: 'asset', title: t('archive.asset'), sort: 'asset', cell: ({ asset }) => html`${likeButton('asset', asset)}${asset && html`<small><a href="${assetPath(asset)}">${t('assets.history')}</a></small>`}` },
   { name: 'project', title: t('archive.project'), sort: 'project', cell: ({ project }) => likeButton('project', project) },
   {
     name: 'inspection',

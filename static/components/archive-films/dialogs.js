@@ -4,25 +4,15 @@ import { get } from '../../core/api.js';
 import { html } from '../../core/html.js';
 import { count } from '../../core/units.js';
 import { t } from '../../core/words.js';
-import { openDialog } from '../dialog/dialog.js';
+import { ask, openDialog } from '../dialog/dialog.js';
 
 /** Asks whether films may be stopped: what was tracked of them would be begun again. */
 export const askCancel = (n) =>
-  ask(t('archive.cancel_title', { n, count: count(n) }), t('archive.cancel_text'), t('archive.cancel_submit'));
+  ask({ title: t('archive.cancel_title', { n, count: count(n) }), text: t('archive.cancel_text'), submit: t('archive.cancel_submit') });
 
 /** Asks whether films may be taken off the list: their rig and header in the archive are lost. */
 export const askTakeOff = (n) =>
-  ask(t('archive.off_title', { n, count: count(n) }), t('archive.off_text'), t('archive.off_submit'));
-
-async function ask(title, text, submit) {
-  const { dialog, parts, closed } = openDialog({
-    title,
-    content: html`<form method="dialog" class="confirm"><p>${text}</p>${buttons(submit, 'button--danger', 'yes')}</form>`,
-  });
-  parts.cancel.focus();
-  parts.cancel.addEventListener('click', () => dialog.close());
-  return (await closed) === 'yes';
-}
+  ask({ title: t('archive.off_title', { n, count: count(n) }), text: t('archive.off_text'), submit: t('archive.off_submit') });
 
 /**
  * Asks what to set for some films; returns it, or null. Empty fields stay as they are.
@@ -43,7 +33,8 @@ export async function askChange(n, signal) {
         <input class="input" id="change-priority" type="number" min="-9" max="9" step="1" inputmode="numeric" data-part="priority" aria-describedby="change-priority-help" />
         <span class="help" id="change-priority-help">${t('archive.priority_help')}</span></div>
       <p class="fault" role="alert" data-part="fault"></p>
-      ${buttons(t('archive.change_submit'), 'button--primary', 'yes')}</form>`,
+      <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
+        <button class="button button--primary" value="yes">${t('archive.change_submit')}</button></div></form>`,
   });
   parts.rig.focus();
   parts.cancel.addEventListener('click', () => dialog.close());
@@ -66,7 +57,3 @@ export async function askChange(n, signal) {
 
 const field = (name, title) => html`<div class="field"><label for="change-${name}">${title}</label>
   <input class="input" id="change-${name}" maxlength="200" autocomplete="off" data-part="${name}" /></div>`;
-
-const buttons = (submit, kind, value) => html`<div class="dialog__buttons">
-  <button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
-  <button class="button ${kind}" value="${value}">${submit}</button></div>`;

@@ -6,11 +6,12 @@ import { bindKeys, withKey } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
 import { count, day } from '../../core/units.js';
 import { pieces, t, wordFor } from '../../core/words.js';
+import { assetPath } from '../archive-assets/asset-table.js';
 import { archivePage, pendingNote, showFault } from '../archive-shell/archive-shell.js';
 import { icon } from '../icon/icon.js';
 import { showKeys } from '../key-help/key-help.js';
 import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
-import { assetPath, Card, gradeWord } from './card.js';
+import { Card, gradeWord } from './card.js';
 import './map-canvas.js';
 import { placesOf } from './places.js';
 
@@ -50,7 +51,7 @@ class ArchiveMap extends Component {
     this.listen(parts.form, 'change', () => this.#filter());
     this.listen(parts.map, 'move', () => {
       this.#card.close();
-      this.#settle();
+      if (this.answer) this.#settle(); // before it the address says where to look, and nothing is in sight
     });
     this.listen(parts.map, 'point', ({ detail }) => this.#card.point(detail));
     this.listen(parts.map, 'pick', ({ detail }) => this.#pick(detail));
@@ -91,7 +92,7 @@ class ArchiveMap extends Component {
   #show(answer) {
     const { parts } = this;
     const { map } = parts;
-    if (!this.answer) map.setTiles(answer.tiles, () => { parts.tilesFault.hidden = false; });
+    if (!this.answer) map.setTiles(answer.tiles, (isFaulty) => { parts.tilesFault.hidden = !isFaulty; });
     this.answer = answer;
     this.#places = placesOf(answer.assets);
     const isEmpty = answer.placed === 0;

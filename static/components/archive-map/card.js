@@ -3,14 +3,12 @@
 import { html, render } from '../../core/html.js';
 import { count, day } from '../../core/units.js';
 import { t } from '../../core/words.js';
+import { assetPath } from '../archive-assets/asset-table.js';
 import { severityMark, severityWord } from '../severity-mark/severity-mark.js';
 
 const MOST_NAMES = 8;
 /** So near that the pointer comes from the mark to the card without leaving both. */
 const GAP_PX = 2;
-
-/** The page of an asset. */
-export const assetPath = (asset) => `/archive/assets?${new URLSearchParams({ asset })}`;
 
 /** The grade of an asset in words: 'plan repair', 'not rated', 'never inspected'. */
 export const gradeWord = ({ worst_severity: worst, inspections }) =>

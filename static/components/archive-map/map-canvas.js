@@ -10,7 +10,7 @@ import { onThemeChange, sharpContext, typeScale } from '../../core/screen.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { mapGestures } from './gestures.js';
-import { paintBackground, paintHighlight, paintLines, paintMarks, paintScaleBar } from './paint.js';
+import { paintBackground, paintHighlight, paintLines, paintMarks, paintMapScale } from './paint.js';
 import { clustersOf, levelOf } from './places.js';
 import { Tiles } from './tiles.js';
 
@@ -70,6 +70,10 @@ export class MapCanvas extends Component {
     const step = (_, key) => this.#see(moved(this.#view, this.#size, arrows[key].map((way) => way * STEP_PX)));
     bindKeys(sheet, [{ keys: Object.keys(arrows), run: step }], this.signal);
     onThemeChange(() => this.#stale(), this.signal);
+    this.listen(window, 'online', () => {
+      this.#tiles?.dropFailed();
+      this.#stale();
+    });
     const resized = new ResizeObserver(() => {
       this.#scale = typeScale();
       this.#see(this.#view);
@@ -78,9 +82,9 @@ export class MapCanvas extends Component {
     this.signal.addEventListener('abort', () => resized.disconnect());
   }
 
-  /** @param {string|null} template address of tiles @param {() => void} onFailure one could not be loaded */
-  setTiles(template, onFailure) {
-    this.#tiles = template && new Tiles(template, () => this.#stale(), onFailure);
+  /** @param {string|null} template address of tiles @param {(isFaulty: boolean) => void} onPaint */
+  setTiles(template, onPaint) {
+    this.#tiles = template && new Tiles(template, () => this.#stale(), onPaint);
     this.#stale();
   }
 
@@ -168,7 +172,7 @@ export class MapCanvas extends Component {
     if (level !== this.#gathered.level) this.#gathered = { level, clusters: clustersOf(this.#places, level) };
     paintLines(sheet, this.#places);
     this.#marks = paintMarks(sheet, this.#gathered.clusters);
-    paintScaleBar(sheet);
+    paintMapScale(sheet);
   }
 
   get #size() {

@@ -2,6 +2,7 @@
 
 import { metresPerPx, placeIn, scaleAt, scaleBar, toDegrees, toWorld } from '../../core/mercator.js';
 import { count, lengthUnit } from '../../core/units.js';
+import { t } from '../../core/words.js';
 import { drawScaleBar, strokeOnHalo, textOnHalo } from '../scale-bar/scale-bar.js';
 import { drawSeverity } from '../severity-mark/severity-mark.js';
 
@@ -56,7 +57,7 @@ function paintGraticule({ context, styles, view, size }) {
     const x = Math.round(size.width / 2 + (lon - middle) * perDegree) + 0.5;
     context.moveTo(x, 0);
     context.lineTo(x, size.height);
-    context.fillText(degreesText(((((lon + 180) % 360) + 360) % 360) - 180, decimals, 'E', 'W'), x + 4, 4);
+    context.fillText(degreesText(((((lon + 180) % 360) + 360) % 360) - 180, decimals, t('map.east'), t('map.west')), x + 4, 4);
   }
   context.textAlign = 'right';
   for (const parallel of lines(Math.max(lat - down, -85), Math.min(lat + down, 85))) {
@@ -64,7 +65,7 @@ function paintGraticule({ context, styles, view, size }) {
     if (y < 0 || y > size.height) continue;
     context.moveTo(0, y);
     context.lineTo(size.width, y);
-    context.fillText(degreesText(parallel, decimals, 'N', 'S'), size.width - 4, y + 3);
+    context.fillText(degreesText(parallel, decimals, t('map.north'), t('map.south')), size.width - 4, y + 3);
   }
   context.stroke();
   context.setLineDash([]);
@@ -170,7 +171,7 @@ const lookOf = (styles) => ({
 });
 
 /** Draws a length on the ground, true at the middle of the view, in the lower left corner. */
-export function paintScaleBar({ context, styles, view, size }) {
+export function paintMapScale({ context, styles, view, size }) {
   const { px, value, unit } = scaleBar(metresPerPx(view), Math.min(BAR_PX, size.width / 3), lengthUnit);
   drawScaleBar(context, lookOf(styles), [EDGE_PX, size.height - EDGE_PX], px, `${count(value)} ${unit}`);
 }
@@ -185,5 +186,5 @@ export function paintNorth({ context, styles, size }) {
     context.lineTo(x, top);
     context.lineTo(x + 5, top + 8);
   });
-  textOnHalo(context, lookOf(styles), 'N', x - 4.5, top + 40);
+  textOnHalo(context, lookOf(styles), t('map.north'), x - 4.5, top + 40);
 }

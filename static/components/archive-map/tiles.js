@@ -16,32 +16,40 @@ const STAND_IN_ZOOMS = 4;
 export class Tiles {
   #template;
   #onChange;
-  #onFailure;
+  #onPaint;
   /** @type {Map<string, {image: HTMLImageElement, state: 'loading'|'ready'|'failed'}>} longest unused first */
   #kept = new Map();
 
   /**
    * @param {string} template address with {z}, {x} and {y}
-   * @param {() => void} onChange a tile has arrived
-   * @param {() => void} onFailure a tile could not be loaded
+   * @param {() => void} onChange a tile has arrived, or could not be loaded
+   * @param {(isFaulty: boolean) => void} onPaint isFaulty: one of those in view could not be loaded
    */
-  constructor(template, onChange, onFailure) {
+  constructor(template, onChange, onPaint) {
     this.#template = template;
     this.#onChange = onChange;
-    this.#onFailure = onFailure;
+    this.#onPaint = onPaint;
   }
 
   /** Draws the tiles of a view, and loads those that are missing. */
   paint({ context, view, size }) {
     const { zoom, tiles } = tilesOf(view, size);
     const wanted = new Set();
+    let isFaulty = false;
     for (const { column, row, left, top, side } of tiles) {
       wanted.add(keyOf(zoom, column, row));
       const tile = this.#tile(zoom, column, row);
+      isFaulty ||= tile.state === 'failed';
       if (tile.state === 'ready') context.drawImage(tile.image, left, top, side, side);
       else this.#standIn(context, { zoom, column, row, left, top, side });
     }
     this.#forget(wanted);
+    this.#onPaint(isFaulty);
+  }
+
+  /** Drops the tiles that could not be loaded, so that they are asked for again. */
+  dropFailed() {
+    for (const [key, { state }] of this.#kept) if (state === 'failed') this.#kept.delete(key);
   }
 
   #tile(zoom, column, row) {
@@ -61,7 +69,7 @@ export class Tiles {
     };
     image.onerror = () => {
       tile.state = 'failed';
-      this.#onFailure();
+      this.#onChange();
     };
     image.src = this.#template.replace('{z}', zoom).replace('{x}', column).replace('{y}', row);
     return tile;

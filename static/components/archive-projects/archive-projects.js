@@ -73,7 +73,7 @@ class ArchiveProjects extends Component {
           <a class="button" href="/?${query}">${icon('video')}${t('projects.inspections')}</a>
           ${project !== null && html`<a class="button" href="/archive/defects?${query}">${icon('search')}${t('archive.defects')}</a>
             <a class="button" href="/archive/map?${query}">${icon('map')}${t('projects.map')}</a>`}
-          <button class="button button--primary" data-part="export">${icon('download')}${t('list.export')}</button>`,
+          <button class="button button--primary" data-part="export" disabled>${icon('download')}${t('list.export')}</button>`,
         content: html`<div class="project-facts panel" data-part="facts"></div>${assetTableMarkup()}`,
       }),
     );
@@ -84,6 +84,7 @@ class ArchiveProjects extends Component {
     const load = async () => {
       const { projects } = await get(`/api/archive/projects?${query}`, this.signal);
       render(this.parts.facts, projectFacts(projects[0]));
+      this.parts.export.disabled = !projects[0]?.inspections;
       return POLL_S;
     };
     poll(load, this.signal, (error) => showFault(this.parts.fault, error));

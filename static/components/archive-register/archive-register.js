@@ -2,11 +2,12 @@
 
 import { html, render } from '../../core/html.js';
 import { PagedList } from '../../core/paged-list.js';
-import { deleteAsset, saveAsset } from '../../core/register.js';
+import { deleteAsset, loadAsset, saveAsset } from '../../core/register.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
 import { chainage, count, date } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
+import { assetPath } from '../archive-assets/asset-table.js';
 import { archivePage, showFault } from '../archive-shell/archive-shell.js';
 import { editAsset } from '../asset-form/asset-form.js';
 import '../data-table/data-table.js';
@@ -86,7 +87,8 @@ class ArchiveRegister extends Component {
     }
     this.parts.text.focus(); // the row with the button is gone
     const run = () => orToast(async () => {
-      await saveAsset(asset);
+      if (await loadAsset(assetId)) toast(t('register.exists', { id: assetId })); // somebody has added it again
+      else await saveAsset(asset);
       await this.#list.again();
     });
     toast(t('register.deleted', { id: assetId }), { action: t('page.undo'), run });
@@ -112,7 +114,7 @@ const columns = () => [
   {
     name: 'asset',
     title: t('archive.asset'),
-    cell: ({ asset_id: id, header: { road, location_text: where } }) => html`<a href="/archive/assets?${new URLSearchParams({ asset: id })}">${id}</a>
+    cell: ({ asset_id: id, header: { road, location_text: where } }) => html`<a href="${assetPath(id)}">${id}</a>
       <small>${[road, where].filter(Boolean).join(' · ')}</small>`,
   },
   { name: 'project', title: t('archive.project'), cell: ({ project }) => orDash(project) },

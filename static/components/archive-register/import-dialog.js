@@ -110,7 +110,7 @@ function resultMarkup({ added, changed, same, faulty, faults, warnings, rows, ig
   const total = added + changed + same;
   return html`${ignored.length > 0 && html`<p class="message">${icon('info')}<span>${t('register.ignored', { n: ignored.length, names: ignored.join(', ') })}</span></p>`}
     ${faulty > 0 && html`<p class="message message--error">${icon('alert')}<span>${t('register.repair')}${new Set(faults.map(({ row }) => row)).size < faulty && ` ${t('register.more_faults', { n: faults.length })}`}</span></p>
-      ${tableMarkup(t('register.faults'), [t('register.column'), t('register.fault')], faults.map(({ row, column, detail }) => [row, column ?? t('register.whole_row'), detail]))}`}
+      ${tableMarkup(t('register.faults'), [t('register.column'), t('register.fault')], faults.map(({ row, column, detail }) => [row, column ?? t('register.whole_row'), html`<span lang="en">${detail}</span>`]))}`}
     ${warnings.length > 0 && html`<p class="message message--warning">${icon('alert')}<span>${t('register.alike')}</span></p>
       ${tableMarkup(t('register.alike'), [t('archive.asset'), t('register.known_as')], warnings.map(({ row, asset_id: id, same: others }) => [row, id, others.join(', ')]))}`}
     ${good.length > 0 && html`<h3>${t('register.first_rows', { n: Math.min(good.length, SHOWN), total: count(total) })}</h3>

@@ -4,13 +4,12 @@ import { ApiError, post } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { recall, remember } from '../../core/remembered.js';
 import { errorText, t } from '../../core/words.js';
-import { additionColumns, additionSummary } from '../archive-add/additions.js';
+import { REMEMBERED_FOLDER, additionColumns, additionSummary } from '../archive-add/additions.js';
 import '../data-table/data-table.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
 
 const SHOWN = 100;
-const REMEMBERED = 'chainage.archive-folder';
 
 /** Opens a dialog that asks for a folder and shows the dry run; nothing is stored. */
 export function tryRules(rules, signal) {
@@ -18,7 +17,7 @@ export function tryRules(rules, signal) {
     title: t('rules.try_title'),
     content: html`<form class="rules__try" data-part="form">
       <div class="field"><label for="try-path">${t('add.folder')}</label>
-        <input class="input" id="try-path" autocomplete="off" spellcheck="false" required data-part="path" value="${recall(REMEMBERED, '')}" /></div>
+        <input class="input" id="try-path" autocomplete="off" spellcheck="false" required data-part="path" value="${recall(REMEMBERED_FOLDER, '')}" /></div>
       <button class="button button--primary">${t('rules.try_submit')}</button></form>
       <div role="status" data-part="result"></div>
       <data-table data-part="table" hidden></data-table>`,
@@ -32,7 +31,7 @@ export function tryRules(rules, signal) {
     try {
       const path = parts.path.value.trim();
       const found = await post('/api/archive/films/preview', { paths: [path], rules }, signal);
-      remember(REMEMBERED, path);
+      remember(REMEMBERED_FOLDER, path);
       render(parts.result, html`${additionSummary(found)}${found.films.length > SHOWN && html`<p class="dim">${t('add.first', { n: SHOWN })}</p>`}`);
       parts.table.show(found.films.slice(0, SHOWN));
       parts.table.hidden = found.films.length === 0;

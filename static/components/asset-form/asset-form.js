@@ -29,11 +29,17 @@ export async function editAsset(assetId = '') {
     title: stored ? known.asset_id : t('register.add'),
     content: formMarkup(known, stored !== null, byName),
     size: 'wide',
+    question: () =>
+      allTyped() === begun
+        ? null
+        : { title: t('register.leave_title'), text: t('register.leave_text'), submit: t('register.leave') },
   });
+  const allTyped = () => JSON.stringify([...parts.form.elements].map(({ value }) => value));
   const inputs = [...parts.form.querySelectorAll('[data-field]')].map((input) => ({ input, field: byName.get(input.dataset.field) }));
   const shownOf = (field) => written(field, known.header[field.name] ?? null);
   for (const { input, field } of inputs) input.value = shownOf(field);
   parts.line.value = lineText(known.line);
+  const begun = allTyped();
   if (!stored) {
     parts.note.follow(parts.id);
     parts.note.addEventListener('looked', ({ detail }) => show(parts.id, detail.fields === null ? '' : t('register.exists', { id: detail.assetId })));

@@ -5,7 +5,7 @@ import { fitted, toDegrees } from '../../core/mercator.js';
 import { onThemeChange, sharpContext, typeScale } from '../../core/screen.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
-import { paintBackground, paintLines, paintMarks, paintNorth, paintScaleBar } from '../archive-map/paint.js';
+import { paintBackground, paintLines, paintMarks, paintNorth, paintMapScale } from '../archive-map/paint.js';
 import { clustersOf, placesOf } from '../archive-map/places.js';
 import { Tiles } from '../archive-map/tiles.js';
 import { icon } from '../icon/icon.js';
@@ -45,7 +45,7 @@ export class AssetMap extends Component {
     paintBackground(sheet, this.#tiles);
     paintLines(sheet, this.#places);
     paintMarks(sheet, clustersOf(this.#places, view.zoom));
-    paintScaleBar(sheet);
+    paintMapScale(sheet);
     paintNorth(sheet);
     const [lon, lat] = toDegrees([view.x, view.y]);
     this.parts.open.href = `/archive/map?${new URLSearchParams({ at: [lat, lon, view.zoom].join() })}`;

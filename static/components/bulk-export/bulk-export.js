@@ -4,6 +4,7 @@ import { ApiError, get, poll, post, remove } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { bytes, count, lengthUnit } from '../../core/units.js';
 import { errorText, language, t, wordFor } from '../../core/words.js';
+import { showFault } from '../archive-shell/archive-shell.js';
 import { openDialog } from '../dialog/dialog.js';
 import { GROUPS, formatOf } from '../export-dialog/formats.js';
 import { icon } from '../icon/icon.js';
@@ -17,13 +18,19 @@ const MOST = 1000;
 
 /** @param {string[]} ids inspections, in the order of the archive */
 export function openBulkExport(ids) {
-  const { dialog, parts } = openDialog({ title: t('bulk.title', { n: ids.length, count: count(ids.length) }), content: markup() });
+  const { dialog, parts } = openDialog({
+    title: t('bulk.title', { n: ids.length, count: count(ids.length) }),
+    content: markup(),
+    question: () => (made.isUnsaved ? { title: t('bulk.leave_title'), text: t('bulk.leave_text'), submit: t('bulk.leave') } : null),
+  });
   const end = new AbortController();
   dialog.addEventListener('close', () => end.abort());
-  new BulkExport(ids, dialog, parts, end.signal);
+  const made = new BulkExport(ids, dialog, parts, end.signal);
 }
 
 class BulkExport {
+  /** Whether an archive is being made, or is made and nobody has saved it: it ends with the dialog. */
+  isUnsaved = false;
   #ids;
   #dialog;
   #parts;
@@ -42,6 +49,7 @@ class BulkExport {
     // The archive is for this dialog only; one that is read at this moment is sent to its end.
     signal.addEventListener('abort', () => this.#discard());
     this.#showChoice();
+    parts.result.addEventListener('click', ({ target }) => target.closest('[data-part=download]') && (this.isUnsaved = false));
     if (ids.length > MOST) this.#fail(t('bulk.too_many', { most: count(MOST) }));
   }
 
@@ -51,7 +59,7 @@ class BulkExport {
 
   #showChoice() {
     const formats = this.#formats;
-    this.#parts.make.disabled = formats.length === 0 || this.#ids.length > MOST;
+    this.#parts.make.disabled = formats.length === 0 || this.#ids.length === 0 || this.#ids.length > MOST;
     for (const extra of EXTRAS) {
       const isOf = formats.some((kind) => formatOf(kind).extras?.includes(extra));
       this.#parts[extra].disabled = !isOf;
@@ -63,7 +71,9 @@ class BulkExport {
     const wanted = this.#formats;
     render(fault, html``);
     make.disabled = formats.disabled = true;
+    this.isUnsaved = true;
     try {
+      await this.#discard(); // one that came to nothing
       const { id } = await post('/api/bulk-exports', {
         inspections: this.#ids,
         formats: wanted,
@@ -86,12 +96,13 @@ class BulkExport {
         return ['waiting', 'running'].includes(progress.state) ? LOOK_S : null;
       },
       this.#signal,
-      (error) => this.#fail(errorText(error)),
+      (error) => (error.isTemporary ? showFault(fault, error) : this.#fail(errorText(error))),
     );
   }
 
   #show({ state, done, total, present, not_made: notMade, not_made_total: missing, size, detail }) {
-    const { making, bar, announced, choice, result, cancel, make } = this.#parts;
+    const { making, bar, announced, choice, result, cancel, make, fault } = this.#parts;
+    showFault(fault, null);
     const isMade = state === 'done';
     if (state === 'failed') return this.#fail(detail);
     choice.hidden = true;
@@ -118,6 +129,7 @@ class BulkExport {
 
   #fail(reason) {
     const { making, choice, make, fault, formats } = this.#parts;
+    this.isUnsaved = false;
     making.hidden = true;
     choice.hidden = make.hidden = false;
     formats.disabled = false;

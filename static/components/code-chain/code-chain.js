@@ -124,10 +124,12 @@ class CodeChain extends Component {
   }
 
   #forget(i) {
-    const before = preferences.value.templates;
-    const keep = (templates) => orToast(() => preferences.save({ templates }));
-    keep(before.toSpliced(i, 1));
-    toast(t('chain.forgotten'), { action: t('page.undo'), run: () => keep(before) });
+    const keep = (...splice) => orToast(() => preferences.save({ templates: preferences.value.templates.toSpliced(...splice) }));
+    const forgotten = preferences.value.templates[i];
+    keep(i, 1);
+    toast(t('chain.forgotten'), { action: t('page.undo'), run: () => keep(i, 0, forgotten) });
+    const rest = this.querySelectorAll('[data-forget]');
+    (rest[i] ?? rest[i - 1] ?? this.querySelector('button')).focus(); // the button has gone
   }
 
   #setClock(text) {

@@ -10,7 +10,7 @@ import { followSorting, sortButton } from './sorting.js';
 /**
  * @typedef {object} Column
  * @property {string} name
- * @property {string} title
+ * @property {string|ReturnType<typeof html>} title the cards of a narrow window show a text only
  * @property {string} [sort] name by which the server sorts; none: it cannot
  * @property {boolean} [descends] whether the first click sorts the other way round
  * @property {(item: object) => ReturnType<typeof html>} cell

@@ -20,7 +20,6 @@ const LENGTH_DECIMALS = lengthUnit === 'ft' ? 2 : 3;
  * @property {string|null} unit
  */
 
-
 /** Returns the text of a field for a value. */
 export function written({ kind, unit }, value) {
   if (value === null) return '';

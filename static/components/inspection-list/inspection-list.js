@@ -155,6 +155,7 @@ class InspectionList extends Component {
     if (!(await askDelete(inspection))) return;
     await remove(`/api/inspections/${id}`);
     await this.#list.again();
+    this.parts.selection.forget(id);
     this.querySelector('#main').focus();
     toast(t('list.deleted', { name: inspection.name }));
   }

@@ -40,8 +40,8 @@ class ListFilters extends Component {
    */
   fill(list, rows) {
     this.#list = list;
-    const find = () => orToast(() => list.want(Object.fromEntries(FIELDS.map((name) => [name, this.parts[name].value]))));
-    this.listen(this, 'input', find);
+    // Only the changed one: a filter that a row has set is in the list before its field shows it.
+    this.listen(this, 'input', ({ target }) => orToast(() => list.want({ [target.dataset.part]: target.value })));
     followFilters(rows, list, this.signal, orToast);
     this.listen(list, 'change', () => this.#show());
     for (const name of FIELDS) this.parts[name].value = list.filters[name];
@@ -75,6 +75,9 @@ class ListFilters extends Component {
 
   #show() {
     const { filters } = this.#list;
+    const labels = [...this.parts.label.options].map(({ value }) => value).filter(Boolean);
+    // A row may have a label that somebody gave after the options were read.
+    if (filters.label && !labels.includes(filters.label)) this.#offer(labels);
     this.parts.label.value = filters.label;
     const chosen = [
       ['project', t('archive.project'), filters.project],

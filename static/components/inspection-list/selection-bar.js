@@ -20,7 +20,7 @@ class SelectionBar extends Component {
     this.hidden = true;
     this.parts = render(
       this,
-      html`<div class="selection-bar panel" role="toolbar" aria-label="${t('list.selected_actions')}">
+      html`<div class="selection-bar panel" role="group" aria-label="${t('list.selected_actions')}">
         <p class="number selection-bar__chosen" role="status" data-part="chosen"></p>
         <button class="button button--small" data-part="all"></button>
         <button class="button button--small button--quiet" data-part="none">${t('archive.select_none')}</button>
@@ -67,6 +67,11 @@ class SelectionBar extends Component {
   #where() {
     const { filters } = this.#list;
     return String(new URLSearchParams(FILTERS.filter((name) => filters[name]).map((name) => [name, filters[name]])));
+  }
+
+  /** Leaves out an inspection that was deleted. */
+  forget(id) {
+    this.#selection.forget([id], this.#list.total);
   }
 
   /** Shows what is selected of the present page. */

@@ -4,7 +4,7 @@ import { ApiError, post } from '../../core/api.js';
 import { html } from '../../core/html.js';
 import { ROLES } from '../../core/rights.js';
 import { errorText, t, wordFor } from '../../core/words.js';
-import { openDialog } from '../dialog/dialog.js';
+import { ask, openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
 
 /**
@@ -74,15 +74,5 @@ async function showSecret({ name, secret }) {
 }
 
 /** Asks whether a token ends; it cannot be undone. */
-export async function askRevoke(name) {
-  const { dialog, parts, closed } = openDialog({
-    title: t('users.revoke_title', { name }),
-    content: html`<form method="dialog" class="confirm">
-      <p>${t('users.revoke_text', { name })}</p>
-      <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
-        <button class="button button--danger" value="yes">${t('users.revoke')}</button></div></form>`,
-  });
-  parts.cancel.focus();
-  parts.cancel.addEventListener('click', () => dialog.close());
-  return (await closed) === 'yes';
-}
+export const askRevoke = (name) =>
+  ask({ title: t('users.revoke_title', { name }), text: t('users.revoke_text', { name }), submit: t('users.revoke') });
