@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import logging
-import shutil
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +15,7 @@ from app.inspections.corrections import Corrections
 from app.jobs.parts import NOT_RECORDED
 from app.storage import keys
 from app.storage.blobs import Blobs, StoredBlob
-from app.storage.files import DataFolder
+from app.storage.files import DataFolder, delete_tree
 from app.storage.inspection_list import Found, InspectionList
 from app.storage.inspections import InspectionStore, Summary, require_unlocked
 from app.storage.labels import LabelStore
@@ -246,8 +244,7 @@ class Inspections:
         self._tracks.forget(inspection_id)
         self._corrections.forget(inspection_id)
         self._live.publish(inspection_id, "cancelled", Progress(0, None, None, None))
-        with suppress(FileNotFoundError):
-            shutil.rmtree(self._folder.inspection(inspection_id))
+        delete_tree(self._folder.inspection(inspection_id))
         self._blobs.delete_all(keys.inspection(inspection_id))
         logger.info("Inspection %s deleted by %s.", inspection_id, who)
 

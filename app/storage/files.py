@@ -26,6 +26,7 @@ inspections/<32 hex>/video.<suffix>    the original, as it was uploaded
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import hashlib
 import os
@@ -231,3 +232,19 @@ def full_disk_reported() -> Iterator[None]:
     except OSError as error:
         raise_if_full(error)
         raise
+
+
+def delete_tree(folder: Path) -> None:
+    """Delete a folder with all its files, also with one that somebody writes meanwhile.
+
+    Raises:
+        OSError: It cannot be deleted.
+    """
+    for is_last in (False, False, True):
+        try:
+            shutil.rmtree(folder)
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            if is_last or error.errno != errno.ENOTEMPTY:
+                raise

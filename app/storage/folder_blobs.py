@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +12,7 @@ from app.errors import StoreUnavailable
 from app.storage.blobs import PROBE, Blob, checked_key, is_key, no_such_blob
 from app.storage.files import (
     copy_durably,
+    delete_tree,
     full_disk_reported,
     replace_file,
     sync_file,
@@ -144,10 +144,7 @@ class FolderBlobs:
 
     def delete_all(self, folder: str) -> None:
         """Delete the folder."""
-        try:
-            shutil.rmtree(self._path(folder))
-        except FileNotFoundError:
-            return
+        delete_tree(self._path(folder))
 
     @contextmanager
     def local(self, key: str) -> Iterator[Path]:
