@@ -1,6 +1,6 @@
 /** Two runs of the same culvert side by side: pictures of the same place, defects matched. */
 
-import { ApiError, get } from '../../core/api.js';
+import { ApiError } from '../../core/api.js';
 import { html, patchList, render } from '../../core/html.js';
 import { hasFilm, isUnmeasured } from '../../core/inspection.js';
 import { bindKeys } from '../../core/keys.js';

@@ -1,6 +1,5 @@
 /** The shared state of the inspection page: the data, the play head, the selection, tagging. */
 
-import { ApiError } from '../../core/api.js';
 import { AttachmentOutbox } from '../../core/attachment-outbox.js';
 import { Attachments } from '../../core/attachments.js';
 import { Axis } from '../../core/axis.js';
@@ -22,7 +21,7 @@ import { Outbox } from '../../core/outbox.js';
 import { pageId } from '../../core/page-id.js';
 import { RemarkDrafts } from '../../core/remark-drafts.js';
 import { isLocked, Review, whyLocked } from '../../core/review.js';
-import { lock, may, mayEdit } from '../../core/rights.js';
+import { lock, mayEdit } from '../../core/rights.js';
 import { whenSent } from '../../core/sending.js';
 import { Store } from '../../core/store.js';
 import { Track } from '../../core/track.js';

@@ -5,8 +5,6 @@ import { html, render } from '../../core/html.js';
 import { date } from '../../core/units.js';
 import { t } from '../../core/words.js';
 
-const ASK_AGAIN_S = 3;
-
 /** Shows the banner above a page that was opened from what this browser has kept. */
 export function showKept() {
   if (keptSince === undefined) return;

@@ -12,7 +12,7 @@ import { recall, remember } from '../../core/remembered.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
-import { ALL_FIELDS, FOLDED, GROUPS, LENS_PX, fault, jointFaults, parse } from './fields.js';
+import { ALL_FIELDS, FOLDED, GROUPS, LENS_PX, fault, jointFaults, parse, turned } from './fields.js';
 import { askBoard } from './board-dialog.js';
 import './known-by.js';
 import './lens-fields.js';

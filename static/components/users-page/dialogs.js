@@ -49,7 +49,7 @@ export async function makeToken() {
 }
 
 async function showSecret({ name, secret }) {
-  const { dialog, parts, closed } = openDialog({
+  const { parts, closed } = openDialog({
     title: t('users.secret_title', { name }),
     content: html`<form method="dialog" class="confirm">
       <p class="message message--warning">${icon('alert')}<span>${t('users.secret_text')}</span></p>
