@@ -294,7 +294,7 @@ def wait_until(condition: Callable[[], T], timeout_s: float = PATIENCE_S) -> T:
         assert time.monotonic() < deadline, "It did not happen in time."
         time.sleep(pause_s)
         # What takes long is waited for with little of the processor time that it needs.
-        pause_s = min(1.2 * pause_s, 0.15)
+        pause_s = min(1.2 * pause_s, 0.06)
     return answer
 
 

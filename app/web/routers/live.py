@@ -148,7 +148,8 @@ async def live(
     """Send updates of an inspection; receive acknowledgements and commands.
 
     `page` pairs the socket with the 3D view `/viewer/{inspection_id}/?page=`, which its commands
-    control.
+    control. A socket with a page also gets notes of what others change and who they are; a program
+    that reads updates gets nothing else.
     """
     await socket.accept()
     try:
@@ -169,10 +170,11 @@ async def live(
         tasks = {
             asyncio.create_task(_send(socket, outbox, services.corrections)),
             asyncio.create_task(_send_clicks(socket, clicks)),
-            asyncio.create_task(_send_changes(socket, changes)),
-            asyncio.create_task(_send_people(socket, seat)),
             asyncio.create_task(_receive(socket, outbox, view, seat)),
         }
+        if page is not None:
+            tasks.add(asyncio.create_task(_send_changes(socket, changes)))
+            tasks.add(asyncio.create_task(_send_people(socket, seat)))
         stack.push_async_callback(_end, tasks)
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         for task in done:

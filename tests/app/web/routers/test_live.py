@@ -26,8 +26,11 @@ PICTURES, MOST_KEPT_BYTES = 700, 20 * 2**20
 """What a reader does not take stays in the buffers of its connection, some MiB at the most."""
 
 
-def live(client: Client, inspection_id: str, **options: Any) -> ClientConnection:
-    return client.socket(f"/api/inspections/{inspection_id}/live", **options)
+def live(
+    client: Client, inspection_id: str, page: str | None = None, **options: Any
+) -> ClientConnection:
+    query = "" if page is None else f"?page={page}"
+    return client.socket(f"/api/inspections/{inspection_id}/live{query}", **options)
 
 
 def receive(socket: ClientConnection, timeout_s: float = 20) -> tuple[dict[str, Any], bytes]:
@@ -168,7 +171,11 @@ def expect_text(socket: ClientConnection, *skipped: str) -> dict[str, Any]:
 def test_pages_of_an_inspection_learn_of_each_other_and_of_changes(
     server: Client, done: str
 ) -> None:
-    with live(server, done) as first, live(server, done) as second, live(server, done) as program:
+    with (
+        live(server, done, page="1" * 32) as first,
+        live(server, done, page="2" * 32) as second,
+        live(server, done) as program,
+    ):
         for socket in (first, second, program):
             receive(socket)
         first.send(json.dumps({"type": "here", "editing": None}))
@@ -205,6 +212,8 @@ def test_pages_of_an_inspection_learn_of_each_other_and_of_changes(
         assert len(notes) <= most
         server.patch(f"/api/inspections/{done}", json={"header": {"client": "JKR"}})
         assert expect_text(first) == {"type": "changed"}
+        program.send(json.dumps({"type": "ping", "t": 1}))
+        assert expect_text(program) == {"type": "pong", "t": 1}  # the first text that it gets
 
 
 def test_an_unknown_inspection_is_reported_and_closed(shared: Client) -> None:
