@@ -38,7 +38,6 @@ from vo_core.errors import ChainageError
 logger = logging.getLogger(__name__)
 
 State = Literal["waiting", "running", "done", "failed", "cancelled"]
-ENDED: tuple[State, ...] = ("done", "failed", "cancelled")
 MOST_KEPT = 8
 """Orders that are kept; one that has ended makes room for a new one."""
 MOST_OF_ONE = 2
@@ -78,7 +77,7 @@ class NotMade:
     name: str
     """Of the inspection; empty if it was deleted."""
     kind: str
-    """The format."""
+    """Its format, by the name in `FORMATS`; empty if the whole inspection is missing."""
     detail: str
 
 
@@ -185,12 +184,12 @@ class BulkExports(Worker):
                 _end(order, "cancelled")
 
     def _make_room_for(self, who: str) -> None:
-        unfinished = [o for o in self._orders.values() if o.progress.state not in ENDED]
+        unfinished = [o for o in self._orders.values() if o.ended_s is None]
         if sum(order.who == who for order in unfinished) >= MOST_OF_ONE:
             raise Busy(f"{MOST_OF_ONE} bulk exports of yours are being made; wait for one to end.")
         if len(unfinished) >= MOST_KEPT:
             raise Busy(f"{MOST_KEPT} bulk exports are being made; try again later.")
-        ended = [o for o in self._orders.values() if o.progress.state in ENDED]
+        ended = [o for o in self._orders.values() if o.ended_s is not None]
         own = [order for order in ended if order.who == who]
         excess = max(0, len(self._orders) + 1 - MOST_KEPT)
         others = [order for order in ended if order.who != who][: max(0, excess - len(own))]

@@ -235,7 +235,8 @@ def full_disk_reported() -> Iterator[None]:
 
 
 def delete_tree(folder: Path) -> None:
-    """Delete a folder with all its files, also with one that somebody writes meanwhile.
+    """Delete a folder with all its files, also with one that is written meanwhile, until none is
+    left.
 
     Raises:
         OSError: It cannot be deleted.

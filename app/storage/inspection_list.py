@@ -42,7 +42,7 @@ class Found:
     total: int
     """Inspections that fit."""
     stored: int
-    """Inspections altogether."""
+    """All inspections, whether they fit or not."""
     grave: list[Grave]
     """The inspections with the newest grave defects, newest first, whether they fit or not."""
 

@@ -300,7 +300,7 @@ class FoundOut(InspectionsOut):
     total: int
     """Inspections that fit."""
     stored: int
-    """Inspections altogether."""
+    """All inspections, whether they fit or not."""
     grave: list[GraveOut]
     """The inspections with the newest severe defects, newest first, whether they fit or not."""
 

@@ -1,0 +1,41 @@
+"""A folder is deleted with what is written into it meanwhile."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+from pathlib import Path
+
+import pytest
+
+from app.storage.files import delete_tree
+
+
+def test_a_file_that_comes_during_the_deletion_goes_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, removed = tmp_path / "inspection", shutil.rmtree
+    (folder / "thumbnails").mkdir(parents=True)
+    late = ["one.jpg", "two.jpg"]
+
+    def overtaken(path: Path) -> None:
+        if late:
+            (path / "thumbnails" / late.pop()).write_bytes(b"x")
+            raise OSError(errno.ENOTEMPTY, "Directory not empty", str(path))
+        removed(path)
+
+    monkeypatch.setattr(shutil, "rmtree", overtaken)
+    delete_tree(folder)
+    assert not folder.exists()
+    delete_tree(folder)  # nothing is there
+
+
+def test_what_cannot_be_deleted_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(path: Path) -> None:
+        raise OSError(errno.ENOTEMPTY, "Directory not empty", str(path))
+
+    monkeypatch.setattr(shutil, "rmtree", refused)
+    with pytest.raises(OSError, match="not empty"):
+        delete_tree(tmp_path)
