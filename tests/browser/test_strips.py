@@ -382,10 +382,16 @@ def _is_drawn_as_lost(page: Page, share: float) -> bool:
 
 
 def _wait_for_wall(page: Page) -> None:
+    """Until the wall is drawn and the film shows a frame of the whole track.
+
+    Track, health and wall come by requests of their own; a click before the track does nothing.
+    """
     page.wait_for_function(
         """() => {
           const wall = document.querySelector('wall-strip');
-          return wall?.rows && wall.pictures.count > 0;
+          const { track, health, playhead } = document.querySelector('inspection-page')?.desk ?? {};
+          return wall?.rows && wall.pictures.count > 0 && playhead.value.row
+            && health.complaints.length === track.length;
         }"""
     )
 
