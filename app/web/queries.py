@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import Query
+from fastapi import Depends, Query
 
 from app.survey.given import LINE
+from app.survey.search_terms import ProjectFilter
 
 Text = Annotated[
     str,
@@ -22,3 +23,10 @@ SeverityFrom = Annotated[int | None, Query(ge=0, le=5)]
 Offset = Annotated[int, Query(ge=0, le=10_000_000)]
 Limit = Annotated[int, Query(ge=1, le=500)]
 Descending = Annotated[bool, Query(description="The highest, newest or last first.")]
+
+
+def _of_project(project: Name = None, no_project: NoProject = False) -> ProjectFilter:
+    return ProjectFilter(name=project, is_none=no_project)
+
+
+OfProject = Annotated[ProjectFilter, Depends(_of_project)]

@@ -21,12 +21,11 @@ from app.survey.search_terms import (
     DefectSort,
     Page,
     Problem,
-    ProjectFilter,
     ProjectSort,
     QualitySort,
 )
 from app.web.deps import ServicesDep, viewer
-from app.web.queries import Descending, Limit, Name, NoProject, Offset, SeverityFrom, Text
+from app.web.queries import Descending, Limit, Name, Offset, OfProject, SeverityFrom, Text
 from app.web.schemas.failures import content, failures
 from app.web.schemas.search import (
     AssetOut,
@@ -100,9 +99,8 @@ def defects(
 @viewer
 def projects(
     services: ServicesDep,
+    of: OfProject,
     search: Text = "",
-    project: Name = None,
-    no_project: NoProject = False,
     sort: ProjectSort = "project",
     descending: Descending = False,
     offset: Offset = 0,
@@ -112,10 +110,9 @@ def projects(
 
     `project` is a whole name; `search` finds parts of it and of its inspections and assets.
     """
-    wanted = ProjectFilter(name=project, is_none=no_project)
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
     pending = services.search.pending()
-    total, found = services.search.projects(search, wanted, page)
+    total, found = services.search.projects(search, of, page)
     return ProjectsOut(total=total, pending=pending, projects=[ProjectOut.of(one) for one in found])
 
 
@@ -123,16 +120,14 @@ def projects(
 @viewer
 def assets(
     services: ServicesDep,
+    of: OfProject,
     search: Text = "",
-    project: Name = None,
-    no_project: NoProject = False,
     sort: AssetSort = "asset",
     descending: Descending = False,
     offset: Offset = 0,
     limit: Limit = 50,
 ) -> AssetsOut:
     """Return the assets that were inspected or are in the register."""
-    of = ProjectFilter(name=project, is_none=no_project)
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
     pending = services.search.pending()
     total, found = services.search.assets(AssetFilter(text=search, of=of), page)
