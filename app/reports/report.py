@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
+from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
 from app.storage.blobs import Readable
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
@@ -236,6 +237,8 @@ class Report:
     company: Company = field(default_factory=Company)
     signer: Signer | None = None
     """Signs evidence bundles."""
+    template: ReportTemplate = DEFAULT_TEMPLATE
+    """Of its project."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)

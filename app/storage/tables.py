@@ -394,6 +394,18 @@ class ArchiveRules(Base):
     changed_by: Mapped[str] = mapped_column(String(100))
 
 
+class ReportTemplateRow(Base):
+    """How the reports of a project look; see `app.reports.template`."""
+
+    __tablename__ = "report_templates"
+
+    project: Mapped[str] = mapped_column(String(200), primary_key=True)
+    """Empty: of every project without a template of its own."""
+    content: Mapped[dict[str, Any]]
+    changed_at: Mapped[datetime]
+    changed_by: Mapped[str] = mapped_column(String(100))
+
+
 class Heartbeat(Base):
     """One row that `/readyz` writes to check that the database accepts writes."""
 

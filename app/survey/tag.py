@@ -38,6 +38,12 @@ class Tag(Given):
         None, description="Mark of a stretch: A1 starts, C1 changes, B1 finishes number 1."
     )
     remark: Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)] | None = None
+    recommendation: Annotated[str, StringConstraints(max_length=1000, pattern=TEXT)] | None = Field(
+        None, description="What should be done about it."
+    )
+    cost: Annotated[float, Field(ge=0, le=1e9)] | None = Field(
+        None, description="Estimated cost of that, in the currency of the report's template."
+    )
     measures: Measures | None = Field(
         None, description="What was measured on the wall; the answer has the figures in `measured`."
     )

@@ -229,10 +229,12 @@ class Grid(Flowable):
 class Figure(Flowable):
     """A drawing of a given size, with its origin at the lower left."""
 
-    def __init__(self, height: float, paint: Callable[[Canvas], None]) -> None:
+    def __init__(self, height: float, paint: Callable[[Canvas], None], *, alt: str = "") -> None:
         super().__init__()
         self._height = height
         self._paint = paint
+        self.alt = alt
+        """What the drawing shows, in words."""
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
         """Return the width of the page and the height of the figure."""

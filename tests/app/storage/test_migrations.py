@@ -222,6 +222,19 @@ ROWS_0011 = ROWS_0010 | {
     },
     "token_uses": {"token_digest": sha256(TOKEN), "seen_at": NOW},
 }
+ROWS_0012 = ROWS_0011 | {
+    "assets": {
+        "asset_id": "CUL-0041",
+        "spelling": "cul0041",
+        "project": "A7",
+        "header": "{}",
+        "line": "[]",
+        "folded": "cul-0041 a7",
+        "changed_at": NOW,
+        "changed_by": "server",
+    },
+    "inspection_labels": {"inspection_id": INSPECTION, "label": "winter"},
+}
 ROWS = {
     "0001": ROWS_0001,
     "0002": ROWS_0002,
@@ -234,6 +247,7 @@ ROWS = {
     "0009": ROWS_0009,
     "0010": ROWS_0010,
     "0011": ROWS_0011,
+    "0012": ROWS_0012,
 }
 """What a database of each version may hold: a row of every table."""
 
