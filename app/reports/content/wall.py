@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from app.reports.content.translator import Translator
 from app.reports.report import Entry, Report
 from app.storage.blobs import Readable
 from vo_core.geometry.measure import developed_points
@@ -82,6 +83,69 @@ class Place:
     """Two spans where a sector goes across the crown, at which the wall is cut."""
     outlines: tuple[tuple[tuple[float, float], ...], ...] = ()
     """What was measured: points along, m, and around the wall, mm."""
+
+
+@dataclass(frozen=True)
+class DrawnJoint:
+    """A joint in a drawing."""
+
+    distance_m: float
+    number: int | None
+    is_seen: bool
+    """Else it is expected there."""
+
+
+def joints_within(report: Report, span_m: Span) -> list[DrawnJoint]:
+    """Return the joints of a span, the seen ones first."""
+    seen = [DrawnJoint(joint.distance_mm / 1000, joint.number, True) for joint in report.joints]
+    expected = [
+        DrawnJoint(joint.distance_mm / 1000, None, False) for joint in report.expected_joints
+    ]
+    return [joint for joint in (*seen, *expected) if span_m[0] <= joint.distance_m <= span_m[1]]
+
+
+def stretches_within(report: Report, span_m: Span) -> list[tuple[int, Span]]:
+    """Return number and ends of the stretches that reach into a span."""
+    return [
+        (stretch.number, (start_m, finish_m))
+        for stretch in report.stretches
+        if (start_m := stretch.start.distance_m) is not None
+        and (finish_m := stretch.finish.distance_m) is not None
+        and start_m < span_m[1]
+        and finish_m > span_m[0]
+    ]
+
+
+def places_within(report: Report, wall: Wall, span_m: Span) -> list[tuple[Entry, Place]]:
+    """Return the observations of a span that begins where another ends, each with its place."""
+    is_last = span_m[1] >= wall.span_m[1]
+    return [
+        (entry, place)
+        for entry in report.entries
+        if entry.distance_m is not None
+        and span_m[0] <= entry.distance_m
+        and (entry.distance_m < span_m[1] or (is_last and entry.distance_m == span_m[1]))
+        and (place := place_of(report, entry)) is not None
+    ]
+
+
+def remarks_on(report: Report, wall: Wall, t: Translator) -> list[str]:
+    """Return what a reader of the drawing should know of gaps and of what is outside it."""
+    remarks = [t("wall.gaps")] if wall.gaps(wall.span_m) else []
+    inside = {entry.id for entry, _ in places_within(report, wall, wall.span_m)}
+    outside = [
+        str(entry.seq)
+        for entry in report.entries
+        if entry.distance_m is not None and entry.id not in inside
+    ]
+    if outside:
+        remarks.append(t("wall.outside", numbers=", ".join(outside)))
+    return remarks
+
+
+def tick_digits(t: Translator, step_m: float) -> int:
+    """Return the decimals that show a round step."""
+    return max(0, -math.floor(math.log10(step_m / t.per_unit_m) + 1e-9))
 
 
 def wall_of(report: Report) -> Wall | None:

@@ -8,16 +8,19 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
+from functools import partial
 from importlib import resources
+from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from app.reports.content.condition import ACT_NOW, CLEANED_AWAY, condition_of
-from app.reports.content.sizes import outlines
+from app.reports.content.shown_photos import shown_photos
 from app.reports.content.text import legible
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.html.pipe_strip import pipe_strip
+from app.reports.html.wall_strip import wall_strips
 from app.reports.pdf.cover import cover_rows, warnings_of
 from app.reports.pdf.header_sheet import GROUPS, header_row
 from app.reports.pdf.measurement import (
@@ -32,7 +35,7 @@ from app.reports.pdf.observations import reference_of
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.sign_off import action_of
 from app.reports.pdf.summary import opening
-from app.reports.report import Loss, Report, Written
+from app.reports.report import Entry, Loss, Report, Written
 from app.reports.tables.table import iso
 from app.storage.blobs import Readable
 from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
@@ -93,6 +96,7 @@ def write(report: Report) -> Written:
             ("graphic", t("graphic.title")),
             ("observations", t("observations.title")),
             ("photos", t("photos.title")),
+            ("wall", t("wall.title")),
             ("scene", t("web.scene")),
             ("header", t("header.title")),
             ("condition", t("condition.title")),
@@ -107,14 +111,11 @@ def write(report: Report) -> Written:
         CLEANED_AWAY=CLEANED_AWAY,
         strip=pipe_strip(report, t),
         reference=reference_of(report, t),
-        photographed=[
-            (entry, photo, n)
-            for entry in report.entries
-            for n, photo in enumerate(photo for photo in entry.photos if photo.jpeg)
-        ],
+        wall=wall_strips(report, t),
+        shown=(shown := shown_photos(report)),
+        photographed={entry.id for each in shown for entry, _ in each.captions},
         jpeg_base64=_jpeg_base64,
-        outlines=outlines,
-        video=report.source.video,
+        film_at=partial(_film_at, report),
         scene=scene,
         header=_header(report, t),
         measured=[
@@ -145,6 +146,14 @@ def _jpeg_base64(photo: Readable) -> Markup | None:
     """Encode a photo; None if it is missing."""
     jpeg = jpeg_of(photo, ENOUGH_PX)
     return None if jpeg is None else _base64(jpeg.content)
+
+
+def _film_at(report: Report, entry: Entry) -> str | None:
+    """Return the link to the frame in the film beside this file; None without such a film."""
+    name = report.extras.film_name
+    if name is None or entry.time_s is None:
+        return None
+    return f"./{quote(name)}#t={entry.time_s:g}"
 
 
 def _header(report: Report, t: Translator) -> list[tuple[str, Rows]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from reportlab.lib.colors import white
 from reportlab.lib.units import mm
@@ -14,7 +13,18 @@ from reportlab.platypus import Flowable, PageBreak
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.placement import capacity, spread
 from app.reports.content.translator import Translator
-from app.reports.content.wall import Place, Span, Wall, clock_places, place_of, wall_of
+from app.reports.content.wall import (
+    Place,
+    Span,
+    Wall,
+    clock_places,
+    joints_within,
+    places_within,
+    remarks_on,
+    stretches_within,
+    tick_digits,
+    wall_of,
+)
 from app.reports.pdf.flow import Figure, Heading, note
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
@@ -57,19 +67,13 @@ def unrolled_wall(report: Report, t: Translator) -> list[Flowable]:
     notes = [t("wall.help", scale=scale)]
     if scale > SCALES[0]:
         notes.append(t("wall.coarser", pages=MOST_PAGES))
-    if wall.gaps(wall.span_m):
-        notes.append(t("wall.gaps"))
+    notes += remarks_on(report, wall, t)
     figures = [Figure(strip.height, strip.paint, alt=strip.alt) for strip in strips]
     return [heading, note(" ".join(notes)), *figures, PageBreak()]
 
 
 def _strips(report: Report, t: Translator, wall: Wall) -> tuple[int, list[_Strip]]:
     """Return the finest scale with an acceptable number of pages, and its strips."""
-    marks = [
-        _Mark(entry, place)
-        for entry in report.entries
-        if (place := place_of(report, entry)) is not None
-    ]
     for scale in SCALES:
         per_m = 1000 * mm / scale
         length_m = (WIDTH - _LEFT - _RIGHT) / per_m
@@ -81,7 +85,7 @@ def _strips(report: Report, t: Translator, wall: Wall) -> tuple[int, list[_Strip
             (first_m + n * length_m, min(first_m + (n + 1) * length_m, last_m))
             for n in range(count)
         ]
-        strips = [_Strip(report, t, wall, span, scale, marks) for span in spans]
+        strips = [_Strip(report, t, wall, span, scale) for span in spans]
         if _pages(strips) <= MOST_PAGES or scale == SCALES[-1]:
             break
     return scale, strips
@@ -99,12 +103,6 @@ def _pages(strips: Sequence[_Strip]) -> float:
     return pages
 
 
-@dataclass(frozen=True)
-class _Mark:
-    entry: Entry
-    place: Place
-
-
 class _Strip:
     """A part of the wall that is as long as the page is wide."""
 
@@ -115,7 +113,6 @@ class _Strip:
         wall: Wall,
         span_m: Span,
         scale: int,
-        marks: Sequence[_Mark],
     ) -> None:
         self.report = report
         self.t = t
@@ -123,21 +120,8 @@ class _Strip:
         self.span_m = span_m
         self.scale = scale
         self.per_m = 1000 * mm / scale
-        is_last = span_m[1] >= wall.span_m[1]
-        self.marks = [
-            mark
-            for mark in marks
-            if span_m[0] <= (mark.entry.distance_m or 0.0) < span_m[1]
-            or (is_last and mark.entry.distance_m == span_m[1])
-        ]
-        self.stretches = [
-            (stretch, (start_m, finish_m))
-            for stretch in report.stretches
-            if (start_m := stretch.start.distance_m) is not None
-            and (finish_m := stretch.finish.distance_m) is not None
-            and start_m < span_m[1]
-            and finish_m > span_m[0]
-        ]
+        self.marks = places_within(report, wall, span_m)
+        self.stretches = stretches_within(report, span_m)
         self.width = (span_m[1] - span_m[0]) * self.per_m
         self.high = (wall.arc_mm[1] - wall.arc_mm[0]) / 1000 * self.per_m
         self.top = _FOOT + self.high
@@ -158,8 +142,8 @@ class _Strip:
             first=t.length(self.span_m[0]),
             last=t.length(self.span_m[1]),
             scale=self.scale,
-            joints=len(self._joints_inside()),
-            numbers=", ".join(str(mark.entry.seq) for mark in self.marks) or "–",
+            joints=len(joints_within(self.report, self.span_m)),
+            numbers=", ".join(str(entry.seq) for entry, _ in self.marks) or "–",
         )
 
     def x_of(self, distance_m: float) -> float:
@@ -239,7 +223,7 @@ class _Strip:
 
     def _distances(self, canvas: Canvas) -> None:
         step_m = tick_step_m(self.t, self.per_m, 14 * mm)
-        digits = max(0, -math.floor(math.log10(step_m / self.t.per_unit_m) + 1e-9))
+        digits = tick_digits(self.t, step_m)
         for distance_m in Axis(*self.span_m).ticks(step_m):
             x = self.x_of(distance_m)
             canvas.setStrokeColor(INK)
@@ -248,34 +232,23 @@ class _Strip:
             text = f"{decimals(distance_m, digits, unit=self.t.per_unit_m)} {self.t.units}"
             draw(canvas, x, _FOOT - 3.6 * mm, text, TINY.soft(), "centre")
 
-    def _joints_inside(self) -> list[tuple[float, str | None, bool]]:
-        """Return distance, m, number and whether it was seen, of every joint in the strip."""
-        seen = [
-            (joint.distance_mm / 1000, None if joint.number is None else f"J{joint.number}", True)
-            for joint in self.report.joints
-        ]
-        expected = [(joint.distance_mm / 1000, None, False)
-                    for joint in self.report.expected_joints]  # fmt: skip
-        low_m, high_m = self.span_m
-        return [joint for joint in (*seen, *expected) if low_m <= joint[0] <= high_m]
-
     def _joints(self, canvas: Canvas) -> None:
-        for distance_m, name, is_seen in self._joints_inside():
-            x = self.x_of(distance_m)
+        for joint in joints_within(self.report, self.span_m):
+            x = self.x_of(joint.distance_m)
             for colour, width in ((white, 1.4), (INK, 0.6)):
                 canvas.setStrokeColor(colour)
                 canvas.setLineWidth(width)
-                canvas.setDash(() if is_seen else (3, 2))
+                canvas.setDash(() if joint.is_seen else (3, 2))
                 canvas.line(x, _FOOT, x, self.top)
             canvas.setDash()
-            if name is not None:
+            if joint.number is not None:
                 canvas.line(x, _FOOT - 4.6 * mm, x, _FOOT - 5.4 * mm)
-                draw(canvas, x, _FOOT - 7.6 * mm, name, TINY.bold(), "centre")
+                draw(canvas, x, _FOOT - 7.6 * mm, f"J{joint.number}", TINY.bold(), "centre")
 
     def _stretches(self, canvas: Canvas) -> None:
-        for stretch, (start_m, finish_m) in self.stretches:
+        for number, (start_m, finish_m) in self.stretches:
             low, high = max(start_m, self.span_m[0]), min(finish_m, self.span_m[1])
-            y = self.top + 1.1 * mm + ((stretch.number - 1) % _LANES) * _LANE * (self.lanes > 1)
+            y = self.top + 1.1 * mm + ((number - 1) % _LANES) * _LANE * (self.lanes > 1)
             left, right = self.x_of(low), self.x_of(high)
             canvas.setStrokeColor(INK)
             canvas.setLineWidth(1.4)
@@ -284,7 +257,7 @@ class _Strip:
             for end_m, x in ((start_m, left), (finish_m, right)):
                 if self.span_m[0] <= end_m <= self.span_m[1]:
                     canvas.line(x, self.top, x, y + 0.7 * mm)
-            name, style = self.t("wall.stretch", n=stretch.number), TINY.bold()
+            name, style = self.t("wall.stretch", n=number), TINY.bold()
             wide = width_of(name, style) + 1.2 * mm
             if wide < right - left:
                 middle = (left + right) / 2
@@ -296,17 +269,19 @@ class _Strip:
         numbers = self.top + self.lanes * _LANE + 1.2 * mm
         for row in range(self.rows):
             marks = self.marks[row :: self.rows]
-            wanted = [self.x_of(mark.entry.distance_m or 0.0) for mark in marks]
+            wanted = [self.x_of(entry.distance_m or 0.0) for entry, _ in marks]
             places = spread(wanted, _BADGE, _LEFT, WIDTH - _RIGHT)
-            for mark, badge_x in zip(marks, places, strict=True):
-                self._mark(canvas, mark, badge_x, numbers + row * _BADGE)
+            for (entry, place), badge_x in zip(marks, places, strict=True):
+                self._mark(canvas, entry, place, badge_x, numbers + row * _BADGE)
 
-    def _mark(self, canvas: Canvas, mark: _Mark, badge_x: float, badge_y: float) -> None:
-        x = self.x_of(mark.entry.distance_m or 0.0)
+    def _mark(
+        self, canvas: Canvas, entry: Entry, place: Place, badge_x: float, badge_y: float
+    ) -> None:
+        x = self.x_of(entry.distance_m or 0.0)
         canvas.setStrokeColor(INK)
         canvas.setLineWidth(0.5)
         canvas.line(badge_x, badge_y, x, self.top)
-        boxes = self._boxes(mark.place)
+        boxes = self._boxes(place)
         if boxes:
             upper = max(y + height for _, y, _, height in boxes)
             for colour, width in ((white, 1.8), (INK, 0.8)):
@@ -315,17 +290,17 @@ class _Strip:
                 canvas.line(x, self.top, x, min(upper, self.top))
                 for box in boxes:
                     canvas.rect(*box, 1, 0)
-            self._outlines(canvas, mark.place)
+            self._outlines(canvas, place)
         else:
             canvas.setDash(1.5, 1)
             canvas.line(x, self.top, x, _FOOT)
             canvas.setDash()
         canvas.setStrokeColor(INK)
         canvas.setLineWidth(0.4)
-        canvas.setFillColor(SEVERITY.get(mark.entry.tag.severity or 0, WASH))
+        canvas.setFillColor(SEVERITY.get(entry.tag.severity or 0, WASH))
         canvas.circle(badge_x, badge_y + 1.5 * mm, 1.9 * mm, 1, 1)
-        style = TINY.bold().on(on_severity(mark.entry.tag.severity))
-        draw(canvas, badge_x, badge_y + 0.8 * mm, str(mark.entry.seq), style, "centre")
+        style = TINY.bold().on(on_severity(entry.tag.severity))
+        draw(canvas, badge_x, badge_y + 0.8 * mm, str(entry.seq), style, "centre")
 
     def _boxes(self, place: Place) -> list[tuple[float, float, float, float]]:
         """Return boxes around the seen parts of the place: left, bottom, width, height."""
