@@ -91,10 +91,10 @@ def test_in_feet_and_malay_it_says_so(opened):
 
 def test_the_strip_shows_every_entry_at_its_distance(opened):
     page = opened(report())
-    labels = page.locator(".strip a text").all_text_contents()
+    labels = page.locator(".strip-wide a text").all_text_contents()
     assert [label.split(":")[0] for label in labels] == [str(n) for n in range(1, 13)]
     places = page.evaluate(
-        "[...document.querySelectorAll('.strip circle')].map(c => +c.cy.baseVal.value)"
+        "[...document.querySelectorAll('.strip-wide circle')].map(c => +c.cy.baseVal.value)"
     )
     single = [f for f in OBSERVATIONS if f.get("clock_from") and not f.get("clock_to")]
     box = page.evaluate(
