@@ -97,7 +97,7 @@ def fill(database: Database, index: DefectIndex, inspections: int, defects: int)
         index.put(
             inspection_id,
             token,
-            InspectionFacts(name, project, asset, at.date(), 60.0, 0.1, film),
+            InspectionFacts(name, project, asset, at.date(), 60.0, 0.1, film, None, None),
             facts,
         )
 
