@@ -30,9 +30,7 @@ from app.reports.report import Entry, Report
 from app.survey.rounding import decimals
 
 MOST_BYTES = 6 * 2**20
-"""Most bytes of all pictures of the wall together, before base64."""
-_LONGEST_PX = 1000
-"""Of a tile's sides, at most."""
+"""Bytes of all pictures of the wall together, before base64, above which they are reduced."""
 
 _LEFT, _WIDTH, _END = 34, 930, 1000
 _HIGHEST = 460
@@ -43,6 +41,8 @@ _HEAD, _LANE, _BADGE, _FOOT = 24, 14, 22, 40
 _LANES = 2
 _HALF_BOX = 9
 _HALO = "#ffffff"
+_SEAM = 0.8
+"""Pictures overlap by so much, as browsers smooth their edges."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def wall_strips(report: Report, t: Translator) -> WallStrips | None:
     times = math.ceil(math.sqrt(total / MOST_BYTES)) if total > MOST_BYTES else 1
     sentences = [t("web.wall_help")]
     if times > 1:
-        sentences.append(t("web.wall_reduced", times=times, most=MOST_BYTES // 2**20))
+        sentences.append(t("web.wall_reduced", times=times))
     sentences += remarks_on(report, wall, t)
     rows = tuple(
         Markup(_Row(report, t, wall, span_m, row_m, times, n).drawn())  # noqa: S704  (escaped)
@@ -161,13 +161,14 @@ class _Row:
         high = self.y(layout.arc_to_mm) - upper
         shapes = []
         first_m, last_m = self.span_m
+        enough_px = max(max(layout.width_px, layout.height_px) // self.times, 1)
         for tile in self.wall.within((first_m + _SAME_M, last_m - _SAME_M)):
-            picture = jpeg_of(tile.jpeg, _LONGEST_PX // self.times) if tile.seen_m else None
+            picture = jpeg_of(tile.jpeg, enough_px) if tile.seen_m else None
             if picture is not None:
                 left, right = map(self.x, tile.span_m)
                 content = base64.b64encode(picture.content).decode()
                 shapes.append(
-                    f'<image x="{left:.2f}" y="{upper:.2f}" width="{right - left:.2f}" '
+                    f'<image x="{left:.2f}" y="{upper:.2f}" width="{right - left + _SEAM:.2f}" '
                     f'height="{high:.2f}" preserveAspectRatio="none" '
                     f'href="data:image/jpeg;base64,{content}"/>'
                 )
