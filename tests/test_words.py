@@ -19,7 +19,7 @@ SOURCES = {path: path.read_text("utf-8") for path in sorted(STATIC.rglob("*.js")
 SAME_IN_BOTH = re.compile(
     # Numbers and signs, letters and units, formats, and what Malay has taken over from English.
     r"(\W|\d|\b[A-Z]\b|\b(mm|px|min|rms|s|h|No)\b|\{\w+\})*"
-    r"|Menu|Video|Status|Unit|Format|EN 13508-2"
+    r"|Menu|Video|Status|Unit|Format|Logo|EN 13508-2"
 )
 PLURALS = {"one", "other"}
 SPOKEN = re.compile(r"[A-Za-z]{2,}")
