@@ -10,7 +10,7 @@ from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import Figure, Prose, pairs
+from app.reports.pdf.flow import Figure, Prose, pairs, paragraph
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
     ACCENT,
@@ -18,42 +18,55 @@ from app.reports.pdf.styles import (
     BODY,
     INK,
     RULE,
+    SMALL,
     SUBHEADING,
     TITLE,
     WASH,
     WIDTH,
 )
-from app.reports.pdf.text import draw, one_line, shortened
+from app.reports.pdf.text import Line, draw, lines_of, one_line, shortened
 from app.reports.report import Report
+
+_LETTERHEAD_TEXT = 105 * mm
+"""Width of name and address, right of the logo."""
+_MOST_ADDRESS_LINES = 12
 
 
 def cover(report: Report, t: Translator) -> list[Flowable]:
     """Build the cover."""
+    address = lines_of(report.company.address, SMALL, _LETTERHEAD_TEXT)[:_MOST_ADDRESS_LINES]
+    above = max(26 * mm, SUBHEADING.leading + len(address) * SMALL.leading + 4 * mm)
+    introduction = report.template.introduction
     return [
-        Figure(26 * mm, lambda canvas: _letterhead(canvas, report)),
-        Spacer(0, 42 * mm),
+        NextPageTemplate("page"),
+        Figure(above, lambda canvas: _letterhead(canvas, report, above, address)),
+        Spacer(0, 68 * mm - above),
         Prose([(t("cover.title"), TITLE)], after=1 * mm),
         Prose([(report.asset[:200], TITLE.on(INK))], after=3 * mm),
         Prose([(_where(report), BODY.soft())], after=10 * mm),
         *(_band(warned) for warned in warnings_of(report, t)),
         Spacer(0, 6 * mm),
         pairs(cover_rows(report, t)),
-        NextPageTemplate("page"),
+        *([Spacer(0, 6 * mm), paragraph(introduction)] if introduction else []),
         PageBreak(),
     ]
 
 
-def _letterhead(canvas: Canvas, report: Report) -> None:
-    y = 6 * mm
+def _letterhead(canvas: Canvas, report: Report, height: float, address: list[Line]) -> None:
+    """Draw the logo, and to its right the name of the company above its address."""
+    y = height - 20 * mm
     logo = jpeg_of(report.company.logo, 700)
     if logo is not None:
-        width, height = logo.getSize()
-        scale = min(60 * mm / width, 20 * mm / height)
-        canvas.drawImage(logo, 0, y, width * scale, height * scale)
+        width, picture_height = logo.getSize()
+        scale = min(60 * mm / width, 20 * mm / picture_height)
+        canvas.drawImage(logo, 0, y, width * scale, picture_height * scale)
+    y = 5 * mm + len(address) * SMALL.leading if address else 8 * mm
     if report.company.name:
-        style = SUBHEADING
-        draw(canvas, WIDTH, y + 2 * mm, shortened(report.company.name, style, 105 * mm), style,
-             "right")  # fmt: skip
+        name = shortened(report.company.name, SUBHEADING, _LETTERHEAD_TEXT)
+        draw(canvas, WIDTH, y, name, SUBHEADING, "right")
+    for line in address:
+        y -= SMALL.leading
+        draw(canvas, WIDTH, y, line.text, SMALL, "right")
     canvas.setStrokeColor(ACCENT)
     canvas.setLineWidth(1.2)
     canvas.line(0, 0, WIDTH, 0)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
+from datetime import UTC
 from functools import partial
 from typing import IO, Any, cast
 
 from reportlab import rl_config
+from reportlab.lib.colors import Color, HexColor
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
@@ -55,7 +56,7 @@ def made(report: Report, t: Translator, title: str, story: Sequence[Flowable]) -
         invariant=1,
     )
     pages = _Pages(document)
-    document.build([*story, pages], canvasmaker=partial(_canvas, report.made_at))
+    document.build([*story, pages], canvasmaker=partial(_canvas, report))
     return out.content
 
 
@@ -88,14 +89,32 @@ class _Pages(Flowable):
         canvas.endForm()
 
 
-def _canvas(made_at: datetime, *args: Any, **options: Any) -> Canvas:
+class _Canvas(Canvas):
+    """Draws ACCENT in the colour of the report's template."""
+
+    accent: Color = ACCENT
+
+    def setFillColor(self, aColor: Any, alpha: float | None = None) -> None:  # noqa: N802
+        """Set the colour of areas and letters."""
+        super().setFillColor(self._of_template(aColor), alpha)
+
+    def setStrokeColor(self, aColor: Any, alpha: float | None = None) -> None:  # noqa: N802
+        """Set the colour of lines."""
+        super().setStrokeColor(self._of_template(aColor), alpha)
+
+    def _of_template(self, colour: Any) -> Any:
+        return self.accent if colour is ACCENT else colour
+
+
+def _canvas(report: Report, *args: Any, **options: Any) -> Canvas:
     """Make a canvas whose file states the time of the report, so that equal reports give equal
     files.
 
     It begins with an embedded font; otherwise every page would name a font that is not embedded.
     """
-    canvas = Canvas(*args, **options | {"initialFontName": font_of(LATIN, 400).fontName})
-    date = f"{made_at.astimezone(UTC):D:%Y%m%d%H%M%SZ}"
+    canvas = _Canvas(*args, **options | {"initialFontName": font_of(LATIN, 400).fontName})
+    canvas.accent = HexColor(report.template.accent)
+    date = f"{report.made_at.astimezone(UTC):D:%Y%m%d%H%M%SZ}"
     canvas.setDateFormatter(lambda *_: date)
     return canvas
 
