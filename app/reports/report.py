@@ -82,6 +82,8 @@ class Extras:
     """Distance and code below each photo."""
     clip_of: Callable[[str], bytes] | None = None
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
+    film_name: str | None = None
+    """Name of the film that lies beside the report, whose times are then links; None: no film."""
 
 
 @dataclass(frozen=True)

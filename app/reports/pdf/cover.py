@@ -98,7 +98,10 @@ def warnings_of(report: Report, t: Translator) -> list[Warned]:
         warnings.append(Warned(abandoned, is_alarm=False))
     blocking = sum(issue.level == "block" for issue in report.issues)
     if blocking:
-        warnings.append(Warned(t("cover.draft", n=blocking), is_alarm=False))
+        text = t("cover.draft", n=blocking)
+        if "checks" in report.template.sections:
+            text += f" {t('cover.see', part=t('sign.title'))}"
+        warnings.append(Warned(text, is_alarm=False))
     return warnings
 
 
