@@ -10,7 +10,8 @@ from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import Figure, Prose, pairs, paragraph
+from app.reports.pdf.flow import Figure, Prose, Title, pairs, paragraph
+from app.reports.pdf.paper import Paper
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
     ACCENT,
@@ -39,9 +40,9 @@ def cover(report: Report, t: Translator) -> list[Flowable]:
     introduction = report.template.introduction
     return [
         NextPageTemplate("page"),
-        Figure(above, lambda canvas: _letterhead(canvas, report, above, address)),
+        Figure(above, lambda paper: _letterhead(paper, report, t, above, address)),
         Spacer(0, 68 * mm - above),
-        Prose([(t("cover.title"), TITLE)], after=1 * mm),
+        Title(t("cover.title"), TITLE, after=1 * mm, bookmark=report.asset),
         Prose([(report.asset[:200], TITLE.on(INK))], after=3 * mm),
         Prose([(_where(report), BODY.soft())], after=10 * mm),
         *(_band(warned) for warned in warnings_of(report, t)),
@@ -52,24 +53,28 @@ def cover(report: Report, t: Translator) -> list[Flowable]:
     ]
 
 
-def _letterhead(canvas: Canvas, report: Report, height: float, address: list[Line]) -> None:
+def _letterhead(
+    paper: Paper, report: Report, t: Translator, height: float, address: list[Line]
+) -> None:
     """Draw the logo, and to its right the name of the company above its address."""
-    y = height - 20 * mm
     logo = jpeg_of(report.company.logo, 700)
     if logo is not None:
-        width, picture_height = logo.getSize()
-        scale = min(60 * mm / width, 20 * mm / picture_height)
-        canvas.drawImage(logo, 0, y, width * scale, picture_height * scale)
+        width, across = logo.size
+        scale = min(60 * mm / width, 20 * mm / across)
+        x, y = width * scale, height - 20 * mm
+        with paper.figure(t("web.logo", company=report.company.name or ""), (0, y, x, y + 20 * mm)):
+            paper.drawImage(logo, 0, y, x, across * scale)
     y = 5 * mm + len(address) * SMALL.leading if address else 8 * mm
-    if report.company.name:
-        name = shortened(report.company.name, SUBHEADING, _LETTERHEAD_TEXT)
-        draw(canvas, WIDTH, y, name, SUBHEADING, "right")
-    for line in address:
-        y -= SMALL.leading
-        draw(canvas, WIDTH, y, line.text, SMALL, "right")
-    canvas.setStrokeColor(ACCENT)
-    canvas.setLineWidth(1.2)
-    canvas.line(0, 0, WIDTH, 0)
+    if report.company.name or address:
+        with paper.element("P"):
+            name = shortened(report.company.name or "", SUBHEADING, _LETTERHEAD_TEXT)
+            draw(paper, WIDTH, y, name, SUBHEADING, "right")
+            for line in address:
+                y -= SMALL.leading
+                draw(paper, WIDTH, y, line.text, SMALL, "right")
+    paper.setStrokeColor(ACCENT)
+    paper.setLineWidth(1.2)
+    paper.line(0, 0, WIDTH, 0)
 
 
 def _where(report: Report) -> str:
