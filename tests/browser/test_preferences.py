@@ -98,8 +98,8 @@ def test_remarks_of_the_server_are_in_the_language_of_the_page(
     browser: Browser, server: Server
 ) -> None:
     page = browser.new_context(locale="ms-MY").new_page()
-    # No page of ours: one that finds other preferences on the server is drawn anew meanwhile.
-    log_in(page, server, "/healthz")
+    # The log-in: another page that finds other preferences on the server is drawn anew meanwhile.
+    log_in(page, server, "/login?token=another")
     seen = page.evaluate(
         """async (events) => {
           const { remarkText } = await import('/static/components/history-panel/remarks.js');
