@@ -30,7 +30,7 @@ def static(tmp_path: Path) -> Path:
 
 def test_a_file_beside_the_others_is_one_more_language_of_the_page(static: Path) -> None:
     languages = languages_of(static, version_of(static))
-    assert list(languages)[0] == "en"
+    assert next(iter(languages)) == "en"
     assert languages["fr"].name == "Français"
     shell = "<html>\n  <head>\n  </head>\n<body><noscript></noscript></body></html>"
     page = html.fromstring(with_languages(shell, languages))
