@@ -9,6 +9,7 @@ from markupsafe import Markup
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.placement import spread
 from app.reports.content.translator import Translator
+from app.reports.html.links import to_row
 from app.reports.html.svg import (
     INK,
     RULE,
@@ -224,5 +225,5 @@ class _Strip:
             f'<path d="M{self.form.pipe[1]} {y:.1f}H{x - 52}L{x - 26} {label_y:.1f}'
             f'H{x - 16}" fill="none" stroke="{SOFT}" stroke-width="0.8"/>',
             rect(x - 14, label_y - 5, 10, 10, fill, INK),
-            f'<a href="#no-{entry.seq}">{text_at(x, label_y + 4, text, INK)}</a>',
+            to_row(self.report, entry, Markup(text_at(x, label_y + 4, text, INK))),  # noqa: S704
         ]

@@ -24,6 +24,7 @@ from app.reports.content.wall import (
     tick_digits,
     wall_of,
 )
+from app.reports.html.links import to_row
 from app.reports.html.svg import INK, SOFT, escaped, line, rect, severity_fill, text_at
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.report import Entry, Report
@@ -304,13 +305,13 @@ class _Row:
         severity = entry.tag.severity
         ink = "#ffffff" if severity is not None and severity >= 4 else INK
         name = f"{entry.seq}: {self.t.short_place(entry)} {self.t.code(entry)}"
-        return (
-            f'<a href="#no-{entry.seq}" aria-label="{escaped(name)}">'
+        badge = (
             f"<title>{escaped(name)}</title>"
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="10" '
             f'fill="{severity_fill(severity, "#f1f4f6")}" stroke="{INK}"/>'
-            f"{text_at(x, y + 4, str(entry.seq), ink, 'middle', size=12, weight=600)}</a>"
+            f"{text_at(x, y + 4, str(entry.seq), ink, 'middle', size=12, weight=600)}"
         )
+        return to_row(self.report, entry, Markup(badge), label=name)  # noqa: S704
 
     def _head(self) -> list[str]:
         first, last = map(self.t.length, self.span_m)

@@ -5,10 +5,10 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 
-import lxml.html
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from hypothesis import given, settings
+from lxml import html
 from playwright.sync_api import expect
 from random_reports import reports
 from reports import OBSERVATIONS, full_report, measured, report, said
@@ -16,6 +16,7 @@ from reports import OBSERVATIONS, full_report, measured, report, said
 from app.errors import NoScene
 from app.reports.html.web_page import write
 from app.reports.report import Extras
+from app.reports.template import ReportTemplate
 from app.survey.checks import Issue
 from app.survey.records import Event
 from app.viewer.still import scene_page
@@ -152,6 +153,17 @@ def test_without_a_3d_view_there_is_no_script():
     assert said(written.losses) == ["The 3D view is missing: it could not be drawn."]
 
 
+@pytest.mark.parametrize(
+    "sections", [["observations"], ["photos", "wall", "graphic"], ["scene"], []]
+)
+def test_links_lead_only_to_sections_that_the_template_has(tmp_path, sections):
+    template = ReportTemplate(sections=sections)
+    page = html.fromstring(write(replace(report(tmp_path), template=template)).content)
+    assert [one.get("id") for one in page.xpath("//main/section")] == sections
+    ids = set(page.xpath("//@id"))
+    assert {link[1:] for link in page.xpath("//@href") if link.startswith("#")} <= ids
+
+
 def test_on_paper_there_are_no_buttons_and_on_a_phone_nothing_is_cut(opened):
     page = opened(replace(report(), draw_scene=lambda _: "<p>scene</p>"))
     page.set_viewport_size({"width": 360, "height": 700})
@@ -232,7 +244,7 @@ def test_a_phone_reads_it_without_scrolling_sideways(opened, walled):
 
 def test_the_wall_is_to_scale_with_links_that_lead_somewhere(walled):
     made = walled
-    page = lxml.html.fromstring(write(made).content.decode())
+    page = html.fromstring(write(made).content.decode())
     rows = page.findall(".//svg[@class='wall-row']")
     pictures = [picture for row in rows for picture in row.iter("image")]
     assert len(pictures) == len(made.wall)
@@ -249,14 +261,14 @@ def test_the_wall_is_to_scale_with_links_that_lead_somewhere(walled):
 
 
 def test_a_shared_picture_is_there_once_and_times_lead_into_the_film(walled):
-    page = lxml.html.fromstring(write(walled).content.decode())
+    page = html.fromstring(write(walled).content.decode())
     figures = page.findall(".//figure")
     assert len(figures) == len(OBSERVATIONS) - 1
     links = [link.get("href") for link in figures[0].iter("a")]
     assert [link for link in links if link.startswith("#")] == ["#no-1", "#no-2"]
     assert links.count("./my%20film.mp4#t=0") == 1
     assert "./my%20film.mp4#t=41.333" in [link.get("href") for link in page.iter("a")]
-    plain = lxml.html.fromstring(write(report()).content.decode())
+    plain = html.fromstring(write(report()).content.decode())
     assert not [link for link in plain.iter("a") if "film" in link.get("href")]
 
 
