@@ -17,7 +17,7 @@ from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
 from app.reports.content.words import Language
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
-from app.storage.blobs import Readable
+from app.storage.blobs import Readable, StoredBlob
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.catalogue.table import Code
@@ -80,6 +80,12 @@ class Extras:
     """Distance and code below each photo."""
     clip_of: Callable[[str], bytes] | None = None
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
+    exchange: str | None = None
+    """Exchange format of a delivery; None for EN 13508-2 text."""
+    film: bool = False
+    """The film in a delivery."""
+    scratch: Path | None = None
+    """Folder on a disk for files with a film; None for the usual one of temporary files."""
 
 
 @dataclass(frozen=True)
@@ -241,6 +247,8 @@ class Report:
     """Signs evidence bundles."""
     template: ReportTemplate = DEFAULT_TEMPLATE
     """Of its project."""
+    film: StoredBlob | None = None
+    """The film as it is stored; None while it is recorded, and where there is none."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)

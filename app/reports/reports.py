@@ -41,7 +41,7 @@ from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
-from app.storage.tables import ENDED, IMPORTED
+from app.storage.tables import ENDED, IMPORTED, Inspection
 from app.survey.catalogue.header import number_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.interval import half_width_m
@@ -260,11 +260,19 @@ class Reports:
             error_code=row.error_code,
             company=self._company,
             signer=self._signer,
+            film=_film(self._blobs, row),
             draw_scene=self._draw_scene,
             extras=extras,
             language=language,
             units=units,
         )
+
+
+def _film(blobs: Blobs, row: Inspection) -> StoredBlob | None:
+    """Return the film; while it is recorded it has no checksum, and is elsewhere."""
+    if not (row.has_film and row.source_sha256):
+        return None
+    return StoredBlob(blobs, keys.film(row.id, row.video_file))
 
 
 @dataclass(frozen=True)
