@@ -114,6 +114,7 @@ class Records:
             blobs,
             company,
             SigningKey(places.root),
+            places.root,
             _draw_scene,
         )
 

@@ -84,8 +84,6 @@ class Extras:
     """Exchange format of a delivery; None for EN 13508-2 text."""
     film: bool = False
     """The film in a delivery."""
-    scratch: Path | None = None
-    """Folder on a disk for files with a film; None for the usual one of temporary files."""
 
 
 @dataclass(frozen=True)
@@ -249,6 +247,8 @@ class Report:
     """Of its project."""
     film: StoredBlob | None = None
     """The film as it is stored; None while it is recorded, and where there is none."""
+    scratch: Path | None = None
+    """Folder on a disk for large files that are being written; None for the usual one."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)

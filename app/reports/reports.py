@@ -8,6 +8,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -90,6 +91,7 @@ class Reports:
         blobs: Blobs,
         company: Company,
         signer: Signer,
+        scratch: Path,
         draw_scene: Callable[[Report], str],
     ) -> None:
         self._inspections = inspections
@@ -104,7 +106,8 @@ class Reports:
         self._unrolled = unrolled
         self._blobs = blobs
         self._company = company
-        self._signer = signer
+        self.signer = signer
+        self._scratch = scratch
         self._draw_scene = draw_scene
         self._lock = threading.Lock()
         """Guards the next field."""
@@ -259,8 +262,9 @@ class Reports:
             error=row.error_detail,
             error_code=row.error_code,
             company=self._company,
-            signer=self._signer,
+            signer=self.signer,
             film=_film(self._blobs, row),
+            scratch=self._scratch,
             draw_scene=self._draw_scene,
             extras=extras,
             language=language,

@@ -51,7 +51,8 @@ def write(report: Report, forms: Mapping[str, Form], exchange: Mapping[str, Form
     """
     if report.signer is None:
         raise ExportNotAvailable("There is no key with which the bundle could be signed.")
-    file = cast(IO[bytes], tempfile.TemporaryFile())  # noqa: SIM115  (handed on open)
+    folder = report.scratch
+    file = cast(IO[bytes], tempfile.TemporaryFile(dir=folder))  # noqa: SIM115  (handed on open)
     try:
         with zipfile.ZipFile(file, "w") as archive:
             signed = SignedArchive(archive, report.made_at, report.signer)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime
 from typing import IO, cast
 
@@ -39,7 +39,7 @@ def write(report: Report, forms: Mapping[str, Form]) -> Written:
     """
     if report.signer is None:
         raise ExportNotAvailable("There is no key with which the delivery could be signed.")
-    folder = report.extras.scratch
+    folder = report.scratch
     file = cast(IO[bytes], tempfile.TemporaryFile(dir=folder))  # noqa: SIM115  (handed on open)
     try:
         with zipfile.ZipFile(file, "w") as archive:
@@ -69,12 +69,15 @@ class Delivery:
         self._delivered: list[Delivered] = []
         self.losses: list[Loss] = []
 
-    def add(self, report: Report, folder: str = "") -> None:
+    def add(self, report: Report, folder: str = "") -> list[str]:
         """Add an inspection.
 
         Args:
             report: Its report.
             folder: Its folder, with a slash; empty if it is the only one.
+
+        Returns:
+            The names of exchange file, report and page.
 
         Raises:
             ExportNotAvailable: It lacks what the exchange format needs.
@@ -102,10 +105,12 @@ class Delivery:
             Delivered(folder, report.name, report.asset, kind, file, readable[0], readable[1],
                       photos, film)
         )  # fmt: skip
+        return [file, *readable]
 
-    def add_file(self, name: str, blocks: Iterator[bytes]) -> None:
-        """Add another file, such as the report over all inspections."""
-        self._archive.add_blocks(name, blocks)
+    def add_file(self, name: str, blocks: Iterable[bytes]) -> None:
+        """Add another file, such as the report over all inspections, unless it is there."""
+        if name not in self._archive.files:
+            self._archive.add_blocks(name, blocks)
 
     def close(self) -> None:
         """Add index, checksums and signature."""

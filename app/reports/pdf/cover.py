@@ -24,18 +24,18 @@ from app.reports.pdf.styles import (
     WIDTH,
 )
 from app.reports.pdf.text import draw, one_line, shortened
-from app.reports.report import Report
+from app.reports.report import Company, Report
 
 
 def cover(report: Report, t: Translator) -> list[Flowable]:
     """Build the cover."""
     return [
-        Figure(26 * mm, lambda canvas: _letterhead(canvas, report)),
+        Figure(26 * mm, lambda canvas: letterhead(canvas, report.company)),
         Spacer(0, 42 * mm),
         Prose([(t("cover.title"), TITLE)], after=1 * mm),
         Prose([(report.asset[:200], TITLE.on(INK))], after=3 * mm),
         Prose([(_where(report), BODY.soft())], after=10 * mm),
-        *(_band(warned) for warned in warnings_of(report, t)),
+        *(band(warned) for warned in warnings_of(report, t)),
         Spacer(0, 6 * mm),
         pairs(cover_rows(report, t)),
         NextPageTemplate("page"),
@@ -43,16 +43,17 @@ def cover(report: Report, t: Translator) -> list[Flowable]:
     ]
 
 
-def _letterhead(canvas: Canvas, report: Report) -> None:
+def letterhead(canvas: Canvas, company: Company) -> None:
+    """Draw logo and name of the company."""
     y = 6 * mm
-    logo = jpeg_of(report.company.logo, 700)
+    logo = jpeg_of(company.logo, 700)
     if logo is not None:
         width, height = logo.getSize()
         scale = min(60 * mm / width, 20 * mm / height)
         canvas.drawImage(logo, 0, y, width * scale, height * scale)
-    if report.company.name:
+    if company.name:
         style = SUBHEADING
-        draw(canvas, WIDTH, y + 2 * mm, shortened(report.company.name, style, 105 * mm), style,
+        draw(canvas, WIDTH, y + 2 * mm, shortened(company.name, style, 105 * mm), style,
              "right")  # fmt: skip
     canvas.setStrokeColor(ACCENT)
     canvas.setLineWidth(1.2)
@@ -97,7 +98,9 @@ def abandoned_sentence(report: Report, t: Translator) -> str:
     return t("cover.abandoned_for", reason=reason) if reason else t("cover.abandoned")
 
 
-def _band(warned: Warned) -> Flowable:
+def band(warned: Warned) -> Flowable:
+    """Build the band of a warning."""
+
     def paint(canvas: Canvas) -> None:
         canvas.setFillColor(ALARM if warned.is_alarm else WASH)
         canvas.setStrokeColor(ALARM if warned.is_alarm else RULE)

@@ -42,6 +42,8 @@ class Heading(Flowable):
         self.title = title
         self.level = level
         self.bookmark = bookmark
+        self.below = 0
+        """Levels of bookmarks above its own."""
         self.style = HEADING if level == 0 else SUBHEADING
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
@@ -69,7 +71,7 @@ class Heading(Flowable):
         if self.bookmark:
             key = f"{canvas.getPageNumber()} {self.title}"
             canvas.bookmarkHorizontal(key, 0, below + self.style.leading)
-            canvas.addOutlineEntry(one_line(self.title), key, self.level, closed=False)
+            canvas.addOutlineEntry(one_line(self.title), key, self.level + self.below, closed=False)
 
 
 class Prose(Flowable):
@@ -121,17 +123,20 @@ Laid = list[Line] | Badge
 
 
 @dataclass(frozen=True)
-class _Row:
+class Row:
+    """A row of a table, laid out."""
+
     cells: tuple[Laid, ...]
 
     @property
     def height(self) -> float:
+        """Height of its highest cell, with space around."""
         return max(_cell_height(cell) for cell in self.cells) + 2 * _PADDING
 
-    def cut(self, height: float) -> tuple[_Row, _Row] | None:
+    def cut(self, height: float) -> tuple[Row, Row] | None:
         """Split into the lines that fit and the others; None if it cannot be split."""
         halves = [_cut_cell(cell, height - 2 * _PADDING) for cell in self.cells]
-        upper, lower = (_Row(tuple(half[n] for half in halves)) for n in (0, 1))
+        upper, lower = (Row(tuple(half[n] for half in halves)) for n in (0, 1))
         is_cut = any(isinstance(cell, list) and cell for cell in upper.cells)
         return (upper, lower) if is_cut and any(lower.cells) else None
 
@@ -156,14 +161,14 @@ class Grid(Flowable):
         self._after = after
         widths = [column.width - 2 * _PADDING for column in columns]
         self._rows = [
-            _Row(tuple(_laid(cell, width) for cell, width in zip(row, widths, strict=True)))
+            Row(tuple(_laid(cell, width) for cell, width in zip(row, widths, strict=True)))
             for row in rows
         ]
         heads = [
             lines_of(column.title, SMALL.bold().on(ACCENT), width)
             for column, width in zip(columns, widths, strict=True)
         ]
-        self._head = _Row(tuple(heads))
+        self._head = Row(tuple(heads))
         self._has_head = any(column.title for column in columns)
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
@@ -177,7 +182,7 @@ class Grid(Flowable):
     def split(self, width: float, height: float) -> list[Flowable]:
         """Split into the rows that fit and the others; a tall row is split."""
         room = height - self._head_height
-        kept: list[_Row] = []
+        kept: list[Row] = []
         rest = list(self._rows)
         while rest and rest[0].height <= room:
             room -= rest[0].height
@@ -187,7 +192,7 @@ class Grid(Flowable):
             rest[0] = halves[1]
         return [self._part(kept, 0), self._part(rest, self._after)] if kept and rest else []
 
-    def _part(self, rows: list[_Row], after: float) -> Grid:
+    def _part(self, rows: list[Row], after: float) -> Grid:
         part = Grid(self._columns, (), after=after)
         part._rows = rows
         return part
@@ -214,7 +219,7 @@ class Grid(Flowable):
         self.canv.setLineWidth(width)
         self.canv.line(0, y, self._width, y)
 
-    def _draw_row(self, row: _Row, top: float) -> float:
+    def _draw_row(self, row: Row, top: float) -> float:
         x = 0.0
         for cell, column in zip(row.cells, self._columns, strict=True):
             room = column.width - 2 * _PADDING

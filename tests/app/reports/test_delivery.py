@@ -141,7 +141,7 @@ def test_a_film_is_not_held_in_memory(surveyed, tmp_path):
     tracemalloc.start()
     try:
         written = FORMATS["delivery"].write(
-            replace(surveyed, film=film, extras=Extras(film=True, scratch=tmp_path))
+            replace(surveyed, film=film, scratch=tmp_path, extras=Extras(film=True))
         )
         _, peak = tracemalloc.get_traced_memory()
     finally:
