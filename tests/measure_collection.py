@@ -24,7 +24,7 @@ import numpy as np
 from app.storage import keys
 from app.storage.tables import Inspection
 
-INSPECTIONS = 6
+INSPECTIONS = 100
 DEFECTS = 14
 FRAMES = 2500
 _ROADS = ("FT 5 Jalan Klang–Banting", "FT 31 Jalan Banting–Semenyih", "B 11", "")

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
+from reportlab.platypus import Flowable
+
 from app.reports.content.translator import Translator
 from app.reports.pdf.condition import condition
 from app.reports.pdf.cover import cover
@@ -16,16 +20,27 @@ from app.reports.pdf.sign_off import sign_off
 from app.reports.pdf.summary import summary
 from app.reports.pdf.unrolled_wall import unrolled_wall
 from app.reports.report import Report, Written
+from app.reports.template import Section
 
-PARTS = (
-    cover, summary, header_sheet, pipe_graphic, observations, photos, unrolled_wall, condition,
-    measurement, sign_off,
-)  # fmt: skip
-"""Parts in the order of the pages."""
+Part = Callable[[Report, Translator], list[Flowable]]
+
+PARTS: Mapping[Section, Part] = {
+    "summary": summary,
+    "header": header_sheet,
+    "graphic": pipe_graphic,
+    "observations": observations,
+    "photos": photos,
+    "wall": unrolled_wall,
+    "condition": condition,
+    "measurement": measurement,
+    "checks": sign_off,
+}
+"""The parts after the cover, in the order of the pages."""
 
 
 def write(report: Report) -> Written:
     """Write all parts in the report's language and units."""
     t = Translator.of(report)
-    story = [piece for part in PARTS for piece in part(report, t)]
+    parts = (cover, *PARTS.values())
+    story = [piece for part in parts for piece in part(report, t)]
     return Written(made(report, t, t("cover.title"), story), missing_glyphs(report))

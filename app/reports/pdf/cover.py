@@ -10,7 +10,7 @@ from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import Figure, Prose, pairs
+from app.reports.pdf.flow import Figure, Prose, Title, pairs
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
     ACCENT,
@@ -32,7 +32,7 @@ def cover(report: Report, t: Translator) -> list[Flowable]:
     return [
         Figure(26 * mm, lambda canvas: letterhead(canvas, report.company)),
         Spacer(0, 42 * mm),
-        Prose([(t("cover.title"), TITLE)], after=1 * mm),
+        Title(t("cover.title"), TITLE, after=1 * mm, bookmark=report.asset),
         Prose([(report.asset[:200], TITLE.on(INK))], after=3 * mm),
         Prose([(_where(report), BODY.soft())], after=10 * mm),
         *(band(warned) for warned in warnings_of(report, t)),
@@ -48,7 +48,7 @@ def letterhead(canvas: Canvas, company: Company) -> None:
     y = 6 * mm
     logo = jpeg_of(company.logo, 700)
     if logo is not None:
-        width, height = logo.getSize()
+        width, height = logo.size
         scale = min(60 * mm / width, 20 * mm / height)
         canvas.drawImage(logo, 0, y, width * scale, height * scale)
     if company.name:

@@ -62,6 +62,8 @@ HEADING = Style(15, 20, 600, ACCENT)
 SUBHEADING = Style(10.5, 14, 600, ACCENT)
 BODY = Style(9, 13)
 CELL = Style(7.6, 10.2)
+LINK = Style(7.6, 10.2, 600, HexColor(0x0B5394))
+"""A text that links elsewhere."""
 SMALL = Style(6.8, 9)
 TINY = Style(5.8, 7.2)
 

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import IO
 
+from reportlab.lib.units import mm
 from reportlab.platypus import Flowable
 
 from app.errors import InspectionNotFound
 from app.reports.collection.collected import Collected, collected
 from app.reports.content.translator import Translator
 from app.reports.pdf import PARTS
-from app.reports.pdf.collection.front import contents, cover, inspection_list
-from app.reports.pdf.collection.leads import Target
+from app.reports.pdf.collection.front import OVERALL, Place, contents, inspection_list
+from app.reports.pdf.collection.front import cover as front_cover
 from app.reports.pdf.collection.plan import plan
 from app.reports.pdf.collection.statistics import statistics
-from app.reports.pdf.collection.volume import Volume
-from app.reports.pdf.flow import Heading, note
+from app.reports.pdf.cover import cover
+from app.reports.pdf.flow import Title, note
+from app.reports.pdf.metadata import About
+from app.reports.pdf.pages import Document, Running
+from app.reports.pdf.styles import TITLE
+from app.reports.pdf.text import one_line
 from app.reports.report import Company, Report
 from vo_core.errors import ChainageError
 
@@ -52,16 +57,9 @@ def write(
         ChainageError: None of the inspections can be read.
     """
     facts = _facts(ids, report_of, begin)
-    document = Volume(out, t, facts.company, facts.made_at)
-    names = [name or inspection_id for inspection_id, name, _ in facts.missing]
-    for key, story in (
-        ("cover", cover(facts.inspections, facts.company, facts.made_at, t)),
-        ("contents", contents(facts.inspections, t)),
-        ("list", inspection_list(facts.inspections, names, t)),
-        ("statistics", statistics(facts.inspections, t)),
-        ("plan", plan(facts.inspections, t)),
-    ):
-        document.add(t("collection.title"), [Target(key), *story])
+    front = Running(facts.company.name or "", t("collection.title"), _foot(facts, t), t)
+    document = Document(out, _about(facts, t))
+    document.add_pages(front, _front(facts, t))
     for _ in facts.missing:
         done()
     for one in facts.inspections:
@@ -70,17 +68,49 @@ def write(
         try:
             report = report_of(one.id)
         except ChainageError as error:  # deleted since its facts were read
-            document.add(title, [Target(one.id), Heading(title), note(t("collection.gone"))])
+            gone = [
+                Title(title, TITLE, after=4 * mm, bookmark=title),
+                note(t("collection.gone")),
+            ]
+            document.add_pages(replace(front, title=title), gone, level=1, key=one.id)
             facts.missing.append((one.id, one.name, str(error)))
         else:
-            document.add(title, [Target(one.id), Heading(title), *_story(report, t)], report)
+            story = [piece for part in (cover, *PARTS.values()) for piece in part(report, t)]
+            document.add(report, t, title, story, level=1, key=one.id)
         done()
     document.close()
     return facts.missing
 
 
-def _story(report: Report, t: Translator) -> list[Flowable]:
-    return [piece for part in PARTS for piece in part(report, t)]
+def _front(facts: _Facts, t: Translator) -> list[Flowable]:
+    """Return what precedes the reports."""
+    found = facts.inspections
+    names = [name or inspection_id for inspection_id, name, _ in facts.missing]
+    parts = {
+        "list": inspection_list(found, names, t),
+        "statistics": statistics(found, t),
+        "plan": plan(found, t),
+    }
+    return [
+        *front_cover(found, facts.company, facts.made_at, t),
+        *contents(found, t),
+        *(piece for name in OVERALL for piece in (Place(name), *parts[name])),
+    ]
+
+
+def _foot(facts: _Facts, t: Translator) -> str:
+    return t("collection.foot", n=len(facts.inspections), made=t.instant(facts.made_at))
+
+
+def _about(facts: _Facts, t: Translator) -> About:
+    projects = dict.fromkeys(one.project for one in facts.inspections if one.project)
+    return About(
+        title=one_line(" · ".join([t("collection.title"), *projects])[:200]),
+        author=one_line(facts.company.name or "") or "Chainage",
+        subject=_foot(facts, t),
+        language=t.language,
+        made_at=facts.made_at,
+    )
 
 
 @dataclass

@@ -6,17 +6,33 @@ from collections.abc import Sequence
 from datetime import datetime
 
 from reportlab.lib.units import mm
-from reportlab.platypus import Flowable, PageBreak, Spacer
+from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.collection.collected import Collected
 from app.reports.collection.statistics import total
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.collection.leads import Lead, LeadGrid
 from app.reports.pdf.cover import Warned, band, letterhead
-from app.reports.pdf.flow import Badge, Cell, Column, Figure, Heading, Prose, note, pairs
-from app.reports.pdf.styles import BODY, CELL, INK, TITLE, WIDTH
+from app.reports.pdf.flow import (
+    Badge,
+    Cell,
+    Column,
+    Figure,
+    Grid,
+    Heading,
+    Linked,
+    PageOf,
+    Prose,
+    Title,
+    note,
+    pairs,
+)
+from app.reports.pdf.paper import Paper
+from app.reports.pdf.styles import BODY, CELL, INK, LINK, TITLE, WIDTH
+from app.reports.pdf.text import shortened
 from app.reports.report import Company
 
+OVERALL = ("list", "statistics", "plan")
+"""The parts over all inspections, which are places of the document."""
 _NAMED = 30
 """Numbers of inspections that the warning on the cover names."""
 
@@ -36,7 +52,7 @@ def cover(
     return [
         Figure(26 * mm, lambda canvas: letterhead(canvas, company), alt=company.name or ""),
         Spacer(0, 42 * mm),
-        Prose([(t("collection.title"), TITLE)], after=1 * mm),
+        Title(t("collection.title"), TITLE, after=1 * mm, bookmark=t("collection.title")),
         Prose([(", ".join(projects)[:200], TITLE.on(INK))], after=3 * mm),
         Prose([(said, BODY.soft())], after=10 * mm),
         *(band(warned) for warned in _warnings(inspections, t)),
@@ -49,6 +65,7 @@ def cover(
                 (t("collection.made"), t.instant(made_at)),
             ]
         ),
+        NextPageTemplate("page"),
         PageBreak(),
     ]
 
@@ -79,15 +96,43 @@ def contents(inspections: Sequence[Collected], t: Translator) -> list[Flowable]:
     """Build the contents: the parts over all inspections, then each inspection."""
     columns = (
         Column(t("collection.no"), 14 * mm, "right"),
-        Column(t("collection.asset"), WIDTH - 32 * mm),
+        Column(t("collection.asset"), WIDTH - 32 * mm, is_head=True),
+        Column(t("collection.page"), 18 * mm, "right"),
     )
-    parts = [Lead(key, ("", t(f"collection.{key}"))) for key in ("list", "statistics", "plan")]
-    each = [Lead(one.id, (str(one.number), _title(one))) for one in inspections]
-    return [
-        Heading(t("collection.contents")),
-        LeadGrid(columns, [*parts, *each], page=Column(t("collection.page"), 18 * mm, "right")),
-        PageBreak(),
-    ]
+    parts: list[Sequence[Cell]] = []
+    for name in OVERALL:
+        title = t(f"collection.{name}")
+        parts.append(("", Linked(title, name, title), PageOf(name, title)))
+    for one in inspections:
+        title = _title(one)
+        shown = shortened(title, LINK, WIDTH - 36 * mm)
+        parts.append(
+            (str(one.number), Linked(shown, _begin(one), title), PageOf(_begin(one), title))
+        )
+    return [Heading(t("collection.contents")), Grid(columns, parts), PageBreak()]
+
+
+class Place(Flowable):
+    """Names the place where a part over all inspections begins."""
+
+    canv: Paper
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self._name = name
+
+    def wrap(self, width: float, height: float) -> tuple[float, float]:
+        """Return no size."""
+        return 0, 0
+
+    def draw(self) -> None:
+        """Name the place."""
+        self.canv.place(self._name, 0, 0)
+
+
+def _begin(one: Collected) -> str:
+    """Return the place where the report of an inspection begins."""
+    return f"{one.id}/title"
 
 
 def _title(one: Collected) -> str:
@@ -100,19 +145,19 @@ def inspection_list(
     """Build the list of the inspections with their grades; each row leads to its part."""
     columns = (
         Column(t("collection.no"), 10 * mm, "right"),
-        Column(t("collection.asset"), 38 * mm),
+        Column(t("collection.asset"), 38 * mm, is_head=True),
         Column(t("collection.road"), WIDTH - 144 * mm),
-        Column(f"{t('collection.length_in', unit=t.units)}", 18 * mm, "right"),
+        Column(t("collection.length_in", unit=t.units), 18 * mm, "right"),
         Column(t("collection.defects"), 18 * mm, "right"),
         Column(t("collection.worst"), 13 * mm),
         Column(t("collection.grade"), 20 * mm),
         Column(t("collection.date"), 17 * mm),
+        Column(t("collection.page"), 10 * mm, "right"),
     )
-    leads = [Lead(one.id, _cells(one, t)) for one in inspections]
     sources = dict.fromkeys(one.source for one in inspections if one.source)
     return [
         Heading(t("collection.list")),
-        LeadGrid(columns, leads, page=Column(t("collection.page"), 10 * mm, "right")),
+        Grid(columns, [_cells(one, t) for one in inspections]),
         *(note(t(source)) for source in sources),
         *([note(t("collection.missing", names=", ".join(missing)))] if missing else []),
         PageBreak(),
@@ -121,7 +166,7 @@ def inspection_list(
 
 def _cells(one: Collected, t: Translator) -> Sequence[Cell]:
     return (
-        str(one.number),
+        Linked(str(one.number), _begin(one), _title(one)),
         [(one.asset, CELL.bold()), *([(one.name, CELL.soft())] if one.name != one.asset else [])],
         one.road or NOTHING,
         NOTHING if one.length_m is None else t.number(one.length_m),
@@ -129,4 +174,5 @@ def _cells(one: Collected, t: Translator) -> Sequence[Cell]:
         Badge(one.worst),
         t(one.grade) if one.grade else NOTHING,
         one.date,
+        PageOf(_begin(one), _title(one)),
     )
