@@ -120,6 +120,7 @@ class Records:
             self.report_templates,
             company,
             SigningKey(places.root),
+            places.root,
             _draw_scene,
         )
 

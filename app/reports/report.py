@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -16,7 +17,7 @@ from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
 from app.reports.content.words import Language
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
-from app.storage.blobs import Readable
+from app.storage.blobs import Readable, StoredBlob
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.catalogue.table import Code
@@ -84,6 +85,10 @@ class Extras:
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
     film_name: str | None = None
     """Name of the film that lies beside the report, whose times are then links; None: no film."""
+    exchange: str | None = None
+    """Exchange format of a delivery; None for EN 13508-2 text."""
+    film: bool = False
+    """The film in a delivery."""
 
 
 @dataclass(frozen=True)
@@ -248,6 +253,10 @@ class Report:
     """Signs evidence bundles."""
     template: ReportTemplate = DEFAULT_TEMPLATE
     """Of its project."""
+    film: StoredBlob | None = None
+    """The film as it is stored; None while it is recorded, and where there is none."""
+    scratch: Path | None = None
+    """Folder on a disk for large files that are being written; None for the usual one."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -42,7 +43,7 @@ from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
-from app.storage.tables import ENDED, IMPORTED
+from app.storage.tables import ENDED, IMPORTED, Inspection
 from app.survey.catalogue.header import number_of, project_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.interval import half_width_m
@@ -92,6 +93,7 @@ class Reports:
         templates: ReportTemplates,
         company: Company,
         signer: Signer,
+        scratch: Path,
         draw_scene: Callable[[Report], str],
     ) -> None:
         self._inspections = inspections
@@ -107,7 +109,8 @@ class Reports:
         self._blobs = blobs
         self._templates = templates
         self._company = company
-        self._signer = signer
+        self.signer = signer
+        self._scratch = scratch
         self._draw_scene = draw_scene
         self._lock = threading.Lock()
         """Guards the next field."""
@@ -264,13 +267,22 @@ class Reports:
             error=row.error_detail,
             error_code=row.error_code,
             company=company_of(template, self._company),
-            signer=self._signer,
+            signer=self.signer,
+            film=_film(self._blobs, row),
+            scratch=self._scratch,
             template=template,
             draw_scene=self._draw_scene,
             extras=extras,
             language=language,
             units=units,
         )
+
+
+def _film(blobs: Blobs, row: Inspection) -> StoredBlob | None:
+    """Return the film; while it is recorded it has no checksum, and is elsewhere."""
+    if not (row.has_film and row.source_sha256):
+        return None
+    return StoredBlob(blobs, keys.film(row.id, row.video_file))
 
 
 @dataclass(frozen=True)
