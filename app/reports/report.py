@@ -36,6 +36,8 @@ from vo_core.mosaic.mosaic import Layout
 
 Units = Literal["m", "ft"]
 Role = Literal["start", "change", "finish"]
+CsvStyle = Literal["standard", "german"]
+"""Comma and decimal point, or semicolon and decimal comma."""
 
 _BLOCK = 2**20
 
@@ -80,6 +82,7 @@ class Extras:
     """Distance and code below each photo."""
     clip_of: Callable[[str], bytes] | None = None
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
+    csv_style: CsvStyle = "standard"
 
 
 @dataclass(frozen=True)
@@ -182,6 +185,8 @@ class Company:
 
     name: str | None = None
     logo: Path | None = None
+    server: str | None = None
+    """Address at which people open its server; None where it is not set."""
 
 
 @dataclass(frozen=True)
@@ -251,6 +256,11 @@ class Report:
     def asset(self) -> str:
         """Name of the culvert: the asset of the header, else the inspection."""
         return str(self.header.get("asset_id") or self.name)
+
+    def link_to(self, entry: Entry) -> str | None:
+        """Return the address of the film at an entry; None where the server's is not known."""
+        server = (self.company.server or "").rstrip("/")
+        return f"{server}/inspections/{self.id}?defect={entry.id}" if server else None
 
     @property
     def adjusted(self) -> Adjusted | None:

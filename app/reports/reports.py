@@ -143,7 +143,7 @@ class Reports:
             self._attachments.state(inspection_id),
             self._counters.kept(inspection_id),
         )
-        key = (inspection_id, kind, language, units, extras.burnt_in, state)
+        key = (inspection_id, kind, language, units, extras.burnt_in, extras.csv_style, state)
         with self._lock:
             known = self._kept.get(key)
         if known is not None:

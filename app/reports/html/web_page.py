@@ -13,7 +13,16 @@ from importlib import resources
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from app.reports.content.condition import ACT_NOW, CLEANED_AWAY, condition_of
+from app.reports.content.condition import ACT_NOW, condition_of
+from app.reports.content.grade_words import class_of, rule_of, threshold_of
+from app.reports.content.grades import grade_of
+from app.reports.content.recommendations import (
+    costs_of,
+    count_without,
+    has_recommendations,
+    money,
+    recommended,
+)
 from app.reports.content.sizes import outlines
 from app.reports.content.text import legible
 from app.reports.content.translator import NOTHING, Translator
@@ -103,8 +112,16 @@ def write(report: Report) -> Written:
         cover=cover_rows(report, t),
         opening=opening(report, t),
         condition=condition_of(report),
+        grade=(grade := grade_of(report)),
+        rule=rule_of(grade, t) if grade else (),
+        threshold_of=threshold_of,
+        class_of=class_of,
+        has_recommendations=has_recommendations(report),
+        recommended=recommended(report),
+        count_without=count_without(report),
+        costs=costs_of(report),
+        money=money,
         ACT_NOW=ACT_NOW,
-        CLEANED_AWAY=CLEANED_AWAY,
         strip=pipe_strip(report, t),
         reference=reference_of(report, t),
         photographed=[

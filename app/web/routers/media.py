@@ -23,7 +23,7 @@ from app.reports.content.naming import ascii_file_name
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.reports.formats import FORMATS
-from app.reports.report import Extras, Units
+from app.reports.report import CsvStyle, Extras, Units
 from app.web.deps import InspectionId, ServicesDep, viewer
 from app.web.ranges import PRIVATE, blob_response
 from app.web.schemas.failures import READING_A_FILM, content, failures
@@ -106,15 +106,18 @@ def export(
     units: Units = "m",
     burnt_in: bool = False,
     clips: bool = False,
+    csv: CsvStyle = "standard",
 ) -> Response:
     """Return the report; language and units apply to formats that people read.
 
     `burnt_in` puts distance and code below each photo of a format that shows photos; `clips` adds
-    the seconds around each observation to the bundle.
+    the seconds around each observation to the bundle; `csv=german` writes a CSV with semicolons and
+    decimal commas.
     """
     extras = Extras(
         burnt_in=burnt_in,
         clip_of=partial(services.clips.content_of, inspection_id) if clips else None,
+        csv_style=csv,
     )
     export = services.reports.export(inspection_id, kind, language=lang, units=units, extras=extras)
     name = export.filename

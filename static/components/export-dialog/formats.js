@@ -7,7 +7,7 @@ import { t } from '../../core/words.js';
  * @property {string} kind as the API names it
  * @property {string} name
  * @property {string} help its purpose, in one line
- * @property {('burnt_in'|'clips')[]} [extras] what it shows only where it is asked for
+ * @property {('burnt_in'|'clips'|'csv_german')[]} [extras] what it shows only where it is asked for
  * @property {boolean} [isWhole] contains everything; asking for its losses would create the file twice
  */
 
@@ -24,7 +24,7 @@ export const GROUPS = [
     title: t('export.tables'),
     formats: [
       { kind: 'xlsx', name: 'XLSX', help: t('export.xlsx') },
-      { kind: 'csv', name: 'CSV', help: t('export.csv') },
+      { kind: 'csv', name: 'CSV', help: t('export.csv'), extras: ['csv_german'] },
       { kind: 'json', name: 'JSON', help: t('export.json') },
     ],
   },
