@@ -67,7 +67,7 @@ def export(
     if file.is_dir():
         raise typer.BadParameter(f"{file} is a folder", param_hint="--out")
     settings = settings_of(data)
-    company = Company(settings.company_name, settings.company_logo, settings.public_url)
+    company = Company(settings.company_name, settings.company_logo, server=settings.public_url)
     try:
         with reading(settings.data, company, settings.database_url, settings.store) as reader:
             row = _the_one(reader.named(inspection), inspection)

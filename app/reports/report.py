@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
-from pathlib import Path
 from typing import IO, Any, Literal
 
 import numpy as np
@@ -184,7 +183,10 @@ class Company:
     """The company that issues the report."""
 
     name: str | None = None
-    logo: Path | None = None
+    logo: Readable | None = None
+    """PNG or JPEG."""
+    address: str = ""
+    """Lines."""
     server: str | None = None
     """Address at which people open its server; None where it is not set."""
 

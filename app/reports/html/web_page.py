@@ -7,7 +7,7 @@ head forbids every request, and the templates escape all text.
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import resources
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -43,6 +43,7 @@ from app.reports.pdf.sign_off import action_of
 from app.reports.pdf.summary import opening
 from app.reports.report import Loss, Report, Written, failure
 from app.reports.tables.table import iso
+from app.reports.template import Section
 from app.storage.blobs import Readable
 from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
 from vo_core.errors import ChainageError
@@ -66,6 +67,20 @@ _SCENE_POLICY = (
     "connect-src data: blob:",
     "frame-src 'self'",
 )
+
+_LOGO_PX = 480
+_TITLES: Mapping[Section, str] = {
+    "summary": "summary.title",
+    "header": "header.title",
+    "graphic": "graphic.title",
+    "observations": "observations.title",
+    "photos": "photos.title",
+    "scene": "web.scene",
+    "condition": "condition.title",
+    "measurement": "measurement.title",
+    "checks": "sign.title",
+}
+"""The sections of the page with the keys of their titles; a template chooses and orders them."""
 
 Rows = Sequence[tuple[str, str]]
 
@@ -98,16 +113,11 @@ def write(report: Report) -> Written:
         style=_asset("web_page.css"),
         script=_asset("web_page.js"),
         sections=[
-            ("summary", t("summary.title")),
-            ("graphic", t("graphic.title")),
-            ("observations", t("observations.title")),
-            ("photos", t("photos.title")),
-            ("scene", t("web.scene")),
-            ("header", t("header.title")),
-            ("condition", t("condition.title")),
-            ("measurement", t("measurement.title")),
-            ("checks", t("sign.title")),
+            (section, t(_TITLES[section]))
+            for section in report.template.sections
+            if section in _TITLES
         ],
+        logo=_jpeg_base64(report.company.logo, _LOGO_PX),
         warnings=warnings_of(report, t),
         cover=cover_rows(report, t),
         opening=opening(report, t),
@@ -129,7 +139,7 @@ def write(report: Report) -> Written:
             for entry in report.entries
             for n, photo in enumerate(photo for photo in entry.photos if photo.jpeg)
         ],
-        jpeg_base64=_jpeg_base64,
+        jpeg_base64=lambda photo: _jpeg_base64(photo, ENOUGH_PX),
         outlines=outlines,
         video=report.source.video,
         scene=scene,
@@ -158,9 +168,9 @@ def _base64(content: bytes) -> Markup:
     return Markup(base64.b64encode(content).decode())  # noqa: S704
 
 
-def _jpeg_base64(photo: Readable) -> Markup | None:
-    """Encode a photo; None if it is missing."""
-    jpeg = jpeg_of(photo, ENOUGH_PX)
+def _jpeg_base64(picture: Readable | None, enough_px: int) -> Markup | None:
+    """Encode a photo or a logo; None if it is missing."""
+    jpeg = jpeg_of(picture, enough_px)
     return None if jpeg is None else _base64(jpeg.content)
 
 

@@ -154,7 +154,7 @@ def _facts(report: Report, t: Translator) -> Sequence[Sequence[tuple[str, str]]]
     grade = grade_of(report)
     worst = grade.worst if grade else None
     costs = costs_of(report)
-    company = report.template.company_name or report.company.name or stated("contractor")
+    company = report.company.name or stated("contractor")
     length = t.length(report.distance_m)
     if report.distance_m is not None and report.u95_m is not None:
         length += f" ± {t.half_width(report.u95_m)} {t.units}"
