@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import IO, Any, Literal
+from typing import IO, TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,9 @@ from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.joints.finder import Sighting
 from vo_core.mosaic.mosaic import Layout
 
+if TYPE_CHECKING:
+    from app.reports.content.marked_photo import MarkedPhoto
+
 Units = Literal["m", "ft"]
 Role = Literal["start", "change", "finish"]
 CsvStyle = Literal["standard", "german"]
@@ -51,7 +54,7 @@ class Photo:
     """A blob that may be missing; None in an import, whose photos are elsewhere."""
     sha256: str | None
     """None for another program's photo."""
-    marked: Readable | None = None
+    marked: MarkedPhoto | None = None
     """A copy with the marks of a person, or a burnt-in caption."""
     of: str = ""
     """Id of the observation or the attachment that it is the photo of."""
