@@ -38,6 +38,8 @@ class DefectForm extends Component {
    * store: what is typed there changes this value, not one that somebody else has stored meanwhile.
    */
   #seen = {};
+  /** What the proposals on offer depend on. */
+  #proposedFor = [];
   /** Whether a change of the observation was refused when the form was last filled. */
   #wasRefused = false;
 
@@ -309,19 +311,18 @@ class DefectForm extends Component {
   #fillAdvice(item) {
     const { parts, desk } = this;
     const { costs, currency } = desk.proposals.value;
-    const proposals = desk.proposals.of(item);
-    parts.proposals.hidden = proposals.length === 0;
-    const shows = JSON.stringify(proposals);
-    if (parts.proposals.dataset.shows !== shows) {
-      parts.proposals.dataset.shows = shows;
-      render(
-        parts.proposals,
-        html`<option value="">${t('form.propose')}</option>${proposals.map(({ text, cost }, i) => html`<option value="${i}">
-          ${costs && cost !== null ? `${text} (${cost} ${currency})` : text}</option>`)}`,
-      );
-    }
     parts.costField.hidden = !costs && (item.cost ?? null) === null;
     parts.currency.textContent = currency;
+    const proposedFor = [item.code, item.char1, item.severity, desk.proposals.value];
+    if (proposedFor.every((value, i) => value === this.#proposedFor[i])) return;
+    this.#proposedFor = proposedFor;
+    const proposals = desk.proposals.of(item);
+    parts.proposals.hidden = proposals.length === 0;
+    render(
+      parts.proposals,
+      html`<option value="">${t('form.propose')}</option>${proposals.map(({ text, cost }, i) => html`<option value="${i}">
+        ${costs && cost !== null ? `${text} (${cost} ${currency})` : text}</option>`)}`,
+    );
   }
 
   /** Takes a proposal over, as one step that can be undone; the person may go on writing in it. */

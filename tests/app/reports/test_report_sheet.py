@@ -1,12 +1,11 @@
 """The sheets for people, read back with openpyxl."""
 
 import io
-from dataclasses import replace
 
 import openpyxl
 import pytest
 from PIL import Image
-from reports import full_report, report
+from reports import advised, full_report, report
 
 from app.reports.report import Company
 from app.reports.tables.spreadsheet import write
@@ -18,17 +17,6 @@ HEAD = 7
 
 def book_of(made):
     return openpyxl.load_workbook(io.BytesIO(write(made).content))
-
-
-def advised(made, **tags):
-    """The report with a recommendation and a cost for the entries of these numbers."""
-    return replace(
-        made,
-        entries=tuple(
-            replace(entry, tag=entry.tag.model_copy(update=tags.get(f"no{entry.seq}", {})))
-            for entry in made.entries
-        ),
-    )
 
 
 def table_of(sheet):
@@ -49,8 +37,10 @@ def made(tmp_path_factory):
     )
     return advised(
         made,
-        no9={"recommendation": "=rebuild", "cost": 9000.0},
-        no10={"recommendation": "Coat the wall.", "cost": 1250.5},
+        {
+            9: {"recommendation": "=rebuild", "cost": 9000.0},
+            10: {"recommendation": "Coat the wall.", "cost": 1250.5},
+        },
     )
 
 
