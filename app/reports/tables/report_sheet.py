@@ -19,6 +19,7 @@ from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.text import one_line
 from app.reports.report import Entry, Photo, Report
 from app.reports.tables.cells import LINE_PT, Cells, lines_of
+from app.survey.catalogue.header import project_of
 from app.survey.rounding import rounded
 
 _A4 = 9
@@ -161,7 +162,7 @@ def _facts(report: Report, t: Translator) -> Sequence[Sequence[tuple[str, str]]]
     return (
         (
             (t("cover.client"), stated("client")),
-            (t("cover.job"), stated("job_ref")),
+            (t("sheet.project"), project_of(header) or NOTHING),
             (t("cover.contractor"), company),
             (t("cover.operator"), stated("operator")),
         ),
