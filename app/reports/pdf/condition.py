@@ -62,7 +62,7 @@ def condition(report: Report, t: Translator) -> list[Flowable]:
     return [
         Heading(t("condition.title")),
         *([_overall(grade, t)] if grade else []),
-        Figure(_ROW * 7 + 8 * mm, lambda canvas: _counts(canvas, found, t)),
+        _counts(found, t),
         *(Prose([text]) for text in texts),
         *(_reasons(grade, t) if grade else []),
         *(_recommendations(report, t) if has_recommendations(report) else []),
@@ -85,7 +85,7 @@ def _overall(grade: Grade, t: Translator) -> Flowable:
             text = f"{t.place(grade.worst)} · {t.code(grade.worst)}"
             draw(canvas, _DECIDING + BADGE + 2 * mm, 9.8 * mm, text, BODY.bold())
 
-    return Figure(24 * mm, paint, alt=f"{name}: {t(grade.word)}")
+    return Figure(24 * mm, paint, alt=f"{name}: {t(grade.word)}.")
 
 
 def _reasons(grade: Grade, t: Translator) -> list[Flowable]:
@@ -201,20 +201,30 @@ def _amount(cost: float | None) -> str:
     return "" if cost is None else money(cost)
 
 
-def _counts(canvas: Canvas, found: Condition, t: Translator) -> None:
-    """Draw a bar for each severity, the severest first."""
-    rows = [(s, found.counts[s], t.severity(s)) for s in reversed(SEVERITIES)]
-    most = max(1, *(count for _, count, _ in rows), found.unrated)
+def _counts(found: Condition, t: Translator) -> Flowable:
+    """Build a bar for each severity, the severest first."""
+    rows = [
+        *((severity, found.counts[severity]) for severity in reversed(SEVERITIES)),
+        (None, found.unrated),
+    ]
+    most = max(1, *(count for _, count in rows))
     start, room = 62 * mm, WIDTH - 75 * mm
-    y = 7 * _ROW + 4 * mm
-    for severity, count, word in [*rows, (None, found.unrated, t("severity.none"))]:
-        y -= _ROW
-        draw_badge(canvas, 0, y + 1.4 * mm, severity)
-        draw(canvas, BADGE + 2.5 * mm, y + 2.1 * mm, word, CELL)
-        canvas.setFillColor(WASH if severity is None else SEVERITY[severity])
-        canvas.setStrokeColor(INK)
-        canvas.setLineWidth(0.35)
-        if count:
-            canvas.rect(start, y + 1.2 * mm, room * count / most, 4 * mm, 1, 1)
-        text = str(count) if count else NOTHING
-        draw(canvas, start + room * count / most + 2 * mm, y + 2.1 * mm, text, CELL.bold())
+
+    def paint(canvas: Canvas) -> None:
+        y = len(rows) * _ROW + 4 * mm
+        for severity, count in rows:
+            y -= _ROW
+            draw_badge(canvas, 0, y + 1.4 * mm, severity)
+            draw(canvas, BADGE + 2.5 * mm, y + 2.1 * mm, t.severity(severity), CELL)
+            canvas.setFillColor(WASH if severity is None else SEVERITY[severity])
+            canvas.setStrokeColor(INK)
+            canvas.setLineWidth(0.35)
+            if count:
+                canvas.rect(start, y + 1.2 * mm, room * count / most, 4 * mm, 1, 1)
+            text = str(count) if count else NOTHING
+            x = start + room * count / most + 2 * mm
+            draw(canvas, x, y + 2.1 * mm, text, CELL.bold())
+
+    counted = ", ".join(f"{t.severity(severity)} {count}" for severity, count in rows)
+    alt = t("condition.counts", counts=counted)
+    return Figure(len(rows) * _ROW + 8 * mm, paint, alt=alt)
