@@ -16,6 +16,8 @@ import { Store } from './store.js';
 export class Proposals extends Store {
   #path;
   #signal;
+  /** Whether the template was asked for; it has a logo, so it is not read for each defect. */
+  #isAsked = false;
 
   /**
    * @param {string} inspection
@@ -27,11 +29,14 @@ export class Proposals extends Store {
     this.#signal = signal;
   }
 
-  /** Reads them; after a failure a person writes without proposals, and the next form reads again. */
+  /** Reads them once; after a failure a person writes without proposals, and the next form reads again. */
   async loadPatiently() {
+    if (this.#isAsked) return;
+    this.#isAsked = true;
     try {
       this.set((await get(this.#path, this.#signal)).template);
     } catch (error) {
+      this.#isAsked = false;
       if (error.name !== 'AbortError' && !(error instanceof ApiError)) throw error;
     }
   }

@@ -6,6 +6,9 @@ from app.reports.content.condition import CLEANED_AWAY
 from app.reports.content.grades import Grade, Input
 from app.reports.content.translator import Translator
 
+SHOWN = 60
+"""Most defects that a page lists with their classes; the workbook lists all."""
+
 
 def rule_of(grade: Grade, t: Translator) -> list[str]:
     """Return the rule, its source, and what the grade is not, in sentences."""

@@ -14,7 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from app.reports.content.condition import ACT_NOW, condition_of
-from app.reports.content.grade_words import class_of, rule_of, threshold_of
+from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
 from app.reports.content.grades import grade_of
 from app.reports.content.recommendations import (
     costs_of,
@@ -126,6 +126,7 @@ def write(report: Report) -> Written:
         rule=rule_of(grade, t) if grade else (),
         threshold_of=threshold_of,
         class_of=class_of,
+        SHOWN=SHOWN,
         has_recommendations=has_recommendations(report),
         recommended=recommended(report),
         count_without=count_without(report),

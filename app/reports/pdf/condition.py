@@ -7,7 +7,7 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable, PageBreak
 
 from app.reports.content.condition import SEVERITIES, Condition, condition_of
-from app.reports.content.grade_words import class_of, rule_of, threshold_of
+from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
 from app.reports.content.grades import Grade, Input, grade_of
 from app.reports.content.recommendations import (
     Costs,
@@ -46,8 +46,6 @@ from app.reports.report import Report
 _ROW = 7 * mm
 _DECIDING = 84 * mm
 """Where the deciding defect stands beside the grade."""
-_SHOWN = 60
-"""Most rows of a table; the workbook has all."""
 
 
 def condition(report: Report, t: Translator) -> list[Flowable]:
@@ -100,11 +98,11 @@ def _reasons(grade: Grade, t: Translator) -> list[Flowable]:
     if grade.inputs:
         rows = [
             (*_defect(found, t), threshold_of(grade, found, t), class_of(grade, found, t))
-            for found in grade.inputs[:_SHOWN]
+            for found in grade.inputs[:SHOWN]
         ]
         heads = (t("grade.threshold"), t("grade.class"))
         parts.append(Grid((*_defect_columns(t), *_last_columns(*heads)), rows))
-        if rest := len(grade.inputs) - _SHOWN:
+        if rest := len(grade.inputs) - SHOWN:
             parts += [note(t("grade.more", n=rest))] if rest > 0 else []
     else:
         parts.append(note(t("grade.no_inputs")))
@@ -115,10 +113,10 @@ def _reasons(grade: Grade, t: Translator) -> list[Flowable]:
             note(t("grade.unclassified_note")),
             Grid(
                 (*_defect_columns(t), Column(t("grade.reason"), 58 * mm)),
-                [(*_defect(found, t), t(found.why)) for found in grade.unclassified[:_SHOWN]],
+                [(*_defect(found, t), t(found.why)) for found in grade.unclassified[:SHOWN]],
             ),
         ]
-        if (rest := len(grade.unclassified) - _SHOWN) > 0:
+        if (rest := len(grade.unclassified) - SHOWN) > 0:
             parts.append(note(t("grade.more_unclassified", n=rest)))
     return parts
 

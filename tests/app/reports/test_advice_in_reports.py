@@ -75,6 +75,16 @@ def test_a_proposal_that_nobody_accepted_is_not_printed():
     assert "Defects without a recommendation: 6" in text
 
 
+@pytest.mark.parametrize("text_of", READERS.values(), ids=READERS)
+def test_a_long_list_of_classes_is_cut_and_says_so(text_of):
+    many = [{"distance_m": n / 10, "code": "BAO", "severity": 4} for n in range(100)]
+    many += [{"distance_m": 11 + n / 10, "code": "BAF"} for n in range(70)]
+    text = text_of(report(observations=many, template=ReportTemplate(grade="structural")))
+
+    assert "and 40 more, none of them worse" in text
+    assert "and 10 more; the workbook lists all" in text
+
+
 def test_costs_are_summed_by_severity_the_severest_first():
     costs = costs_of(made())
 
