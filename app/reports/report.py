@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 Units = Literal["m", "ft"]
 Role = Literal["start", "change", "finish"]
+CsvStyle = Literal["standard", "german"]
+"""Comma and decimal point, or semicolon and decimal comma."""
 
 _BLOCK = 2**20
 
@@ -89,6 +91,7 @@ class Extras:
     """Exchange format of a delivery; None for EN 13508-2 text."""
     film: bool = False
     """The film in a delivery."""
+    csv_style: CsvStyle = "standard"
 
 
 @dataclass(frozen=True)
@@ -194,6 +197,8 @@ class Company:
     """PNG or JPEG."""
     address: str = ""
     """Lines."""
+    server: str | None = None
+    """Address at which people open its server; None where it is not set."""
 
 
 @dataclass(frozen=True)
@@ -267,6 +272,11 @@ class Report:
     def asset(self) -> str:
         """Name of the culvert: the asset of the header, else the inspection."""
         return str(self.header.get("asset_id") or self.name)
+
+    def link_to(self, entry: Entry) -> str | None:
+        """Return the address of the film at an entry; None where the server's is not known."""
+        server = (self.company.server or "").rstrip("/")
+        return f"{server}/inspections/{self.id}?defect={entry.id}" if server else None
 
     @property
     def adjusted(self) -> Adjusted | None:

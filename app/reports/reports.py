@@ -150,7 +150,7 @@ class Reports:
             self._counters.kept(inspection_id),
             self._templates.of_inspection(inspection_id).version,
         )
-        key = (inspection_id, kind, language, units, extras.burnt_in, state)
+        key = (inspection_id, kind, language, units, extras.burnt_in, extras.csv_style, state)
         with self._lock:
             known = self._kept.get(key)
         if known is not None:
