@@ -212,9 +212,8 @@ class Reports:
             attached.added_to(_entry(item, rig, table, row.header, line, lengths_m), item.row)
             for item in observations
         ]
-        if row.source_kind == IMPORTED and row.video.get("duration_s") is None:
-            # Rows of an import are only ordered: they have no times in a film.
-            entries = [replace(entry, time_s=None) for entry in entries]
+        if row.source_kind == IMPORTED:
+            entries = _at_stated_times(entries, has_times=row.video.get("duration_s") is not None)
         try:
             layout = self._unrolled.layout(rig)
         except InvalidRig:  # a camera that sees no wall
@@ -336,6 +335,16 @@ def _entry(
         edited_by=row.edited_by,
         figures=view.figures,
     )
+
+
+def _at_stated_times(entries: Sequence[Entry], *, has_times: bool) -> list[Entry]:
+    """Return the rows of an import with the times of its file; those of the track only order them.
+
+    Imports of earlier versions have no stated times, but those of the track are close.
+    """
+    if has_times and all(entry.tag.film_time_s is None for entry in entries):
+        return list(entries)
+    return [replace(entry, time_s=entry.tag.film_time_s) for entry in entries]
 
 
 def _along_the_pipe(entry: Entry) -> tuple[float, float, int]:

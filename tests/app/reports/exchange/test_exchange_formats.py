@@ -14,10 +14,9 @@ from exchange_readers import Read, read_en13508, read_isybau, read_m150, read_ri
 from hypothesis import HealthCheck, given, settings
 from pyproj import Geod, Transformer
 from random_reports import reports
-from reports import HEADER, LENGTH_M, OBSERVATIONS, report
+from reports import EVERY_FIELD, HEADER, LENGTH_M, OBSERVATIONS, report
 
 from app.errors import ExportNotAvailable
-from app.imports import en13508_text
 from app.reports.exchange import geojson
 from app.reports.formats import FORMATS
 from app.reports.report import Report, Source, Written
@@ -389,26 +388,6 @@ def test_geojson_of_any_report_is_refused_or_within_the_world(made: Report) -> N
             assert -90 <= lat <= 90
 
 
-EVERY_FIELD: Mapping[str, Any] = {
-    "asset_id": "CUL-0041", "start_node": "HW-UP", "end_node": "HW-DN",
-    "direction": "against_flow", "date": "2026-09-14", "time": "09:42", "operator": "Olga",
-    "client": "Roads", "asset_type": "drain", "shape": "rectangular", "height_mm": 900,
-    "width_mm": 1500, "material": "bamboo", "reference_point": "third fence post",
-    "standard": "EN 13508-2", "edition": "2003", "end_condition": "abandoned",
-    "abandon_reason": "robot stuck in silt", "code_pack": "Pack 7", "video_files": "a.mp4;b.mp4",
-    "rig_id": "rig-3", "calibration_id": "cal-9", "unit_length_m": 2.44, "camera_offset_m": 0.31,
-    "reverse_of": "CUL-0040", "upstream_node": "HW-ELSE", "downstream_node": "HW-OTHER",
-    "operator_certificate": "CERT-5", "reviewer": "Rita", "contractor": "Digger Ltd",
-    "job_ref": "JOB-77", "client_job_ref": "ORDER-12", "purpose": "first_survey",
-    "method": "walk_through", "lining_type": "tiles", "lining_material": "granite sets",
-    "known_length_m": 24.6, "known_length_source": "tape", "expected_length_m": 25.5,
-    "year": 1987, "cleaned": True, "cleaned_on": "2026-09-12", "weather": "foggy",
-    "temperature_c": 12.5, "flow_control": "two pumps", "water_level_pct": 17,
-    "location_text": "by the mill", "road": "Dorfstrasse", "road_chainage": "12+340",
-    "camera": "Eyeball", "lens": "6 mm", "start_lat": 51.4525, "start_lon": 9.0,
-    "end_lat": 51.4525, "end_lon": 9.0003541, "tether": True, "remarks": "mind the dog",
-}  # fmt: skip
-"""A value of its own for every field, outside the lists of the formats where there is one."""
 WRITTEN_AS = {
     "direction": {"B", "U", "G"}, "shape": {"B", "3", "shape: rectangular"},
     "cleaned": {"A", "1", "J"}, "tether": {"tether: yes"}, "road_chainage": {"12+340"},
@@ -518,14 +497,6 @@ def test_cover_and_summary_say_that_the_survey_was_abandoned() -> None:
     sentence = "The survey was abandoned before the far end: robot stuck in silt"
     assert page.count(sentence) == 2
     assert "abandoned" not in FORMATS["html"].write(report()).content.decode()
-
-
-@pytest.mark.parametrize("more", [{}, {"shape": "other", "direction": "unknown"}])
-def test_the_header_of_en13508_comes_back_as_it_was(more: dict[str, Any]) -> None:
-    first = FORMATS["en13508"].write(report(header={**EVERY_FIELD, **more})).content
-    (survey,) = en13508_text.read(first).surveys
-    again = report(header=survey.header, source=Source("import", "old.txt", 10, "ab", {}))
-    assert FORMATS["en13508"].write(again).content.split(b"\r\n")[:8] == first.split(b"\r\n")[:8]
 
 
 @pytest.mark.parametrize("kind", ["en13508", "ribx"])
