@@ -8,6 +8,7 @@ from typing import Any
 from hypothesis import strategies as st
 from reports import LENGTH_M, entry, report, track_of
 
+from app.reports.content.words import LANGUAGES
 from app.reports.report import Entry, Report, Source
 from app.survey.catalogue import built_in
 from app.survey.catalogue.header import FIELDS, HeaderField, faults
@@ -121,5 +122,5 @@ def reports(draw: st.DrawFn) -> Report:
         finished_at=draw(st.one_of(st.none(), INSTANTS)), warning=draw(TEXTS), error=draw(TEXTS),
         distance_m=LENGTH_M if rows else None, u95_m=0.08 if rows else None,
         raw_distance_m=24.649 if rows else None,
-        language=draw(st.sampled_from(["en", "ms"])), units=draw(st.sampled_from(["m", "ft"])),
+        language=draw(st.sampled_from(LANGUAGES)), units=draw(st.sampled_from(["m", "ft"])),
     )  # fmt: skip

@@ -14,7 +14,8 @@ import numpy as np
 from builders import clip_rig
 from numpy.typing import NDArray
 
-from app.reports.report import Company, Entry, Photo, Report, Source
+from app.reports.content.translator import Translator
+from app.reports.report import Company, Entry, Loss, Photo, Report, Source
 from app.survey.adjustment.adjust import adjust
 from app.survey.catalogue import built_in
 from app.survey.checks import Issue
@@ -32,6 +33,7 @@ from vo_core.mosaic.mosaic import Layout
 AT = datetime(2026, 9, 14, 9, 42, tzinfo=UTC)
 FPS = 30.0
 LENGTH_M = 24.6
+ENGLISH = Translator("en", "m")
 
 HEADER: Mapping[str, Any] = {
     "asset_id": "CUL-0041", "start_node": "HW-UP", "end_node": "HW-DN", "direction": "with_flow",
@@ -128,6 +130,11 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
         frame=frame, clock_from=fields.get("clock_from"), **stated
     )
     return Entry(**defaults | fields)
+
+
+def said(losses: Iterable[Loss]) -> list[str]:
+    """What a person reads of losses, in English."""
+    return [ENGLISH.loss(loss) for loss in losses]
 
 
 def remarked(entry: Entry, remark: str) -> Entry:

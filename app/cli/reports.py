@@ -13,6 +13,7 @@ from app.cli.console import Data, err, out, require_folder, settings_of, write_w
 
 if TYPE_CHECKING:
     # slow to import, and few commands need it
+    from app.reports.content.translator import Translator
     from app.reports.report import Loss
     from app.storage.tables import Inspection
 
@@ -31,7 +32,7 @@ def export(
     file: Annotated[Path, typer.Option("--out", help="File to write; it is replaced whole.")],
     data: Data = None,
     lang: Annotated[
-        Literal["en", "ms"], typer.Option(help="Language of the formats that people read.")
+        str, typer.Option(help="Language of the formats that people read: en, ms ...")
     ] = "en",
     units: Annotated[
         Literal["m", "ft"], typer.Option(help="Units of the formats that people read.")
@@ -43,12 +44,18 @@ def export(
     """
     from app.data_folder import reading
     from app.errors import ExportNotAvailable, UnusableDatabase
+    from app.reports.content.translator import Translator
+    from app.reports.content.words import LANGUAGES
     from app.reports.formats import FORMATS
     from app.reports.report import Company
 
     if format not in FORMATS:
         raise typer.BadParameter(
             f"there is no {format!r}; there are {', '.join(FORMATS)}", param_hint="--format"
+        )
+    if lang not in LANGUAGES:
+        raise typer.BadParameter(
+            f"there is no {lang!r}; there are {', '.join(LANGUAGES)}", param_hint="--lang"
         )
     require_folder(file, "--out")
     if file.is_dir():
@@ -70,7 +77,7 @@ def export(
             "ends, so distances are missing",
             style="yellow",
         )
-    _print_losses(written.losses)
+    _print_losses(written.losses, Translator(lang, units))
     out.print(f"{file}: {row.name} ({row.id})")
 
 
@@ -167,7 +174,7 @@ def _the_one(found: list[Inspection], wanted: str) -> Inspection:
     return found[0]
 
 
-def _print_losses(losses: Iterable[Loss]) -> None:
+def _print_losses(losses: Iterable[Loss], t: Translator) -> None:
     for loss in losses:
         where = "" if loss.entry is None else f"observation {loss.entry.seq}: "
-        err.print(f"not in this format: {where}{loss.detail}", style="yellow")
+        err.print(f"not in this format: {where}{t.loss(loss)}", style="yellow")

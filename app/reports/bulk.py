@@ -25,7 +25,8 @@ from typing import IO, Literal
 
 from app.errors import BulkExportNotFound, Busy, DiskFull, InspectionNotFound
 from app.reports.content.naming import safe_file_name
-from app.reports.report import Extras, Language, Units
+from app.reports.content.words import Language
+from app.reports.report import Extras, Units
 from app.reports.reports import Export, Reports
 from app.storage.files import DataFolder, full_disk_reported
 from app.storage.inspections import InspectionStore

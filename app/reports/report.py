@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import IO, TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.errors import code_of
 from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
+from app.reports.content.words import Language
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
 from app.storage.blobs import Readable
 from app.survey.adjustment.adjusted_track import Adjusted
@@ -27,11 +29,14 @@ from app.survey.review import DRAFT, ReviewState
 from app.survey.tag import StatedTag
 from app.survey.track_rows import is_unmeasured
 from vo_core import Rig, Track
+from vo_core.errors import ChainageError
 from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.joints.finder import Sighting
 from vo_core.mosaic.mosaic import Layout
 
-Language = Literal["en", "ms"]
+if TYPE_CHECKING:
+    from app.reports.content.marked_photo import MarkedPhoto
+
 Units = Literal["m", "ft"]
 Role = Literal["start", "change", "finish"]
 
@@ -48,7 +53,7 @@ class Photo:
     """A blob that may be missing; None in an import, whose photos are elsewhere."""
     sha256: str | None
     """None for another program's photo."""
-    marked: Readable | None = None
+    marked: MarkedPhoto | None = None
     """A copy with the marks of a person, or a burnt-in caption."""
     of: str = ""
     """Id of the observation or the attachment that it is the photo of."""
@@ -148,7 +153,7 @@ class Entry:
         """Return the meaning of the code, in the words of its pack."""
         if self.kind is None:
             return None
-        return self.kind.label_ms if language == "ms" else self.kind.label
+        return self.kind.label_in(language)
 
 
 @dataclass(frozen=True)
@@ -300,13 +305,41 @@ class Report:
         return tuple(stretch for stretch in found if stretch is not None)
 
 
-@dataclass(frozen=True)
-class Loss:
-    """Something that a format cannot hold."""
+class Phrase:
+    """Words inside a sentence, which are translated with it."""
 
-    detail: str
-    """A sentence for a person."""
-    entry: Entry | None = None
+    def __init__(self, key: str, /, otherwise: str = "", **values: object) -> None:
+        """Name the words.
+
+        Args:
+            key: Their key, such as `part.joints` or `field.client`.
+            otherwise: What stands for them where no language has the key.
+            values: As in `Loss`.
+        """
+        self.key = key
+        self.otherwise = otherwise
+        self.values = values
+
+
+class Loss:
+    """Something that a format cannot hold; `Translator.loss` makes a sentence of it."""
+
+    def __init__(self, key: str, entry: Entry | None = None, /, **values: object) -> None:
+        """Name what is lost.
+
+        Args:
+            key: Key of the sentence, without its area `loss`.
+            entry: The entry that it concerns; its number is `{seq}` in the sentence.
+            values: What the sentence contains: texts, numbers, phrases, or tuples of these.
+        """
+        self.key = key
+        self.entry = entry
+        self.values = values
+
+
+def failure(error: ChainageError) -> Phrase:
+    """Return why something could not be made; in English where its code has no words."""
+    return Phrase(f"failure.{code_of(type(error))}", otherwise=str(error))
 
 
 @dataclass(frozen=True)

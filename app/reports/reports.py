@@ -24,12 +24,12 @@ from app.reports.attached import Attached
 from app.reports.bundle.signing import Signer
 from app.reports.content.naming import file_stem, safe_file_name
 from app.reports.content.translator import Translator
+from app.reports.content.words import Language
 from app.reports.formats import FORMATS
 from app.reports.report import (
     Company,
     Entry,
     Extras,
-    Language,
     Report,
     Role,
     Source,

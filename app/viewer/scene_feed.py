@@ -14,6 +14,7 @@ from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
+from app.reports.content.words import Language
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.catalogue.table import Code, CodeTable
 from app.survey.measure import Figure
@@ -41,7 +42,6 @@ from app.viewer.scene import (
     WallTile,
     Wording,
 )
-from app.viewer.wording import Language
 from vo_core import Track
 
 logger = logging.getLogger(__name__)
@@ -381,7 +381,7 @@ def defect_pin(
         figures: What was measured there.
     """
     code = " ".join(filter(None, (tag.code, tag.char1, tag.char2)))
-    label = None if kind is None else kind.label_ms if language == "ms" else kind.label
+    label = None if kind is None else kind.label_in(language)
     return Pin(
         id=observation_id,
         distance_m=distance_m,

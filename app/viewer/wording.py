@@ -5,32 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from app.reports.content.words import Language, words_of
 from app.survey.interval import half_width_text
 from app.survey.rounding import decimals, with_interval
 
-Language = Literal["en", "ms"]
 Units = Literal["m", "ft"]
 
 _METRES_IN: dict[Units, float] = {"m": 1.0, "ft": 0.3048}
 _DECIMALS: dict[Units, int] = {"m": 2, "ft": 1}
 """Decimals of distances, the same as on the page."""
-
-_WORDS: dict[Language, dict[str, str]] = {
-    "en": {
-        "joint": "joint",
-        "expected": "expected",
-        "to": "to",
-        "weak": "weak",
-        "lost": "lost",
-    },
-    "ms": {
-        "joint": "sambungan",
-        "expected": "jangkaan",
-        "to": "hingga",
-        "weak": "lemah",
-        "lost": "hilang",
-    },
-}
 
 
 @dataclass(frozen=True)
@@ -44,7 +27,7 @@ class Wording:
 
     def word(self, name: str) -> str:
         """Return `joint`, `expected`, `to`, `weak` or `lost` in the language."""
-        return _WORDS[self.language][name]
+        return words_of(self.language)[f"scene.{name}"]
 
     def distance(self, metres: float, *, more_decimals: int = 0) -> str:
         """Format '3.42 m' or '11.2 ft', with optional further decimals; never -0."""

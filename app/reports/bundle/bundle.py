@@ -22,7 +22,7 @@ import msgspec
 from app.errors import ExportNotAvailable
 from app.reports.bundle.signing import fingerprint
 from app.reports.content.naming import file_stem
-from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, Written
+from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, Written, failure
 from app.reports.tables.table import iso
 from app.storage.blobs import Readable
 from vo_core import Track
@@ -131,7 +131,9 @@ class _Bundle:
         """Add the report in one of its formats."""
         written = form.write(self._report)
         self._note(f"{form.stem}{form.suffix}", b"".join(written.blocks()))
-        self.losses += [Loss(f"{kind}: {loss.detail}", loss.entry) for loss in written.losses]
+        self.losses += [
+            Loss("in_format", loss.entry, format=kind, loss=loss) for loss in written.losses
+        ]
 
     def add_track(self, name: str, track: Track, *, raw: bool) -> None:
         """Add a track as the API returns it, with comments about its origin."""
@@ -153,8 +155,7 @@ class _Bundle:
         for entry in self._report.entries:
             for photo in entry.photos:
                 if photo.jpeg is None:
-                    detail = f"The photo {photo.name} is not on this server."
-                    self.losses.append(Loss(detail, entry))
+                    self.losses.append(Loss("photo_elsewhere", entry, name=photo.name))
                     continue
                 is_there = self._add_stored("photo", PHOTOS, photo, photo.jpeg, entry)
                 if is_there and photo.marked is not None:
@@ -165,7 +166,7 @@ class _Bundle:
         """Add what people said."""
         for entry in self._report.entries:
             for note in entry.voice_notes:
-                self._add_stored("voice note", VOICE, note, note.sound, entry)
+                self._add_stored("voice", VOICE, note, note.sound, entry)
 
     def add_clips(self) -> None:
         """Add the clip around each entry, if they are asked for."""
@@ -177,7 +178,7 @@ class _Bundle:
             try:
                 clip = clip_of(entry.id)
             except ChainageError as error:
-                self.losses.append(Loss(f"There is no clip: {error}", entry))
+                self.losses.append(Loss("no_clip", entry, reason=failure(error)))
                 continue
             self._note(f"{CLIPS}{stem}-{entry.seq:03d}.mp4", clip)
 
@@ -191,12 +192,11 @@ class _Bundle:
             content = stored.read_bytes()
         except FileNotFoundError:
             self._missing.append(path)
-            self.losses.append(Loss(f"The {what} {name} is gone.", entry))
+            self.losses.append(Loss(f"{what}_gone", entry, name=name))
             return False
         self._note(path, content)
         if sha256 is not None and self._files[path].sha256 != sha256:
-            detail = f"The {what} {name} has changed since it was taken."
-            self.losses.append(Loss(detail, entry))
+            self.losses.append(Loss(f"{what}_changed", entry, name=name))
         return True
 
     def manifest(self) -> Manifest:

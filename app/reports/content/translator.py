@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
 from app.reports.content.sizes import figure_text
-from app.reports.content.words import words_of
+from app.reports.content.words import Language, words_of
 from app.reports.pdf.text import one_line
-from app.reports.report import Entry, Language, Report, Units
+from app.reports.report import Entry, Loss, Phrase, Report, Units
 from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.checks import Issue
 from app.survey.interval import half_width_text
@@ -48,6 +49,25 @@ class Translator:
             return refusal.sentence
         figures = refusal.values.items()
         return self(key, **{k: v if isinstance(v, str) else f"{v:g}" for k, v in figures})
+
+    def loss(self, loss: Loss) -> str:
+        """Return the sentence about something that a format cannot hold."""
+        number = {"seq": loss.entry.seq} if loss.entry else {}
+        return self(f"loss.{loss.key}", **number, **self._spoken(loss.values))
+
+    def _spoken(self, values: Mapping[str, object]) -> dict[str, str]:
+        return {name: self._said(value) for name, value in values.items()}
+
+    def _said(self, value: object) -> str:
+        if isinstance(value, tuple):
+            return ", ".join(map(self._said, value))
+        if isinstance(value, Loss):
+            return self.loss(value)
+        if not isinstance(value, Phrase):
+            return str(value)
+        if value.key in self._words:
+            return self(value.key, **self._spoken(value.values))
+        return value.otherwise or value.key
 
     @property
     def per_unit_m(self) -> float:

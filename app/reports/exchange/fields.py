@@ -8,7 +8,7 @@ from datetime import date
 from typing import Any
 
 from app.reports.exchange.ascii import one_line
-from app.reports.report import Loss
+from app.reports.report import Loss, Phrase
 from app.survey.catalogue.header import FIELDS, is_empty, number_of
 from app.survey.catalogue.in_words import TECHNICAL, in_words
 
@@ -114,10 +114,16 @@ class Fields:
     def losses(self, format_name: str) -> list[Loss]:
         """Return a loss that names the filled fields that were not written."""
         left = sorted(
-            one_line(str(name))
+            str(name)
             for name, value in self._header.items()
             if name not in self._written and value is not None and value != ""
         )
         if not left:
             return []
-        return [Loss(f"{format_name} has no place for these header fields: {', '.join(left)}.")]
+        named = tuple(field_name(name) for name in left)
+        return [Loss("no_place", format=format_name, fields=named)]
+
+
+def field_name(name: str) -> Phrase:
+    """Return the name of a header field in the language of the report."""
+    return Phrase(f"field.{name}", otherwise=one_line(name))

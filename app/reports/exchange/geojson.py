@@ -53,20 +53,12 @@ def write(report: Report) -> Written:
     ]
     lines = ",\n".join(json.dumps(it, ensure_ascii=False, allow_nan=False) for it in features)
     text = f'{{"type":"FeatureCollection","features":[\n{lines}\n]}}\n'
-    losses = [
-        Loss(f"Observation {entry.seq} is not tracked, so it has no place on the map.", entry)
-        for entry in untracked
-    ]
-    losses.append(Loss("The culvert is drawn as the straight line between its ends."))
-    losses.append(
-        Loss(
-            "The joints and the corrections are in the XLSX and the JSON report, rig, track and "
-            "history in the JSON report only."
-        )
-    )
+    losses = [Loss("not_on_map", entry) for entry in untracked]
+    losses.append(Loss("straight_line"))
+    losses.append(Loss("only_observations"))
     texts = [value for row in (*table.rows(report), report.header) for value in row.values()]
     if any(one_line(text) != text for text in texts if isinstance(text, str)):
-        losses.append(Loss(ONE_LINE))
+        losses.append(ONE_LINE)
     return Written(text.encode(), tuple(losses))
 
 

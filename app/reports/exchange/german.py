@@ -15,7 +15,6 @@ from app.reports.exchange.survey import (
     START,
     Names,
     Row,
-    about,
     day_of,
     joined,
     length_m,
@@ -24,7 +23,6 @@ from app.reports.exchange.survey import (
 from app.reports.report import Loss, Report
 from app.survey.rounding import decimals
 
-NO_GEOMETRY = Loss("Without coordinates of both ends the file has no geometry.")
 OTHER_FLOW_CONTROL = "6"
 """U107."""
 
@@ -127,7 +125,7 @@ def survey_of(
     direction = fields.choice("direction", directions)
     if direction is None:
         direction = directions["with_flow"]
-        losses.append(Loss("The direction is not known; the file says with the flow."))
+        losses.append(Loss("no_direction"))
     clock = fields.time()
     assumed = "" if report.source.kind == "import" else "inner face"
     zero = lists.reference_point(fields.text("reference_point") or assumed)
@@ -175,7 +173,7 @@ def fitted(row: Row) -> tuple[Row, list[Loss]]:
     if row.stretch and row.stretch[1] > _MAX_STRETCH:
         letter, number = row.stretch
         row = replace(row, remark=joined(row.remark, f"stretch {letter}{number}"), stretch=None)
-        losses.append(about(row, f"has a stretch above {_MAX_STRETCH}; its remark says which"))
+        losses.append(Loss("stretch_number", row.entry, most=_MAX_STRETCH))
     return row, losses
 
 

@@ -11,9 +11,8 @@ from xml.etree.ElementTree import Element
 from app.reports.exchange import lists
 from app.reports.exchange.ascii import one_line
 from app.reports.exchange.coordinates import Ends, ends_of
-from app.reports.exchange.fields import Fields
+from app.reports.exchange.fields import Fields, field_name
 from app.reports.exchange.german import (
-    NO_GEOMETRY,
     Lengths,
     Pipe,
     Survey,
@@ -22,12 +21,11 @@ from app.reports.exchange.german import (
     points_of,
     survey_of,
 )
-from app.reports.exchange.losses import left_out
+from app.reports.exchange.losses import NO_GEOMETRY, left_out
 from app.reports.exchange.survey import (
     ABANDONED,
     Names,
     Row,
-    about,
     film,
     general_remark,
     hours,
@@ -38,7 +36,7 @@ from app.reports.exchange.survey import (
     standard_of,
 )
 from app.reports.exchange.tree import child, children, to_bytes
-from app.reports.report import Loss, Report, Written
+from app.reports.report import Loss, Phrase, Report, Written
 from app.survey.rounding import decimals
 
 _FORMAT = "ISYBAU"
@@ -76,7 +74,7 @@ def write(report: Report) -> Written:
         names=names,
         pipe=pipe_of(report, fields, lists.SHAPES_ISYBAU, _LENGTHS),
         system=fields.choice("asset_type", lists.SYSTEMS_ISYBAU) or "KR",
-        road=_cut(fields.text("road"), _LONGEST_ROAD, "road", losses),
+        road=_cut(fields.text("road"), _LONGEST_ROAD, field_name("road"), losses),
         ends=ends_of(fields),
     )
     losses += _master_data(collectives, culvert)
@@ -195,10 +193,7 @@ def _map(culvert: _Culvert) -> tuple[_Map | None, list[Loss]]:
     is_known = ends.is_north and ends.zone in _ZONES
     points = points_of(ends, culvert.names) if is_known else None
     if not points:
-        zones = ", ".join(map(str, _ZONES))
-        return None, [
-            Loss(f"ISYBAU knows UTM zones {zones}; the ends are elsewhere and are left out.")
-        ]
+        return None, [Loss("isybau_zones", zones=_ZONES)]
     return _Map(points, f"ETRS89_UTM{ends.zone}"), []
 
 
@@ -221,14 +216,16 @@ def _survey(
     state = child(collectives, "Zustandsdatenkollektiv")
     children(state, {"Kennung": _STATE, "Beschreibung": "culvert inspection"})
     order = child(child(state, "Auftraege"), "Auftrag")
-    job = _cut(fields.text("job_ref") or report.name, _LONGEST_ORDER, "job", losses)
-    number = _cut(fields.text("client_job_ref"), _LONGEST_NUMBER, "client's job", losses)
+    job = _cut(fields.text("job_ref") or report.name, _LONGEST_ORDER, field_name("job_ref"), losses)
+    number = _cut(
+        fields.text("client_job_ref"), _LONGEST_NUMBER, field_name("client_job_ref"), losses
+    )
     children(
         order,
         {"Auftragsbezeichnung": job or "1", "Auftragsnummer": number, "Auftragskennung": "1"},
     )
     purpose = fields.choice("purpose", lists.PURPOSES_ISYBAU)
-    contractor = _cut(fields.text("contractor"), _LONGEST_ORDER, "contractor", losses)
+    contractor = _cut(fields.text("contractor"), _LONGEST_ORDER, field_name("contractor"), losses)
     children(
         order,
         {
@@ -245,7 +242,7 @@ def _survey(
     inspection = child(asset, "OptischeInspektion")
     temperature_c = fields.number_within("temperature_c", -99, 99)
     name = film(report)
-    operator = _cut(fields.text("operator"), _LONGEST_PERSON, "operator", losses)
+    operator = _cut(fields.text("operator"), _LONGEST_PERSON, field_name("operator"), losses)
     method = fields.choice("method", lists.METHODS_ISYBAU)
     children(
         inspection,
@@ -265,7 +262,12 @@ def _survey(
     )
     losses += _run(inspection, culvert, survey, report, rows)
     if name:
-        _film(state, _cut(name, _LONGEST_FILM, "film", losses), names.asset, survey.direction)
+        _film(
+            state,
+            _cut(name, _LONGEST_FILM, Phrase("part.film"), losses),
+            names.asset,
+            survey.direction,
+        )
     return losses
 
 
@@ -299,16 +301,12 @@ def _run(
     )
     fitting = [row for row in rows if row.distance_m <= _LENGTHS.most_m]
     losses = [
-        about(row, "lies beyond the 999.99 m that ISYBAU can hold and is left out")
+        Loss("too_far", row.entry, format=_FORMAT, most=_LENGTHS.most_m)
         for row in rows
         if row.distance_m > _LENGTHS.most_m
     ]
     if has_film:
-        losses += [
-            about(row, "has no time in the film; the file says 00:00:00")
-            for row in fitting
-            if row.time_s is None
-        ]
+        losses += [Loss("time_is_zero", row.entry) for row in fitting if row.time_s is None]
     if fitting:
         data = child(run, "Inspektionsdaten")
         for index, row in enumerate(fitting, 1):
@@ -355,9 +353,9 @@ def _film(state: Element, name: str, asset: str, direction: str) -> None:
     )
 
 
-def _cut(text: str, longest: int, what: str, losses: list[Loss]) -> str:
+def _cut(text: str, longest: int, what: Phrase, losses: list[Loss]) -> str:
     clean = one_line(text)
     if len(clean) <= longest:
         return clean
-    losses.append(Loss(f"ISYBAU holds {longest} characters of the name of the {what}: it is cut."))
+    losses.append(Loss("cut", format=_FORMAT, most=longest, what=what))
     return clean[:longest].rstrip()

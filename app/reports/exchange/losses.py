@@ -8,13 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from app.reports.exchange.ascii import one_line
-from app.reports.report import Loss, Report
+from app.reports.report import Loss, Phrase, Report
 from app.survey.rounding import decimals
 from app.survey.stated import Stated
 
-ONE_LINE = (
-    "Texts stand on one line: line ends and runs of blanks become one, control characters go."
-)
+ONE_LINE = Loss("one_line")
+NO_GEOMETRY = Loss("no_geometry")
 
 
 def left_out(report: Report, *, is_named: bool = False) -> Loss:
@@ -26,29 +25,29 @@ def left_out(report: Report, *, is_named: bool = False) -> Loss:
     """
     entries = report.entries
     there = {
-        "the id of the inspection": True,
-        "its name": not is_named and report.name != report.asset,
-        "the size and the checksum of the film": report.source.sha256,
-        "the numbers and frames of the observations, who tagged them and when": entries,
-        "the basis of their distances": any(entry.source for entry in entries),
-        "distances before corrections": any(entry.raw_m is not None for entry in entries),
-        "distances to the far end": any(entry.to_go_m is not None for entry in entries),
-        "points on the wall": any(entry.x_m is not None for entry in entries),
-        "places on the map": any(entry.lon is not None for entry in entries),
-        "checksums of photos": any(entry.photo and entry.photo.sha256 for entry in entries),
-        "the joints": report.joints,
-        "the corrections": report.corrected.stated != Stated(),
-        "the rig and the track": True,
-        "the history": report.events,
+        "part.id": True,
+        "part.name": not is_named and report.name != report.asset,
+        "part.film_checksum": report.source.sha256,
+        "part.numbers": entries,
+        "part.basis": any(entry.source for entry in entries),
+        "part.raw": any(entry.raw_m is not None for entry in entries),
+        "part.to_go": any(entry.to_go_m is not None for entry in entries),
+        "part.wall_points": any(entry.x_m is not None for entry in entries),
+        "part.places": any(entry.lon is not None for entry in entries),
+        "part.photo_checksums": any(entry.photo and entry.photo.sha256 for entry in entries),
+        "part.joints": report.joints,
+        "part.corrections": report.corrected.stated != Stated(),
+        "part.rig_and_track": True,
+        "part.history": report.events,
     }
-    named = ", ".join(what for what, is_so in there.items() if is_so)
-    return Loss(f"Only the JSON report has {named}.")
+    named = tuple(Phrase(key) for key, is_so in there.items() if is_so)
+    return Loss("only_json", named=named)
 
 
 def attached(report: Report) -> list[Loss]:
     """Return what only the bundle has of an entry, beside its main photo."""
     if any(entry.more_photos or entry.voice_notes for entry in report.entries):
-        return [Loss("Further photos and voice notes of a defect are in the evidence bundle only.")]
+        return [Loss("only_bundle")]
     return []
 
 
@@ -57,14 +56,14 @@ def coarser(report: Report) -> list[Loss]:
     entries = [entry for entry in report.entries if entry.distance_m is not None]
     steps = []
     if any(_is_rounded(entry.distance_m) for entry in entries):
-        steps.append("distances to 10 mm")
+        steps.append(Phrase("part.rounded_distances"))
     if any(_is_rounded(entry.u95_m) for entry in entries):
-        steps.append("intervals up to 10 mm")
+        steps.append(Phrase("part.rounded_intervals"))
     if any(entry.time_s and entry.time_s % 1 for entry in entries):
-        steps.append("times in the film down to seconds")
-    losses = [Loss(f"The file has {', '.join(steps)}.")] if steps else []
+        steps.append(Phrase("part.rounded_times"))
+    losses = [Loss("rounded", steps=tuple(steps))] if steps else []
     if any(one_line(text) != text for text in _texts(report)):
-        losses.append(Loss(ONE_LINE))
+        losses.append(ONE_LINE)
     return losses
 
 
@@ -73,7 +72,7 @@ def transliterated(report: Report) -> list[Loss]:
     names = [report.source.filename, *(e.photo.name for e in report.entries if e.photo)]
     if all(text.isascii() for text in (*names, *_texts(report))):
         return []
-    return [Loss("The file is plain ASCII: other letters are transliterated.")]
+    return [Loss("ascii")]
 
 
 def _is_rounded(value_m: float | None) -> bool:

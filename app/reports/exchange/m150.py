@@ -12,7 +12,6 @@ from app.reports.exchange.ascii import one_line
 from app.reports.exchange.coordinates import Ends, ends_of
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.german import (
-    NO_GEOMETRY,
     OTHER_FLOW_CONTROL,
     Lengths,
     fitted,
@@ -20,11 +19,10 @@ from app.reports.exchange.german import (
     points_of,
     survey_of,
 )
-from app.reports.exchange.losses import left_out
+from app.reports.exchange.losses import NO_GEOMETRY, left_out
 from app.reports.exchange.survey import (
     Names,
     Row,
-    about,
     film,
     general_remark,
     hours,
@@ -78,7 +76,7 @@ def write(report: Report) -> Written:
     losses += _run(run, report, fields, rows, _zone(ends) if ends and places else "")
     for row in rows:
         if row.distance_m > _MAX_STATION_M:
-            losses.append(about(row, "lies beyond what DWA-M 150 can hold and is left out"))
+            losses.append(Loss("too_far", row.entry, format=_FORMAT, most=_MAX_STATION_M))
         else:
             held, lost = fitted(row)
             losses += lost

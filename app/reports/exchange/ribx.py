@@ -10,18 +10,21 @@ from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import NAMES, ends_of, rd_m
 from app.reports.exchange.en13508 import MADE_OF, columns, header_fields, losses_in_ascii
 from app.reports.exchange.en13508_xml import DECLARATION
-from app.reports.exchange.fields import Fields
+from app.reports.exchange.fields import Fields, field_name
+from app.reports.exchange.losses import NO_GEOMETRY
 from app.reports.exchange.survey import Names, Row, film_in_ascii, names_of, rows_of
 from app.reports.exchange.tree import child, children, to_bytes
-from app.reports.report import Loss, Report, Written
+from app.reports.report import Loss, Phrase, Report, Written
 
 _FORMAT = "RIBX"
 _STANDARD = "EN 13508-2+A1:2011"
 """One of the two names that ABA allows; the other includes the Dutch additions."""
 _GML = "http://www.opengis.net/gml"
 _NEEDED = {
-    "AAM": "client", "ABF": "date", "ABH": "operator", "ABI": "job_ref", "ABJ": "client_job_ref",
-    "ABS": "video", "ACA": "shape", "ACB": "height_mm", "ACD": "material", "ACM": "cleaned",
+    "AAM": field_name("client"), "ABF": field_name("date"), "ABH": field_name("operator"),
+    "ABI": field_name("job_ref"), "ABJ": field_name("client_job_ref"), "ABS": Phrase("part.film"),
+    "ACA": field_name("shape"), "ACB": field_name("height_mm"), "ACD": field_name("material"),
+    "ACM": field_name("cleaned"),
 }  # fmt: skip
 """Fields that a delivery must contain, by what they are made of."""
 
@@ -66,9 +69,13 @@ def _header(
         elif values.get(code) and code not in ("AAC", "AAE", "AAG", "AAU"):
             attributes = {"ADE": explained[code]} if code in explained else {}
             child(pipe, code, values[code], **attributes)
-    missing = [f"{code} ({what})" for code, what in _NEEDED.items() if not values.get(code)]
+    missing = tuple(
+        Phrase("part.code_of", code=code, field=what)
+        for code, what in _NEEDED.items()
+        if not values.get(code)
+    )
     if missing:
-        losses.append(Loss(f"RIBX requires values that are not known here: {', '.join(missing)}."))
+        losses.append(Loss("ribx_requires", missing=missing))
     return [*losses, *lost]
 
 
@@ -95,10 +102,8 @@ def _points(
     found = rd_m(ends) if ends else None
     if found is None:
         if ends is None:
-            return {}, [Loss("Without coordinates of both ends the file has no geometry.")]
-        return {}, [
-            Loss(f"RIBX knows the Dutch grid only; {', '.join(NAMES)} are outside and left out.")
-        ]
+            return {}, [NO_GEOMETRY]
+        return {}, [Loss("dutch_grid", fields=tuple(map(field_name, NAMES)))]
     first, second = found if names.upstream == names.start else found[::-1]
     return {"AAE": first, "AAG": second}, []
 

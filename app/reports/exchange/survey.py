@@ -125,7 +125,7 @@ def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
     losses: list[Loss] = []
     for entry in report.entries:
         if entry.distance_m is None:
-            losses.append(_lost(entry, "is not tracked, so it has no distance and is left out"))
+            losses.append(Loss("untracked", entry))
             continue
         row, lost = _row(entry, entry.distance_m, has_film=bool(film_name))
         rows.append(row)
@@ -151,11 +151,10 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
     code, char1, char2 = (one_line(part or "") for part in (tag.code, tag.char1, tag.char2))
     if not code:
         said.append("tag without a code")
-        losses.append(_lost(entry, f"has no code; it is written as a general remark ({REMARK})"))
+        losses.append(Loss("no_code", entry, code=REMARK))
     elif not _CODE.fullmatch(code):
         said.append(" ".join(part for part in ("coded", code, char1, char2) if part))
-        text = f"is coded {code}, which is not of EN 13508-2; it is written as a remark ({REMARK})"
-        losses.append(_lost(entry, text))
+        losses.append(Loss("foreign_code", entry, code=code, written=REMARK))
     if not _CODE.fullmatch(code):
         code, char1, char2 = REMARK, "", ""
     if code == REMARK:
@@ -168,17 +167,17 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
         said.append(f"joint {entry.joint_no}")
     if distance_m <= -0.005:  # a value that rounds to 0.00 is not below zero
         said.append(f"at {decimals(distance_m, 2)} m")
-        losses.append(_lost(entry, "lies before the zero point; it is written at 0 m"))
+        losses.append(Loss("before_zero", entry))
     if entry.u95_m is not None:
         said.append(f"+/-{half_width_text(entry.u95_m)} m")
     if entry.tag.severity is not None:
         said.append(f"severity {entry.tag.severity}")
     time_s = None if entry.time_s is None else math.floor(entry.time_s + 0.0005)
     if time_s is not None and not (has_film and 0 <= time_s < 3600 * _MAX_H):
-        losses.append(_lost(entry, "has no time in the file, which names no film as long as that"))
+        losses.append(Loss("no_time", entry))
         time_s = None
     if entry.clock_from is None and entry.tag.clock_to is not None:
-        losses.append(_lost(entry, "has the end of a sector only; it is written as its position"))
+        losses.append(Loss("half_sector", entry))
     row = Row(
         entry=entry,
         distance_m=max(0.0, distance_m),
@@ -207,27 +206,16 @@ def _start_first_end_last(rows: list[Row], losses: list[Loss]) -> list[Row]:
     start = next((row for row in rows if row.code == START), None)
     end = next((row for row in reversed(rows) if row.code in (END, ABANDONED)), None)
     if start is None:
-        losses.append(Loss(f"The survey has no observation of its start ({START})."))
+        losses.append(Loss("no_start", code=START))
     if end is None:
-        losses.append(
-            Loss(f"The survey has no observation of its end ({END}, or {ABANDONED} if abandoned).")
-        )
+        losses.append(Loss("no_end", code=END, abandoned=ABANDONED))
     between = [row for row in rows if row is not start and row is not end]
     for row in between:
         if start is not None and row.distance_m < start.distance_m:
-            losses.append(_lost(row.entry, "lies before the start, which is written first"))
+            losses.append(Loss("before_start", row.entry))
         if end is not None and row.distance_m > end.distance_m:
-            losses.append(_lost(row.entry, "lies beyond the end, which is written last"))
+            losses.append(Loss("beyond_end", row.entry))
     return [*([start] if start else []), *between, *([end] if end else [])]
-
-
-def _lost(entry: Entry, what: str) -> Loss:
-    return Loss(f"Observation {entry.seq} {what}.", entry)
-
-
-def about(row: Row, what: str) -> Loss:
-    """Return a loss of one row."""
-    return _lost(row.entry, what)
 
 
 @dataclass(frozen=True)
@@ -266,18 +254,17 @@ def names_of(
     made_up = {"start_node": "START", "end_node": "END"}
     for name, standing_in in made_up.items():
         if not clean(stated[name]):
-            end = name.replace("_", " ")
-            losses.append(Loss(f"The header names no {end}; the file says {standing_in}."))
+            losses.append(Loss(f"no_{name}", written=standing_in))
             stated[name] = standing_in
     asset = fields.text("asset_id") or report.asset
     if not clean(asset):
         asset = "ASSET"
-        losses.append(Loss("The culvert has no name that can be written; the file says ASSET."))
+        losses.append(Loss("no_asset_name", written=asset))
     nodes = _fitting(list(stated.values()), longest_node, clean)
     assets = _fitting([asset], longest_asset, clean)
     for name, short in (nodes | assets).items():
         if short != name:
-            losses.append(Loss(f"The name {one_line(name)} is written as {short}."))
+            losses.append(Loss("renamed", name=one_line(name), written=short))
     start, end = nodes[stated["start_node"]], nodes[stated["end_node"]]
     is_against = fields.choice("direction", {"against_flow": "yes"}) is not None
     up, down = (end, start) if is_against else (start, end)
@@ -306,7 +293,7 @@ def day_of(report: Report, fields: Fields) -> tuple[str | None, list[Loss]]:
     if day is not None or report.source.kind == "import":
         return day, []
     day = report.created_at.date().isoformat()
-    return day, [Loss(f"The header has no date; the file has {day}, when the inspection was made.")]
+    return day, [Loss("no_date", day=day)]
 
 
 def standard_of(fields: Fields) -> list[Loss]:
@@ -314,7 +301,7 @@ def standard_of(fields: Fields) -> list[Loss]:
     standard = fields.text("standard")
     if not standard or "13508" in standard:
         return []
-    return [Loss(f"The header says that the standard is {standard}; the file says EN 13508-2.")]
+    return [Loss("other_standard", standard=standard)]
 
 
 def film(report: Report) -> str:
@@ -342,7 +329,7 @@ def renamed(report: Report, name: str) -> list[Loss]:
     own = one_line(PurePath(stated.replace("\\", "/")).name)
     if not name or own in ("", name):
         return []
-    return [Loss(f"The film {own} is called {name} in the file.")]
+    return [Loss("film_renamed", name=own, written=name)]
 
 
 def _film_names(stated: str) -> list[str]:

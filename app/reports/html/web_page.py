@@ -32,7 +32,7 @@ from app.reports.pdf.observations import reference_of
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.sign_off import action_of
 from app.reports.pdf.summary import opening
-from app.reports.report import Loss, Report, Written
+from app.reports.report import Loss, Report, Written, failure
 from app.reports.tables.table import iso
 from app.storage.blobs import Readable
 from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
@@ -173,4 +173,4 @@ def _scene(report: Report) -> tuple[Markup | None, tuple[Loss, ...]]:
     try:
         return _base64(report.draw_scene(report).encode()), ()
     except ChainageError as error:
-        return None, (Loss(f"The 3D view is missing: {error}"),)
+        return None, (Loss("no_scene", reason=failure(error)),)

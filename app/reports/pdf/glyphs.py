@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.reports.pdf.text import without_glyph
-from app.reports.report import Loss, Report
+from app.reports.report import Loss, Phrase, Report
 
 _NAMED = 20
 
@@ -15,14 +15,10 @@ def missing_glyphs(report: Report) -> tuple[Loss, ...]:
     found = without_glyph(_texts(report))
     if not found:
         return ()
-    more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
-    named = ", ".join(found[:_NAMED])
-    return (
-        Loss(
-            f"No installed font shows {named}{more}; these numbers replace them. "
-            "The fonts of most scripts come with `pip install 'chainage[fonts]'`."
-        ),
-    )
+    named: list[str | Phrase] = [*found[:_NAMED]]
+    if len(found) > _NAMED:
+        named.append(Phrase("part.more", n=len(found) - _NAMED))
+    return (Loss("no_glyph", named=tuple(named)),)
 
 
 def _texts(report: Report) -> Iterator[str]:

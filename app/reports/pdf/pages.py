@@ -50,7 +50,7 @@ def made(report: Report, t: Translator, title: str, story: Sequence[Flowable]) -
         author=one_line(report.company.name or "Chainage"),
         subject=one_line(f"{report.name} · {report.id}"),
         creator="Chainage",
-        lang={"en": "en", "ms": "ms"}[report.language],
+        lang=report.language,
         pageCompression=1,
         invariant=1,
     )

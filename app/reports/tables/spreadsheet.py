@@ -65,7 +65,7 @@ _ABOUT = (
 
 Row = Sequence[Cell]
 
-_JSON_ONLY = Loss("The rig, the track and the whole history are in the JSON report only.")
+_JSON_ONLY = Loss("rig_in_json")
 
 
 def write(report: Report) -> Written:
@@ -87,7 +87,7 @@ def write(report: Report) -> Written:
     texts = [value for value in cells if isinstance(value, str)]
     losses = [_JSON_ONLY, *table.illegible(texts)]
     if any("\r" in text for text in texts):
-        losses.append(Loss("Line ends in texts are LF."))
+        losses.append(Loss("line_ends"))
     return Written(out.getvalue(), (*losses, *book.losses))
 
 
@@ -144,8 +144,11 @@ class _Book:
             return text
         self.losses.append(
             Loss(
-                f"A text of {len(text)} characters in column {column.name} of sheet {sheet.name} "
-                f"was cut to the {_LONGEST_TEXT} that a cell holds."
+                "cell_cut",
+                length=len(text),
+                column=column.name,
+                sheet=sheet.name,
+                most=_LONGEST_TEXT,
             )
         )
         return text[:_LONGEST_TEXT]

@@ -79,23 +79,13 @@ def write(report: Report) -> Written:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
     writer.writerow(COLUMNS)
-    losses = [
-        Loss(
-            "The table holds the observations only: the header, the joints and the corrections "
-            "are in the XLSX and the JSON report, rig, track and history in the JSON report."
-        )
-    ]
+    losses = [Loss("table_only")]
     found = rows(report)
     for row in found:
         writer.writerow([_csv_cell(name, row[name]) for name in COLUMNS])
     texts = [value for row in found for value in row.values() if isinstance(value, str)]
     if any(plain(text) != text for text in texts):
-        losses.append(
-            Loss(
-                "A text that a spreadsheet would take for a formula has an apostrophe before it; "
-                "the XLSX and the JSON report have it as it is."
-            )
-        )
+        losses.append(Loss("apostrophe"))
     return Written(out.getvalue().encode("utf-8-sig"), (*losses, *illegible(texts)))
 
 
@@ -103,7 +93,7 @@ def illegible(texts: Iterable[str]) -> list[Loss]:
     """Return the loss where marks replace control characters."""
     if all(legible(text) == text for text in texts):
         return []
-    return [Loss("Control characters and halves of characters are replaced by a mark.")]
+    return [Loss("illegible")]
 
 
 def rows(report: Report) -> list[dict[str, Cell]]:

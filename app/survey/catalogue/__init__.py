@@ -11,8 +11,8 @@ from dataclasses import replace
 from functools import cache
 from importlib import resources
 
-from app.survey.catalogue.table import CodeTable, read_table
-from vo_core.csv_rows import named_rows
+from app.survey.catalogue.table import LABEL_LANGUAGES, CodeTable, read_table
+from vo_core.csv_rows import records
 
 CODE_PACK = "EN 13508-2:2003+A1:2011"
 
@@ -25,11 +25,20 @@ def built_in() -> CodeTable:
     """Return the codes of the standard, in its order."""
     folder = resources.files(__name__)
     table = read_table(CODE_PACK, folder.joinpath("en13508_2_2003.csv").read_bytes())
-    text = folder.joinpath("labels_ms.csv").read_text("utf-8")
-    _, phrases = named_rows(text, ("english", "malay"), "table of labels")
-    malay = {row["english"]: row["malay"] for _, row in phrases}
-    rows = (replace(row, label_ms=translated(row.label, malay)) for row in table.rows)
+    phrases = {language: _phrases(language) for language in LABEL_LANGUAGES}
+    rows = (
+        replace(row, labels={name: translated(row.label, words) for name, words in phrases.items()})
+        for row in table.rows
+    )
     return CodeTable(CODE_PACK, tuple(rows))
+
+
+def _phrases(language: str) -> dict[str, str]:
+    """Return the words for each English phrase: the second column of `labels_<language>.csv`."""
+    text = resources.files(__name__).joinpath(f"labels_{language}.csv").read_text("utf-8")
+    rows = records(text)
+    next(rows)  # names of the columns
+    return {english: words for _, (english, words) in rows}
 
 
 def translated(label: str, phrases: dict[str, str]) -> str:

@@ -1,8 +1,8 @@
 """A table of codes, and the CSV file that it is read from: the built-in pack, and imported ones.
 
 Columns: code, char1, char2 (empty: not used or left open), label, group, needs_clock, needs_q1,
-unit_q1, needs_q2, unit_q2, continuous_allowed; and, if wanted, label_ms, grade_s, grade_o, hotkey
-and icon.
+unit_q1, needs_q2, unit_q2, continuous_allowed; and, if wanted, grade_s, grade_o, hotkey, icon and
+the label in other languages: label_ms and whatever else `labels_*.csv` of this folder names.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from importlib import resources
 from typing import Literal, cast
 
 from app.errors import InvalidPack
@@ -27,7 +28,16 @@ NEEDED = (
     "code", "char1", "char2", "label", "group", "needs_clock", "needs_q1", "unit_q1", "needs_q2",
     "unit_q2", "continuous_allowed",
 )  # fmt: skip
-OPTIONAL = ("label_ms", "grade_s", "grade_o", "hotkey", "icon")
+LABEL_LANGUAGES = tuple(
+    sorted(
+        found[1]
+        for file in resources.files("app.survey.catalogue").iterdir()
+        if (found := re.fullmatch(r"labels_([a-z]{2})\.csv", file.name))
+    )
+)
+"""Languages of labels beside English, by the files that translate the built-in ones."""
+_LABELS = tuple(f"label_{language}" for language in LABEL_LANGUAGES)
+OPTIONAL = (*_LABELS, "grade_s", "grade_o", "hotkey", "icon")
 UNITS = ("mm", "%", "deg", "ppm", "count")
 MAX_GRADE = 100
 
@@ -47,8 +57,6 @@ class Code:
     """Empty where the code has none or leaves it open; the same holds for `char2`."""
     char2: str
     label: str
-    label_ms: str
-    """Label in Malay; `label` in packs that have none."""
     group: str
     """S structure, O operation, C inventory, M other."""
     needs_clock: Need
@@ -63,6 +71,17 @@ class Code:
     grade_o: float | None = None
     hotkey: str | None = None
     icon: str | None = None
+    labels: Mapping[str, str] = field(default_factory=dict, hash=False)
+    """Labels in other languages, as far as the pack has them."""
+
+    def label_in(self, language: str) -> str:
+        """Return the label in a language, else in that of the pack."""
+        return self.labels.get(language, self.label)
+
+    @property
+    def label_ms(self) -> str:
+        """The label in Malay, as programs know it."""
+        return self.label_in("ms")
 
     @property
     def key(self) -> tuple[str, str, str]:
@@ -100,12 +119,17 @@ class CodeTable:
         first = next((row for row in self.rows if row.code == code), None)
         if first is None:
             return None
-        label, label_ms = (text.partition(":")[0] for text in (first.label, first.label_ms))
-        return replace(first, char1="", char2="", label=label, label_ms=label_ms)
+        labels = {language: _title(label) for language, label in first.labels.items()}
+        return replace(first, char1="", char2="", label=_title(first.label), labels=labels)
 
     @cached_property
     def _by_key(self) -> Mapping[tuple[str, str, str], Code]:
         return {row.key: row for row in self.rows}
+
+
+def _title(label: str) -> str:
+    """Return the part of a label that the main code has in common."""
+    return label.partition(":")[0]
 
 
 def read_table(name: str, content: bytes) -> CodeTable:
@@ -202,7 +226,6 @@ def _code(row: Mapping[str, str]) -> Code:
         char1=row["char1"],
         char2=row["char2"],
         label=row["label"],
-        label_ms=row.get("label_ms") or row["label"],
         group=row["group"],
         needs_clock=cast(Need, row["needs_clock"].lower()),
         needs_q1=cast(Need, row["needs_q1"].lower()),
@@ -214,6 +237,11 @@ def _code(row: Mapping[str, str]) -> Code:
         grade_o=_grade(row.get("grade_o", "")),
         hotkey=row.get("hotkey") or None,
         icon=row.get("icon") or None,
+        labels={
+            language: row[column]
+            for language, column in zip(LABEL_LANGUAGES, _LABELS, strict=True)
+            if row.get(column)
+        },
     )
 
 
@@ -235,7 +263,7 @@ _RULES: tuple[tuple[str, re.Pattern[str], bool, str], ...] = (
     ("char1", _LETTER, True, "empty, a capital letter, or one with a letter or digit"),
     ("char2", _LETTER, True, "empty, a capital letter, or one with a letter or digit"),
     ("label", _TEXT, False, "a line of 1 to 200 characters"),
-    ("label_ms", _TEXT, True, "empty or a line of at most 200 characters"),
+    *((name, _TEXT, True, "empty or a line of at most 200 characters") for name in _LABELS),
     ("group", _one_of("S", "O", "C", "M"), False, "S, O, C or M"),
     ("needs_clock", _NEED, False, "yes, no or opt"),
     ("needs_q1", _NEED, False, "yes, no or opt"),

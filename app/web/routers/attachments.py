@@ -19,7 +19,8 @@ from app.errors import (
     TooManyAttachments,
     WrongContentType,
 )
-from app.reports.report import Language, Units
+from app.reports.content.words import Language
+from app.reports.report import Units
 from app.survey.attachments import LONGEST_VOICE_S, VOICE_SUFFIXES, Picture
 from app.web.deps import (
     AttachmentId,

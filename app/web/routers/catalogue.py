@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Annotated
 
 from fastapi import APIRouter, Query
@@ -33,7 +32,7 @@ def all_codes(
     ] = None,
 ) -> list[CodeOut]:
     """Return the codes of a pack, in its order."""
-    return [CodeOut(**asdict(code)) for code in services.packs.table(pack).rows]
+    return [CodeOut.of(code) for code in services.packs.table(pack).rows]
 
 
 @router.get("/header-fields")

@@ -16,12 +16,13 @@ from app.container import Services
 from app.errors import InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.inspections.presence import Seat
+from app.reports.content.words import LANGUAGE
 from app.survey.notices import Notice
 from app.tracking.live import Event, Update
 from app.viewer.clicks import Click
 from app.viewer.scene import Cut
 from app.viewer.scenes import PageView
-from app.viewer.wording import Language, Units, Wording
+from app.viewer.wording import Units, Wording
 from app.web.answers import body_of
 from app.web.changes import EVERY_S, Changes
 from app.web.deps import PAGE_ID, InspectionId, ServicesDep, page_of, viewer
@@ -60,7 +61,7 @@ class _Select(msgspec.Struct, tag="select", tag_field="type"):
 class _Words(msgspec.Struct, tag="words", tag_field="type"):
     """Language and unit of the labels of the 3D view."""
 
-    language: Language
+    language: Annotated[str, msgspec.Meta(pattern=LANGUAGE)]
     units: Units
     late: bool = False
     """Whether to omit the robot's distance, as the page draws seldom."""

@@ -20,8 +20,10 @@ from app.errors import (
     UnreadableKey,
 )
 from app.reports.content.naming import ascii_file_name
+from app.reports.content.translator import Translator
+from app.reports.content.words import Language
 from app.reports.formats import FORMATS
-from app.reports.report import Extras, Language, Units
+from app.reports.report import Extras, Units
 from app.web.deps import InspectionId, ServicesDep, viewer
 from app.web.ranges import PRIVATE, blob_response
 from app.web.schemas.failures import READING_A_FILM, content, failures
@@ -143,4 +145,4 @@ def losses(
     written = services.reports.export(inspection_id, kind, language=lang, units=units).written
     if written.file is not None:
         written.file.close()
-    return LossesOut.of(written)
+    return LossesOut.of(written, Translator(lang, units))

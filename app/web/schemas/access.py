@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field, field_validator
 
 from app.access.access import fault_of_name
 from app.access.holders import Holder
+from app.reports.content.words import Language
 from app.storage.tokens import Role
 from app.survey.given import Clock, CodeName, Given, Letter, PackId
 from app.survey.tag import Quantity, Severity
@@ -102,7 +103,7 @@ class QuickCode(Given):
 class PreferencesIn(Given):
     """All choices of a person for the page."""
 
-    language: Literal["en", "ms"] | None = Field(description="null: the language of the browser.")
+    language: Language | None = Field(description="null: the language of the browser.")
     units: Literal["m", "ft"]
     quick_codes: Annotated[list[QuickCode], Field(max_length=9)] = Field(
         description="Codes of the keys 1 to 9, in this order."

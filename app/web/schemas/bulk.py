@@ -7,8 +7,9 @@ from typing import Annotated, Self
 from pydantic import BaseModel, Field
 
 from app.reports.bulk import Progress, State, Wanted
+from app.reports.content.words import Language
 from app.reports.formats import FORMATS
-from app.reports.report import Language, Units
+from app.reports.report import Units
 from app.survey.given import Given
 
 _MOST_SHOWN = 200

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from app.inspections.packs import PackView
 from app.survey.catalogue.header import HeaderField
+from app.survey.catalogue.table import Code
 
 
 class CodeOut(BaseModel):
@@ -20,6 +21,8 @@ class CodeOut(BaseModel):
     char2: str
     label: str
     label_ms: str
+    labels: dict[str, str]
+    """In other languages than that of `label`, as far as the pack has them."""
     group: str
     needs_clock: str
     needs_q1: str
@@ -31,6 +34,11 @@ class CodeOut(BaseModel):
     grade_o: float | None
     hotkey: str | None
     icon: str | None
+
+    @classmethod
+    def of(cls, code: Code) -> CodeOut:
+        """Convert the row of the table."""
+        return cls(**{name: getattr(code, name) for name in cls.model_fields})
 
 
 class PackOut(BaseModel):

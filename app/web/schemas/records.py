@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel
 
+from app.reports.content.translator import Translator
 from app.reports.report import Written
 from app.storage.tables import Alert
 from app.survey.checks import Issue
@@ -53,11 +54,11 @@ class LossesOut(BaseModel):
     losses: list[LossOut]
 
     @classmethod
-    def of(cls, written: Written) -> LossesOut:
-        """Convert the result of the format."""
+    def of(cls, written: Written, t: Translator) -> LossesOut:
+        """Convert the result of the format, in the words of the translator."""
         return cls(
             losses=[
-                LossOut(detail=loss.detail, observation_id=loss.entry.id if loss.entry else None)
+                LossOut(detail=t.loss(loss), observation_id=loss.entry.id if loss.entry else None)
                 for loss in written.losses
             ]
         )

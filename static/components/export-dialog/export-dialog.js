@@ -88,7 +88,7 @@ class ExportDialog {
         ? html`<p class="export__all">${icon('check')}<span>${t('export.holds_all')}</span></p>`
         : html`<h3>${t('export.losses', { n: losses.length })}</h3><p class="help">${t('export.losses_help')}</p>
           <ul class="export__list">${losses.slice(0, most).map(({ detail, observation_id: id }) => html`<li class="export__row">
-            ${icon('alert')}<span lang="en">${detail}</span>${id && observations.find(id) && html`<button class="button button--small"
+            ${icon('alert')}<span>${detail}</span>${id && observations.find(id) && html`<button class="button button--small"
               data-observation="${id}">${t('checks.go')}</button>`}</li>`)}</ul>
           ${rest > 0 && html`<p><button class="button button--small">${t('export.more', { n: rest })}</button></p>`}`,
     );

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from keys import Key
 from random_reports import reports
-from reports import entry, report
+from reports import ENGLISH, entry, report
 
 from app.errors import ExportNotAvailable, MediaFailed, UnusableBundle
 from app.reports.bundle import bundle
@@ -170,7 +170,7 @@ def test_a_photo_that_is_gone_or_changed_is_reported(tmp_path):
     made.entries[0].photo.jpeg.unlink()
     made.entries[1].photo.jpeg.write_bytes(b"another")
     written = FORMATS["zip"].write(made)
-    reported = {loss.entry.seq: loss.detail for loss in written.losses if loss.entry}
+    reported = {loss.entry.seq: ENGLISH.loss(loss) for loss in written.losses if loss.entry}
     assert reported == {
         1: "The photo CUL-0041-001.jpg is gone.",
         2: "The photo CUL-0041-002.jpg has changed since it was taken.",
@@ -191,8 +191,8 @@ def test_a_clip_that_cannot_be_cut_is_reported_and_the_others_are_there():
         return b"a clip"
 
     written = bundle.write(replace(made, signer=KEY, extras=Extras(clip_of=cut)), {})
-    assert [(loss.entry.seq, loss.detail) for loss in written.losses] == [
-        (1, "There is no clip: The film is damaged there.")
+    assert [(loss.entry.seq, ENGLISH.loss(loss)) for loss in written.losses] == [
+        (1, "There is no clip: the film could not be cut there.")
     ]
     with zipfile.ZipFile(io.BytesIO(b"".join(written.blocks()))) as archive:
         clips = [name for name in archive.namelist() if name.startswith("clips/")]

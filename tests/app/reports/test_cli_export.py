@@ -75,10 +75,12 @@ def test_an_inspection_is_named_by_id_its_beginning_or_its_name(
     assert [row["frame"] for row in rows] == ["5", "20"]
 
 
-def test_what_a_format_cannot_hold_is_reported(chainage, shared, tagged, tmp_path):
-    made = export(chainage, shared, tmp_path / "out.txt", tagged, "en13508")
+def test_what_a_format_cannot_hold_is_reported_in_the_language(chainage, shared, tagged, tmp_path):
+    made = export(chainage, shared, tmp_path / "out.txt", tagged, "en13508", "--lang", "ms")
     assert made.code == 0
-    reported = shared.get(f"/api/inspections/{tagged}/exports/en13508/losses").json()["losses"]
+    path = f"/api/inspections/{tagged}/exports/en13508/losses"
+    reported = shared.get(path, params={"lang": "ms"}).json()["losses"]
+    assert any("Pemerhatian 2 tiada kod" in loss["detail"] for loss in reported)
     assert made.err.count("not in this format:") == len(reported) > 0
     assert all(" ".join(loss["detail"].split()) in " ".join(made.err.split()) for loss in reported)
 

@@ -8,6 +8,7 @@ from builders import STEP_MM, Client, assert_error
 
 from app.reports.content.naming import ascii_file_name, safe_file_name
 from app.reports.tables.table import COLUMNS
+from app.survey.catalogue import built_in
 
 
 def rows_of(client: Client, inspection_id: str) -> list[dict[str, str]]:
@@ -159,6 +160,6 @@ def test_the_code_pack_is_complete(shared: Client) -> None:
         "label_ms": "Retak: retak rambut pada permukaan, memanjang paip", "group": "S",
         "needs_clock": "yes", "needs_q1": "opt", "needs_q2": "no", "unit_q1": "mm",
         "unit_q2": None, "continuous_allowed": True, "grade_s": None, "grade_o": None,
-        "hotkey": None, "icon": None,
+        "hotkey": None, "icon": None, "labels": built_in().rows[3].labels,
     }  # fmt: skip
     json.dumps(codes, allow_nan=False)

@@ -8,7 +8,7 @@ import openpyxl
 import pytest
 from hypothesis import given, settings
 from random_reports import reports
-from reports import AT, OBSERVATIONS, report, track_of
+from reports import AT, OBSERVATIONS, report, said, track_of
 
 from app.reports.tables.spreadsheet import write
 from app.reports.tables.table import COLUMNS, DICTIONARY, rows
@@ -133,8 +133,8 @@ def test_every_column_of_every_sheet_is_explained():
 
 def test_a_text_longer_than_a_cell_is_cut_and_reported():
     written = write(report(observations=[{"distance_m": 1.0, "remark": "x" * 40_000}]))
-    (loss,) = [loss for loss in written.losses if "cut" in loss.detail]
-    assert "40000 characters in column remark" in loss.detail
+    (loss,) = [loss for loss in said(written.losses) if "cut" in loss]
+    assert "40000 characters in column remark" in loss
     sheet = openpyxl.load_workbook(io.BytesIO(written.content))["observations"]
     assert len(records(sheet)[0]["remark"]) == 32_767
 

@@ -4,7 +4,7 @@ import pytest
 
 from app.errors import InvalidPack
 from app.survey.catalogue import built_in
-from app.survey.catalogue.table import MAX_BYTES, MAX_ROWS, NEEDED, read_table
+from app.survey.catalogue.table import LABEL_LANGUAGES, MAX_BYTES, MAX_ROWS, NEEDED, read_table
 
 HEADER = ",".join(NEEDED)
 CRACK = "BAB,C,A,Crack,S,yes,yes,mm,no,,yes"
@@ -41,11 +41,18 @@ def test_what_stands_within_brackets_belongs_to_its_phrase():
     assert start.label_ms == "Mula: lurang, hujung paip (bersama X = XP Jerman)"
 
 
-def test_two_rows_that_differ_in_english_differ_in_malay_too():
+@pytest.mark.parametrize("language", LABEL_LANGUAGES)
+def test_two_rows_that_differ_in_english_differ_in_another_language_too(language: str) -> None:
     english: dict[str, set[str]] = {}
     for row in built_in().rows:
-        english.setdefault(row.label_ms, set()).add(row.label)
-    assert {malay: labels for malay, labels in english.items() if len(labels) > 1} == {}
+        english.setdefault(row.labels[language], set()).add(row.label)
+    assert {label: labels for label, labels in english.items() if len(labels) > 1} == {}
+
+
+def test_a_label_that_a_language_lacks_is_the_one_of_the_pack() -> None:
+    crack = built_in().find("BAB", "A", "A")
+    assert crack
+    assert (crack.label_in("en"), crack.label_in("xx")) == (crack.label, crack.label)
 
 
 @pytest.mark.parametrize(

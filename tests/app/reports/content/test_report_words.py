@@ -1,5 +1,6 @@
-"""The words of the reports: the same in both languages, all there, all used."""
+"""The words of the reports: the same in every language, all there, all used."""
 
+import json
 import re
 from pathlib import Path
 
@@ -7,18 +8,29 @@ import pytest
 
 from app.reports.content.condition import SEVERITIES, Overall
 from app.reports.content.translator import Translator
-from app.reports.content.words import words_of
+from app.reports.content.words import LANGUAGES, words_of
+from app.reports.report import Loss, Phrase, failure
 from app.survey import checks
 from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.catalogue.header import FIELDS
+from vo_core.errors import InvalidTrack
 from vo_core.image.health import Health, complaints
 
-ENGLISH, MALAY = words_of("en"), words_of("ms")
 FOLDER = Path(checks.__file__).parent.parent / "reports"
+
+
+def written(language):
+    """What the file of a language holds, without what English lends it."""
+    areas = json.loads((FOLDER / f"content/words/{language}.json").read_text("utf-8"))
+    return {f"{area}.{name}": text for area in areas for name, text in areas[area].items()}
+
+
+ENGLISH = words_of("en")
+OTHERS = [language for language in LANGUAGES if language != "en"]
 SOURCE = "\n".join(
     path.read_text("utf-8")
     for pattern in ("*.py", "templates/*.html")
-    for path in FOLDER.rglob(pattern)
+    for path in [*FOLDER.rglob(pattern), FOLDER.parent / "viewer/wording.py"]
 )
 NAMED = set(re.findall(r"[\"']([a-z]+\.\w+)[\"']", SOURCE))
 AREAS = {
@@ -33,18 +45,49 @@ def placeholders(sentence):
     return sorted(re.findall(r"\{(\w+)\}", sentence))
 
 
-def test_both_languages_have_the_same_keys():
-    assert ENGLISH.keys() == MALAY.keys()
-
-
-def test_both_languages_say_the_same_values():
-    assert {key: placeholders(text) for key, text in ENGLISH.items()} == {
-        key: placeholders(text) for key, text in MALAY.items()
+@pytest.mark.parametrize("language", OTHERS)
+def test_a_language_has_the_keys_of_english_with_the_same_values(language):
+    assert {key: placeholders(text) for key, text in written(language).items()} == {
+        key: placeholders(text) for key, text in ENGLISH.items()
     }
 
 
-def test_no_key_is_without_words():
-    assert [key for key in ENGLISH if not (ENGLISH[key].strip() and MALAY[key].strip())] == []
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_no_key_is_without_words(language):
+    assert [key for key, text in written(language).items() if not text.strip()] == []
+
+
+def test_what_a_language_lacks_is_said_in_english(monkeypatch):
+    monkeypatch.setattr("app.reports.content.words._read", lambda language: {
+        "en": {"a.one": "one", "a.two": "two"}, "xx": {"a.one": "eins"}
+    }[language])  # fmt: skip
+    words_of.cache_clear()
+    try:
+        assert words_of("xx") == {"a.one": "eins", "a.two": "two"}
+    finally:
+        words_of.cache_clear()
+
+
+def test_each_loss_that_a_format_names_has_a_sentence():
+    named = set(re.findall(r"Loss\(\s*f?\"([\w{}]+)\"", SOURCE))
+    keys = {
+        key.format(what=what, name=name)
+        for key in named
+        for what in ("photo", "voice")
+        for name in ("start_node", "end_node")
+    }
+    assert len(keys) > 40
+    assert keys == in_area("loss")
+
+
+def test_a_loss_is_said_in_the_language_of_the_report():
+    loss = Loss("only_json", named=(Phrase("part.joints"), Phrase("part.history")))
+    assert Translator("en", "m").loss(loss) == "Only the JSON report has the joints, the history."
+    assert Translator("ms", "m").loss(loss) == "Hanya laporan JSON mempunyai sambungan, sejarah."
+    within = Loss("in_format", format="xlsx", loss=Loss("line_ends"))
+    assert Translator("ms", "m").loss(within) == "xlsx: Penghujung baris dalam teks ialah LF."
+    unknown = Loss("no_clip", reason=failure(InvalidTrack("The track has a gap.")))
+    assert Translator("ms", "m").loss(unknown) == "Tiada klip: The track has a gap."
 
 
 def test_no_key_is_there_for_nothing():

@@ -14,7 +14,7 @@ from typing import Any
 import openpyxl
 import pytest
 from exchange_readers import read_en13508, read_isybau, read_m150, read_ribx
-from reports import HEADER, report
+from reports import HEADER, report, said
 
 from app.reports.formats import FORMATS
 from app.reports.report import Photo, Report
@@ -85,7 +85,7 @@ STEPS: Mapping[str, str] = {
 def written(kind: str, made: Report) -> tuple[list[Row], str]:
     """The rows, and all losses."""
     found = FORMATS[kind].write(made)
-    return READERS[kind](b"".join(found.blocks())), " ".join(it.detail for it in found.losses)
+    return READERS[kind](b"".join(found.blocks())), " ".join(said(found.losses))
 
 
 def holds(row: Row, name: str, value: Any) -> bool:

@@ -46,7 +46,7 @@ def test_choices_outlive_the_server(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "change",
     [
-        {"language": "de"},
+        {"language": "xx"},
         {"units": "furlong"},
         {"units": None},
         {"quick_codes": [{"code": "BAB", "char1": None, "char2": None}] * 10},
