@@ -19,6 +19,7 @@ from app.reports.reports import Reports
 from app.search.export import ArchiveExport
 from app.search.indexer import Indexer
 from app.search.tables import Rows
+from app.storage.assets import AssetStore
 from app.storage.attachments import AttachmentStore
 from app.storage.blob_stores import blobs_at
 from app.storage.blobs import Blobs
@@ -112,6 +113,7 @@ class Records:
             self.tracks,
             self.unrolled,
             blobs,
+            AssetStore(database),
             company,
             SigningKey(places.root),
             _draw_scene,

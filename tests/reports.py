@@ -62,6 +62,7 @@ EVERY_FIELD: Mapping[str, Any] = {
     "year": 1987, "cleaned": True, "cleaned_on": "2026-09-12", "weather": "foggy",
     "temperature_c": 12.5, "flow_control": "two pumps", "water_level_pct": 17,
     "location_text": "by the mill", "road": "Dorfstrasse", "road_chainage": "12+340",
+    "road_chainage_end": "12+362",
     "camera": "Eyeball", "lens": "6 mm", "start_lat": 51.4525, "start_lon": 9.0,
     "end_lat": 51.4525, "end_lon": 9.0003541, "tether": True, "remarks": "mind the dog",
 }  # fmt: skip

@@ -25,6 +25,7 @@ from app.survey.checks import Issue
 from app.survey.corrected import Corrected
 from app.survey.measure import Figure
 from app.survey.records import Event
+from app.survey.register import Line
 from app.survey.review import DRAFT, ReviewState
 from app.survey.tag import StatedTag
 from app.survey.track_rows import is_unmeasured
@@ -244,6 +245,8 @@ class Report:
     """Signs evidence bundles."""
     template: ReportTemplate = DEFAULT_TEMPLATE
     """Of its project."""
+    line: Line = ()
+    """Of the culvert on the map, by the register."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)

@@ -48,11 +48,6 @@ def ends_of(fields: Fields) -> Ends | None:
     return Ends((start_lon, start_lat), (end_lon, end_lat))
 
 
-def missing_of(fields: Fields) -> list[str]:
-    """Return the header fields that the coordinates of both ends need."""
-    return [name for name in NAMES if _degrees(fields, name) is None]
-
-
 def _degrees(fields: Fields, name: str) -> float | None:
     most = 90 if name.endswith("_lat") else 180
     return fields.number_within(name, -most, most)
