@@ -77,17 +77,19 @@ def grid_of(named: str, easting_m: float) -> tuple[int, float] | None:
     """Return the EPSG code of a German grid, and the easting without the number of its zone.
 
     Args:
-        named: Words such as `ETRS89_UTM32` or `UTM zone 47N`; others mean Gauss-Kruger.
-        easting_m: The easting, which may begin with its zone.
+        named: Words such as `ETRS89_UTM32` or `UTM zone 47N`; others name no zone.
+        easting_m: The easting, which may begin with its zone: 2 to 5 are of Gauss-Kruger.
     """
-    if found := _UTM.search(named):
-        zone = int(found[1])
-        if not 1 <= zone <= 60:
-            return None
-        within_m = easting_m - 1e6 * zone if easting_m > 1e6 else easting_m
-        return grids.utm(zone, is_north=found[2].upper() != "S"), within_m
-    epsg = grids.gauss_kruger(easting_m)
-    return None if epsg is None else (epsg, easting_m)
+    leading = int(easting_m // 1_000_000)
+    found = _UTM.search(named)
+    epsg = None if found else grids.gauss_kruger(easting_m)
+    if epsg is not None:
+        return epsg, easting_m
+    zone = int(found[1]) if found else leading
+    if not 1 <= zone <= 60:
+        return None
+    is_north = found is None or found[2].upper() != "S"
+    return grids.utm(zone, is_north=is_north), easting_m - 1_000_000 * max(leading, 0)
 
 
 def place_of(named: str, easting: str, northing: str) -> tuple[float, float] | None:

@@ -39,6 +39,7 @@ _WEATHER = {"1": "dry", "2": "rain", "3": "frost", "4": "snow or ice melting"}
 _SYSTEMS = {"R": "storm", "S": "foul", "M": "combined"}
 _CAMERAS = ("0", "1", "2")
 """List U109: any kind of camera."""
+_ZONE = "UTM zone "
 _ROUGH = ("direction", "asset_type", "method")
 _TEXTS = {
     "client": "HI001", "job_ref": "HI002", "camera": "HI006", "contractor": "HI111",
@@ -148,14 +149,14 @@ def _places(root: Element, pipe: Element, header: dict[str, Any], notes: Notes) 
         *((point.value("GP001"), point) for point in pipe.all("GO", "GP")),
     ]
     found: dict[str, tuple[float, float]] = {}
+    said = _zone_in(str(header.get("remarks")))
     lost = False
     for name, point in points:
         easting = point.value("GP005") or point.value("GP003")
         northing = point.value("GP006") or point.value("GP004")
-        zone = point.value("GP002")
-        if zone.upper() == "UTM":
-            zone = _zone_of(str(header.get("remarks")), easting)
-        place = german.place_of(zone, easting, northing)
+        is_utm = point.value("GP002").upper() == "UTM"
+        named = said if is_utm else point.value("GP002")
+        place = german.place_of(named, easting, northing)
         if place is not None:
             found.setdefault(name, place)
         elif easting and not lost:
@@ -165,13 +166,10 @@ def _places(root: Element, pipe: Element, header: dict[str, Any], notes: Notes) 
     return german.at_ends(header, found)
 
 
-def _zone_of(remarks: str, easting: str) -> str:
-    """Return the words for a UTM zone: of the remark, or of an easting that begins with it."""
-    at = remarks.rfind("UTM zone ")
-    if at >= 0:
-        return remarks[at : at + 12]
-    leading = int((number(easting, 1e8) or 0.0) // 1_000_000)
-    return f"UTM {leading}"
+def _zone_in(remarks: str) -> str:
+    """Return the UTM zone that our own exports state in the remark, such as `UTM zone 47N`."""
+    at = remarks.rfind(_ZONE)
+    return remarks[at : at + len(_ZONE) + 3] if at >= 0 else ""
 
 
 def _observation(row: Element, notes: Notes) -> ImportedObservation | None:

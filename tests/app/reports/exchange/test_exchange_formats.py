@@ -10,7 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from exchange_readers import Read, read_en13508, read_isybau, read_m150, read_ribx
+from exchange_readers import (
+    Read,
+    read_en13508,
+    read_en13508_xml,
+    read_isybau,
+    read_m150,
+    read_ribx,
+)
 from hypothesis import HealthCheck, given, settings
 from pyproj import Geod, Transformer
 from random_reports import reports
@@ -21,14 +28,22 @@ from app.reports.exchange import geojson
 from app.reports.formats import FORMATS
 from app.reports.report import Report, Source, Written
 from app.survey.catalogue.header import FIELDS
+from app.survey.register import Line
 
 READERS: dict[str, Callable[[bytes], Read]] = {
-    "en13508": read_en13508, "ribx": read_ribx, "isybau": read_isybau, "m150": read_m150,
+    "en13508": read_en13508, "en13508xml": read_en13508_xml, "ribx": read_ribx,
+    "isybau": read_isybau, "m150": read_m150,
 }  # fmt: skip
-CODE = {"en13508": "A", "ribx": "A", "isybau": "InspektionsKode", "m150": "HZ002"}
-REMARK = {"en13508": "F", "ribx": "F", "isybau": "Kommentar", "m150": "HZ010"}
-DISTANCE = {"en13508": "I", "ribx": "I", "isybau": "Station", "m150": "HZ001"}
-PHOTO = {"en13508": "M", "ribx": "M", "isybau": "Fotodatei", "m150": "HZ009"}
+CODE = {
+    "en13508": "A",
+    "en13508xml": "A",
+    "ribx": "A",
+    "isybau": "InspektionsKode",
+    "m150": "HZ002",
+}
+REMARK = {"en13508": "F", "en13508xml": "F", "ribx": "F", "isybau": "Kommentar", "m150": "HZ010"}
+DISTANCE = {"en13508": "I", "en13508xml": "I", "ribx": "I", "isybau": "Station", "m150": "HZ001"}
+PHOTO = {"en13508": "M", "en13508xml": "M", "ribx": "M", "isybau": "Fotodatei", "m150": "HZ009"}
 
 each = pytest.mark.parametrize("kind", list(READERS))
 few = settings(
@@ -207,7 +222,7 @@ def test_a_survey_against_the_flow_keeps_the_pipe_and_turns_the_run(kind: str) -
     direction = {"isybau": "Inspektionsrichtung", "m150": "HI101"}.get(kind, "AAK")
     letter = {"isybau": "U", "m150": "G"}.get(kind, "B")
     assert (read.header[upstream], read.header[direction]) == ("HW-DN", letter)
-    if kind in ("en13508", "ribx"):
+    if kind in ("en13508", "en13508xml", "ribx"):
         assert read.header["AAB"] == "HW-UP"
     else:
         first, second = map(float, read.more["easting"])
@@ -273,7 +288,7 @@ def test_an_empty_header_and_no_observations_still_make_a_file(kind: str) -> Non
     read, losses = write(kind, report(header={}, observations=[], distance_m=None))
     assert read.rows == []
     assert "The header names no start node; the file says START." in losses
-    if kind in ("en13508", "ribx"):
+    if kind in ("en13508", "en13508xml", "ribx"):
         assert read.header["AAF"] == "END", "without it a reader sees a lateral"
 
 
@@ -350,6 +365,54 @@ def test_geojson_states_where_on_the_road_the_culvert_is(
 ) -> None:
     made = report(header={**HEADER, "road_chainage": stated})
     assert {it["properties"].get("road_chainage_m") for it in features(made)} == {chainage_m}
+
+
+def test_road_chainage_runs_from_one_end_to_the_other() -> None:
+    road = {"road_chainage": "km 12 + 340", "road_chainage_end": "12+364.6"}
+    run, *others = features(report(header={**HEADER, **road}))
+    ends = [run["properties"][f"road_chainage_{end}"] for end in ("m", "end_m")]
+    assert ends == [12340.0, 12364.6]
+    for feature in others[:-1]:
+        stated = feature["properties"]
+        assert stated["road_chainage_m"] == pytest.approx(12340 + stated["distance_m"])
+    stretch = others[-1]["properties"]
+    assert [stretch["road_chainage_m"], stretch["road_chainage_end_m"]] == [12343.2, 12346.4]
+    assert not any("of the road" in loss for loss in said(geojson.write(report()).losses))
+
+
+BEND: Line = ((9.0, 51.4525), (9.0, 51.4526), (9.0003541, 51.4526), (9.0003541, 51.4525))
+"""North, east and south again: 11.13 m, 24.60 m and 11.13 m."""
+
+
+@pytest.mark.parametrize("line", [BEND, BEND[::-1]], ids=["as surveyed", "from its other end"])
+def test_geojson_follows_the_line_of_the_register(line: Line) -> None:
+    written = geojson.write(report(line=line))
+    run, *others = json.loads(written.content)["features"]
+    assert run["geometry"]["coordinates"] == [list(point) for point in BEND]
+    geod = Geod(ellps="WGS84")
+    drawn_m = geod.line_length(*zip(*BEND, strict=True))
+    assert any(f"{drawn_m:.2f} m long" in loss for loss in said(written.losses))
+    for feature in others:
+        stated, places = feature["properties"], feature["geometry"]["coordinates"]
+        if stated["kind"] == "observation":
+            along_m = stated["distance_m"] / LENGTH_M * drawn_m
+            before = [point for point, at_m in zip(BEND, (0, 11.13, 35.73), strict=False)
+                      if at_m < along_m]  # fmt: skip
+            way = [*before, places] if before else [places]
+            assert geod.line_length(*zip(*way, strict=True)) == pytest.approx(along_m, abs=0.03)
+    assert others[-1]["properties"]["kind"] == "stretch"
+    assert BEND[1] in [tuple(point) for point in others[-1]["geometry"]["coordinates"][1:-1]]
+
+
+def test_a_line_that_is_elsewhere_does_not_count() -> None:
+    away = tuple((lon + 1, lat) for lon, lat in BEND)
+    assert geojson.write(report(line=away)).content == geojson.write(report()).content
+
+
+def test_the_line_of_the_register_stands_for_ends_that_are_not_stated() -> None:
+    header = {name: value for name, value in HEADER.items() if not name.endswith(("_lat", "_lon"))}
+    run, *_ = features(report(header=header, line=BEND))
+    assert run["geometry"]["coordinates"] == [list(point) for point in BEND]
 
 
 @pytest.mark.parametrize(
