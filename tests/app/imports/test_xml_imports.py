@@ -182,7 +182,7 @@ def test_letters_are_read_whatever_the_file_declares() -> None:
     ids=["another file", "an entity of another file", "in UTF-16"],
 )
 def test_xml_that_defines_anything_is_refused_with_its_line(hostile: bytes) -> None:
-    with pytest.raises(InvalidImport, match="Line 1: .* document type or entities"):
+    with pytest.raises(InvalidImport, match=r"Line 1: .* document type or entities"):
         any_file.read(hostile)
 
 
