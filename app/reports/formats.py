@@ -46,7 +46,7 @@ _FORMS: Mapping[str, Format] = {
     "geojson": Format("map", ".geojson", "application/geo+json", geojson.write),
 }
 _IN_BUNDLE = ("pdf", "html", "csv", "xlsx", "json")
-EXCHANGE = ("en13508", "ribx", "isybau", "m150")
+EXCHANGE = ("en13508", "en13508xml", "ribx", "isybau", "m150")
 """Formats of other programs that name photos and film."""
 
 
