@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from lxml import html
 from playwright.sync_api import expect
 from random_reports import reports
-from reports import OBSERVATIONS, full_report, measured, report, said
+from reports import OBSERVATIONS, advised, full_report, measured, report, said
 
 from app.errors import NoScene
 from app.reports.html.web_page import write
@@ -46,10 +46,12 @@ def opened(browser, tmp_path):
 
 @pytest.mark.parametrize(("language", "units"), [("en", "m"), ("ms", "ft")])
 def test_everybody_can_read_it(opened, tmp_path, language, units):
+    template = ReportTemplate(grade="structural", costs=True)
     made = replace(
-        report(tmp_path), language=language, units=units, issues=ISSUES, draw_scene=scene_page
-    )
-    page = opened(made)
+        report(tmp_path), language=language, units=units, issues=ISSUES, draw_scene=scene_page,
+        template=template,
+    )  # fmt: skip
+    page = opened(advised(made, {9: {"recommendation": "Rebuild it.", "cost": 1.0}}))
     found = Axe().run(page)
     assert found.violations_count == 0, found.generate_report()
     assert page.locator("html").get_attribute("lang") == language
