@@ -26,7 +26,7 @@ from app.reports.pdf.styles import (
     WIDTH,
 )
 from app.reports.pdf.text import Line, draw, lines_of, one_line, shortened
-from app.reports.report import Report
+from app.reports.report import Company, Report
 
 _LETTERHEAD_TEXT = 105 * mm
 """Width of name and address, right of the logo."""
@@ -35,17 +35,14 @@ _MOST_ADDRESS_LINES = 12
 
 def cover(report: Report, t: Translator) -> list[Flowable]:
     """Build the cover."""
-    address = lines_of(report.company.address, SMALL, _LETTERHEAD_TEXT)[:_MOST_ADDRESS_LINES]
-    above = max(26 * mm, SUBHEADING.leading + len(address) * SMALL.leading + 4 * mm)
     introduction = report.template.introduction
     return [
         NextPageTemplate("page"),
-        Figure(above, lambda paper: _letterhead(paper, report, t, above, address)),
-        Spacer(0, 68 * mm - above),
+        *letterhead(report.company, t),
         Title(t("cover.title"), TITLE, after=1 * mm, bookmark=report.asset),
         Prose([(report.asset[:200], TITLE.on(INK))], after=3 * mm),
         Prose([(_where(report), BODY.soft())], after=10 * mm),
-        *(_band(warned) for warned in warnings_of(report, t)),
+        *(band(warned) for warned in warnings_of(report, t)),
         Spacer(0, 6 * mm),
         pairs(cover_rows(report, t)),
         *([Spacer(0, 6 * mm), paragraph(introduction)] if introduction else []),
@@ -53,21 +50,30 @@ def cover(report: Report, t: Translator) -> list[Flowable]:
     ]
 
 
+def letterhead(company: Company, t: Translator) -> list[Flowable]:
+    """Build the logo and, to its right, the name of the company above its address."""
+    address = lines_of(company.address, SMALL, _LETTERHEAD_TEXT)[:_MOST_ADDRESS_LINES]
+    height = max(26 * mm, SUBHEADING.leading + len(address) * SMALL.leading + 4 * mm)
+    return [
+        Figure(height, lambda paper: _letterhead(paper, company, t, height, address)),
+        Spacer(0, 68 * mm - height),
+    ]
+
+
 def _letterhead(
-    paper: Paper, report: Report, t: Translator, height: float, address: list[Line]
+    paper: Paper, company: Company, t: Translator, height: float, address: list[Line]
 ) -> None:
-    """Draw the logo, and to its right the name of the company above its address."""
-    logo = jpeg_of(report.company.logo, 700)
+    logo = jpeg_of(company.logo, 700)
     if logo is not None:
         width, across = logo.size
         scale = min(60 * mm / width, 20 * mm / across)
         x, y = width * scale, height - 20 * mm
-        with paper.figure(t("web.logo", company=report.company.name or ""), (0, y, x, y + 20 * mm)):
+        with paper.figure(t("web.logo", company=company.name or ""), (0, y, x, y + 20 * mm)):
             paper.drawImage(logo, 0, y, x, across * scale)
     y = 5 * mm + len(address) * SMALL.leading if address else 8 * mm
-    if report.company.name or address:
+    if company.name or address:
         with paper.element("P"):
-            name = shortened(report.company.name or "", SUBHEADING, _LETTERHEAD_TEXT)
+            name = shortened(company.name or "", SUBHEADING, _LETTERHEAD_TEXT)
             draw(paper, WIDTH, y, name, SUBHEADING, "right")
             for line in address:
                 y -= SMALL.leading
@@ -118,7 +124,9 @@ def abandoned_sentence(report: Report, t: Translator) -> str:
     return t("cover.abandoned_for", reason=reason) if reason else t("cover.abandoned")
 
 
-def _band(warned: Warned) -> Flowable:
+def band(warned: Warned) -> Flowable:
+    """Build the band of a warning."""
+
     def paint(canvas: Canvas) -> None:
         canvas.setFillColor(ALARM if warned.is_alarm else WASH)
         canvas.setStrokeColor(ALARM if warned.is_alarm else RULE)
