@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +14,9 @@ from app.imports.survey import (
     number,
     severity_of,
     stretch,
+    too_many,
 )
+from app.imports.xml_file import Element
 from app.survey import grids
 
 MATERIALS: Mapping[str, str] = {
@@ -111,6 +113,27 @@ def at_ends(
         if place is not None:
             found[f"{end}_lon"], found[f"{end}_lat"] = place
     return found
+
+
+def observations_of(
+    rows: Sequence[Element],
+    room: int,
+    notes: Notes,
+    read: Callable[[Element], ImportedObservation | None],
+) -> list[ImportedObservation]:
+    """Return the observations of the rows, at most `room`; `read` makes one, or warns."""
+    if len(rows) > room:
+        notes.add(too_many(), rows[room].line)
+    return [found for row in rows[:room] if (found := read(row)) is not None]
+
+
+def stretch_of(mark: str, line: int, notes: Notes) -> tuple[str | None, str]:
+    """Return a stretch such as A1, and words for the remark, with a warning, if it is none."""
+    found = stretch(mark)
+    if not mark or found is not None:
+        return found, ""
+    notes.add(f"{mark!r:.20} is not a stretch such as A1; it is kept in the remark.", line)
+    return None, f"stretch {mark}"
 
 
 def from_remark(observation: ImportedObservation) -> ImportedObservation:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from app.errors import InvalidImport
@@ -26,10 +27,8 @@ from app.imports.survey import (
     iso_date,
     number,
     quantity,
-    stretch,
     survey_of,
     time_of_day,
-    too_many,
     video_time_s,
     without_empty,
 )
@@ -161,13 +160,8 @@ def _survey(
     header = _header(asset, inspection, run, known, notes)
     has_video = run.value("ArtVideoreferenz") != _NO_VIDEO
     rows = list(run.all("Inspektionsdaten", "RZustand"))
-    if len(rows) > room:
-        notes.add(too_many(), rows[room].line)
-    observations = [
-        observation
-        for row in rows[:room]
-        if (observation := _observation(row, notes, has_video=has_video)) is not None
-    ]
+    read_row = partial(_observation, notes=notes, has_video=has_video)
+    observations = german.observations_of(rows, room, notes, read_row)
     surveyed_m = number(run.value("Inspektionslaenge"))
     otherwise = f"Inspection of line {inspection.line}"
     return survey_of(header, observations, notes, otherwise, surveyed_m=surveyed_m)
@@ -256,9 +250,8 @@ def _observation(row: Element, notes: Notes, *, has_video: bool) -> ImportedObse
         if text and quantities[-1] is None:
             said.append(f"quantity {text}")
     mark = cells.get("Streckenschaden", "") + cells.get("StreckenschadenLfdNr", "")
-    if mark and stretch(mark) is None:
-        notes.add(f"{mark!r:.20} is not a stretch such as A1; it is kept in the remark.", row.line)
-        said.append(f"stretch {mark}")
+    continuous, words = german.stretch_of(mark, row.line, notes)
+    said.append(words)
     said += [f"class {text}" for name, text in cells.items() if name == "Klassifizierung"]
     observation = ImportedObservation(
         distance_m=distance_m,
@@ -269,7 +262,7 @@ def _observation(row: Element, notes: Notes, *, has_video: bool) -> ImportedObse
         quant2=quantities[1],
         clock_from=clock(cells.get("PositionVon", "")),
         clock_to=clock(cells.get("PositionBis", "")),
-        stretch=stretch(mark),
+        stretch=continuous,
         at_joint=cells.get("Verbindung") in ("1", "true"),
         remark=", ".join(part for part in said if part),
         photo=cells.get("Fotodatei"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from app.errors import InvalidImport
@@ -20,10 +21,8 @@ from app.imports.survey import (
     iso_date,
     number,
     quantity,
-    stretch,
     survey_of,
     time_of_day,
-    too_many,
     video_time_s,
     without_empty,
 )
@@ -87,11 +86,7 @@ def _survey(root: Element, pipe: Element, run: Element, room: int) -> ImportedSu
     header = _header(pipe, run, notes)
     header |= _places(root, pipe, header, notes)
     rows = list(run.all("HZ"))
-    if len(rows) > room:
-        notes.add(too_many(), rows[room].line)
-    observations = [
-        observation for row in rows[:room] if (observation := _observation(row, notes)) is not None
-    ]
+    observations = german.observations_of(rows, room, notes, partial(_observation, notes=notes))
     stated = without_empty(header)
     found = taken_from_remarks(stated, held=_HELD, rough=_ROUGH)
     return survey_of(found, observations, notes, f"Inspection of line {run.line}")
@@ -185,11 +180,8 @@ def _observation(row: Element, notes: Notes) -> ImportedObservation | None:
         read = row.value("HZ001")
         notes.add(f"No distance can be read from {read!r:.40}; it is left out.", row.line)
         return None
-    said = [row.value("HZ010"), rest]
-    mark = row.value("HZ005")
-    if mark and stretch(mark) is None:
-        notes.add(f"{mark!r:.20} is not a stretch such as A1; it is kept in the remark.", row.line)
-        said.append(f"stretch {mark}")
+    continuous, words = german.stretch_of(row.value("HZ005"), row.line, notes)
+    said = [row.value("HZ010"), rest, words]
     said += [f"class {row.value(code)}" for code in ("HZ206", "HZ207", "HZ208") if row.value(code)]
     observation = ImportedObservation(
         distance_m=distance_m,
@@ -200,7 +192,7 @@ def _observation(row: Element, notes: Notes) -> ImportedObservation | None:
         quant2=quantities[1],
         clock_from=clock(row.value("HZ006")),
         clock_to=clock(row.value("HZ007")),
-        stretch=stretch(mark),
+        stretch=continuous,
         at_joint=bool(row.value("HZ011")),
         remark=", ".join(part for part in said if part),
         photo=row.value("HZ009") or None,
