@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from reportlab.lib.units import mm
-from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import Figure, Prose, Title, pairs
+from app.reports.pdf.flow import Figure, Prose, Title, pairs, say
+from app.reports.pdf.paper import Paper
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
     ACCENT,
@@ -23,14 +23,14 @@ from app.reports.pdf.styles import (
     WASH,
     WIDTH,
 )
-from app.reports.pdf.text import draw, one_line, shortened
+from app.reports.pdf.text import one_line, shortened
 from app.reports.report import Report
 
 
 def cover(report: Report, t: Translator) -> list[Flowable]:
     """Build the cover."""
     return [
-        Figure(26 * mm, lambda canvas: _letterhead(canvas, report)),
+        Figure(26 * mm, lambda paper: _letterhead(paper, report, t)),
         Spacer(0, 42 * mm),
         Title(t("cover.title"), TITLE, after=1 * mm, bookmark=report.asset),
         Prose([(report.asset[:200], TITLE.on(INK))], after=3 * mm),
@@ -43,17 +43,21 @@ def cover(report: Report, t: Translator) -> list[Flowable]:
     ]
 
 
-def _letterhead(canvas: Canvas, report: Report) -> None:
+def _letterhead(canvas: Paper, report: Report, t: Translator) -> None:
     y = 6 * mm
     logo = jpeg_of(report.company.logo, 700)
     if logo is not None:
         width, height = logo.size
         scale = min(60 * mm / width, 20 * mm / height)
-        canvas.drawImage(logo, 0, y, width * scale, height * scale)
+        width, height = width * scale, height * scale
+        with canvas.figure(
+            t("alt.logo", company=report.company.name or ""), (0, y, width, y + height)
+        ):
+            canvas.drawImage(logo, 0, y, width, height)
     if report.company.name:
         style = SUBHEADING
-        draw(canvas, WIDTH, y + 2 * mm, shortened(report.company.name, style, 105 * mm), style,
-             "right")  # fmt: skip
+        say(canvas, WIDTH, y + 2 * mm, shortened(report.company.name, style, 105 * mm), style,
+            "right")  # fmt: skip
     canvas.setStrokeColor(ACCENT)
     canvas.setLineWidth(1.2)
     canvas.line(0, 0, WIDTH, 0)
@@ -98,12 +102,12 @@ def abandoned_sentence(report: Report, t: Translator) -> str:
 
 
 def _band(warned: Warned) -> Flowable:
-    def paint(canvas: Canvas) -> None:
+    def paint(canvas: Paper) -> None:
         canvas.setFillColor(ALARM if warned.is_alarm else WASH)
         canvas.setStrokeColor(ALARM if warned.is_alarm else RULE)
         canvas.rect(0, 2 * mm, WIDTH, 9 * mm, 1, 1)
         style = BODY.bold().on(WASH if warned.is_alarm else INK)
-        draw(canvas, 4 * mm, 5.3 * mm, shortened(warned.text, style, WIDTH - 8 * mm), style)
+        say(canvas, 4 * mm, 5.3 * mm, shortened(warned.text, style, WIDTH - 8 * mm), style)
 
     return Figure(12 * mm, paint)
 
