@@ -228,7 +228,8 @@ def check_metadata(reader: PdfReader) -> None:
     assert (said("pdfaid:part"), said("pdfaid:conformance"), said("pdfuaid:part")) == (
         "2", "A", "1",
     )  # fmt: skip
-    assert xmp.find(".//dc:title/rdf:Alt/rdf:li[@xml:lang='x-default']", NAMESPACES) is not None
+    (title,) = xmp.findall(".//dc:title/rdf:Alt/rdf:li", NAMESPACES)
+    assert dict(title.attrib) == {"{http://www.w3.org/XML/1998/namespace}lang": "x-default"}
     assert said("dc:title") == info.title
     assert said("dc:creator") == info.author
     assert said("dc:description") == info.subject
