@@ -8,6 +8,7 @@ import io
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 from lxml import etree
@@ -137,7 +138,7 @@ def check_headings(tree: Node) -> None:
     """The first is H1, and none skips a level."""
     levels = [int(n.kind[2]) for n in tree.walk() if re.fullmatch("/H[1-6]", n.kind)]
     assert levels[0] == 1
-    assert all(after <= before + 1 for before, after in zip(levels, levels[1:], strict=False))
+    assert all(after <= before + 1 for before, after in pairwise(levels))
 
 
 def check_tables(tree: Node) -> None:

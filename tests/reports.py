@@ -322,3 +322,12 @@ def logo_of(folder: Path) -> Path:
     done = cv2.imwrite(str(path), picture)
     assert done
     return path
+
+
+def advised(made: Report, tags: Mapping[int, Mapping[str, Any]]) -> Report:
+    """Return the report with other fields of the tags of these numbers."""
+    entries = (
+        replace(entry, tag=entry.tag.model_copy(update=dict(tags.get(entry.seq, {}))))
+        for entry in made.entries
+    )
+    return replace(made, entries=tuple(entries))

@@ -17,7 +17,7 @@ from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
 from app.reports.content.words import Language
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
-from app.storage.blobs import Readable
+from app.storage.blobs import Readable, StoredBlob
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.catalogue.table import Code
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 Units = Literal["m", "ft"]
 Role = Literal["start", "change", "finish"]
+CsvStyle = Literal["standard", "german"]
+"""Comma and decimal point, or semicolon and decimal comma."""
 
 _BLOCK = 2**20
 
@@ -83,6 +85,13 @@ class Extras:
     """Distance and code below each photo."""
     clip_of: Callable[[str], bytes] | None = None
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
+    film_name: str | None = None
+    """Name of the film that lies beside the report, whose times are then links; None: no film."""
+    exchange: str | None = None
+    """Exchange format of a delivery; None for EN 13508-2 text."""
+    film: bool = False
+    """The film in a delivery."""
+    csv_style: CsvStyle = "standard"
 
 
 @dataclass(frozen=True)
@@ -184,7 +193,12 @@ class Company:
     """The company that issues the report."""
 
     name: str | None = None
-    logo: Path | None = None
+    logo: Readable | None = None
+    """PNG or JPEG."""
+    address: str = ""
+    """Lines."""
+    server: str | None = None
+    """Address at which people open its server; None where it is not set."""
 
 
 @dataclass(frozen=True)
@@ -244,6 +258,10 @@ class Report:
     """Signs evidence bundles."""
     template: ReportTemplate = DEFAULT_TEMPLATE
     """Of its project."""
+    film: StoredBlob | None = None
+    """The film as it is stored; None while it is recorded, and where there is none."""
+    scratch: Path | None = None
+    """Folder on a disk for large files that are being written; None for the usual one."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)
@@ -254,6 +272,11 @@ class Report:
     def asset(self) -> str:
         """Name of the culvert: the asset of the header, else the inspection."""
         return str(self.header.get("asset_id") or self.name)
+
+    def link_to(self, entry: Entry) -> str | None:
+        """Return the address of the film at an entry; None where the server's is not known."""
+        server = (self.company.server or "").rstrip("/")
+        return f"{server}/inspections/{self.id}?defect={entry.id}" if server else None
 
     @property
     def adjusted(self) -> Adjusted | None:

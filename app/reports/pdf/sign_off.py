@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 
 from reportlab.lib.units import mm
-from reportlab.platypus import CondPageBreak, Flowable
+from reportlab.platypus import CondPageBreak, Flowable, Spacer
 
 from app.reports.content.translator import Translator
-from app.reports.pdf.flow import Column, Figure, Grid, Heading, note, say
+from app.reports.pdf.flow import Column, Figure, Grid, Heading, Prose, note, say
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import BODY, CELL, INK, RULE, SMALL, WIDTH
 from app.reports.pdf.text import shortened
@@ -26,12 +26,19 @@ def sign_off(report: Report, t: Translator) -> list[Flowable]:
         *_checks(report, t),
         Heading(t("sign.history"), level=1, bookmark=False),
         *_history(report, t),
+        *closing(report, t),
         CondPageBreak(70 * mm),
         Heading(t("sign.signatures"), level=1, bookmark=False),
         note(f"{t('cover.review')}: {t.review(report)}."),
         note(t("sign.statement", report=report.id, revision=report.revision)),
         Figure(52 * mm, lambda canvas: _signatures(canvas, report, t)),
     ]
+
+
+def closing(report: Report, _: Translator) -> list[Flowable]:
+    """Build the closing text of the template, if it has one."""
+    text = report.template.closing
+    return [Spacer(0, 4 * mm), Prose([(text, BODY)], after=4 * mm)] if text else []
 
 
 def _checks(report: Report, t: Translator) -> list[Flowable]:
