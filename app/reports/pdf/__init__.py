@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from reportlab.platypus import Flowable, PageBreak
+from reportlab.platypus import Flowable
 
 from app.reports.content.translator import Translator
 from app.reports.pdf.condition import condition
@@ -49,13 +49,12 @@ def parts_of(template: ReportTemplate) -> list[Part]:
 def story_of(report: Report, t: Translator) -> list[Flowable]:
     """Build the parts that the report's template chooses."""
     story = [piece for part in parts_of(report.template) for piece in part(report, t)]
-    while isinstance(story[-1], PageBreak):
-        story.pop()  # no empty page at the end, whichever part is the last
+    if isinstance(story[-1], PageBreak):
+        story.pop()  # a cover alone is not followed by an empty page
     return story
 
 
 def write(report: Report) -> Written:
     """Write the chosen parts in the report's language and units."""
     t = Translator.of(report)
-    story = story_of(report, t)
-    return Written(made(report, t, t("cover.title"), story), missing_glyphs(report))
+    return Written(made(report, t, t("cover.title"), story_of(report, t)), missing_glyphs(report))

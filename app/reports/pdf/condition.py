@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import CondPageBreak, Flowable, PageBreak
+from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.condition import SEVERITIES, Condition, condition_of
 from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
@@ -64,7 +64,6 @@ def condition(report: Report, t: Translator) -> list[Flowable]:
         *(Prose([text]) for text in texts),
         *(_reasons(grade, t) if grade else []),
         *(_recommendations(report, t) if has_recommendations(report) else []),
-        PageBreak(),
     ]
 
 

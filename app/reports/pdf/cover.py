@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from reportlab.lib.units import mm
-from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import Figure, Prose, Title, pairs, paragraph
+from app.reports.pdf.flow import Figure, Prose, Title, pairs, paragraph, say
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
@@ -127,12 +126,12 @@ def abandoned_sentence(report: Report, t: Translator) -> str:
 def band(warned: Warned) -> Flowable:
     """Build the band of a warning."""
 
-    def paint(canvas: Canvas) -> None:
+    def paint(canvas: Paper) -> None:
         canvas.setFillColor(ALARM if warned.is_alarm else WASH)
         canvas.setStrokeColor(ALARM if warned.is_alarm else RULE)
         canvas.rect(0, 2 * mm, WIDTH, 9 * mm, 1, 1)
         style = BODY.bold().on(WASH if warned.is_alarm else INK)
-        draw(canvas, 4 * mm, 5.3 * mm, shortened(warned.text, style, WIDTH - 8 * mm), style)
+        say(canvas, 4 * mm, 5.3 * mm, shortened(warned.text, style, WIDTH - 8 * mm), style)
 
     return Figure(12 * mm, paint)
 

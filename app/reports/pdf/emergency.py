@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from reportlab.lib.units import mm
-from reportlab.pdfgen.canvas import Canvas
 
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import Figure, draw_badge
+from app.reports.pdf.flow import Figure, draw_badge, say
 from app.reports.pdf.glyphs import missing_glyphs
 from app.reports.pdf.pages import made
-from app.reports.pdf.photos import draw_photo
+from app.reports.pdf.paper import Paper
+from app.reports.pdf.photos import draw_photo, photo_alt
 from app.reports.pdf.styles import (
     ALARM,
     BODY,
@@ -25,7 +25,7 @@ from app.reports.pdf.styles import (
     WIDTH,
     Style,
 )
-from app.reports.pdf.text import draw, lines_of, shortened
+from app.reports.pdf.text import lines_of, shortened
 from app.reports.report import Entry, Report, Written
 
 _HEIGHT = HEIGHT - 1
@@ -47,19 +47,19 @@ def _title(entries: list[Entry], t: Translator) -> str:
     return t("emergency.title" if entries else "emergency.calm")
 
 
-def _sheet(canvas: Canvas, report: Report, entries: list[Entry], t: Translator) -> None:
+def _sheet(canvas: Paper, report: Report, entries: list[Entry], t: Translator) -> None:
     y = _HEIGHT - 18 * mm
     ground, ink = (ALARM, WASH) if entries else (WASH, INK)
     canvas.setFillColor(ground)
     canvas.rect(0, y, WIDTH, 18 * mm, 0, 1)
     style = TITLE.on(ink)
     title = shortened(_title(entries, t), style, 110 * mm)
-    draw(canvas, 5 * mm, y + 5.6 * mm, title, style)
+    say(canvas, 5 * mm, y + 5.6 * mm, title, style, kind="H1")
     said = t("emergency.made", at=t.instant(report.made_at))
-    draw(canvas, WIDTH - 5 * mm, y + 7 * mm, said, BODY.on(ink), "right")
+    say(canvas, WIDTH - 5 * mm, y + 7 * mm, said, BODY.on(ink), "right")
     y = _facts(canvas, y - 9 * mm, _where(report, t), 0, WIDTH)
     if not entries:
-        draw(canvas, 0, y - 8 * mm, t("emergency.none"), SUBHEADING.on(INK))
+        say(canvas, 0, y - 8 * mm, t("emergency.none"), SUBHEADING.on(INK))
         return
     y -= 4 * mm
     _rule(canvas, y)
@@ -82,17 +82,19 @@ def _where(report: Report, t: Translator) -> list[tuple[str, str]]:
     ]
 
 
-def _first(canvas: Canvas, y: float, entry: Entry, t: Translator) -> float:
+def _first(canvas: Paper, y: float, entry: Entry, t: Translator) -> float:
     """Draw the worst entry with all that is known; return its lower end."""
-    draw_badge(canvas, 0, y - 0.6 * mm, entry.tag.severity)
+    with canvas.element("P"):
+        draw_badge(canvas, 0, y - 0.6 * mm, entry.tag.severity)
     title = f"{t.label(entry)} ({t.code(entry)})"
     style = SUBHEADING.on(INK)
-    draw(canvas, 6.5 * mm, y, shortened(title, style, WIDTH - 7 * mm), style)
+    say(canvas, 6.5 * mm, y, shortened(title, style, WIDTH - 7 * mm), style)
     big = Style(19, 24, 600, ALARM)
-    draw(canvas, 0, y - 11 * mm, shortened(t.place(entry), big, WIDTH), big)
+    say(canvas, 0, y - 11 * mm, shortened(t.place(entry), big, WIDTH), big)
     y -= 17 * mm
     width, height = _PHOTO
-    draw_photo(canvas, entry.photo, 0, y - height, width, height, t)
+    alt = photo_alt(entry, t)
+    draw_photo(canvas, entry.photo, 0, y - height, width, height, t, alt=alt)
     place = NOTHING if entry.lat is None else f"{entry.lat:.6f}, {entry.lon:.6f}"
     rows = [
         (t("entry.no"), str(entry.seq)),
@@ -112,61 +114,62 @@ def _first(canvas: Canvas, y: float, entry: Entry, t: Translator) -> float:
     texts = (entry.tag.remark, f"{t('sheet.recommendation')}: {advice}" if advice else None)
     lines = [line for text in texts if text for line in lines_of(text, BODY, WIDTH)]
     for line in lines[:_REMARK_LINES]:
-        draw(canvas, 0, y, line.text, line.style)
+        say(canvas, 0, y, line.text, line.style)
         y -= line.style.leading
     if len(lines) > _REMARK_LINES:
-        draw(canvas, 0, y, t("emergency.remark_goes_on"), CELL.soft())
+        say(canvas, 0, y, t("emergency.remark_goes_on"), CELL.soft())
         y -= CELL.leading
     return y
 
 
-def _others(canvas: Canvas, y: float, entries: list[Entry], t: Translator) -> None:
+def _others(canvas: Paper, y: float, entries: list[Entry], t: Translator) -> None:
     if not entries:
         return
     _rule(canvas, y + 3 * mm)
-    draw(canvas, 0, y - 3 * mm, t("emergency.others"), SUBHEADING)
+    say(canvas, 0, y - 3 * mm, t("emergency.others"), SUBHEADING)
     y -= 9 * mm
     for entry in entries[:_LIST]:
-        draw_badge(canvas, 0, y - 0.7 * mm, entry.tag.severity)
+        with canvas.element("P"):
+            draw_badge(canvas, 0, y - 0.7 * mm, entry.tag.severity)
         text = f"{t.place(entry)} · {t.code(entry)}"
-        draw(canvas, 6.5 * mm, y, shortened(text, CELL.bold(), 58 * mm), CELL.bold())
+        say(canvas, 6.5 * mm, y, shortened(text, CELL.bold(), 58 * mm), CELL.bold())
         label = " · ".join(p for p in (t.label(entry), t.clock_in_words(entry)) if p)
-        draw(canvas, 66 * mm, y, shortened(label, CELL, WIDTH - 66 * mm), CELL)
+        say(canvas, 66 * mm, y, shortened(label, CELL, WIDTH - 66 * mm), CELL)
         y -= 5.4 * mm
     if len(entries) > _LIST:
-        draw(canvas, 6.5 * mm, y, t("emergency.more", n=len(entries) - _LIST), CELL.soft())
+        say(canvas, 6.5 * mm, y, t("emergency.more", n=len(entries) - _LIST), CELL.soft())
 
 
-def _sign(canvas: Canvas, report: Report, t: Translator) -> None:
+def _sign(canvas: Paper, report: Report, t: Translator) -> None:
     for name, left, right in (("reported_to", 0.0, 52 * mm), ("at", 56 * mm, 92 * mm),
                               ("done", 96 * mm, WIDTH)):  # fmt: skip
-        draw(canvas, left, 17 * mm, t(f"emergency.{name}"), SMALL.soft())
+        say(canvas, left, 17 * mm, t(f"emergency.{name}"), SMALL.soft())
         canvas.setStrokeColor(INK)
         canvas.setLineWidth(0.5)
         canvas.line(left, 21 * mm, right, 21 * mm)
     _rule(canvas, 12 * mm)
     who = str(report.header.get("operator") or NOTHING)
     company = report.company.name or ""
-    draw(canvas, 0, 7 * mm, shortened(t("emergency.from", who=who), BODY, 90 * mm), BODY)
-    draw(canvas, WIDTH, 7 * mm, shortened(company, BODY.bold(), 80 * mm), BODY.bold(), "right")
+    say(canvas, 0, 7 * mm, shortened(t("emergency.from", who=who), BODY, 90 * mm), BODY)
+    say(canvas, WIDTH, 7 * mm, shortened(company, BODY.bold(), 80 * mm), BODY.bold(), "right")
     note = shortened(t("condition.not_a_grade"), CELL, WIDTH)
-    draw(canvas, 0, 1.5 * mm, note, CELL.soft())
+    say(canvas, 0, 1.5 * mm, note, CELL.soft())
 
 
 def _facts(
-    canvas: Canvas, y: float, rows: list[tuple[str, str]], left: float, right: float
+    canvas: Paper, y: float, rows: list[tuple[str, str]], left: float, right: float
 ) -> float:
     """Draw names and values below each other; return the last baseline."""
     for n, (name, value) in enumerate(rows):
         if n:
             y -= 6.2 * mm
-        draw(canvas, left, y, shortened(name, CELL, 28 * mm), CELL.soft())
+        say(canvas, left, y, shortened(name, CELL, 28 * mm), CELL.soft())
         at = left + 29 * mm
-        draw(canvas, at, y, shortened(value, BODY.bold(), right - at), BODY.bold())
+        say(canvas, at, y, shortened(value, BODY.bold(), right - at), BODY.bold())
     return y
 
 
-def _rule(canvas: Canvas, y: float) -> None:
+def _rule(canvas: Paper, y: float) -> None:
     canvas.setStrokeColor(RULE)
     canvas.setLineWidth(0.6)
     canvas.line(0, y, WIDTH, y)

@@ -9,9 +9,9 @@ from typing import Literal, TypeVar
 
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import CondPageBreak, Flowable
+from reportlab.platypus import Flowable
 
-from app.reports.pdf.paper import Paper
+from app.reports.pdf.paper import Paper, Rect
 from app.reports.pdf.styles import (
     ACCENT,
     BODY,
@@ -29,13 +29,17 @@ from app.reports.pdf.styles import (
     on_severity,
 )
 from app.reports.pdf.tags import Element, Kind
-from app.reports.pdf.text import Line, clean, draw, lines_of, shortened
+from app.reports.pdf.text import Line, clean, draw, lines_of, shortened, width_of
 
 Item = TypeVar("Item")
 
 Align = Literal["left", "centre", "right"]
 Texts = Sequence[tuple[str, Style]]
 """Paragraphs, each with its style."""
+
+
+_PART_ROOM, _ROOM = 50 * mm, 20 * mm
+"""Least height below the heading of a part, and of what it contains."""
 
 
 class _Piece(Flowable):
@@ -59,9 +63,17 @@ class Heading(_Piece):
         self.style = HEADING if level == 0 else SUBHEADING
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
-        """Return the size, including space below."""
+        """Return the size, including space below; too much where little of what follows would
+        stay on the page.
+        """
         self.width = width
-        return width, self._above + self.style.leading + self._below
+        needed = self._above + self.style.leading + self._below
+        is_near_end = height < needed + (_PART_ROOM if self.level == 0 else _ROOM)
+        return width, height + 1 if is_near_end else needed
+
+    def getSpaceBefore(self) -> float:  # noqa: N802
+        """Return the space to a part before it on the same page."""
+        return 9 * mm if self.level == 0 else 0.0
 
     @property
     def _above(self) -> float:
@@ -374,7 +386,7 @@ class Grid(_Piece):
                     with paper.tagged(link):
                         _draw_cell(paper, cell, x, top, column)
                     rect = (x, top - row.height, x + column.width, top)
-                    paper.link(cell.place, rect, cell.target, link)
+                    paper.link(cell.place, cell.target, rect, link)
             elif cell and cell != Badge(None):
                 with paper.tagged(element):
                     _draw_cell(paper, cell, x, top, column)
@@ -520,9 +532,19 @@ def say(
             draw(paper, x, y, text, style, align)
 
 
-def room_for(height: float) -> CondPageBreak:
-    """Begin a new page where less than a height is left, so that a heading stays with its text."""
-    return CondPageBreak(height)
+def say_linked(
+    paper: Paper,
+    x: float,
+    y: float,
+    text: str,
+    style: Style,
+    link: Callable[[Rect, Element], None],
+) -> None:
+    """Draw one line of cleaned text whose rectangle is linked by `link`."""
+    with paper.tags.element("P") as paragraph, paper.tags.element("Link", paragraph) as element:
+        with paper.tagged(element):
+            draw(paper, x, y, text, style)
+        link((x, y - 0.3 * style.size, x + width_of(text, style), y + style.size), element)
 
 
 def note(text: str) -> Prose:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import CondPageBreak, Flowable, PageBreak
+from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.flow import Column, Figure, Grid, Heading, note, pairs
@@ -57,7 +57,18 @@ def header_sheet(report: Report, t: Translator) -> list[Flowable]:
     """Build plan and fields; empty required fields are named."""
     parts: list[Flowable] = [
         Heading(t("header.title")),
-        Figure(34 * mm, lambda canvas: _plan(canvas, report, t)),
+        Figure(
+            34 * mm,
+            lambda canvas: _plan(canvas, report, t),
+            alt=t(
+                "alt.plan",
+                length=t.length(report.distance_m),
+                **{
+                    end: str(report.header.get(f"{end}_node") or NOTHING)
+                    for end in ("start", "end")
+                },
+            ),
+        ),
     ]
     missing = set(required_to_issue(dict(report.header)))
     for group, names in GROUPS:
@@ -75,7 +86,7 @@ def header_sheet(report: Report, t: Translator) -> list[Flowable]:
         parts += [Heading(t("header.others"), level=1, bookmark=False), pairs(others)]
     if not report.header:
         parts.append(note(t("header.empty")))
-    return [*parts, PageBreak()]
+    return parts
 
 
 def header_row(
@@ -94,7 +105,7 @@ def _two_up(rows: list[tuple[str, str]]) -> Grid:
         return pairs(rows, after=0)
     half = (len(rows) + 1) // 2
     left, right = rows[:half], [*rows[half:], ("", "")][:half]
-    columns = tuple(Column("", width * mm) for width in (36, 51, 36, 51))
+    columns = tuple(Column("", width * mm, is_head=width == 36) for width in (36, 51, 36, 51))
     cells = [
         ([(a, CELL.soft())], [(b, CELL)], [(c, CELL.soft())], [(d, CELL)])
         for (a, b), (c, d) in zip(left, right, strict=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import CondPageBreak, Flowable, PageBreak
+from reportlab.platypus import CondPageBreak, Flowable
 
 from app.inspections.counters import CounterView
 from app.reports.content.axis import Axis, tick_step_m
@@ -38,7 +38,7 @@ def measurement(report: Report, t: Translator) -> list[Flowable]:
     if report.is_unmeasured:
         filename = report.source.filename
         said = note(t("measurement.imported", filename=filename))
-        return [Heading(t("measurement.title")), said, PageBreak()]
+        return [Heading(t("measurement.title")), said]
     adjusted = report.adjusted
     return [
         Heading(t("measurement.title")),
@@ -56,7 +56,6 @@ def measurement(report: Report, t: Translator) -> list[Flowable]:
         CondPageBreak(45 * mm),
         Heading(t("measurement.video"), level=1, bookmark=False),
         pairs(video_rows(report, t)),
-        PageBreak(),
     ]
 
 
@@ -415,9 +414,17 @@ def _along(report: Report, t: Translator) -> list[Flowable]:
     height = (46 + 4.4 * len(heard)) * mm
     return [
         Heading(t("measurement.along"), level=1, bookmark=False),
-        Figure(height, lambda canvas: _Chart(report, t, heard).paint(canvas, height)),
+        Figure(
+            height,
+            lambda canvas: _Chart(report, t, heard).paint(canvas, height),
+            alt=t("alt.along", half=f"{t.half_width(_widest_m(report))} {t.units}"),
+        ),
         note(t("measurement.along_help")),
     ]
+
+
+def _widest_m(report: Report) -> float:
+    return float(U95 * np.nanmax(report.track.sigma_distance_mm) / 1000)
 
 
 def _complained(report: Report) -> dict[str, NDArray[np.bool_]]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from reportlab.lib.units import mm
-from reportlab.platypus import CondPageBreak, Flowable, PageBreak
+from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.translator import Translator
 from app.reports.pdf.flow import Badge, Cell, Column, Grid, Heading, Prose, note
+from app.reports.pdf.links import number_of, row_of
 from app.reports.pdf.styles import CELL
 from app.reports.pdf.text import one_line
 from app.reports.report import Entry, Report
@@ -21,7 +22,7 @@ def observations(report: Report, t: Translator) -> list[Flowable]:
     """Build the table of every entry, by distance."""
     heading = Heading(t("observations.title"))
     if not report.entries:
-        return [heading, note(t("observations.none")), PageBreak()]
+        return [heading, note(t("observations.none"))]
     columns = (
         Column(t("entry.no"), 9 * mm, "right"),
         Column(t("entry.distance"), 25 * mm, "right"),
@@ -34,19 +35,18 @@ def observations(report: Report, t: Translator) -> list[Flowable]:
         Column(t("entry.severity_short"), 8 * mm),
         Column(t("entry.time"), 11 * mm, "right"),
     )
-    rows = [_row(entry, t) for entry in report.entries]
+    rows = [_row(report, entry, t) for entry in report.entries]
     return [
         heading,
         note(t("observations.help", reference=reference_of(report, t), pack=report.pack)),
-        Grid(columns, rows),
+        Grid(columns, rows, places=[row_of(entry) for entry in report.entries]),
         *_long_remarks(report, t),
-        PageBreak(),
     ]
 
 
-def _row(entry: Entry, t: Translator) -> tuple[Cell, ...]:
+def _row(report: Report, entry: Entry, t: Translator) -> tuple[Cell, ...]:
     return (
-        str(entry.seq),
+        number_of(report, entry, t),
         t.short_place(entry),
         "" if entry.joint_no is None else str(entry.joint_no),
         [(t.code(entry), CELL.bold())],

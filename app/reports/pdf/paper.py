@@ -148,12 +148,12 @@ class Paper(Canvas):
         self.bookmarkHorizontal(key, x, y)
         self.addOutlineEntry(one_line(title), key, level + self.level, closed=self.level > 0)
 
-    def link(self, name: str, rect: Rect, contents: str, element: Element) -> None:
+    def link(self, name: str, contents: str, rect: Rect, element: Element) -> None:
         """Link a rectangle to a place of the present report, which may be named later."""
         self._linked.add(self._full(name))
         self._annotate(rect, contents, element, {"Dest": f"({self._full(name)})"})
 
-    def link_out(self, uri: str, rect: Rect, contents: str, element: Element) -> None:
+    def link_out(self, uri: str, contents: str, rect: Rect, element: Element) -> None:
         """Link a rectangle to a file beside the document, or to an address."""
         action = b"<</S/URI/URI %s>>" % self._doc.text(uri)
         self._annotate(rect, contents, element, {"A": action})

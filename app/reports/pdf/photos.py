@@ -1,20 +1,34 @@
-"""Six photos a page, with captions that state defect and place."""
+"""Two photos beside each other, with captions that state defect and place."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 
 from reportlab.lib.colors import HexColor
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import Flowable, PageBreak
+from reportlab.platypus import Flowable
 
-from app.reports.content.sizes import Outline, outlines
+from app.reports.content.shown_photos import ShownPhoto, shown_photos
+from app.reports.content.sizes import Outline
 from app.reports.content.translator import Translator
-from app.reports.pdf.flow import BADGE, Figure, Heading, batches, draw_badge, note
+from app.reports.pdf.flow import (
+    BADGE,
+    Figure,
+    Heading,
+    batches,
+    draw_badge,
+    note,
+    say,
+    say_linked,
+)
+from app.reports.pdf.links import film_at, place_of_photo, row_of
+from app.reports.pdf.paper import Paper
 from app.reports.pdf.pictures import jpeg_of
-from app.reports.pdf.styles import CELL, RULE, SMALL, WASH, WIDTH
-from app.reports.pdf.text import draw, lines_of, shortened
+from app.reports.pdf.styles import CELL, LINK, RULE, SMALL, WASH, WIDTH
+from app.reports.pdf.text import draw, lines_of, shortened, width_of
 from app.reports.report import Entry, Photo, Report
 
 ENOUGH_PX = 800
@@ -26,42 +40,67 @@ _HALO, _SIZE = HexColor(0x080A0C), HexColor(0x5FF2E0)
 _GAP = 8 * mm
 _WIDTH = (WIDTH - _GAP) / 2
 _PICTURE = 56 * mm
-_CAPTION = 17 * mm
+_CAPTION = 15.5 * mm
+"""Height of the caption of one observation."""
+_LINE = 3.9 * mm
+_MOST_CAPTIONS = 12
 
 
 def photos(report: Report, t: Translator) -> list[Flowable]:
-    """Build pages of photos in the order of the table."""
-    shown = [
-        (entry, photo, outlines(entry, photo, report.source.video))
-        for entry in report.entries
-        for photo in entry.photos
-        if photo.jpeg
-    ]
+    """Build the photos in the order of the table; each is shown once, for all that it shows."""
+    shown = shown_photos(report)
     if not shown:
-        return [Heading(t("photos.title")), note(t("photos.none")), PageBreak()]
-    parts: list[Flowable] = []
-    for number, page in enumerate(batches(shown, 6)):
-        title = t("photos.title")
-        if number:
-            title = t("graphic.continued", title=title)
-        parts.append(Heading(title, bookmark=number == 0))
-        parts += [_pair(pair, t) for pair in batches(page, 2)]
-        parts.append(PageBreak())
+        return [Heading(t("photos.title")), note(t("photos.none"))]
+    named: set[str] = set()
+    parts: list[Flowable] = [Heading(t("photos.title"))]
+    for pair in batches(shown, 2):
+        places = [
+            [place for entry, _ in photo.captions if (place := place_of_photo(entry)) not in named]
+            for photo in pair
+        ]
+        named.update(*places)
+        parts.append(_pair(report, pair, places, t))
     return parts
 
 
-def _pair(pair: tuple[tuple[Entry, Photo, list[Outline]], ...], t: Translator) -> Figure:
-    def paint(canvas: Canvas) -> None:
-        for n, (entry, photo, lines) in enumerate(pair):
-            x = n * (_WIDTH + _GAP)
-            draw_photo(canvas, photo, x, _CAPTION, _WIDTH, _PICTURE, t, lines)
-            _caption(canvas, entry, photo, x, t)
+def _pair(
+    report: Report, pair: Sequence[ShownPhoto], places: list[list[str]], t: Translator
+) -> Figure:
+    captions = max(_caption_height(photo) for photo in pair)
 
-    return Figure(_PICTURE + _CAPTION + 1.5 * mm, paint)
+    def paint(paper: Paper) -> None:
+        for n, (photo, names) in enumerate(zip(pair, places, strict=True)):
+            x = n * (_WIDTH + _GAP)
+            for name in names:
+                paper.place(name, x, captions + _PICTURE)
+            draw_photo(
+                paper, photo.photo, x, captions, _WIDTH, _PICTURE, t, photo.lines,
+                alt=_alt(photo, t),
+            )  # fmt: skip
+            (_caption if len(photo.captions) == 1 else _captions)(
+                paper, report, photo, x, captions - 4.6 * mm, t
+            )
+
+    return Figure(_PICTURE + captions + 1.5 * mm, paint)
+
+
+def _caption_height(photo: ShownPhoto) -> float:
+    rows = len(photo.captions)
+    return _CAPTION if rows == 1 else _CAPTION + (min(rows, _MOST_CAPTIONS + 1) - 2) * _LINE
+
+
+def photo_alt(entry: Entry, t: Translator) -> str:
+    """Say what a photo shows: defect, place and clock position."""
+    parts = (f"{t.code(entry)} {t.label(entry)}", t.place(entry), t.clock_in_words(entry))
+    return t("alt.photo", seq=entry.seq, shown=", ".join(part for part in parts if part))
+
+
+def _alt(photo: ShownPhoto, t: Translator) -> str:
+    return " ".join(photo_alt(entry, t) for entry, _ in photo.captions[:_MOST_CAPTIONS])
 
 
 def draw_photo(
-    canvas: Canvas,
+    canvas: Paper,
     photo: Photo | None,
     x: float,
     y: float,
@@ -69,6 +108,8 @@ def draw_photo(
     height: float,
     t: Translator,
     lines: Sequence[Outline] = (),
+    *,
+    alt: str,
 ) -> None:
     """Draw the picture as large as the field allows, with what was measured on it; without one,
     the field says so.
@@ -82,16 +123,17 @@ def draw_photo(
         scale = min(width / px_wide, height / px_high)
         shown_w, shown_h = px_wide * scale, px_high * scale
         left, bottom = x + (width - shown_w) / 2, y + (height - shown_h) / 2
-        canvas.drawImage(picture, left, bottom, shown_w, shown_h)
-        for line in lines:
-            _draw_outline(
-                canvas,
-                [
-                    (left + across * shown_w, bottom + (1 - down) * shown_h)
-                    for across, down in line.points
-                ],
-                is_closed=line.is_closed,
-            )
+        with canvas.figure(alt, (left, bottom, left + shown_w, bottom + shown_h)):
+            canvas.drawImage(picture, left, bottom, shown_w, shown_h)
+            for line in lines:
+                _draw_outline(
+                    canvas,
+                    [
+                        (left + across * shown_w, bottom + (1 - down) * shown_h)
+                        for across, down in line.points
+                    ],
+                    is_closed=line.is_closed,
+                )
         return
     canvas.setStrokeColor(RULE)
     canvas.setLineWidth(0.6)
@@ -103,8 +145,9 @@ def draw_photo(
         reason = t("photos.broken" if is_there else "photos.missing", name=photo.name)
     sentence = lines_of(reason, CELL.bold(), width - 10 * mm)
     top = y + height / 2 + (len(sentence) / 2 - 1) * CELL.leading + 2
-    for n, row in enumerate(sentence):
-        draw(canvas, x + width / 2, top - n * CELL.leading, row.text, row.style, "centre")
+    with canvas.element("P"):
+        for n, row in enumerate(sentence):
+            draw(canvas, x + width / 2, top - n * CELL.leading, row.text, row.style, "centre")
 
 
 def _draw_outline(
@@ -125,16 +168,71 @@ def _draw_outline(
     canvas.restoreState()
 
 
-def _caption(canvas: Canvas, entry: Entry, photo: Photo, x: float, t: Translator) -> None:
-    y = _CAPTION - 4.6 * mm
-    draw_badge(canvas, x, y - 0.8 * mm, entry.tag.severity)
-    indent = BADGE + 1.6 * mm if entry.tag.severity is not None else 0
-    first = t("photos.caption", seq=entry.seq, place=t.place(entry), code=t.code(entry))
-    style = CELL.bold()
-    draw(canvas, x + indent, y, shortened(first, style, _WIDTH - indent), style)
-    label = t.label(entry)
-    draw(canvas, x, y - 3.7 * mm, shortened(label, CELL, _WIDTH), CELL)
-    clock = t.clock_in_words(entry)
-    details = [*t.sizes(entry), clock, t.time(entry.time_s), photo.name]
-    line = " · ".join(part for part in details if part)
-    draw(canvas, x, y - 7.1 * mm, shortened(line, SMALL, _WIDTH), SMALL.soft())
+def _caption(
+    paper: Paper, report: Report, photo: ShownPhoto, x: float, y: float, t: Translator
+) -> None:
+    """Write what the photo of one observation shows."""
+    ((entry, own),) = photo.captions
+    _first_line(paper, report, entry, x, y, t)
+    say(paper, x, y - 3.7 * mm, shortened(t.label(entry), CELL, _WIDTH), CELL)
+    details = (*t.sizes(entry), t.clock_in_words(entry), own.name)
+    _last_line(paper, report, entry, details, x, y - 7.1 * mm, t)
+
+
+def _captions(
+    paper: Paper, report: Report, photo: ShownPhoto, x: float, y: float, t: Translator
+) -> None:
+    """Write a line for each observation of a photo."""
+    for entry, _ in photo.captions[:_MOST_CAPTIONS]:
+        _first_line(paper, report, entry, x, y, t, t.label(entry))
+        y -= _LINE
+    if rest := photo.captions[_MOST_CAPTIONS:]:
+        say(paper, x, y, t("photos.more", n=len(rest)), CELL.soft())
+        y -= _LINE
+    entry, own = photo.captions[0]
+    _last_line(paper, report, entry, (own.name,), x, y + 0.4 * mm, t)
+
+
+def _first_line(
+    paper: Paper, report: Report, entry: Entry, x: float, y: float, t: Translator, label: str = ""
+) -> None:
+    """Write number, place and code; they link to the row in the table."""
+    if entry.tag.severity is not None:
+        with paper.element("P"):
+            draw_badge(paper, x, y - 0.8 * mm, entry.tag.severity)
+        x += BADGE + 1.6 * mm
+    room = _WIDTH - BADGE - 1.6 * mm
+    text = t("photos.caption", seq=entry.seq, place=t.place(entry), code=t.code(entry))
+    text = shortened(text, LINK, room)
+    if "observations" in report.template.sections:
+        link = partial(paper.link, row_of(entry), t("alt.to_row", seq=entry.seq))
+        say_linked(paper, x, y, text, LINK, link)
+    else:
+        say(paper, x, y, text, CELL.bold())
+    left = width_of(text, LINK) + 1.6 * mm
+    if label and room - left > 8 * mm:
+        say(paper, x + left, y, shortened(label, CELL, room - left), CELL)
+
+
+def _last_line(
+    paper: Paper,
+    report: Report,
+    entry: Entry,
+    details: Sequence[str],
+    x: float,
+    y: float,
+    t: Translator,
+) -> None:
+    """Write details in small letters, after the time, which links to the film."""
+    time, film = t.time(entry.time_s), film_at(report, entry)
+    texts = [*([time] if time and film is None else []), *details]
+    line = " · ".join(text for text in texts if text)
+    if film is not None:
+        style = replace(LINK, size=SMALL.size)
+        link = partial(paper.link_out, film, t("alt.to_film", time=time))
+        say_linked(paper, x, y, time, style, link)
+        x += width_of(time, style)
+        line = f" · {line}"
+        say(paper, x, y, shortened(line, SMALL, _WIDTH - width_of(time, style)), SMALL.soft())
+        return
+    say(paper, x, y, shortened(line, SMALL, _WIDTH), SMALL.soft())

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from reportlab.lib.colors import white
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import Flowable, PageBreak
+from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.placement import capacity, spread
@@ -76,10 +76,16 @@ def pipe_graphic(report: Report, t: Translator) -> list[Flowable]:
         if number > 1:
             title = t("graphic.continued", title=title)
         painter = _Painter(report, t, sheet, scale, body)
+        alt = t(
+            "alt.graphic",
+            first=t.length(sheet.first_m),
+            last=t.length(sheet.last_m),
+            n=len(sheet.entries),
+        )
         parts += [
-            Heading(title, bookmark=number == 1),
-            Figure(body + _HEAD / 2 + _LEGEND, painter.paint),
-            PageBreak(),
+            CondPageBreak(HEIGHT - 1),  # each sheet has a page of its own
+            Heading(title, bookmark=number == 1, is_continued=number > 1),
+            Figure(body + _HEAD / 2 + _LEGEND, painter.paint, alt=alt),
         ]
     return parts
 

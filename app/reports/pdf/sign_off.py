@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import Counter
 
 from reportlab.lib.units import mm
-from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import CondPageBreak, Flowable, PageBreak, Spacer
+from reportlab.platypus import CondPageBreak, Flowable, Spacer
 
 from app.reports.content.translator import Translator
-from app.reports.pdf.flow import Column, Figure, Grid, Heading, Prose, note
+from app.reports.pdf.flow import Column, Figure, Grid, Heading, Prose, note, say
+from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import BODY, CELL, INK, RULE, SMALL, WIDTH
-from app.reports.pdf.text import draw, shortened
+from app.reports.pdf.text import shortened
 from app.reports.report import Report
 from app.survey.records import Event
 
@@ -32,7 +32,6 @@ def sign_off(report: Report, t: Translator) -> list[Flowable]:
         note(f"{t('cover.review')}: {t.review(report)}."),
         note(t("sign.statement", report=report.id, revision=report.revision)),
         Figure(52 * mm, lambda canvas: _signatures(canvas, report, t)),
-        PageBreak(),
     ]
 
 
@@ -83,7 +82,7 @@ def action_of(event: Event) -> str:
     return f"{subject}_{event.action}"
 
 
-def _signatures(canvas: Canvas, report: Report, t: Translator) -> None:
+def _signatures(canvas: Paper, report: Report, t: Translator) -> None:
     header = report.header
     gap = 8 * mm
     width = (WIDTH - gap) / 2
@@ -96,12 +95,13 @@ def _signatures(canvas: Canvas, report: Report, t: Translator) -> None:
         canvas.setStrokeColor(RULE)
         canvas.setLineWidth(0.6)
         canvas.rect(x, 2 * mm, width, 46 * mm, 1, 0)
-        draw(canvas, x + 4 * mm, 42 * mm, role, CELL.soft())
+        say(canvas, x + 4 * mm, 42 * mm, role, CELL.soft())
         who = shortened(str(name or ""), BODY.bold(), width - 8 * mm)
-        draw(canvas, x + 4 * mm, 36.5 * mm, who, BODY.bold())
+        say(canvas, x + 4 * mm, 36.5 * mm, who, BODY.bold())
         if certificate:
             text = t("sign.certificate", certificate=certificate)
-            draw(canvas, x + 4 * mm, 32 * mm, shortened(text, SMALL, width - 8 * mm), SMALL.soft())
+            said = shortened(text, SMALL, width - 8 * mm)
+            say(canvas, x + 4 * mm, 32 * mm, said, SMALL.soft())
         canvas.setStrokeColor(INK)
         canvas.setLineWidth(0.5)
         for label, left, right in (
@@ -109,4 +109,4 @@ def _signatures(canvas: Canvas, report: Report, t: Translator) -> None:
             (t("sign.date"), width - 28 * mm, width - 4 * mm),
         ):
             canvas.line(x + left, 11 * mm, x + right, 11 * mm)
-            draw(canvas, x + left, 7 * mm, label, SMALL.soft())
+            say(canvas, x + left, 7 * mm, label, SMALL.soft())

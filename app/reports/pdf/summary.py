@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import Flowable, PageBreak
+from reportlab.platypus import Flowable
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.condition import condition_of, worst_first
@@ -12,6 +12,8 @@ from app.reports.content.grades import grade_of
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.cover import abandoned_sentence
 from app.reports.pdf.flow import Badge, Column, Figure, Grid, Heading, note, paragraph
+from app.reports.pdf.links import number_of
+from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import (
     ACCENT,
     BODY,
@@ -33,22 +35,28 @@ _SHOWN = 15
 
 def summary(report: Report, t: Translator) -> list[Flowable]:
     """Build key figures, the pipe at a glance, and the worst defects."""
-    worst = worst_first(report)
+    worst, axis = worst_first(report), Axis.of(report)
+    glance = t(
+        "alt.glance",
+        first=t.length(axis.first_m),
+        last=t.length(axis.last_m),
+        n=len(report.entries),
+    )
     parts: list[Flowable] = [
         Heading(t("summary.title")),
         *(paragraph(text) for text in opening(report, t)),
-        Figure(26 * mm, lambda canvas: _figures(canvas, report, t)),
+        Figure(26 * mm, lambda paper: _figures(paper, report, t)),
         Heading(t("summary.glance"), level=1, bookmark=False),
-        Figure(30 * mm, lambda canvas: _glance(canvas, report, t)),
+        Figure(30 * mm, lambda canvas: _glance(canvas, report, t), alt=glance),
         Heading(t("summary.worst"), level=1, bookmark=False),
     ]
     if worst:
-        parts.append(_table(worst[:_SHOWN], t))
+        parts.append(_table(report, worst[:_SHOWN], t))
     else:
         parts.append(note(t("summary.none_rated")))
     if len(worst) > _SHOWN:
         parts.append(note(t("summary.more", n=len(worst) - _SHOWN)))
-    return [*parts, PageBreak()]
+    return parts
 
 
 def opening(report: Report, t: Translator) -> list[str]:
@@ -71,7 +79,7 @@ def worst_sentence(report: Report, t: Translator) -> str:
     )
 
 
-def _figures(canvas: Canvas, report: Report, t: Translator) -> None:
+def _figures(paper: Paper, report: Report, t: Translator) -> None:
     condition, grade = condition_of(report), grade_of(report)
     met = report.adjusted.distance_class() if report.adjusted else None
     share = condition.stretch_percent
@@ -92,11 +100,12 @@ def _figures(canvas: Canvas, report: Report, t: Translator) -> None:
     big = BODY.bold().on(ACCENT)
     for n, (value, name) in enumerate(figures):
         x = n * (width + gap)
-        canvas.setFillColor(WASH)
-        canvas.rect(x, 6 * mm, width, 17 * mm, 0, 1)
+        paper.setFillColor(WASH)
+        paper.rect(x, 6 * mm, width, 17 * mm, 0, 1)
         style = type(big)(12.5, 15, 600, ACCENT)
-        draw(canvas, x + 2.5 * mm, 14.5 * mm, shortened(value, style, width - 4 * mm), style)
-        draw(canvas, x + 2.5 * mm, 9 * mm, shortened(name, TINY, width - 4 * mm), TINY.soft())
+        with paper.element("P"):
+            draw(paper, x + 2.5 * mm, 14.5 * mm, shortened(value, style, width - 4 * mm), style)
+            draw(paper, x + 2.5 * mm, 9 * mm, shortened(name, TINY, width - 4 * mm), TINY.soft())
 
 
 def _glance(canvas: Canvas, report: Report, t: Translator) -> None:
@@ -145,7 +154,7 @@ def _mark(canvas: Canvas, x: float, top: float, bottom: float, entry: Entry) -> 
         draw(canvas, x, top + 3.15 * mm, str(entry.tag.severity), style, "centre")
 
 
-def _table(entries: list[Entry], t: Translator) -> Grid:
+def _table(report: Report, entries: list[Entry], t: Translator) -> Grid:
     columns = (
         Column(t("entry.severity_short"), 9 * mm),
         Column(t("entry.place"), 31 * mm),
@@ -166,7 +175,7 @@ def _table(entries: list[Entry], t: Translator) -> Grid:
                 (t.label(entry), CELL),
                 (shortened(entry.tag.remark or "", SMALL, 72 * mm), SMALL.soft()),
             ],
-            str(entry.seq),
+            number_of(report, entry, t),
         )
         for entry in entries
     ]

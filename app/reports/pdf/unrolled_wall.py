@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from reportlab.lib.colors import white
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import Flowable, PageBreak
+from reportlab.platypus import Flowable
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.placement import capacity, spread
@@ -64,14 +64,14 @@ def unrolled_wall(report: Report, t: Translator) -> list[Flowable]:
     wall = wall_of(report)
     heading = Heading(t("wall.title"))
     if wall is None:
-        return [heading, note(t("wall.none")), PageBreak()]
+        return [heading, note(t("wall.none"))]
     scale, strips = _strips(report, t, wall)
     notes = [t("wall.help", scale=scale)]
     if scale > SCALES[0]:
         notes.append(t("wall.coarser", pages=MOST_PAGES))
     notes += remarks_on(report, wall, t)
     figures = [Figure(strip.height, strip.paint, alt=strip.alt) for strip in strips]
-    return [heading, note(" ".join(notes)), *figures, PageBreak()]
+    return [heading, note(" ".join(notes)), *figures]
 
 
 def _strips(report: Report, t: Translator, wall: Wall) -> tuple[int, list[_Strip]]:

@@ -1,0 +1,43 @@
+"""Links between a defect, its row, its photo and its place in the film."""
+
+from __future__ import annotations
+
+from urllib.parse import quote
+
+from app.reports.content.translator import Translator
+from app.reports.pdf.flow import Cell, Linked
+from app.reports.report import Entry, Report
+
+
+def number_of(report: Report, entry: Entry, t: Translator) -> Cell:
+    """Return the number of an entry, which links to its photo, else to nothing."""
+    place = photo_of(report, entry)
+    if place is None:
+        return str(entry.seq)
+    return Linked(str(entry.seq), place, t("alt.to_photo", seq=entry.seq))
+
+
+def row_of(entry: Entry) -> str:
+    """Return the name of an entry's row in the table of observations."""
+    return f"row-{entry.seq}"
+
+
+def photo_of(report: Report, entry: Entry) -> str | None:
+    """Return the name of the place of an entry's first photo; None if none is shown."""
+    is_shown = "photos" in report.template.sections
+    has_photo = any(photo.jpeg is not None for photo in entry.photos)
+    return place_of_photo(entry) if is_shown and has_photo else None
+
+
+def place_of_photo(entry: Entry) -> str:
+    """Return the name of the place of an entry's first photo."""
+    return f"photo-{entry.seq}"
+
+
+def film_at(report: Report, entry: Entry) -> str | None:
+    """Return the address of an entry's place in the film, relative to the report; None without
+    a film.
+    """
+    if entry.time_s is None or report.is_unmeasured or not report.source.filename:
+        return None
+    return f"{quote(report.source.filename)}#t={entry.time_s:.1f}"

@@ -1,0 +1,117 @@
+"""The PDF as a screen reader and an archive take it: tags, order, links, metadata."""
+
+import io
+import re
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from pdf_structure import check
+from pypdf import PdfReader
+from random_reports import reports
+from reports import full_report, remarked, report
+
+from app.reports import pdf as document
+from app.reports.pdf import emergency
+
+LONG = "Retak memanjang. 钢筋外露。 ظاهر تسرب. தமிழ் சாலை. ถนนสุขุมวิท " * 160
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory):
+    return full_report(tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def english(full):
+    return document.write(full).content
+
+
+def kinds_of(tree, *kinds):
+    return [node for node in tree.walk() if node.kind in kinds]
+
+
+@pytest.mark.parametrize("language", ["en", "ms"])
+def test_a_full_report_with_every_script_is_tagged(full, language):
+    entries = (remarked(full.entries[0], LONG), *full.entries[1:])
+
+    tree = check(
+        document.write(replace(full, entries=entries, language=language)).content, language
+    )
+
+    assert {"/H1", "/H2", "/H3", "/Table", "/Figure", "/Link"} <= {n.kind for n in tree.walk()}
+
+
+@settings(max_examples=8, deadline=None)
+@given(reports())
+def test_any_report_is_tagged(made):
+    check(document.write(made).content, made.language)
+
+
+def test_an_empty_report_and_the_act_now_sheet_are_tagged(full):
+    check(document.write(report(observations=(), header={}, events=())).content)
+    sheet = check(emergency.write(full).content)
+    check(emergency.write(report(observations=())).content)
+
+    assert len(kinds_of(sheet, "/H1")) == 1
+    (photo,) = kinds_of(sheet, "/Figure")
+    assert "Broken wall: fallen in" in photo.entry["/Alt"]
+    assert "12.40 m" in photo.entry["/Alt"]
+
+
+def test_a_table_over_pages_is_one_table_with_one_head(full):
+    observations = [{"distance_m": n / 10, "code": "BAB"} for n in range(120)]
+    tree = check(document.write(report(observations=observations)).content)
+
+    table = max(kinds_of(tree, "/Table"), key=lambda node: len(node.kids))
+    assert len(table.kids) == 121
+    assert {cell.kind for cell in table.kids[0].kids} == {"/TH"}
+    pages = {page for row in table.kids for cell in row.kids for page, _ in cell.contents}
+    assert len(pages) > 2
+
+
+def test_parts_are_sections_in_the_order_of_the_bookmarks(english):
+    reader = PdfReader(io.BytesIO(english))
+    tree = check(english)
+
+    parts = [node for node in tree.kids if node.kind == "/Sect"]
+    assert len(parts) == len([item for item in reader.outline if not isinstance(item, list)])
+    assert all(part.kids[0].kind == "/H2" for part in parts)
+
+
+def test_links_lead_from_a_defect_to_its_photo_and_back_and_to_the_film(full, english):
+    reader = PdfReader(io.BytesIO(english))
+    targets, films = set(), set()
+    for page in reader.pages:
+        for link in page.get("/Annots", []):
+            one = link.get_object()
+            if "/Dest" in one:
+                targets.add(one["/Dest"])
+            else:
+                films.add(one["/A"]["/URI"])
+    with_photo = [entry for entry in full.entries if entry.photo]
+
+    assert {f"photo-{entry.seq}" for entry in with_photo} <= targets
+    assert {f"row-{entry.seq}" for entry in with_photo} <= targets
+    timed = [entry for entry in with_photo if entry.time_s is not None]
+    assert {f"CUL-0041_20260914_0942.mp4#t={entry.time_s:.1f}" for entry in timed} == films
+
+
+def test_the_page_of_a_place_is_that_of_the_text(english):
+    reader = PdfReader(io.BytesIO(english))
+    page = reader.get_destination_page_number(reader.named_destinations["row-3"])
+
+    assert "Observations" in reader.pages[page].extract_text()
+
+
+def test_shaped_letters_are_read_as_they_were_written(full):
+    entries = (remarked(full.entries[0], "قرية தமிழ்"), *full.entries[1:])
+    reader = PdfReader(io.BytesIO(document.write(replace(full, entries=entries)).content))
+
+    read = "".join(
+        bytes.fromhex(text.decode()).decode("utf-16-be")
+        for page in reader.pages
+        for text in re.findall(rb"/ActualText <FEFF(\w+)>", page.get_contents().get_data())
+    )
+    assert "قرية" in read
+    assert "தமிழ்" in read
