@@ -25,10 +25,10 @@ SAME = re.compile(
     r"(\W|\d|\b[A-Z]\b|\b(mm|px|min|rms|s|h|No)\b|\{\w+\})*|EN 13508-2"
 )
 BORROWED = {
-    "ms": {"Menu", "Video", "Status", "Unit", "Format"},
+    "ms": {"Menu", "Video", "Status", "Unit", "Format", "Logo"},
     "de": {
         "ChArUco", "Code", "Codes", "Dask", "Export", "Export: {name}", "Film", "Gamma",
-        "Infiltration", "Link", "Live", "Live, {time}", "Material", "Name", "Oval", "Pause",
+        "Infiltration", "Link", "Live", "Live, {time}", "Logo", "Material", "Name", "Oval", "Pause",
         "Pixel", "Position", "Problem", "Status", "Text", "Video",
     },
 }  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import IO, TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
 from app.reports.content.words import Language
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
-from app.storage.blobs import Readable
+from app.storage.blobs import Readable, StoredBlob
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.catalogue.table import Code
@@ -33,6 +33,9 @@ from vo_core.errors import ChainageError
 from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.joints.finder import Sighting
 from vo_core.mosaic.mosaic import Layout
+
+if TYPE_CHECKING:
+    from app.reports.content.marked_photo import MarkedPhoto
 
 Units = Literal["m", "ft"]
 Role = Literal["start", "change", "finish"]
@@ -50,7 +53,7 @@ class Photo:
     """A blob that may be missing; None in an import, whose photos are elsewhere."""
     sha256: str | None
     """None for another program's photo."""
-    marked: Readable | None = None
+    marked: MarkedPhoto | None = None
     """A copy with the marks of a person, or a burnt-in caption."""
     of: str = ""
     """Id of the observation or the attachment that it is the photo of."""
@@ -80,6 +83,12 @@ class Extras:
     """Distance and code below each photo."""
     clip_of: Callable[[str], bytes] | None = None
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
+    film_name: str | None = None
+    """Name of the film that lies beside the report, whose times are then links; None: no film."""
+    exchange: str | None = None
+    """Exchange format of a delivery; None for EN 13508-2 text."""
+    film: bool = False
+    """The film in a delivery."""
 
 
 @dataclass(frozen=True)
@@ -181,7 +190,10 @@ class Company:
     """The company that issues the report."""
 
     name: str | None = None
-    logo: Path | None = None
+    logo: Readable | None = None
+    """PNG or JPEG."""
+    address: str = ""
+    """Lines."""
 
 
 @dataclass(frozen=True)
@@ -241,6 +253,10 @@ class Report:
     """Signs evidence bundles."""
     template: ReportTemplate = DEFAULT_TEMPLATE
     """Of its project."""
+    film: StoredBlob | None = None
+    """The film as it is stored; None while it is recorded, and where there is none."""
+    scratch: Path | None = None
+    """Folder on a disk for large files that are being written; None for the usual one."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)

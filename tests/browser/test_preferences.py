@@ -105,7 +105,22 @@ def test_german_fits_the_page(browser: Browser, server: Server, inspection: str)
 
 REMARKS = (
     ({"action": "created", "remark": "Imported from a.txt."}, "Diimport daripada a.txt."),
-    ({"action": "not_told", "remark": "It answered 500."}, "Ia menjawab 500."),
+    (
+        {
+            "action": "not_told",
+            "remark": "It answered 500.",
+            "reason": {"code": "answered", "values": {"status": "500"}},
+        },
+        "Ia menjawab 500.",
+    ),
+    (
+        {
+            "action": "not_told",
+            "remark": "It cannot be reached: refused.",
+            "reason": {"code": "of_a_newer_server", "values": {}},
+        },
+        "It cannot be reached: refused.",
+    ),
     (
         {
             "action": "rescaled",
@@ -142,7 +157,7 @@ def test_remarks_of_the_server_are_in_the_language_of_the_page(
           const { remarkText } = await import('/static/components/history-panel/remarks.js');
           return events.map(remarkText);
         }""",
-        [{"after": None} | event for event, _ in REMARKS],
+        [{"after": None, "reason": None} | event for event, _ in REMARKS],
     )
     assert seen == [text for _, text in REMARKS]
     page.context.close()
