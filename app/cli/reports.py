@@ -25,8 +25,8 @@ def export(
     format: Annotated[  # noqa: A002
         str,
         typer.Option(
-            help="pdf, html, emergency, csv, xlsx, json, en13508, ribx, isybau, m150, geojson; or "
-            "zip, the evidence bundle: reports, tables, photos and tracks, signed."
+            help="pdf, html, emergency, csv, xlsx, json, en13508, en13508xml, ribx, isybau, m150, "
+            "geojson; or zip, the evidence bundle: reports, tables, photos and tracks, signed."
         ),
     ],
     file: Annotated[Path, typer.Option("--out", help="File to write; it is replaced whole.")],
@@ -37,6 +37,12 @@ def export(
     units: Annotated[
         Literal["m", "ft"], typer.Option(help="Units of the formats that people read.")
     ] = "m",
+    csv: Annotated[
+        Literal["standard", "german"],
+        typer.Option(
+            help="german: a CSV with semicolons and decimal commas, as Excel there opens."
+        ),
+    ] = "standard",
 ) -> None:
     """Write the report of an inspection, with or without a running server.
 
@@ -47,7 +53,7 @@ def export(
     from app.reports.content.translator import Translator
     from app.reports.content.words import LANGUAGES
     from app.reports.formats import FORMATS
-    from app.reports.report import Company
+    from app.reports.report import Company, Extras
 
     if format not in FORMATS:
         raise typer.BadParameter(
@@ -61,11 +67,13 @@ def export(
     if file.is_dir():
         raise typer.BadParameter(f"{file} is a folder", param_hint="--out")
     settings = settings_of(data)
-    company = Company(settings.company_name, settings.company_logo)
+    company = Company(settings.company_name, settings.company_logo, server=settings.public_url)
     try:
         with reading(settings.data, company, settings.database_url, settings.store) as reader:
             row = _the_one(reader.named(inspection), inspection)
-            written = reader.reports.export(row.id, format, language=lang, units=units).written
+            written = reader.reports.export(
+                row.id, format, language=lang, units=units, extras=Extras(csv_style=csv)
+            ).written
             write_whole(file, written.blocks())
     except UnusableDatabase as error:
         raise typer.BadParameter(str(error), param_hint="--data") from error
