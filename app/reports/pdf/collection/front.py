@@ -146,10 +146,10 @@ def inspection_list(
     columns = (
         Column(t("collection.no"), 10 * mm, "right"),
         Column(t("collection.asset"), 38 * mm, is_head=True),
-        Column(t("collection.road"), WIDTH - 144 * mm),
+        Column(t("collection.road"), WIDTH - 147 * mm),
         Column(t("collection.length_in", unit=t.units), 18 * mm, "right"),
         Column(t("collection.defects"), 18 * mm, "right"),
-        Column(t("collection.worst"), 13 * mm),
+        Column(t("collection.worst"), 16 * mm),
         Column(t("collection.grade"), 20 * mm),
         Column(t("collection.date"), 17 * mm),
         Column(t("collection.page"), 10 * mm, "right"),
