@@ -45,6 +45,7 @@ from app.ops.metrics import Metrics, WatchedServices
 from app.reports.bulk import BulkExports
 from app.reports.report import Company
 from app.reports.reports import Reports
+from app.reports.templates import ReportTemplates
 from app.search.asset_map import AssetMaps, Background
 from app.search.export import ArchiveExport
 from app.search.indexer import IndexWorker
@@ -132,6 +133,7 @@ class Services:
     preferences: Preferences
     samples: Samples
     reports: Reports
+    report_templates: ReportTemplates
     bulk_exports: BulkExports
     reviews: Reviews
     search: Search
@@ -415,6 +417,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,
+        report_templates=records.report_templates,
         bulk_exports=bulk_exports,
         reviews=Reviews(records.inspection_store, ReviewStore(database), live),
         archive_export=records.archive_export,

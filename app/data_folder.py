@@ -16,6 +16,7 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.reports.report import Company, Report
 from app.reports.reports import Reports
+from app.reports.templates import ReportTemplates
 from app.search.export import ArchiveExport
 from app.search.indexer import Indexer
 from app.search.tables import Rows
@@ -31,6 +32,7 @@ from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
 from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore
+from app.storage.report_templates import ReportTemplateStore
 from app.storage.signing_key import SigningKey
 from app.storage.tables import Inspection
 from app.tracking.counter_files import CounterFiles
@@ -100,6 +102,9 @@ class Records:
         self.archive_export = ArchiveExport(
             self.defect_index, Rows(self.defect_index, self.corrections, self.tracks)
         )
+        self.report_templates = ReportTemplates(
+            ReportTemplateStore(database), self.inspection_store
+        )
         self.reports = Reports(
             self.inspection_store,
             self.observations,
@@ -112,6 +117,7 @@ class Records:
             self.tracks,
             self.unrolled,
             blobs,
+            self.report_templates,
             company,
             SigningKey(places.root),
             places.root,

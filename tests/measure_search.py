@@ -110,6 +110,7 @@ def defect(chance: np.random.Generator, seq: int, at: datetime) -> DefectFacts:
     return DefectFacts(
         observation_id=str(uuid.UUID(bytes=chance.bytes(16))), seq=seq, frame=40 * seq,
         code=code.code, char1=None, char2=None, label=code.label, label_ms=code.label_ms,
+        labels=(code.label, *code.labels.values()),
         quant1=None, unit1=None, quant2=None, unit2=None, severity=int(chance.integers(6)),
         continuous=None, distance_m=round(float(chance.uniform(0, 60)), 3), distance_u95_m=0.05,
         clock=clock, clock_to=None, clock_hours=hour_bits(clock),

@@ -83,6 +83,8 @@ class Extras:
     """Distance and code below each photo."""
     clip_of: Callable[[str], bytes] | None = None
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
+    film_name: str | None = None
+    """Name of the film that lies beside the report, whose times are then links; None: no film."""
     exchange: str | None = None
     """Exchange format of a delivery; None for EN 13508-2 text."""
     film: bool = False
@@ -188,7 +190,10 @@ class Company:
     """The company that issues the report."""
 
     name: str | None = None
-    logo: Path | None = None
+    logo: Readable | None = None
+    """PNG or JPEG."""
+    address: str = ""
+    """Lines."""
 
 
 @dataclass(frozen=True)

@@ -37,13 +37,14 @@ from app.reports.report import (
     Units,
     Written,
 )
+from app.reports.templates import ReportTemplates, company_of
 from app.storage import keys
 from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
 from app.storage.tables import ENDED, IMPORTED, Inspection
-from app.survey.catalogue.header import number_of
+from app.survey.catalogue.header import number_of, project_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView
@@ -89,6 +90,7 @@ class Reports:
         tracks: Tracks,
         unrolled: Unrolled,
         blobs: Blobs,
+        templates: ReportTemplates,
         company: Company,
         signer: Signer,
         scratch: Path,
@@ -105,6 +107,7 @@ class Reports:
         self._tracks = tracks
         self._unrolled = unrolled
         self._blobs = blobs
+        self._templates = templates
         self._company = company
         self.signer = signer
         self._scratch = scratch
@@ -145,6 +148,7 @@ class Reports:
             self._inspections.state(inspection_id),
             self._attachments.state(inspection_id),
             self._counters.kept(inspection_id),
+            self._templates.of_inspection(inspection_id).version,
         )
         key = (inspection_id, kind, language, units, extras.burnt_in, state)
         with self._lock:
@@ -201,6 +205,7 @@ class Reports:
         rig, table = rig_of(row), self._packs.table_of(row.header)
         track, raw = self._corrections.track(inspection_id), self._tracks.get(inspection_id)
         observations = self._observations.all(inspection_id)
+        template = self._templates.of_project(project_of(row.header)).template
         asset = file_stem(str(row.header.get("asset_id") or row.name))
         lengths_m = _stretch_lengths_m(observations)
         end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
@@ -261,10 +266,11 @@ class Reports:
             warning=row.warning,
             error=row.error_detail,
             error_code=row.error_code,
-            company=self._company,
+            company=company_of(template, self._company),
             signer=self.signer,
             film=_film(self._blobs, row),
             scratch=self._scratch,
+            template=template,
             draw_scene=self._draw_scene,
             extras=extras,
             language=language,

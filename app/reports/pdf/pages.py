@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import IO, cast
 
 from reportlab import rl_config
+from reportlab.lib.colors import HexColor
 from reportlab.lib.units import mm
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
@@ -16,6 +17,7 @@ from app.reports.pdf.file import File
 from app.reports.pdf.metadata import About
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import (
+    ACCENT,
     BOTTOM,
     HEIGHT,
     LEFT,
@@ -85,7 +87,9 @@ class Document:
             key: Sets its places apart from those of other reports: the document links to its
                 beginning as `<key>/title`.
         """
+        self._paper.accent = HexColor(report.template.accent)
         self.add_pages(Running.of(report, t, title), story, level=level, key=key)
+        self._paper.accent = ACCENT
 
     def add_pages(
         self, running: Running, story: Sequence[Flowable], *, level: int = 0, key: str = ""

@@ -6,12 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Literal
 
+from reportlab.lib.colors import Color
 from reportlab.pdfgen.canvas import Canvas
 
 from app.reports.pdf.file import File, dictionary, reference
 from app.reports.pdf.fonts import LATIN, font_of
 from app.reports.pdf.pictures import Jpeg
-from app.reports.pdf.styles import CELL, PAGE_HEIGHT, PAGE_WIDTH, Style
+from app.reports.pdf.styles import ACCENT, CELL, PAGE_HEIGHT, PAGE_WIDTH, Style
 from app.reports.pdf.tags import DEEPEST, Element, Kind, Tags
 from app.reports.pdf.text import draw, one_line
 
@@ -48,6 +49,8 @@ class Paper(Canvas):
         """Depth of the present report in the document."""
         self.key = ""
         """Sets the places of the present report apart from those of others."""
+        self.accent: Color = ACCENT
+        """What ACCENT stands for: the colour of the present report's template."""
         self._artifact: str | None = None
         self._bookmarks = 0
         self._places: dict[str, tuple[int, int, float, float]] = {}
@@ -60,6 +63,17 @@ class Paper(Canvas):
         self._doc.parents_key, _ = self.tags.page
         super().showPage()
         self.tags.end_page()
+
+    def setFillColor(self, aColor: Any, alpha: float | None = None) -> None:  # noqa: N802
+        """Set the colour of areas and letters."""
+        super().setFillColor(self._of_template(aColor), alpha)
+
+    def setStrokeColor(self, aColor: Any, alpha: float | None = None) -> None:  # noqa: N802
+        """Set the colour of lines."""
+        super().setStrokeColor(self._of_template(aColor), alpha)
+
+    def _of_template(self, colour: Any) -> Any:
+        return self.accent if colour is ACCENT else colour
 
     @contextmanager
     def artifact(self, kind: Artifact = "Layout") -> Iterator[None]:

@@ -21,6 +21,7 @@ SOFT = HexColor(0x56636E)
 RULE = HexColor(0xC2CBD2)
 WASH = HexColor(0xF1F4F6)
 ACCENT = HexColor(0x1D3B50)
+"""Titles; the canvas draws them in the colour of the report's template (`paper`)."""
 ALARM = HexColor(0x8A1713)
 WATER = HexColor(0xD3E3EC)
 

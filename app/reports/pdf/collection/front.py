@@ -16,7 +16,6 @@ from app.reports.pdf.flow import (
     Badge,
     Cell,
     Column,
-    Figure,
     Grid,
     Heading,
     Linked,
@@ -50,8 +49,7 @@ def cover(
         defects=whole.defects,
     )
     return [
-        Figure(26 * mm, lambda canvas: letterhead(canvas, company), alt=company.name or ""),
-        Spacer(0, 42 * mm),
+        *letterhead(company, t),
         Title(t("collection.title"), TITLE, after=1 * mm, bookmark=t("collection.title")),
         Prose([(", ".join(projects)[:200], TITLE.on(INK))], after=3 * mm),
         Prose([(said, BODY.soft())], after=10 * mm),
