@@ -46,10 +46,16 @@ def parts_of(template: ReportTemplate) -> list[Part]:
     return [cover, *chosen, *([] if sign_off in chosen else [closing])]
 
 
-def write(report: Report) -> Written:
-    """Write the chosen parts in the report's language and units."""
-    t = Translator.of(report)
+def story_of(report: Report, t: Translator) -> list[Flowable]:
+    """Return what the pages of a report hold, one after the other."""
     story = [piece for part in parts_of(report.template) for piece in part(report, t)]
     while isinstance(story[-1], PageBreak):
         story.pop()  # no empty page at the end, whichever part is the last
+    return story
+
+
+def write(report: Report) -> Written:
+    """Write the chosen parts in the report's language and units."""
+    t = Translator.of(report)
+    story = story_of(report, t)
     return Written(made(report, t, t("cover.title"), story), missing_glyphs(report))

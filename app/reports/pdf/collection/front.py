@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from datetime import datetime
 
 from reportlab.lib.units import mm
-from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
+from reportlab.platypus import Flowable, PageBreak, Spacer
 
 from app.reports.collection.collected import Collected
 from app.reports.collection.statistics import total
@@ -63,7 +63,6 @@ def cover(
                 (t("collection.made"), t.instant(made_at)),
             ]
         ),
-        NextPageTemplate("page"),
         PageBreak(),
     ]
 
