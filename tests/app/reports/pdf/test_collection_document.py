@@ -84,7 +84,7 @@ def test_rows_lead_to_the_page_that_they_name(made):
         text = shown[pages[title]].get_textpage().get_text_range()
         words = " ".join(text.split())
         for number, start in enumerate(starts, 1):
-            named = re.search(rf" {number} CUL-\w+ .*? Run {number}\b(.*?) {start + 1} ", words)
+            named = re.search(rf" {number} CUL-\w+.*?Run {number}\b(.*?) {start + 1} ", words)
             assert named, words
 
 
