@@ -28,9 +28,9 @@ def export(
     format: Annotated[  # noqa: A002
         str,
         typer.Option(
-            help="pdf, html, emergency, csv, xlsx, json, en13508, ribx, isybau, m150, geojson; "
-            "zip, the evidence bundle: reports, tables, photos and tracks, signed; or delivery, "
-            "the exchange file with what it cites, report, page, checksums, signature."
+            help="pdf, html, emergency, csv, xlsx, json, en13508, en13508xml, ribx, isybau, m150, "
+            "geojson; zip, the evidence bundle: reports, tables, photos and tracks, signed; or "
+            "delivery, the exchange file with what it cites, report, page, checksums, signature."
         ),
     ],
     inspections: Annotated[
@@ -53,9 +53,15 @@ def export(
     ] = "m",
     exchange: Annotated[
         str,
-        typer.Option(help="Exchange format of a delivery: en13508, ribx, isybau or m150."),
+        typer.Option(help="Exchange format of a delivery, such as en13508 or ribx."),
     ] = "en13508",
     film: Annotated[bool, typer.Option("--film", help="The film in a delivery.")] = False,
+    csv: Annotated[
+        Literal["standard", "german"],
+        typer.Option(
+            help="german: a CSV with semicolons and decimal commas, as Excel there opens."
+        ),
+    ] = "standard",
 ) -> None:
     """Write the report of an inspection, or one PDF over several, with or without a running server.
 
@@ -90,8 +96,8 @@ def export(
             f"there is no {exchange!r}; there are {', '.join(EXCHANGE)}", param_hint="--exchange"
         )
     settings = settings_of(data)
-    company = Company(settings.company_name, settings.company_logo)
-    extras = Extras(exchange=exchange, film=film)
+    company = Company(settings.company_name, settings.company_logo, server=settings.public_url)
+    extras = Extras(exchange=exchange, film=film, csv_style=csv)
     try:
         with reading(settings.data, company, settings.database_url, settings.store) as reader:
             rows = [_the_one(reader.named(name), name) for name in wanted]

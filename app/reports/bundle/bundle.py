@@ -146,7 +146,7 @@ class _Bundle:
         stem = file_stem(self._report.asset)
         if (count := len(self._report.entries)) > MOST_CLIPS:
             self.losses.append(Loss("too_many_clips", most=MOST_CLIPS, count=count))
-        for entry in _worst_first(self._report)[:MOST_CLIPS]:
+        for entry in _severest(self._report):
             try:
                 clip = clip_of(entry.id)
             except ChainageError as error:
@@ -172,6 +172,8 @@ class _Bundle:
         return True
 
 
-def _worst_first(report: Report) -> list[Entry]:
-    """Return the entries, the severest first, equal ones along the pipe."""
-    return sorted(report.entries, key=lambda entry: -(entry.tag.severity or 0))
+def _severest(report: Report) -> list[Entry]:
+    """Return as many entries as may have a clip, the severest, in their order."""
+    ranked = sorted(report.entries, key=lambda entry: -(entry.tag.severity or 0))
+    kept = {entry.id for entry in ranked[:MOST_CLIPS]}
+    return [entry for entry in report.entries if entry.id in kept]

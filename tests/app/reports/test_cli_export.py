@@ -18,7 +18,9 @@ from app.storage.signing_key import SigningKey
 @pytest.fixture(scope="module")
 def tagged(shared, clip):
     """An inspection with a tag that has its photo, and one that no exchange format holds whole."""
-    inspection_id = shared.inspect(clip, name="Jalan Besar", header={"asset_id": "CUL-7", "project": "Ring"})
+    inspection_id = shared.inspect(
+        clip, name="Jalan Besar", header={"asset_id": "CUL-7", "project": "Ring"}
+    )
     shared.wait(inspection_id)
     shared.tag(inspection_id, frame=20, code="BAB", char1="B", char2="A", severity=4)
     shared.tag(inspection_id, frame=5, remark="=look here")
@@ -50,10 +52,11 @@ def test_it_is_what_the_server_exports(chainage, shared, tagged, tmp_path):
     before = files_of(shared.data, tagged)
     for kind in ("csv", "json"):
         out = tmp_path / f"report.{kind}"
-        made = export(chainage, shared, out, tagged, kind)
+        made = export(chainage, shared, out, tagged, kind, "--csv", "german")
         assert (made.code, "Jalan Besar" in made.out) == (0, True), made.err
-        served = shared.get(f"/api/inspections/{tagged}/exports/{kind}").content
+        served = shared.get(f"/api/inspections/{tagged}/exports/{kind}?csv=german").content
         if kind == "csv":
+            assert served.startswith(b"\xef\xbb\xbfreport_id;asset_id;")
             assert out.read_bytes() == served
         else:
             ours, theirs = json.loads(out.read_bytes()), json.loads(served)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from datetime import datetime
 
 from reportlab.lib.units import mm
-from reportlab.platypus import Flowable, PageBreak, Spacer
+from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.collection.collected import Collected
 from app.reports.collection.statistics import total
@@ -49,6 +49,7 @@ def cover(
         defects=whole.defects,
     )
     return [
+        NextPageTemplate("page"),
         *letterhead(company, t),
         Title(t("collection.title"), TITLE, after=1 * mm, bookmark=t("collection.title")),
         Prose([(", ".join(projects)[:200], TITLE.on(INK))], after=3 * mm),

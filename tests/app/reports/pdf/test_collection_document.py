@@ -92,7 +92,9 @@ def test_what_is_missing_is_named_and_every_step_is_reported(made):
     content, missing, steps = made
     assert [one[0] for one in missing] == [32 * "f"]
     assert steps.count(None) == 4
-    text = pypdf.PdfReader(io.BytesIO(content)).pages[2].extract_text()
+    page = pypdf.PdfReader(io.BytesIO(content)).pages[2]
+    text = page.extract_text()
+    assert "Culvert inspections" in text  # the head
     assert "Not in this document: ffff" in text
 
 
