@@ -175,7 +175,7 @@ class Paper(Canvas):
         end.
         """
         self._wanted.add(self._full(name))
-        self.doForm(f"page {self._full(name)}".replace(" ", "."))
+        self.doForm(_form_of(self._full(name)))
 
     def number(self, name: str, value: int, style: Style = CELL, align: str = "left") -> None:
         """Fill in a form that pages have drawn."""
@@ -192,7 +192,7 @@ class Paper(Canvas):
         if missing := (self._linked | self._wanted) - set(self._places):
             raise ValueError(f"No part has the linked places {sorted(missing)}.")
         for name in sorted(self._wanted):
-            self.number(f"page {name}".replace(" ", "."), self._places[name][1], align="right")
+            self.number(_form_of(name), self._places[name][1], align="right")
         entries: dict[str, object] = {"StructTreeRoot": reference(self.tags.finish())}
         if self._places:
             rows = " ".join(
@@ -210,3 +210,8 @@ class Paper(Canvas):
             self.absolutePosition(rect[0], rect[1]), self.absolutePosition(rect[2], rect[3]),
         )  # fmt: skip
         return left, bottom, right, top
+
+
+def _form_of(place: str) -> str:
+    """Return the name of the form with the page of a place, without what ends a name of PDF."""
+    return "page." + place.replace(" ", ".").replace("/", ".")
