@@ -31,6 +31,7 @@ from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
 from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore
+from app.storage.reviews import ReviewStore
 from app.storage.signing_key import SigningKey
 from app.storage.tables import Inspection
 from app.tracking.counter_files import CounterFiles
@@ -51,12 +52,14 @@ class Records:
         company: Company,
         *,
         has_webhook: bool = False,
+        scratch: Path | None = None,
     ) -> None:
         self.inspection_store = InspectionStore(database)
         self.correction_store = CorrectionStore(database)
         self.observation_store = ObservationStore(database, has_webhook=has_webhook)
         self.attachment_store = AttachmentStore(database)
         self.label_store = LabelStore(database)
+        self.review_store = ReviewStore(database)
         self.tracks = Tracks(blobs, places)
         self.unrolled = Unrolled(blobs, live)
         self.corrections = Corrections(
@@ -105,6 +108,7 @@ class Records:
             self.observations,
             self.attachment_store,
             self.label_store,
+            self.review_store,
             self.corrections,
             self.checks,
             self.counters,
@@ -115,6 +119,7 @@ class Records:
             company,
             SigningKey(places.root),
             _draw_scene,
+            scratch,
         )
 
     def named(self, wanted: str) -> list[Inspection]:

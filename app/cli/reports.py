@@ -26,7 +26,8 @@ def export(
         str,
         typer.Option(
             help="pdf, html, emergency, csv, xlsx, json, en13508, ribx, isybau, m150, geojson; or "
-            "zip, the evidence bundle: reports, tables, photos and tracks, signed."
+            "zip, the evidence bundle: reports, tables, photos and tracks, signed; or archive, "
+            "from which another server makes the same inspection."
         ),
     ],
     file: Annotated[Path, typer.Option("--out", help="File to write; it is replaced whole.")],
@@ -37,6 +38,7 @@ def export(
     units: Annotated[
         Literal["m", "ft"], typer.Option(help="Units of the formats that people read.")
     ] = "m",
+    film: Annotated[bool, typer.Option("--film", help="Put the film into the archive.")] = False,
 ) -> None:
     """Write the report of an inspection, with or without a running server.
 
@@ -47,7 +49,7 @@ def export(
     from app.reports.content.translator import Translator
     from app.reports.content.words import LANGUAGES
     from app.reports.formats import FORMATS
-    from app.reports.report import Company
+    from app.reports.report import Company, Extras
 
     if format not in FORMATS:
         raise typer.BadParameter(
@@ -65,7 +67,9 @@ def export(
     try:
         with reading(settings.data, company, settings.database_url, settings.store) as reader:
             row = _the_one(reader.named(inspection), inspection)
-            written = reader.reports.export(row.id, format, language=lang, units=units).written
+            written = reader.reports.export(
+                row.id, format, language=lang, units=units, extras=Extras(film=film)
+            ).written
             write_whole(file, written.blocks())
     except UnusableDatabase as error:
         raise typer.BadParameter(str(error), param_hint="--data") from error

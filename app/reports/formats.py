@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from app.reports import pdf as document
 from app.reports.bundle import bundle
+from app.reports.exchange import archive_file, en13508, geojson, isybau, m150, ribx
 from app.reports.exchange import chainage_json as json_report
-from app.reports.exchange import en13508, geojson, isybau, m150, ribx
 from app.reports.html import web_page
 from app.reports.pdf import emergency
 from app.reports.report import Report, Written
@@ -53,5 +53,6 @@ def _bundle(report: Report) -> Written:
 
 FORMATS: Mapping[str, Format] = {
     **_FORMS,
+    "archive": Format("archive", ".chainage.zip", "application/zip", archive_file.write),
     "zip": Format("evidence", ".zip", "application/zip", _bundle),
 }

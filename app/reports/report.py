@@ -17,9 +17,11 @@ from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
 from app.reports.content.words import Language
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
-from app.storage.blobs import Readable
+from app.storage.blobs import Readable, StoredBlob
+from app.storage.tables import RemarkRow
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
+from app.survey.attachments import Attachment
 from app.survey.catalogue.table import Code
 from app.survey.checks import Issue
 from app.survey.corrected import Corrected
@@ -70,6 +72,8 @@ class VoiceNote:
     sound: Readable
     """A blob that may be missing."""
     sha256: str | None
+    of: str = ""
+    """Id of the attachment."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +84,10 @@ class Extras:
     """Distance and code below each photo."""
     clip_of: Callable[[str], bytes] | None = None
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
+    film: bool = False
+    """The film, in the archive file."""
+    photos: bool = False
+    """Photos and voice notes, in the JSON report."""
 
 
 @dataclass(frozen=True)
@@ -185,6 +193,33 @@ class Company:
 
 
 @dataclass(frozen=True)
+class Kept:
+    """What an inspection takes along when it moves to another server, beside its report."""
+
+    attachments: tuple[Attachment, ...] = ()
+    remarks: tuple[RemarkRow, ...] = ()
+    """What reviewers have said."""
+    film: Film | None = None
+    """None while it grows, and without one."""
+    files: Mapping[str, Readable] = field(default_factory=dict)
+    """What else is known of the film, by the names of `app.imports.archive_manifest`."""
+    pack_table: str | None = None
+    """The table of codes as CSV, if a person has added it."""
+    scratch: Path | None = None
+    """Folder for a file that may be as large as a film; None for that of the system."""
+
+
+@dataclass(frozen=True)
+class Film:
+    """The film of an inspection."""
+
+    name: str
+    """`video` and a suffix."""
+    stored: StoredBlob
+    """A blob that may be missing."""
+
+
+@dataclass(frozen=True)
 class Report:
     """The report of an inspection in its present state."""
 
@@ -244,6 +279,7 @@ class Report:
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)
+    kept: Kept = field(default_factory=Kept)
     language: Language = "en"
     units: Units = "m"
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -26,6 +27,7 @@ from app.reports.content.naming import file_stem, safe_file_name
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.reports.formats import FORMATS
+from app.reports.kept import kept_of
 from app.reports.report import (
     Company,
     Entry,
@@ -41,6 +43,7 @@ from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
+from app.storage.reviews import ReviewStore
 from app.storage.tables import ENDED, IMPORTED
 from app.survey.catalogue.header import number_of
 from app.survey.catalogue.table import CodeTable
@@ -81,6 +84,7 @@ class Reports:
         observations: Observations,
         attachments: AttachmentStore,
         labels: LabelStore,
+        reviews: ReviewStore,
         corrections: Corrections,
         checks: Checks,
         counters: Counters,
@@ -91,11 +95,13 @@ class Reports:
         company: Company,
         signer: Signer,
         draw_scene: Callable[[Report], str],
+        scratch: Path | None,
     ) -> None:
         self._inspections = inspections
         self._observations = observations
         self._attachments = attachments
         self._labels = labels
+        self._reviews = reviews
         self._corrections = corrections
         self._checks = checks
         self._counters = counters
@@ -106,6 +112,7 @@ class Reports:
         self._company = company
         self._signer = signer
         self._draw_scene = draw_scene
+        self._scratch = scratch
         self._lock = threading.Lock()
         """Guards the next field."""
         self._kept: TTLCache[Hashable, Export] = TTLCache(
@@ -143,7 +150,8 @@ class Reports:
             self._attachments.state(inspection_id),
             self._counters.kept(inspection_id),
         )
-        key = (inspection_id, kind, language, units, extras.burnt_in, state)
+        asked = (extras.burnt_in, extras.film, extras.photos)
+        key = (inspection_id, kind, language, units, asked, state)
         with self._lock:
             known = self._kept.get(key)
         if known is not None:
@@ -202,10 +210,11 @@ class Reports:
         lengths_m = _stretch_lengths_m(observations)
         end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
         line = _line(row.header, end_mm)
+        attachments = self._attachments.listed(inspection_id)
         attached = Attached(
             self._blobs,
             asset,
-            self._attachments.listed(inspection_id),
+            attachments,
             Translator(language, units).burnt_in if extras.burnt_in else None,
         )
         entries = [
@@ -262,6 +271,7 @@ class Reports:
             signer=self._signer,
             draw_scene=self._draw_scene,
             extras=extras,
+            kept=kept_of(row, attachments, self._reviews, self._packs, self._blobs, self._scratch),
             language=language,
             units=units,
         )

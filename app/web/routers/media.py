@@ -5,7 +5,7 @@ uploads.
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Literal
 from urllib.parse import quote
 
 from fastapi import APIRouter, Path, Request, Response
@@ -106,15 +106,20 @@ def export(
     units: Units = "m",
     burnt_in: bool = False,
     clips: bool = False,
+    film: bool = False,
+    photos: Literal["embedded"] | None = None,
 ) -> Response:
     """Return the report; language and units apply to formats that people read.
 
     `burnt_in` puts distance and code below each photo of a format that shows photos; `clips` adds
-    the seconds around each observation to the bundle.
+    the seconds around each observation to the bundle, `film` the film to the archive file, `photos`
+    the photos and voice notes to the JSON report.
     """
     extras = Extras(
         burnt_in=burnt_in,
         clip_of=partial(services.clips.content_of, inspection_id) if clips else None,
+        film=film,
+        photos=photos == "embedded",
     )
     export = services.reports.export(inspection_id, kind, language=lang, units=units, extras=extras)
     name = export.filename
