@@ -163,7 +163,7 @@ def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
         if name in found:
             raise InvalidImport(f"The ZIP has two files {name!r}.")
         mode = info.external_attr >> 16
-        if info.flag_bits & _ENCRYPTED or (mode and not stat.S_ISREG(mode)):
+        if info.flag_bits & _ENCRYPTED or stat.S_IFMT(mode) not in (0, stat.S_IFREG):
             raise InvalidImport(f"{name} is encrypted, or no plain file.")
         _require_form(info)
         found[name] = info

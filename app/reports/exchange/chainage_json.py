@@ -16,6 +16,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import asdict
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -194,7 +195,7 @@ def _attachments(report: Report, media: Mapping[str, MediaFile]) -> list[Mapping
             "sha256": one.sha256,
             "file": media[one.id].path if one.id in media else None,
             "created_by": one.created_by,
-            "created_at": iso(one.created_at),
+            "created_at": _exactly(one.created_at),
         }
         for one in report.kept.attachments
         if one.observation_id in known
@@ -210,16 +211,21 @@ def _remarks(report: Report) -> list[Mapping[str, Any]]:
             "text": remark.text,
             "version": remark.version,
             "made_by": remark.made_by,
-            "made_at": iso(remark.made_at),
+            "made_at": _exactly(remark.made_at),
             "settled_by": remark.settled_by,
-            "settled_at": iso(remark.settled_at),
+            "settled_at": _exactly(remark.settled_at),
         }
         for remark in report.kept.remarks
     ]
 
 
 def _review(report: Report) -> Mapping[str, Any]:
-    return {"state": report.review, "by": report.reviewed_by, "at": iso(report.reviewed_at)}
+    return {"state": report.review, "by": report.reviewed_by, "at": _exactly(report.reviewed_at)}
+
+
+def _exactly(at: datetime | None) -> str | None:
+    """Return a moment to the microsecond: the names of photos follow the order of attachments."""
+    return None if at is None else at.astimezone(UTC).isoformat()
 
 
 def _embedded(media: Mapping[str, MediaFile], losses: list[Loss]) -> Mapping[str, str]:
