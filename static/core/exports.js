@@ -8,11 +8,13 @@ import { language } from './words.js';
 const KEPT_MS = 60_000;
 
 const pathOf = (inspection, kind) => `/api/inspections/${inspection}/exports/${kind}`;
+/** What an extra is in the query, where it is not `true`. */
+const VALUES = { photos: 'embedded' };
 const QUERY = new URLSearchParams({ lang: language, units: lengthUnit });
 
 /** Returns the address of a report, for a link. */
 export const exportPath = (inspection, kind, extras = []) =>
-  `${pathOf(inspection, kind)}?${new URLSearchParams([...QUERY, ...extras.map((name) => [name, 'true'])])}`;
+  `${pathOf(inspection, kind)}?${new URLSearchParams([...QUERY, ...extras.map((name) => [name, VALUES[name] ?? 'true'])])}`;
 
 /**
  * Returns what the format cannot hold.
@@ -35,6 +37,14 @@ export async function makeExport(inspection, kind, extras, signal) {
   const response = await send('GET', exportPath(inspection, kind, extras), { signal });
   const [, name] = /filename="([^"]+)"/.exec(response.headers.get('Content-Disposition')) ?? [];
   return new File([await bodyOf(response, 'blob')], name ?? kind);
+}
+
+/** Lets the browser itself load a report that may be larger than the memory of a page. */
+export function download(inspection, kind, extras) {
+  const link = document.createElement('a');
+  link.href = exportPath(inspection, kind, extras);
+  link.download = '';
+  link.click();
 }
 
 /** Saves a file, like a click on a download link. */

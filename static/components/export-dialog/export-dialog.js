@@ -1,8 +1,9 @@
 /** Before a report is sent to anybody: what its format cannot hold, and the open issues. */
 
 import { ApiError } from '../../core/api.js';
-import { lossesOf, makeExport, save } from '../../core/exports.js';
+import { download, lossesOf, makeExport, save } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
+import { hasFilm } from '../../core/inspection.js';
 import { bytes } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
 import { sentenceOf } from '../checks-panel/sentences.js';
@@ -21,7 +22,7 @@ const TICK_MS = 1000;
 export function openExport(desk, format) {
   const { dialog, parts } = openDialog({
     title: t('export.title', { name: format.name }),
-    content: markup(format),
+    content: markup(format, desk.inspection.value),
   });
   const end = new AbortController();
   dialog.addEventListener('close', () => end.abort());
@@ -131,6 +132,12 @@ class ExportDialog {
     try {
       // The report includes the last tags.
       await this.#desk.whenSent(signal);
+      if (this.#extras.includes('film')) {
+        download(inspection.id, this.#format.kind, this.#extras);
+        this.#dialog.close();
+        toast(t('export.begun'));
+        return;
+      }
       const file = await makeExport(inspection.id, this.#format.kind, this.#extras, signal);
       if (signal.aborted) return;
       save(file);
@@ -181,10 +188,17 @@ class ExportDialog {
   }
 }
 
-const markup = ({ help, extras = [] }) => html`<div class="export">
+/** Names an extra; of the film its size, which decides whether somebody wants to send it. */
+const extraName = (name, { source }) =>
+  name === 'film' ? `${wordFor('export.extra', name)} (${bytes(source.size)})` : wordFor('export.extra', name);
+
+/** Returns the extras that an inspection can have: without a film there is none to send. */
+const extrasOf = (extras, inspection) => extras.filter((name) => name !== 'film' || hasFilm(inspection));
+
+const markup = ({ help, extras = [] }, inspection) => html`<div class="export">
   <p>${help}</p>
-  <div class="export__extras" data-part="extras">${extras.map((name) => html`<label class="switch"><input type="checkbox"
-    name="${name}" />${wordFor('export.extra', name)}</label>`)}</div>
+  <div class="export__extras" data-part="extras">${extrasOf(extras, inspection).map((name) => html`<label class="switch"><input type="checkbox"
+    name="${name}" />${extraName(name, inspection)}</label>`)}</div>
   <section data-part="losses" role="status" hidden><p class="dim">${t('export.looking')}</p></section>
   <section data-part="checks"><p class="dim">${t('checks.looking')}</p></section>
   <div data-part="fault" role="alert"></div>

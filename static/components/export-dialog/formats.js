@@ -7,7 +7,7 @@ import { t } from '../../core/words.js';
  * @property {string} kind as the API names it
  * @property {string} name
  * @property {string} help its purpose, in one line
- * @property {('burnt_in'|'clips')[]} [extras] what it shows only where it is asked for
+ * @property {('burnt_in'|'clips'|'photos'|'film')[]} [extras] what it shows only where it is asked for
  * @property {boolean} [isWhole] contains everything; asking for its losses would create the file twice
  */
 
@@ -25,7 +25,7 @@ export const GROUPS = [
     formats: [
       { kind: 'xlsx', name: 'XLSX', help: t('export.xlsx') },
       { kind: 'csv', name: 'CSV', help: t('export.csv') },
-      { kind: 'json', name: 'JSON', help: t('export.json') },
+      { kind: 'json', name: 'JSON', help: t('export.json'), extras: ['photos'] },
     ],
   },
   {
@@ -41,6 +41,10 @@ export const GROUPS = [
   {
     title: t('export.evidence'),
     formats: [{ kind: 'zip', name: 'ZIP', help: t('export.zip'), extras: ['burnt_in', 'clips'], isWhole: true }],
+  },
+  {
+    title: t('export.move'),
+    formats: [{ kind: 'archive', name: t('export.archive_name'), help: t('export.archive'), extras: ['film'], isWhole: true }],
   },
 ];
 

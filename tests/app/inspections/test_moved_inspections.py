@@ -171,12 +171,12 @@ def test_it_goes_to_another_server_whole_and_back_out_the_same(
         assert other.tag(back, frame=5).is_success
         assert other.post(f"{path}/retry").is_success
         assert other.wait(back)["status"] == "done"
-        back_up(tmp_path / "other", tmp_path / "backup")
+        back_up(tmp_path / "other", tmp_path / "backup", lambda *_: None)
         assert other.delete(f"/api/inspections/{again}").status_code == 204
         assert not (tmp_path / "other" / "inspections" / again).exists()
         left = [p.name for p in (tmp_path / "other" / "inspections").iterdir()]
         assert (left, list((tmp_path / "other" / "uploads").iterdir())) == ([back], [])
-    restore(tmp_path / "backup", tmp_path / "restored")
+    restore(tmp_path / "backup", tmp_path / "restored", lambda *_: None)
     with serving(tmp_path / "restored") as restored:
         assert "film/video.mp4" in members(archive(restored, again, film=True))
 
