@@ -47,6 +47,7 @@ from app.ops.metrics import Metrics, WatchedServices
 from app.reports.bulk import BulkExports
 from app.reports.report import Company
 from app.reports.reports import Reports
+from app.reports.templates import ReportTemplates
 from app.search.asset_map import AssetMaps, Background
 from app.search.export import ArchiveExport
 from app.search.indexer import IndexWorker
@@ -134,6 +135,7 @@ class Services:
     preferences: Preferences
     samples: Samples
     reports: Reports
+    report_templates: ReportTemplates
     bulk_exports: BulkExports
     reviews: Reviews
     search: Search
@@ -192,15 +194,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     members = members_of(stored)
     stack.callback(members.stop)  # the last to stop: it reports to the others what is queued again
     company = Company(settings.company_name, settings.company_logo)
-    records = Records(
-        database,
-        folder,
-        blobs,
-        live,
-        company,
-        has_webhook=client is not None,
-        scratch=folder.root,
-    )
+    records = Records(database, folder, blobs, live, company, has_webhook=client is not None)
     tracks = records.tracks
     uploads = Uploads(
         folder, max_bytes=settings.max_upload_bytes, expiry_s=settings.upload_expiry_h * 3600
@@ -427,6 +421,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,
+        report_templates=records.report_templates,
         bulk_exports=bulk_exports,
         reviews=Reviews(records.inspection_store, records.review_store, live),
         archive_export=records.archive_export,

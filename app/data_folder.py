@@ -16,6 +16,7 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.reports.report import Company, Report
 from app.reports.reports import Reports
+from app.reports.templates import ReportTemplates
 from app.search.export import ArchiveExport
 from app.search.indexer import Indexer
 from app.search.tables import Rows
@@ -31,6 +32,7 @@ from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
 from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore
+from app.storage.report_templates import ReportTemplateStore
 from app.storage.reviews import ReviewStore
 from app.storage.signing_key import SigningKey
 from app.storage.tables import Inspection
@@ -52,7 +54,6 @@ class Records:
         company: Company,
         *,
         has_webhook: bool = False,
-        scratch: Path | None = None,
     ) -> None:
         self.inspection_store = InspectionStore(database)
         self.correction_store = CorrectionStore(database)
@@ -103,6 +104,9 @@ class Records:
         self.archive_export = ArchiveExport(
             self.defect_index, Rows(self.defect_index, self.corrections, self.tracks)
         )
+        self.report_templates = ReportTemplates(
+            ReportTemplateStore(database), self.inspection_store
+        )
         self.reports = Reports(
             self.inspection_store,
             self.observations,
@@ -116,10 +120,11 @@ class Records:
             self.tracks,
             self.unrolled,
             blobs,
+            self.report_templates,
             company,
             SigningKey(places.root),
+            places.root,
             _draw_scene,
-            scratch,
         )
 
     def named(self, wanted: str) -> list[Inspection]:

@@ -60,6 +60,7 @@ from app.web.routers import (
     pages,
     picking,
     register,
+    report_templates,
     reviews,
     rigs,
     samples,
@@ -108,9 +109,9 @@ def create_app(settings: Settings) -> FastAPI:
     app.mount("/static", pages.Assets(directory=pages.static_folder()))
     for part in (
         access, me, uploads, aiming, imports, inspections, observations, attachments, picking,
-        corrections, counter, media, bulk, catalogue, packs, rigs, register, reviews, samples,
-        archive, search, asset_map, sources, meter_counter, tokens, unrolled, health, metrics,
-        live, viewer, pages,
+        corrections, counter, media, bulk, report_templates, catalogue, packs, rigs, register,
+        reviews, samples, archive, search, asset_map, sources, meter_counter, tokens, unrolled,
+        health, metrics, live, viewer, pages,
     ):  # fmt: skip
         app.include_router(part.router)
     app.add_middleware(Guard, allowed_hosts=(socket.gethostname(), *settings.allowed_hosts))

@@ -24,6 +24,7 @@ import './components/archive-rules/archive-rules.js';
 import './components/compare-page/compare-page.js';
 import './components/inspection-list/inspection-list.js';
 import './components/new-inspection/new-inspection.js';
+import './components/report-template/report-template.js';
 import './components/users-page/users-page.js';
 import './components/inspection-page/inspection-page.js';
 
@@ -42,6 +43,7 @@ const PAGES = [
   [/^\/archive\/map$/, 'archive-map'],
   [/^\/archive\/quality$/, 'archive-quality'],
   [/^\/archive\/register$/, 'archive-register'],
+  [/^\/archive\/template$/, 'report-template'],
   [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],
 ];
 

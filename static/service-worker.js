@@ -90,7 +90,7 @@ async function keepPage(answer) {
   if (!named.length) return;
   const [, folder] = named[0];
   const files = named.map(([, , name]) => name);
-  const wanted = [...files, 'words/en.json', 'words/ms.json'].map((name) => new URL(folder + name, location.origin).href);
+  const wanted = files.map((name) => new URL(folder + name, location.origin).href);
   const known = (await cache.keys()).map(({ url }) => url);
   await cache.addAll(wanted.filter((url) => !known.includes(url)));
   await cache.put(SHELL, answer);

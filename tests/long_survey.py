@@ -111,7 +111,7 @@ def _add(folder: DataFolder, database: Database, defects: int, frames: int) -> s
     for row in observations:
         blobs.put(keys.photo(inspection_id, row.id, row.frame), jpeg)
     events = [_event(inspection, row) for row in (None, *observations)]
-    ImportStore(database).add(inspection, observations, events)
+    ImportStore(database).add(inspection, observations, events, labels=())
     return inspection_id
 
 

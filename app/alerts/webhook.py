@@ -33,6 +33,7 @@ from app.storage.alerts import EMERGENCY, AlertStore
 from app.storage.tables import Alert, Inspection
 from app.survey.place import ObservationView
 from app.survey.rounding import metres
+from app.survey.undelivered import Undelivered
 from app.tracking.live import Event, ObservationsChanged
 
 logger = logging.getLogger(__name__)
@@ -63,6 +64,10 @@ class Client:
 
 class Unsent(Exception):
     """A try failed; the text says why, without the address."""
+
+    def __init__(self, code: str, **values: object) -> None:
+        reason = Undelivered(code, {name: str(value) for name, value in values.items()})
+        super().__init__(reason.sentence)
 
 
 class Webhook:
@@ -197,7 +202,7 @@ class Webhook:
         with closing(_Post(client.url, client.trust)) as post:
             with self._changed:
                 if self._stopping:
-                    raise Unsent("The server stops.")
+                    raise Unsent("stopping")
                 self._stop_try = post.give_up
             try:
                 status = post.send(body, signature(client.secret, body, int(time.time())))
@@ -205,9 +210,9 @@ class Webhook:
                 with self._changed:
                     self._stop_try = None
         if 300 <= status < 400:
-            raise Unsent(f"It answered {status}, and redirects are not followed.")
+            raise Unsent("redirected", status=status)
         if not 200 <= status < 300:
-            raise Unsent(f"It answered {status}.")
+            raise Unsent("answered", status=status)
 
 
 def message(
@@ -297,7 +302,7 @@ class _Post:
             connection.request("POST", self._target, body, headers)
             return connection.getresponse().status
         except (OSError, http.client.HTTPException, ValueError) as failure:
-            raise Unsent(self._reason(failure)) from failure
+            raise self._unsent(failure) from failure
 
     def close(self) -> None:
         """Close the connection without reading the answer's body."""
@@ -325,20 +330,20 @@ class _Post:
                 raise TimeoutError
         return opened
 
-    def _reason(self, failure: Exception) -> str:
+    def _unsent(self, failure: Exception) -> Unsent:
         if self._is_over or isinstance(failure, TimeoutError):
-            return f"It did not answer within {_TRY_S:.0f} s."
+            return Unsent("no_answer", seconds=f"{_TRY_S:.0f}")
         if isinstance(failure, ssl.SSLCertVerificationError):
-            return f"Its certificate is not trusted: {failure.verify_message}."
+            return Unsent("untrusted", why=failure.verify_message)
         if isinstance(failure, ssl.SSLError):
-            return f"TLS failed: {failure.reason or 'the connection broke off'}."
+            return Unsent("tls_failed", why=failure.reason or "the connection broke off")
         if isinstance(failure, socket.gaierror):
-            return "Its name is not known."
+            return Unsent("unknown_name")
         if isinstance(failure, http.client.RemoteDisconnected | ConnectionResetError):
-            return "It has broken off."
+            return Unsent("broken_off")
         if isinstance(failure, OSError) and failure.strerror:
-            return f"It cannot be reached: {failure.strerror}."
-        return "It does not answer as a web server does."
+            return Unsent("unreachable", why=failure.strerror)
+        return Unsent("no_web_server")
 
 
 def _seconds_until(instant: datetime) -> float:

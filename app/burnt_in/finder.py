@@ -86,7 +86,7 @@ def find_counter(
 
     Args:
         pictures: (H, W, 3) BGR each, from the whole film.
-        lines: The lines of text in each picture.
+        lines: The lines of text in some of the pictures.
         read: Reads a line of text.
         within: A part of the picture that holds the counter and perhaps other lines; there the
             counter may lack a decimal point.
@@ -104,13 +104,6 @@ def find_counter(
     )
 
 
-def shows_counter(
-    pictures: Sequence[ByteImage], lines: Sequence[Sequence[Box]], read: Read
-) -> bool:
-    """Whether `find_counter` can find one; it takes the same arguments and more time."""
-    return _best_line(pictures, lines, read, None) is not None
-
-
 def _best_line(
     pictures: Sequence[ByteImage],
     lines: Sequence[Sequence[Box]],
@@ -123,7 +116,7 @@ def _best_line(
         for box in found_lines:
             if within is None or within.holds_middle_of(box):
                 _add(places, box)
-    boxes = [p.box() for p in places if len(p.boxes) >= LEAST_SHARE * len(pictures)]
+    boxes = [p.box() for p in places if len(p.boxes) >= LEAST_SHARE * len(lines)]
     if within is not None:
         boxes.append(within)
     readings = [_distances(box, pictures, read) for box in boxes]

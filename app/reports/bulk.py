@@ -1,39 +1,28 @@
-"""Reports of many inspections as one ZIP archive, made in a thread while a person waits for it.
+"""Orders of reports of many inspections, made in a thread while a person waits for them.
 
-Each inspection has a folder with a file for each wanted format. `inspections.csv` lists all of
-them, with what could not be made and why. An archive is kept for an hour, in a file without a name:
-it is lost when the server ends.
+`bulk_archive` makes the file. It is kept for an hour, without a name: it is lost when the server
+ends.
 """
 
 from __future__ import annotations
 
-import csv
-import io
 import logging
 import os
 import tempfile
 import threading
 import time
 import uuid
-import zipfile
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
-from functools import partial
-from typing import IO, Literal
+from typing import IO, Literal, cast
 
-from app.errors import BulkExportNotFound, Busy, DiskFull, InspectionNotFound
-from app.reports.content.naming import safe_file_name
-from app.reports.content.words import Language
-from app.reports.report import Extras, Units
-from app.reports.reports import Export, Reports
+from app.errors import BulkExportNotFound, Busy
+from app.reports.bulk_archive import Made, NotMade, Sources, Stopped, Wanted, write
+from app.reports.reports import Reports
 from app.storage.files import DataFolder, full_disk_reported
 from app.storage.inspections import InspectionStore
-from app.storage.tables import Inspection
-from app.survey.catalogue.header import asset_of, project_of
 from app.tracking.worker import Worker
-from vo_core.csv_rows import plain
 from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
@@ -49,37 +38,6 @@ KEPT_S = 3600.0
 _STOP_TIMEOUT_S = 30.0
 _SWEEP_S = 60.0
 _BLOCK = 2**20
-_COMPRESSED = (".pdf", ".xlsx", ".zip")
-_LIST = "inspections.csv"
-_LIST_HEAD = (
-    "folder", "inspection_id", "name", "project", "asset_id", "review", "files", "not_made",
-)  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What somebody orders."""
-
-    inspections: tuple[str, ...]
-    """Ids, in the order of the archive."""
-    kinds: tuple[str, ...]
-    """Formats, by their names in `app.reports.formats.FORMATS`."""
-    language: Language
-    units: Units
-    burnt_in: bool
-    clips: bool
-
-
-@dataclass(frozen=True)
-class NotMade:
-    """A file that is missing in the archive."""
-
-    inspection_id: str
-    name: str
-    """Of the inspection; empty if it was deleted."""
-    kind: str
-    """Its format, by the name in `FORMATS`; empty if the whole inspection is missing."""
-    detail: str
 
 
 @dataclass(frozen=True)
@@ -89,13 +47,17 @@ class Progress:
     id: str
     state: State
     done: int
-    """Inspections that are in the archive; their total follows."""
+    """Inspections that are in the archive or in the document; the total of these steps follows."""
     total: int
     present: str | None
     """Name of the inspection whose reports are being made."""
     not_made: tuple[NotMade, ...]
     size: int | None
     """Bytes of the archive, once it is whole."""
+    filename: str | None
+    """What the archive is called, once it is whole."""
+    written: int
+    """Bytes that are written so far."""
     detail: str | None
     """Why it failed."""
 
@@ -107,6 +69,8 @@ class _Order:
     progress: Progress
     file: IO[bytes] | None = None
     """The archive, without a name: it ends with the process."""
+    made: Made | None = None
+    """What the file is, once it is whole."""
     ended_s: float | None = None
     """When it ended, of `time.monotonic`."""
     is_cancelled: threading.Event = field(default_factory=threading.Event)
@@ -123,10 +87,7 @@ class BulkExports(Worker):
         folder: DataFolder,
     ) -> None:
         super().__init__("bulk-export", stop_timeout_s=_STOP_TIMEOUT_S)
-        self._inspections = inspections
-        self._reports = reports
-        self._clip_of = clip_of
-        self._folder = folder
+        self._sources = Sources(inspections, reports, clip_of, folder)
         self._orders: dict[str, _Order] = {}
         self._waiting: deque[_Order] = deque()
 
@@ -137,7 +98,7 @@ class BulkExports(Worker):
             Busy: Too many orders, of this person or of all, have not ended yet.
         """
         progress = Progress(
-            uuid.uuid4().hex, "waiting", 0, len(wanted.inspections), None, (), None, None
+            uuid.uuid4().hex, "waiting", 0, wanted.steps, None, (), None, None, 0, None
         )
         with self._changed:
             self._make_room_for(who)
@@ -153,22 +114,25 @@ class BulkExports(Worker):
             BulkExportNotFound: No order has this id.
         """
         with self._changed:
-            return self._order(order_id).progress
+            order = self._order(order_id)
+            written = os.fstat(order.file.fileno()).st_size if order.file else 0
+            return replace(order.progress, written=written)
 
-    def archive(self, order_id: str) -> tuple[Iterator[bytes], int]:
-        """Return the archive in pieces, and its bytes; several may read the same one at once.
+    def archive(self, order_id: str) -> tuple[Iterator[bytes], int, Made]:
+        """Return the archive in pieces, its bytes, and what it is; several may read the same one
+        at once.
 
         Raises:
             BulkExportNotFound: No order has this id, or its archive is not whole.
         """
         with self._changed:
             order = self._order(order_id)
-            file, size = order.file, order.progress.size
-            if file is None or size is None:
+            file, size, made = order.file, order.progress.size, order.made
+            if file is None or size is None or made is None:
                 raise BulkExportNotFound("This archive is not made yet.")
             # Its own handle stays valid when the order makes room for another.
             own = os.fdopen(os.dup(file.fileno()), "rb")
-        return _blocks(own), size
+        return _blocks(own), size, made
 
     def cancel(self, order_id: str) -> None:
         """Stop an order and delete its archive.
@@ -239,84 +203,83 @@ class BulkExports(Worker):
             _end(order, "failed")
 
     def _make(self, order: _Order) -> None:
-        self._show(order, state="running")
-        rows: list[tuple[str, ...]] = []
+        with self._changed:
+            order.progress = replace(order.progress, state="running")
         with full_disk_reported():
             # Not where temporary files usually go: that may be memory.
-            file = tempfile.TemporaryFile(dir=self._folder.root)  # noqa: SIM115  (kept open)
+            file = tempfile.TemporaryFile(dir=self._sources.folder.root)  # noqa: SIM115  (kept open)
             order.file = file
-            with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-                for number, inspection_id in enumerate(order.wanted.inspections, 1):
-                    if self._must_stop(order):
-                        break
-                    rows.append(self._add(archive, order, number, inspection_id))
-                    self._show(order, done=number)
-                archive.writestr(_LIST, _listed(rows))
+            watched = _Watched(order, self._changed, lambda: self._stopping)
+            try:
+                order.made = write(
+                    order.wanted, self._sources, cast(IO[bytes], _Guarded(file, watched)), watched
+                )
+                watched.check()
+            except Stopped:
+                with self._changed:
+                    _end(order, "cancelled")
+                return
             file.flush()
         with self._changed:
-            if order.is_cancelled.is_set() or self._stopping:
+            if order.is_cancelled.is_set():
                 _end(order, "cancelled")
-            else:
-                size = os.fstat(file.fileno()).st_size
-                order.progress = replace(order.progress, state="done", present=None, size=size)
-                order.ended_s = time.monotonic()
-
-    def _add(
-        self, archive: zipfile.ZipFile, order: _Order, number: int, inspection_id: str
-    ) -> tuple[str, ...]:
-        """Add the folder of an inspection; return its row of the list."""
-        try:
-            row = self._inspections.get(inspection_id)
-        except InspectionNotFound as error:
-            self._miss(order, NotMade(inspection_id, "", "", str(error)))
-            return ("", inspection_id, "", "", "", "", "", str(error))
-        self._show(order, present=row.name)
-        folder = safe_file_name(f"{number:03d}-{asset_of(row.header) or row.name}")
-        made, missing = [], []
-        for kind in order.wanted.kinds:
-            if self._must_stop(order):
-                break
-            self._folder.require_room(0)
-            export = self._export(order.wanted, inspection_id, kind)
-            if isinstance(export, str):
-                missing.append(f"{kind}: {export}")
-                self._miss(order, NotMade(inspection_id, row.name, kind, export))
-                continue
-            _write(archive, f"{folder}/{export.filename}", export)
-            made.append(export.filename)
-        return _row(folder, row, made, missing)
-
-    def _export(self, wanted: Wanted, inspection_id: str, kind: str) -> Export | str:
-        """Return the file, or why there is none: one of them must not cost all the others."""
-        extras = Extras(
-            burnt_in=wanted.burnt_in,
-            clip_of=partial(self._clip_of, inspection_id) if wanted.clips else None,
-        )
-        try:
-            return self._reports.export(
-                inspection_id, kind, language=wanted.language, units=wanted.units, extras=extras
+                return
+            size = os.fstat(file.fileno()).st_size
+            order.progress = replace(
+                order.progress, state="done", present=None, size=size, filename=order.made.filename
             )
-        except DiskFull:
-            raise
-        except ChainageError as error:
-            return str(error)
-        except Exception:
-            logger.exception("The %s of %s could not be made.", kind, inspection_id)
-            return "The server could not make this file; its log says why."
+            order.ended_s = time.monotonic()
 
-    def _must_stop(self, order: _Order) -> bool:
-        return order.is_cancelled.is_set() or self._stopping
 
-    def _miss(self, order: _Order, missing: NotMade) -> None:
-        self._show(order, not_made=(*order.progress.not_made, missing))
+class _Watched:
+    """The order as the one who waits for it sees it; it stops the work."""
 
-    def _show(self, order: _Order, **changes: object) -> None:
+    def __init__(
+        self, order: _Order, changed: threading.Condition, is_stopping: Callable[[], bool]
+    ) -> None:
+        self._order = order
+        self._changed = changed
+        self._is_stopping = is_stopping
+
+    def begin(self, name: str) -> None:
+        """Show the name of the inspection; stop where the order is cancelled."""
+        self.check()
+        self._show(present=name)
+
+    def done(self) -> None:
+        """Count the step."""
+        self._show(done=self._order.progress.done + 1)
+
+    def miss(self, missing: NotMade) -> None:
+        """Add what could not be made."""
+        self._show(not_made=(*self._order.progress.not_made, missing))
+
+    def check(self) -> None:
+        """Raise Stopped where nobody waits for the file any more."""
+        if self._order.is_cancelled.is_set() or self._is_stopping():
+            raise Stopped
+
+    def _show(self, **changes: object) -> None:
         with self._changed:
-            order.progress = replace(order.progress, **changes)  # type: ignore[arg-type]
+            self._order.progress = replace(self._order.progress, **changes)  # type: ignore[arg-type]
+
+
+class _Guarded:
+    """The file of an order: a large film in it stops where the order is cancelled."""
+
+    def __init__(self, file: IO[bytes], watched: _Watched) -> None:
+        self._file = file
+        self._watched = watched
+        self.seek, self.tell, self.flush = file.seek, file.tell, file.flush
+
+    def write(self, content: bytes) -> int:
+        """Write the content, or raise Stopped."""
+        self._watched.check()
+        return self._file.write(content)
 
 
 def _end(order: _Order, state: State) -> None:
-    order.progress = replace(order.progress, state=state, present=None, size=None)
+    order.progress = replace(order.progress, state=state, present=None, size=None, filename=None)
     order.ended_s = time.monotonic()
     _close(order)
 
@@ -325,37 +288,6 @@ def _close(order: _Order) -> None:
     if order.file is not None:
         order.file.close()
         order.file = None
-
-
-def _write(archive: zipfile.ZipFile, name: str, export: Export) -> None:
-    member = zipfile.ZipInfo(name, datetime.now(UTC).timetuple()[:6])
-    is_compressed = name.endswith(_COMPRESSED)
-    member.compress_type = zipfile.ZIP_STORED if is_compressed else zipfile.ZIP_DEFLATED
-    with archive.open(member, "w", force_zip64=True) as out:
-        for block in export.written.blocks():
-            out.write(block)
-
-
-def _row(
-    folder: str, row: Inspection, made: Sequence[str], missing: Sequence[str]
-) -> tuple[str, ...]:
-    return (
-        folder,
-        row.id,
-        row.name,
-        project_of(row.header) or "",
-        asset_of(row.header) or "",
-        row.review_state,
-        " ".join(made),
-        "; ".join(missing),
-    )
-
-
-def _listed(rows: Sequence[Sequence[str]]) -> bytes:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\r\n")
-    writer.writerows([plain(cell) for cell in row] for row in (_LIST_HEAD, *rows))
-    return out.getvalue().encode("utf-8-sig")
 
 
 def _blocks(file: IO[bytes]) -> Iterator[bytes]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from app.reports import pdf as document
-from app.reports.bundle import bundle
+from app.reports.bundle import bundle, delivery
 from app.reports.exchange import archive_file, en13508, geojson, isybau, m150, ribx
 from app.reports.exchange import chainage_json as json_report
 from app.reports.html import web_page
@@ -45,14 +45,22 @@ _FORMS: Mapping[str, Format] = {
     "geojson": Format("map", ".geojson", "application/geo+json", geojson.write),
 }
 _IN_BUNDLE = ("pdf", "html", "csv", "xlsx", "json")
+EXCHANGE = ("en13508", "ribx", "isybau", "m150")
+"""Formats of other programs that name photos and film."""
 
 
 def _bundle(report: Report) -> Written:
-    return bundle.write(report, {kind: _FORMS[kind] for kind in _IN_BUNDLE})
+    exchange = {kind: _FORMS[kind] for kind in (*EXCHANGE, "geojson")}
+    return bundle.write(report, {kind: _FORMS[kind] for kind in _IN_BUNDLE}, exchange)
+
+
+def _delivery(report: Report) -> Written:
+    return delivery.write(report, _FORMS)
 
 
 FORMATS: Mapping[str, Format] = {
     **_FORMS,
     "archive": Format("archive", ".chainage.zip", "application/zip", archive_file.write),
     "zip": Format("evidence", ".zip", "application/zip", _bundle),
+    "delivery": Format("delivery", ".zip", "application/zip", _delivery),
 }

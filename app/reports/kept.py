@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from app.imports import archive_manifest
 from app.inspections.packs import Packs
-from app.reports.report import Film, Kept
+from app.reports.report import Kept
 from app.storage import keys
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.reviews import ReviewStore
-from app.storage.tables import ENDED, Inspection
+from app.storage.tables import Inspection
 from app.survey.attachments import Attachment
 
 _BESIDE_THE_FILM = {
@@ -27,18 +26,13 @@ def kept_of(
     reviews: ReviewStore,
     packs: Packs,
     blobs: Blobs,
-    scratch: Path | None,
 ) -> Kept:
     """Return what is not in the report of an inspection; nothing large is read."""
-    has_film = row.has_film and row.status in ENDED
-    stored = StoredBlob(blobs, keys.film(row.id, row.video_file)) if has_film else None
     return Kept(
         attachments=tuple(attachments),
         remarks=tuple(reviews.remarks(row.id)),
-        film=Film(row.video_file, stored) if stored else None,
         files={
             name: StoredBlob(blobs, key_of(row.id)) for name, key_of in _BESIDE_THE_FILM.items()
         },
         pack_table=packs.csv_of(row.header),
-        scratch=scratch,
     )

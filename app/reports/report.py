@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import IO, Any, Literal
+from typing import IO, TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,9 @@ from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.joints.finder import Sighting
 from vo_core.mosaic.mosaic import Layout
 
+if TYPE_CHECKING:
+    from app.reports.content.marked_photo import MarkedPhoto
+
 Units = Literal["m", "ft"]
 Role = Literal["start", "change", "finish"]
 
@@ -52,7 +55,7 @@ class Photo:
     """A blob that may be missing; None in an import, whose photos are elsewhere."""
     sha256: str | None
     """None for another program's photo."""
-    marked: Readable | None = None
+    marked: MarkedPhoto | None = None
     """A copy with the marks of a person, or a burnt-in caption."""
     of: str = ""
     """Id of the observation or the attachment that it is the photo of."""
@@ -84,8 +87,12 @@ class Extras:
     """Distance and code below each photo."""
     clip_of: Callable[[str], bytes] | None = None
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
+    film_name: str | None = None
+    """Name of the film that lies beside the report, whose times are then links; None: no film."""
+    exchange: str | None = None
+    """Exchange format of a delivery; None for EN 13508-2 text."""
     film: bool = False
-    """The film, in the archive file."""
+    """The film in a delivery, and in the archive file."""
     photos: bool = False
     """Photos and voice notes, in the JSON report."""
 
@@ -189,7 +196,10 @@ class Company:
     """The company that issues the report."""
 
     name: str | None = None
-    logo: Path | None = None
+    logo: Readable | None = None
+    """PNG or JPEG."""
+    address: str = ""
+    """Lines."""
 
 
 @dataclass(frozen=True)
@@ -199,24 +209,10 @@ class Kept:
     attachments: tuple[Attachment, ...] = ()
     remarks: tuple[RemarkRow, ...] = ()
     """What reviewers have said."""
-    film: Film | None = None
-    """None while it grows, and without one."""
     files: Mapping[str, Readable] = field(default_factory=dict)
     """What else is known of the film, by the names of `app.imports.archive_manifest`."""
     pack_table: str | None = None
     """The table of codes as CSV, if a person has added it."""
-    scratch: Path | None = None
-    """Folder for a file that may be as large as a film; None for that of the system."""
-
-
-@dataclass(frozen=True)
-class Film:
-    """The film of an inspection."""
-
-    name: str
-    """`video` and a suffix."""
-    stored: StoredBlob
-    """A blob that may be missing."""
 
 
 @dataclass(frozen=True)
@@ -276,6 +272,10 @@ class Report:
     """Signs evidence bundles."""
     template: ReportTemplate = DEFAULT_TEMPLATE
     """Of its project."""
+    film: StoredBlob | None = None
+    """The film as it is stored; None while it is recorded, and where there is none."""
+    scratch: Path | None = None
+    """Folder on a disk for large files that are being written; None for the usual one."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)

@@ -38,14 +38,15 @@ from app.reports.report import (
     Units,
     Written,
 )
+from app.reports.templates import ReportTemplates, company_of
 from app.storage import keys
 from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
 from app.storage.reviews import ReviewStore
-from app.storage.tables import ENDED, IMPORTED
-from app.survey.catalogue.header import number_of
+from app.storage.tables import ENDED, IMPORTED, Inspection
+from app.survey.catalogue.header import number_of, project_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView
@@ -92,10 +93,11 @@ class Reports:
         tracks: Tracks,
         unrolled: Unrolled,
         blobs: Blobs,
+        templates: ReportTemplates,
         company: Company,
         signer: Signer,
+        scratch: Path,
         draw_scene: Callable[[Report], str],
-        scratch: Path | None,
     ) -> None:
         self._inspections = inspections
         self._observations = observations
@@ -109,10 +111,11 @@ class Reports:
         self._tracks = tracks
         self._unrolled = unrolled
         self._blobs = blobs
+        self._templates = templates
         self._company = company
-        self._signer = signer
-        self._draw_scene = draw_scene
+        self.signer = signer
         self._scratch = scratch
+        self._draw_scene = draw_scene
         self._lock = threading.Lock()
         """Guards the next field."""
         self._kept: TTLCache[Hashable, Export] = TTLCache(
@@ -149,6 +152,7 @@ class Reports:
             self._inspections.state(inspection_id),
             self._attachments.state(inspection_id),
             self._counters.kept(inspection_id),
+            self._templates.of_inspection(inspection_id).version,
         )
         asked = (extras.burnt_in, extras.film, extras.photos)
         key = (inspection_id, kind, language, units, asked, state)
@@ -206,6 +210,7 @@ class Reports:
         rig, table = rig_of(row), self._packs.table_of(row.header)
         track, raw = self._corrections.track(inspection_id), self._tracks.get(inspection_id)
         observations = self._observations.all(inspection_id)
+        template = self._templates.of_project(project_of(row.header)).template
         asset = file_stem(str(row.header.get("asset_id") or row.name))
         lengths_m = _stretch_lengths_m(observations)
         end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
@@ -267,14 +272,24 @@ class Reports:
             warning=row.warning,
             error=row.error_detail,
             error_code=row.error_code,
-            company=self._company,
-            signer=self._signer,
+            company=company_of(template, self._company),
+            signer=self.signer,
+            film=_film(self._blobs, row),
+            scratch=self._scratch,
+            template=template,
             draw_scene=self._draw_scene,
             extras=extras,
-            kept=kept_of(row, attachments, self._reviews, self._packs, self._blobs, self._scratch),
+            kept=kept_of(row, attachments, self._reviews, self._packs, self._blobs),
             language=language,
             units=units,
         )
+
+
+def _film(blobs: Blobs, row: Inspection) -> StoredBlob | None:
+    """Return the film; while it is recorded it has no checksum, and is elsewhere."""
+    if not (row.has_film and row.source_sha256):
+        return None
+    return StoredBlob(blobs, keys.film(row.id, row.video_file))
 
 
 @dataclass(frozen=True)

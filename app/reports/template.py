@@ -32,6 +32,23 @@ _Paragraphs = Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)]
 _Line = Annotated[str, StringConstraints(max_length=200, pattern=LINE)]
 
 
+_LEAST_CONTRAST = 4.5
+"""Of text on its ground, WCAG 2.2, 1.4.3."""
+
+
+def contrast_on_white(colour: str) -> float:
+    """Return the contrast of a colour such as #1d3b50 on white paper, 1 to 21 (WCAG 2.2)."""
+    red, green, blue = (int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5))
+    shares = ((0.2126, red), (0.7152, green), (0.0722, blue))
+    light = sum(share * _linear(part) for share, part in shares)
+    return 1.05 / (light + 0.05)
+
+
+def _linear(part: float) -> float:
+    """Return the light of a part of an sRGB colour."""
+    return part / 12.92 if part <= 0.04045 else float(((part + 0.055) / 1.055) ** 2.4)
+
+
 class Recommendation(Given):
     """A block of text that is proposed for a code."""
 
@@ -67,6 +84,13 @@ class ReportTemplate(Given):
         if len(set(sections)) != len(sections):
             raise ValueError("names a section twice")
         return sections
+
+    @field_validator("accent")
+    @classmethod
+    def _legible(cls, accent: str) -> str:
+        if contrast_on_white(accent) < _LEAST_CONTRAST:
+            raise ValueError("is too light: titles in this colour cannot be read on white")
+        return accent
 
     @field_validator("logo")
     @classmethod

@@ -149,6 +149,7 @@ def _defect(view: ObservationView, table: CodeTable) -> DefectFacts:
         char2=tag.char2,
         label=kind.label if kind else None,
         label_ms=kind.label_ms if kind else None,
+        labels=(kind.label, *kind.labels.values()) if kind else (),
         quant1=tag.quant1,
         unit1=kind.unit_q1 if kind and tag.quant1 is not None else None,
         quant2=tag.quant2,

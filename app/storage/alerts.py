@@ -12,12 +12,15 @@ from sqlalchemy.orm import Session
 
 from app.storage.database import Database
 from app.storage.tables import ALERT_STATES, Alert, EventRow, ObservationRow
+from app.survey.records import NOT_NOTIFIED
+from app.survey.undelivered import Undelivered
 
 EMERGENCY = 5
 """The severity that is notified at once."""
 SENDER = "Chainage"
 """Author of its entries in the history."""
 _WAITING_AT_MOST = 1000
+_TOO_MANY = Undelivered("too_many", {"n": str(_WAITING_AT_MOST)})
 
 
 def note_emergency(
@@ -54,7 +57,7 @@ def note_emergency(
             tries=0,
             created_at=now,
             next_at=now,
-            error=f"{_WAITING_AT_MOST} others wait already." if is_full else None,
+            error=_TOO_MANY.sentence if is_full else None,
         )
     )
 
@@ -112,7 +115,7 @@ class AlertStore:
                 row.next_at = next_at
                 return None
             row.state = "given_up"
-            return _event(row, "not_told", now, error)
+            return _event(row, NOT_NOTIFIED, now, error)
 
         self._change(alert_id, record)
 

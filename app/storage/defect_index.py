@@ -35,7 +35,7 @@ from app.survey.film_quality import PROBLEMS, FilmQuality
 from app.survey.folding import folded, spelling
 from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
 
-INDEX_VERSION = 2
+INDEX_VERSION = 3
 """Version of how rows are derived: rows of another version are made again."""
 
 _PAGE = 2_000
@@ -86,6 +86,8 @@ class DefectFacts:
     char2: str | None
     label: str | None
     label_ms: str | None
+    labels: tuple[str, ...]
+    """In all languages: only searched, and not kept one by one."""
     quant1: float | None
     unit1: str | None
     quant2: float | None
@@ -180,8 +182,8 @@ class DefectIndex:
                 project=facts.project,
                 asset=facts.asset,
                 surveyed_on=facts.surveyed_on,
-                folded=folded(defect.remark, defect.code, defect.label, defect.label_ms, *named),
-                **asdict(defect),
+                folded=folded(defect.remark, defect.code, *defect.labels, *named),
+                **{name: value for name, value in asdict(defect).items() if name != "labels"},
             )
             for defect in defects
         ]

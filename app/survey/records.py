@@ -19,6 +19,8 @@ REVIEWED = "reviewed"
 """Action of an event: the review of the inspection has reached another state."""
 LABELLED = "labelled"
 """Action of an event: the labels of the inspection were replaced."""
+NOT_NOTIFIED = "not_told"
+"""Action of an event: the client could not be notified of an observation."""
 BROUGHT_IN = "imported"
 """Action of an event: the inspection was imported from another server, unchanged."""
 

@@ -96,9 +96,9 @@ class Drawing:
         section: Section,
         wake: threading.Event,
         *,
-        names_all: bool,
+        is_still: bool,
     ) -> None:
-        """`wake` is set when a browser has come; `names_all` labels all pins, near or not."""
+        """`wake` is set when a browser has come; `is_still` is for a stand-alone page."""
         self.server = server
         self._section = section
         scene = server.scene
@@ -112,7 +112,8 @@ class Drawing:
         self._interval = Interval(scene, section)
         self._wall = TexturedWall(scene, section)
         self._trail = Trail(scene, section)
-        self._pins = Pins(scene, section, names_all=names_all)
+        self._pins = Pins(scene, section)
+        self._is_still = is_still
         self._scale_bar = ScaleBar(scene, section)
         self._ruler = Ruler(scene, section)
         self._measure = Measure(is_on=False)
@@ -203,15 +204,17 @@ class Drawing:
             self._mode, self._section, self._culvert.reach_m, robot_x_m, is_low=is_low
         )
         self._culvert.label(named_m, self._mode, self._wording, is_low=is_low)
-        emphasis = Emphasis(self._selected, self._hovered)
-        self._pins.label(self._mode, emphasis, robot_x_m, self._wording, is_low=is_low)
+        if not self._is_still:
+            emphasis = Emphasis(self._selected, self._hovered)
+            self._pins.label(self._mode, emphasis, robot_x_m, self._wording, is_low=is_low)
         seen_m = named_m[1] - named_m[0] if self._mode == "overview" else 0.0
         self._scale_bar.show(robot_x_m, seen_m, self._wording)
         self._observers.update(self._culvert.reach_m, robot_x_m)
 
     def page(self) -> str:
         """Return everything as a page."""
-        self._observers.set_initial(self._culvert.reach_m)
+        view = self._observers.set_initial(self._culvert.reach_m)
+        self._pins.show_numbers(view)
         return with_our_head(self.server.scene.as_html(dark_mode=True))
 
     def _pin_at(self, pointer: Pointer) -> str | None:
@@ -240,7 +243,9 @@ class Drawing:
         self._ruler.show(self._measure.points, self._wording, self._measure.figure)
 
     def _show_robot(self) -> None:
-        self._robot.show(self._pose, self._mode, self._wording, is_low=self._is_low)
+        self._robot.show(
+            self._pose, self._mode, self._wording, is_quiet=self._is_low or self._is_still
+        )
         self._interval.show(self._pose, self._mode)
 
     def _show_preview(self, newest: bytes | None) -> None:

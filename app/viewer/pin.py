@@ -32,6 +32,8 @@ class Pin:
     """From 0, a note, to 5, act now; None if not rated."""
     label: str
     """Code and name, in the viewer's language."""
+    number: int = 0
+    """Number of the observation, which names it on a stand-alone page."""
     lateral_m: float = 0.0
     """Distance to the right of the axis; used on a floor only."""
     clock_to: float | None = None

@@ -54,11 +54,9 @@ class _Label:
 class PinLabels:
     """A few label nodes that serve the pins in turn; nothing is sent while the choice stays."""
 
-    def __init__(self, scene: viser.SceneApi, section: Section, *, names_all: bool) -> None:
-        """`names_all` is for a stand-alone page, which has neither a pointer nor a moving robot."""
+    def __init__(self, scene: viser.SceneApi, section: Section) -> None:
         self._scene = scene
         self._section = section
-        self._names_all = names_all
         self._handles: list[viser.LabelHandle] = []
         self._leaders: viser.LineSegmentsHandle | None = None
         self._shown: tuple[_Label, ...] = ()
@@ -78,12 +76,8 @@ class PinLabels:
         a person points at or has selected, in one line.
         """
         most_near = 0 if is_low else MOST_NEAR
-        chosen = (
-            pins
-            if self._names_all
-            else near_or_emphasised(
-                pins, mode, emphasis, robot_x_m, self._section.scale_m, most_near
-            )
+        chosen = near_or_emphasised(
+            pins, mode, emphasis, robot_x_m, self._section.scale_m, most_near
         )
         labels = tuple(
             self._label(pin, head_of(pin), mode, emphasis, n % _TIERS, None if is_low else wording)

@@ -26,7 +26,8 @@ from app.viewer.geometry import (
 )
 from app.viewer.pin import COLORS, Color, Pin
 from app.viewer.pin_labels import Emphasis, PinLabels
-from app.viewer.views import CameraMode
+from app.viewer.pin_numbers import show_numbers
+from app.viewer.views import CameraMode, View
 from app.viewer.wording import Wording
 from vo_core.geometry.measure import developed_points
 
@@ -64,11 +65,11 @@ class Pins:
     work for 2000 others.
     """
 
-    def __init__(self, scene: viser.SceneApi, section: Section, *, names_all: bool) -> None:
+    def __init__(self, scene: viser.SceneApi, section: Section) -> None:
         self._scene = scene
         self._section = section
         self._sorted: list[Pin] = []
-        self._labels = PinLabels(scene, section, names_all=names_all)
+        self._labels = PinLabels(scene, section)
         self._heads: viser.BatchedMeshHandle | None = None
         self._lines: viser.LineSegmentsHandle | None = None
         self._patches: dict[Color, viser.MeshHandle] = {}
@@ -106,6 +107,11 @@ class Pins:
             wording,
             is_low=is_low,
         )
+
+    def show_numbers(self, view: View) -> None:
+        """Label all pins with their numbers, for a page that begins at this view."""
+        heads = [self._shapes[pin].head for pin in self._sorted]
+        show_numbers(self._scene, self._section, self._sorted, heads, view)
 
     def _shape(self, pin: Pin) -> _Shape:
         return _Shape(_head(self._section, pin), self._segments(pin), self._patch(pin))

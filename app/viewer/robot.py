@@ -45,7 +45,9 @@ class Robot:
             "/robot_label", "", font_screen_scale=1.6, anchor="bottom-center"
         )
 
-    def show(self, estimate: Estimate, mode: CameraMode, wording: Wording, *, is_low: bool) -> None:
+    def show(
+        self, estimate: Estimate, mode: CameraMode, wording: Wording, *, is_quiet: bool
+    ) -> None:
         """Move everything to the estimate; in a low window the read-out of the page must do."""
         x_m, y_m = estimate.distance_mm / 1000, estimate.y_mm / 1000
         self._frame.position = camera_xyz_m(self._rig, x_m, y_m)
@@ -56,7 +58,7 @@ class Robot:
             if part.visible != is_solid:
                 part.visible = is_solid
 
-        self._label.visible = not (wording.is_late or is_low)
+        self._label.visible = not (wording.is_late or is_quiet)
         self._label.text = _label_text(estimate, wording)
         raised_m = _LABEL_HEIGHT[mode] * self._section.scale_m
         self._label.position = (x_m, 0.0, self._section.axis_z_m - raised_m)

@@ -79,7 +79,7 @@ def still_page(
         socket_path = Path(folder) / "still"
         server = start_private_server(socket_path)
         try:
-            drawing = Drawing(server, rig, Section.of(rig), threading.Event(), names_all=True)
+            drawing = Drawing(server, rig, Section.of(rig), threading.Event(), is_still=True)
             inbox = Inbox(pins=tuple(pins), joints=tuple(joints), wording=wording)
             if len(track):
                 columns = (track.distance_mm, track.y_mm, track.sigma_distance_mm)
@@ -121,7 +121,7 @@ class CulvertScene:
         self._closing = threading.Event()
         server = start_private_server(socket_path)
         try:
-            drawing = Drawing(server, rig, self._section, self._wake, names_all=False)
+            drawing = Drawing(server, rig, self._section, self._wake, is_still=False)
         except Exception as error:
             stop_private_server(server, socket_path)
             raise ViewerUnavailable(f"The 3D view cannot be drawn: {error}.") from error

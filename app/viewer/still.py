@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from app.errors import NoScene
 from app.reports.report import Report
 from app.survey.track_rows import estimate_at
@@ -17,17 +19,20 @@ def scene_page(report: Report) -> str:
     """
     finishes_m = {stretch.start.id: stretch.finish.distance_m for stretch in report.stretches}
     pins = [
-        defect_pin(
-            entry.id,
-            entry.tag,
-            entry.kind,
-            report.language,
-            distance_m=entry.distance_m,
-            finish_m=finishes_m.get(entry.id),
-            u95_m=entry.u95_m,
-            clock_h=entry.clock_h,
-            lateral_m=entry.y_m or 0.0,
-            figures=entry.figures,
+        replace(
+            defect_pin(
+                entry.id,
+                entry.tag,
+                entry.kind,
+                report.language,
+                distance_m=entry.distance_m,
+                finish_m=finishes_m.get(entry.id),
+                u95_m=entry.u95_m,
+                clock_h=entry.clock_h,
+                lateral_m=entry.y_m or 0.0,
+                figures=entry.figures,
+            ),
+            number=entry.seq,
         )
         for entry in report.entries
         if entry.distance_m is not None

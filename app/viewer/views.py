@@ -17,7 +17,8 @@ CameraMode = Literal["overview", "follow", "inside"]
 Reach = tuple[float, float]
 """First and last metre of the drawn culvert."""
 
-_UP = np.array([0.0, 0.0, -1.0])
+UP = np.array([0.0, 0.0, -1.0])
+"""Away from the ground: world z points down."""
 LOW_PX = 260
 """Height of a window below which labels hide each other: then only the needed ones are shown."""
 _SETTLED_S = 2.0
@@ -96,7 +97,7 @@ def _overview(section: Section, stretch_m: Reach, aspect: float) -> View:
     azimuth, elevation = np.radians(46), np.radians(24)
     forward = np.array([np.cos(azimuth), -np.sin(azimuth), np.tan(elevation)])
     forward /= np.linalg.norm(forward)
-    right = np.cross(forward, _UP)
+    right = np.cross(forward, UP)
     right /= np.linalg.norm(right)
     above = np.cross(right, forward)
     half, axis_z = 1.3 * section.half_width_m, section.axis_z_m
@@ -169,9 +170,9 @@ class Observers:
             4 * size, 36 * size, color=(9, 13, 18), enabled=mode == "inside"
         )
 
-    def set_initial(self, reach_m: Reach) -> None:
-        """Set the first view of a stand-alone page, which gets no commands and has an unknown
-        aspect.
+    def set_initial(self, reach_m: Reach) -> View:
+        """Set and return the first view of a stand-alone page, which gets no commands and has an
+        unknown aspect.
 
         Do not use it for browsers that get commands: viser's client moves to the initial camera
         some time after connecting, whatever it received in between.
@@ -180,6 +181,7 @@ class Observers:
         self._server.initial_camera.position = view.position
         self._server.initial_camera.look_at = view.look_at
         self._server.initial_camera.fov = view.fov_rad
+        return view
 
     def update(self, reach_m: Reach, robot_x_m: float) -> None:
         """Move each browser to its view, if that has changed."""
@@ -196,7 +198,7 @@ class Observers:
                 with client.atomic():
                     client.camera.position = view.position
                     client.camera.look_at = view.look_at
-                    client.camera.up_direction = _UP
+                    client.camera.up_direction = UP
                     client.camera.fov = view.fov_rad
 
 

@@ -9,7 +9,7 @@ from starlette.requests import HTTPConnection
 from app.access.access import Principal
 from app.container import Services
 from app.storage.tokens import Role
-from app.web.middleware import PUBLIC
+from app.web.middleware import is_public
 
 Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
 
@@ -35,7 +35,7 @@ async def enforce_role(connection: HTTPConnection) -> None:
     Raises:
         Forbidden: The role is not sufficient.
     """
-    if connection.scope["path"] not in PUBLIC:
+    if not is_public(connection.scope["path"]):
         principal: Principal = connection.state.principal
         principal.require(_NEEDED.get(connection.scope["endpoint"], Role.ADMIN))
 

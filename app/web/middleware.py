@@ -19,6 +19,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from app.access.access import Access, Principal
 from app.errors import AppError, CrossOrigin, Unauthenticated, UnknownHost
 from app.web.answers import answer, body_of
+from app.web.languages import WORDS
 
 logger = logging.getLogger(__name__)
 
@@ -50,7 +51,7 @@ BODY_BYTES_PER_S = 1000
 COOKIE = "chainage_session"
 SECURE_COOKIE = "__Host-chainage_session"
 
-PUBLIC = frozenset(
+_PUBLIC = frozenset(
     {
         "/healthz", "/readyz", "/login", "/api/login", "/favicon.ico",
         # parts of the log-in page
@@ -59,7 +60,6 @@ PUBLIC = frozenset(
         "/static/core/html.js", "/static/core/preferences.js", "/static/core/remembered.js",
         "/static/core/words.js", "/static/core/rights.js",
         "/static/components/insecure-banner/insecure-banner.js",
-        "/static/words/en.json", "/static/words/ms.json",
     }
 )  # fmt: skip
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
@@ -199,7 +199,7 @@ class Guard:
     async def _check(self, connection: HTTPConnection) -> None:
         scope = connection.scope
         self._check_host(connection.headers)
-        if scope["path"] not in PUBLIC:
+        if not is_public(scope["path"]):
             principal = await self._principal(connection)
             if principal is None:
                 raise Unauthenticated(
@@ -239,6 +239,11 @@ class Guard:
         if cookie is None:
             return None
         return await asyncio.to_thread(access.by_cookie, cookie)
+
+
+def is_public(path: str) -> bool:
+    """Return whether an address is open to anybody: the log-in page, with its words."""
+    return path in _PUBLIC or WORDS.fullmatch(path.removeprefix("/static/")) is not None
 
 
 def _is_foreign_failure(status: int, headers: MutableHeaders) -> bool:

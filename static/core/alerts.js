@@ -2,6 +2,7 @@
 
 import { ApiError, get } from './api.js';
 import { Store } from './store.js';
+import { t } from './words.js';
 
 const WAITING_MS = 2000;
 const SETTLED_MS = 30_000;
@@ -12,7 +13,36 @@ const SETTLED_MS = 30_000;
  * @property {'waiting'|'told'|'withdrawn'|'given_up'} state
  * @property {string|null} told_at
  * @property {string|null} error
+ * @property {Reason|null} reason the same as a code
  */
+
+/**
+ * @typedef {object} Reason
+ * @property {string} code
+ * @property {Record<string, string>} values
+ */
+
+/** The server's reasons why the client was not notified, in our words. */
+const REASONS = {
+  answered: (values) => t('undelivered.answered', values),
+  redirected: (values) => t('undelivered.redirected', values),
+  no_answer: (values) => t('undelivered.no_answer', values),
+  untrusted: (values) => t('undelivered.untrusted', values),
+  tls_failed: (values) => t('undelivered.tls_failed', values),
+  unknown_name: () => t('undelivered.unknown_name'),
+  broken_off: () => t('undelivered.broken_off'),
+  unreachable: (values) => t('undelivered.unreachable', values),
+  no_web_server: () => t('undelivered.no_web_server'),
+  too_many: (values) => t('undelivered.too_many', values),
+  stopping: () => t('undelivered.stopping'),
+};
+
+/**
+ * Says why the client was not notified.
+ * @param {Reason|null} reason
+ * @param {string|null} sentence the server's own, for a reason that this page does not know
+ */
+export const reasonText = (reason, sentence) => REASONS[reason?.code]?.(reason.values) ?? sentence;
 
 /** A store of the last alert of each observation, by its id; empty where no client is configured. */
 export class Alerts extends Store {

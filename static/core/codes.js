@@ -28,9 +28,9 @@ export class Catalogue {
     return new Catalogue(
       rows.map((row) => ({
         ...row,
-        label: inOurWords(row),
+        label: labelOf(row),
         letters: `${row.code}${row.char1}${row.char2}`.toUpperCase(),
-        words: `${row.label} | ${row.label_ms}`.toLowerCase(),
+        words: [row.label, ...Object.values(row.labels)].join(' | ').toLowerCase(),
         // Y means "not stated" in converted data; nobody who sees the wall needs it.
         isOffered: pack !== null || ![row.char1, row.char2].some((char) => /^Y/.test(char)),
       })),
@@ -157,8 +157,8 @@ export class Catalogue {
   }
 }
 
-/** Imported packs may have no Malay. */
-const inOurWords = ({ label, label_ms: malay }) => (language === 'ms' && malay ? malay : label);
+/** Returns the label of a code in the language of the page, else in that of its pack, which may have no other. */
+export const labelOf = ({ label, labels }) => labels[language] ?? label;
 
 const title = (label) => label.split(':')[0];
 

@@ -1,11 +1,13 @@
 /** Reports of an inspection as files, in the person's language and units. */
 
-import { bodyOf, get, send } from './api.js';
+import { ApiError, bodyOf, get, poll, post, remove, send } from './api.js';
 import { lengthUnit } from './units.js';
 import { language } from './words.js';
 
 /** How long the address of a saved file stays valid; the browser reads it soon after the click. */
 const KEPT_MS = 60_000;
+/** Pause between two looks at an order. */
+const LOOK_S = 0.5;
 
 const pathOf = (inspection, kind) => `/api/inspections/${inspection}/exports/${kind}`;
 /** What an extra is in the query, where it is not `true`. */
@@ -39,19 +41,57 @@ export async function makeExport(inspection, kind, extras, signal) {
   return new File([await bodyOf(response, 'blob')], name ?? kind);
 }
 
-/** Lets the browser itself load a report that may be larger than the memory of a page. */
-export function download(inspection, kind, extras) {
-  const link = document.createElement('a');
-  link.href = exportPath(inspection, kind, extras);
-  link.download = '';
-  link.click();
+/**
+ * Follows an order until it has ended; the server drops it when `signal` aborts.
+ * @param {object} wanted as `POST /api/bulk-exports` takes it
+ * @param {AbortSignal} signal
+ * @param {(progress: object) => void} show
+ * @param {(error: ApiError) => void} onTrouble gets errors that end by themselves
+ * @returns {Promise<string|null>} address of the order; null once it is aborted
+ */
+export async function order(wanted, signal, show, onTrouble) {
+  const { id } = await post('/api/bulk-exports', wanted);
+  const path = `/api/bulk-exports/${id}`;
+  let fault = null;
+  await poll(
+    async () => {
+      const progress = await get(path, signal);
+      show(progress);
+      return ['waiting', 'running'].includes(progress.state) ? LOOK_S : null;
+    },
+    signal,
+    (error) => {
+      if (error.isTemporary) onTrouble(error);
+      else fault = error;
+    },
+  );
+  if (fault) throw fault;
+  if (!signal.aborted) return path;
+  await discard(path);
+  return null;
+}
+
+/** Drops an order; one that has gone is dropped already. */
+export async function discard(path) {
+  try {
+    await remove(path);
+  } catch (error) {
+    // Another order may have replaced it; without a network it is replaced later.
+    if (!(error instanceof ApiError)) throw error;
+  }
 }
 
 /** Saves a file, like a click on a download link. */
 export function save(file) {
+  const url = URL.createObjectURL(file);
+  follow(url, file.name);
+  setTimeout(() => URL.revokeObjectURL(url), KEPT_MS);
+}
+
+/** Lets the browser download an address to the disk, however large it is. */
+export function follow(url, name) {
   const link = document.createElement('a');
-  link.href = URL.createObjectURL(file);
-  link.download = file.name;
+  link.href = url;
+  link.download = name;
   link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), KEPT_MS);
 }

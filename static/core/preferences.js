@@ -21,7 +21,7 @@ export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BB
 
 /**
  * @typedef {object} Chosen
- * @property {'en'|'ms'|null} language null: the one of the browser
+ * @property {string|null} language its code; null: the one of the browser
  * @property {'m'|'ft'} units
  * @property {{code: string, char1: string|null, char2: string|null}[]} quick_codes at most nine, each with what
  *     else is given to a tag: severity, quantities, clock

@@ -96,10 +96,11 @@ export const clockHour = (hours) => t('units.clock', { hour: Math.round(hours) %
 /** '10 to 2 o’clock', or one hour where there is no end. @param {number} from @param {number|null} to */
 export const clockRange = (from, to) => (to === null ? clockHour(from) : t('units.clock_sector', { from, to }));
 
-const REGIONS = { en: 'en-GB', ms: 'ms-MY' };
+/** English means that of Britain, unless the browser says otherwise: its dates are read in one way only. */
+const REGIONS = { en: 'en-GB' };
 
 /** The regional variant of the chosen language where the browser has one, such as en-US. */
-const locale = navigator.languages.find((tag) => tag.startsWith(`${language}-`)) ?? REGIONS[language];
+const locale = navigator.languages.find((tag) => tag.startsWith(`${language}-`)) ?? REGIONS[language] ?? language;
 const DATE = new Intl.DateTimeFormat(locale, { dateStyle: 'medium', timeStyle: 'short' });
 
 /** Formats an instant of the API in the person's language and time zone. */
@@ -112,5 +113,8 @@ export const day = (iso) => DAY.format(new Date(iso));
 
 const COUNT = new Intl.NumberFormat(locale);
 
-/** '10,000': a number of things. */
-export const count = (n) => COUNT.format(n);
+/**
+ * '10,000': a number of things. Decimals have a point in every language, as in the reports and exports; so where a
+ * language groups digits by a point, a narrow space takes its place.
+ */
+export const count = (n) => COUNT.format(n).replaceAll('.', '\u202f');

@@ -1,21 +1,20 @@
 /**
- * The words of the page, from one catalogue for each language: `words/en.json` and `words/ms.json`, with
- * the same keys. A value is a sentence with {placeholders}, or {one, other} where the count `n`
+ * The words of the page, from one catalogue for each language: `words/en.json` and whatever else is beside
+ * it, with the same keys. A value is a sentence with {placeholders}, or {one, other} where the count `n`
  * decides. Other modules run after the catalogue has arrived, so that the first paint has the right
  * language.
  */
 
 import { preferences } from './preferences.js';
 
-/** [code, own name] */
-export const LANGUAGES = [
-  ['en', 'English'],
-  ['ms', 'Bahasa Malaysia'],
-];
+/** [code, own name] of each language that the server has words of; it names them in the head of the page. */
+export const LANGUAGES = [...document.querySelectorAll('link[hreflang]')].map(({ hreflang, title }) => [hreflang, title]);
 
-/** @type {'en'|'ms'} */
+const isOffered = (code) => LANGUAGES.some(([offered]) => offered === code);
+
+/** Code of the language of the page: the chosen one, else the first of the browser's that there is. */
 export const language =
-  preferences.value.language ?? (navigator.language.toLowerCase().startsWith('ms') ? 'ms' : 'en');
+  [preferences.value.language, ...navigator.languages.map((tag) => tag.toLowerCase().split('-')[0])].find(isOffered) ?? 'en';
 
 const { default: catalogue } = await import(`../words/${language}.json`, {
   with: { type: 'json' },

@@ -97,7 +97,7 @@ def test_an_inspection_comes_whole_from_another_server(
     page.get_by_text("Export", exact=True).click()
     page.get_by_role("button", name="Archive file").click()
     offer = page.get_by_role("dialog", name="Export: Archive file")
-    offer.get_by_role("checkbox", name="The film (").check()
+    offer.get_by_role("checkbox", name="The film as well (").check()
     with page.expect_download() as download:
         offer.get_by_role("button", name="Download").click()
     assert download.value.suggested_filename.endswith(".chainage.zip")

@@ -66,9 +66,61 @@ def test_the_language_is_that_of_the_browser(browser: Browser, server: Server) -
     page.context.close()
 
 
+TOO_WIDE = """() => {
+  const inside = ({ clientWidth, scrollWidth }) => scrollWidth <= clientWidth + 1;
+  const holders = document.querySelectorAll('.button, .chip, .save, .quick__code, label');
+  const shown = [...holders].filter((one) => one.checkVisibility() && one.clientWidth > 1);
+  const wide = shown.filter((one) => !inside(one));
+  const page = inside(document.documentElement) ? [] : ['the page'];
+  return [...page, ...wide.map((one) => one.textContent.trim())];
+}"""
+"""What does not hold its words."""
+
+
+def test_german_fits_the_page(browser: Browser, server: Server, inspection: str) -> None:
+    tag = f"/api/inspections/{inspection}/observations/7d444840-9dc0-4d2a-8a6a-00000000000d"
+    server.ask("PUT", tag, {"frame": 0, "code": "BAB", "char1": "C", "char2": "A"})
+    page = browser.new_context(locale="de-AT", viewport={"width": 1366, "height": 768}).new_page()
+    log_in(page, server, f"/inspections/{inspection}")
+    expect(page.locator("html")).to_have_attribute("lang", "de")
+    expect(page.locator(".defect")).to_contain_text("Riss: klaffend, längs")
+    tabs = page.get_by_role("tablist")
+    assert tabs.evaluate("(list) => list.scrollWidth <= list.clientWidth")
+    assert page.evaluate(TOO_WIDE) == []
+    page.set_viewport_size({"width": 390, "height": 844})
+    assert page.evaluate(TOO_WIDE) == []
+    for path, name in (("/new", "Neue Inspektion"), ("/archive/defects", "Schäden")):
+        page.goto(server.url + path)
+        expect(page.get_by_role("heading", name=name, level=1)).to_be_visible()
+        for width in (1366, 390):
+            page.set_viewport_size({"width": width, "height": 768})
+            assert page.evaluate(TOO_WIDE) == [], (path, width)
+    expect(page.get_by_role("table")).to_contain_text("Riss: klaffend, längs")
+    page.get_by_label("Menü").click()
+    page.get_by_role("button", name="Einstellungen").click()
+    expect(page.get_by_role("dialog", name="Einstellungen")).to_be_visible()
+    assert page.evaluate(TOO_WIDE) == []
+    page.context.close()
+
+
 REMARKS = (
     ({"action": "created", "remark": "Imported from a.txt."}, "Diimport daripada a.txt."),
-    ({"action": "not_told", "remark": "It answered 500."}, "Ia menjawab 500."),
+    (
+        {
+            "action": "not_told",
+            "remark": "It answered 500.",
+            "reason": {"code": "answered", "values": {"status": "500"}},
+        },
+        "Ia menjawab 500.",
+    ),
+    (
+        {
+            "action": "not_told",
+            "remark": "It cannot be reached: refused.",
+            "reason": {"code": "of_a_newer_server", "values": {}},
+        },
+        "It cannot be reached: refused.",
+    ),
     (
         {
             "action": "rescaled",
@@ -98,14 +150,14 @@ def test_remarks_of_the_server_are_in_the_language_of_the_page(
     browser: Browser, server: Server
 ) -> None:
     page = browser.new_context(locale="ms-MY").new_page()
-    # No page of ours: one that finds other preferences on the server is drawn anew meanwhile.
-    log_in(page, server, "/healthz")
+    # The log-in: another page that finds other preferences on the server is drawn anew meanwhile.
+    log_in(page, server, "/login?token=another")
     seen = page.evaluate(
         """async (events) => {
           const { remarkText } = await import('/static/components/history-panel/remarks.js');
           return events.map(remarkText);
         }""",
-        [{"after": None} | event for event, _ in REMARKS],
+        [{"after": None, "reason": None} | event for event, _ in REMARKS],
     )
     assert seen == [text for _, text in REMARKS]
     page.context.close()

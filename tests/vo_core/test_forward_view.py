@@ -109,8 +109,9 @@ def test_a_crooked_camera_is_placed_by_the_wall():
 def test_looking_around_holds_the_distance_and_is_named():
     scenario = replace(
         SCENARIOS["forward_looking_around"],
-        length_mm=1000.0,
+        length_mm=700.0,
         legs=(0.5, 0.5),
+        frames_per_s=15,
         looks=(Look(yaw_deg=50.0, pitch_deg=10.0),),
     )
     track, x_mm = tracked(scenario)

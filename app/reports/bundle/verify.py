@@ -1,4 +1,5 @@
-"""Checks an evidence bundle from an untrusted source, and reports what is right and what is wrong.
+"""Checks an evidence bundle or a delivery from an untrusted source, and reports what is right and
+what is wrong.
 
 Nothing is unpacked to the disk, and only members that the manifest names are read.
 """
@@ -20,14 +21,15 @@ from pathlib import Path
 import msgspec
 
 from app.errors import UnusableBundle
-from app.reports.bundle.bundle import MANIFEST, SCHEMA, SIGNATURE, Manifest
+from app.reports.bundle.signed_archive import MANIFEST, SCHEMA, SIGNATURE, Manifest, Video
 from app.reports.bundle.signing import fingerprint, is_signed_by
 
 _MOST_MANIFEST_BYTES = 16 * 2**20
 _MOST_BYTES = 64 * 2**30
 """Limit for all files together, unpacked."""
 _MOST_FILES = 100_000
-_NAME = re.compile(r"(?:(?:photos|voice|clips)/)?[A-Za-z0-9_-][A-Za-z0-9._-]*")
+_NAME = re.compile(r"(?:[\w-][\w.-]*/)?[\w-][\w.-]*")
+"""A file, or a file in a folder; of letters of any script, as films have such names."""
 _BLOCK = 2**20
 
 
@@ -77,7 +79,7 @@ def verify(bundle: Path, *, key: str | None = None, video: Path | None = None) -
                 *_names(archive, manifest),
                 *_files(archive, manifest),
                 *_missing(manifest),
-                _video(manifest, video),
+                *_videos(manifest, video),
             )
     except _MALFORMED as error:
         raise UnusableBundle(f"{bundle} is damaged or not an evidence bundle: {error}.") from error
@@ -205,18 +207,27 @@ def _missing(manifest: Manifest) -> Iterator[Finding]:
         yield Finding(_shown(name), None, "was gone when the bundle was made")
 
 
-def _video(manifest: Manifest, video: Path | None) -> Finding:
-    listed = manifest.video
+def _videos(manifest: Manifest, video: Path | None) -> Iterator[Finding]:
+    """Compare the film with the one of the inspection, or with all of several inspections."""
+    given = None
+    if video is not None:
+        with video.open("rb") as file:
+            given = hashlib.file_digest(file, "sha256").hexdigest()
+    films = [one.video for one in manifest.inspections] or [manifest.video]
+    meant = [film for film in films if film.sha256 == given] or films
+    for film in films:
+        yield _video(film, video.name if video and film in meant else None, given)
+
+
+def _video(listed: Video, name: str | None, given: str | None) -> Finding:
     what = f"video {_shown(listed.filename)}"
     if not listed.sha256:
-        return Finding(what, None if video is None else False, "its SHA-256 was not known yet")
-    if video is None:
+        return Finding(what, None if name is None else False, "its SHA-256 was not known yet")
+    if name is None:
         return Finding(what, None, "was not checked; name the film (--video)")
-    with video.open("rb") as file:
-        found = hashlib.file_digest(file, "sha256").hexdigest()
-    if found == listed.sha256:
-        return Finding(what, True, f"{video.name} is the film that was inspected")
-    return Finding(what, False, f"{video.name} is another film: its SHA-256 differs")
+    if given == listed.sha256:
+        return Finding(what, True, f"{name} is the film that was inspected")
+    return Finding(what, False, f"{name} is another film: its SHA-256 differs")
 
 
 def _small(archive: zipfile.ZipFile, name: str) -> str:

@@ -52,6 +52,11 @@ class Condition:
     """Share of the surveyed length covered by stretches; None without a length."""
 
 
+def overall_of(severity: int) -> Overall:
+    """Return the condition that a defect of this severity makes of the asset."""
+    return _OVERALL[min(max(severity, 0), 5)]
+
+
 def condition_of(report: Report) -> Condition:
     """Return the condition of the asset, as far as it was seen and rated."""
     counts = Counter(entry.tag.severity for entry in report.defects)
@@ -63,7 +68,7 @@ def condition_of(report: Report) -> Condition:
     deciding = max(counted, key=lambda entry: entry.tag.severity or 0, default=None)
     severity = deciding.tag.severity if deciding else None
     return Condition(
-        overall=Overall.UNKNOWN if severity is None else _OVERALL[min(max(severity, 0), 5)],
+        overall=Overall.UNKNOWN if severity is None else overall_of(severity),
         deciding=deciding,
         counts={severity: counts[severity] for severity in SEVERITIES},
         unrated=counts[None],

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 from PIL import Image, ImageDraw, ImageFont
 
-from app.reports.pdf.fonts import FACES, LATIN, has
+from app.reports.pdf.styles import Style
+from app.reports.pdf.text import Line, lines_of, one_line, visual_pieces
 from app.storage.blobs import Readable
 from app.survey.attachments import Stroke
 
@@ -27,6 +28,8 @@ _HEAD_LINES, _HEAD_RAD = 6.0, math.radians(28)
 """Length of an arrow's head in widths of its line, and half of its angle."""
 _INK, _PAPER = "#ffffff", "#101418"
 """Of the caption."""
+_LEADING = 1.3
+"""Distance of its lines in heights of letters."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,19 @@ class MarkedPhoto:
     original: Readable
     strokes: Sequence[Stroke]
     caption: str | None
-    """Written below the picture, so that it hides nothing."""
+    """Written below the picture, so that it hides nothing; it may have several lines."""
+
+    @property
+    def drawn(self) -> str:
+        """The marks as text: equal for equal drawings."""
+        return "".join(stroke.model_dump_json() for stroke in self.strokes)
+
+    def picture_share(self, width_px: int, height_px: int) -> float:
+        """Return the share of the copy's height that a photo of this size takes."""
+        if not self.caption:
+            return 1.0
+        lines = _lines(self.caption, width_px)
+        return height_px / (height_px + _strip_px(width_px, len(lines)))
 
     def exists(self) -> bool:
         """Return whether there is a photo."""
@@ -70,17 +85,8 @@ def _draw(draw: ImageDraw.ImageDraw, stroke: Stroke, picture_px: int) -> None:
     wide = max(_LEAST_LINE, picture_px * _LINE_SHARE)
     points = [(u, v) for u, v in stroke.points]
     if stroke.kind == "text":
-        font = _font(stroke.text or "", _text_px(picture_px))
-        edge = max(1, round(wide / 2))
-        draw.text(
-            points[0],
-            stroke.text or "",
-            colour,
-            font,
-            anchor="ls",
-            stroke_width=edge,
-            stroke_fill=_EDGE,
-        )
+        text, size = one_line(stroke.text or ""), _text_px(picture_px)
+        _write(draw, points[0], text, size, colour, anchor="ls", edge=max(1, round(wide / 2)))
         return
     lines = [points]
     if stroke.kind == "arrow":
@@ -113,26 +119,54 @@ def _head(
 
 
 def _captioned(picture: Image.Image, caption: str) -> Image.Image:
-    """Add a strip below the picture with the caption, in letters that let it fit."""
-    margin = round(_text_px(picture.width) / 2)
-    size = _text_px(picture.width)
-    font = _font(caption, size)
-    room = picture.width - 2 * margin
-    if (wide := font.getlength(caption)) > room:
-        font = _font(caption, max(size * room / wide, 1))
-    strip = round(1.8 * size)
+    """Add a strip below the picture with the caption, in as many lines as it takes."""
+    lines = _lines(caption, picture.width)
+    strip = _strip_px(picture.width, len(lines))
     whole = Image.new("RGB", (picture.width, picture.height + strip), _PAPER)
     whole.paste(picture)
-    middle = (margin, picture.height + strip / 2)
-    ImageDraw.Draw(whole).text(middle, caption, _INK, font, anchor="lm")
+    pen = ImageDraw.Draw(whole)
+    leading = _LEADING * _text_px(picture.width)
+    top = picture.height + (strip - leading * len(lines)) / 2
+    for n, line in enumerate(lines):
+        middle = (_margin_px(picture.width), top + (n + 0.5) * leading)
+        _write(pen, middle, line.text, line.style.size, _INK, anchor="lm")
     return whole
+
+
+def _lines(caption: str, picture_px: int) -> list[Line]:
+    size = _text_px(picture_px)
+    return lines_of(caption, Style(size, size), picture_px - 2 * _margin_px(picture_px))
+
+
+def _write(
+    pen: ImageDraw.ImageDraw,
+    at: tuple[float, float],
+    text: str,
+    size: float,
+    ink: str,
+    *,
+    anchor: str,
+    edge: int = 0,
+) -> None:
+    """Write a line of any script from its left end, with an edge around the letters, px."""
+    x, y = at
+    for piece in visual_pieces(text):
+        font = ImageFont.truetype(str(piece.face.file), size)
+        if piece.face.is_large:  # whose only axis is the weight, hair-thin by default
+            font.set_variation_by_axes([400])
+        direction = "rtl" if piece.is_rtl else "ltr"
+        pen.text((x, y), piece.text, ink, font, anchor=anchor, direction=direction,
+                 stroke_width=edge, stroke_fill=_EDGE)  # fmt: skip
+        x += font.getlength(piece.text, direction=direction)
+
+
+def _strip_px(picture_px: int, lines: int) -> int:
+    return round((_LEADING * lines + 0.5) * _text_px(picture_px))
+
+
+def _margin_px(picture_px: int) -> int:
+    return round(min(_text_px(picture_px) / 2, picture_px / 20))
 
 
 def _text_px(picture_px: int) -> float:
     return max(_LEAST_TEXT, picture_px * _TEXT_SHARE)
-
-
-def _font(text: str, size: float) -> ImageFont.FreeTypeFont:
-    """Return the first font of the report that has every character, else the Latin one."""
-    face = next((face for face in FACES if all(has(face, char) for char in text)), LATIN)
-    return ImageFont.truetype(str(face.file), size)

@@ -33,21 +33,23 @@ def figure_text(figure: Figure) -> str:
 def outlines(entry: Entry, photo: Photo, video: Mapping[str, Any]) -> list[Outline]:
     """Return the measures that were clicked in the frame of the photo.
 
-    There are none for a photo of another frame, nor for a marked copy: a caption below the picture
-    makes it higher, and a drawing may lie over the same place.
+    There are none for a photo of another frame, nor for a drawing, which may lie over the same
+    place.
 
     Args:
         entry: The entry with the photo.
         photo: One of its photos.
         video: The film with its `width` and `height`, px; pixel centres are at integers.
     """
-    if photo.of not in ("", entry.id) or photo.marked is not None:
+    if photo.of not in ("", entry.id):
         return []
+    wide, high = video["width"], video["height"]
+    share = photo.marked.picture_share(wide, high) if photo.marked else 1.0
     measures: list[Mapping[str, Any]] = entry.tag.measures or []  # type: ignore[assignment]
     return [
         Outline(
             tuple(
-                ((u + 0.5) / video["width"], (v + 0.5) / video["height"])
+                ((u + 0.5) / wide, share * (v + 0.5) / high)
                 for u, v in (point["pixel"] for point in measure["points"])
             ),
             measure["kind"] == "area",

@@ -14,7 +14,9 @@ from app.reports.report import Entry, Loss, Phrase, Report, Units
 from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.checks import Issue
 from app.survey.interval import half_width_text
+from app.survey.records import NOT_NOTIFIED, Event
 from app.survey.rounding import decimals
+from app.survey.undelivered import Undelivered
 
 FOOT_M = 0.3048
 NOTHING = "–"
@@ -49,6 +51,13 @@ class Translator:
             return refusal.sentence
         figures = refusal.values.items()
         return self(key, **{k: v if isinstance(v, str) else f"{v:g}" for k, v in figures})
+
+    def remark(self, event: Event) -> str:
+        """Return the remark of an event: what a person wrote, or the server's own in our words."""
+        reason = Undelivered.read(event.remark) if event.action == NOT_NOTIFIED else None
+        if reason is None:
+            return event.remark or ""
+        return self(f"undelivered.{reason.code}", **reason.values)
 
     def loss(self, loss: Loss) -> str:
         """Return the sentence about something that a format cannot hold."""

@@ -37,7 +37,7 @@ from app.storage.blobs import Readable
 
 def write(report: Report) -> Written:
     """Write a ZIP to a temporary file, so that a film needs no memory."""
-    file = cast(IO[bytes], tempfile.TemporaryFile(dir=report.kept.scratch))  # noqa: SIM115  (handed on open)
+    file = cast(IO[bytes], tempfile.TemporaryFile(dir=report.scratch))  # noqa: SIM115  (handed on open)
     try:
         with zipfile.ZipFile(file, "w", allowZip64=True) as archive:
             content = _Content(archive, report)
@@ -84,17 +84,17 @@ class _Content:
 
     def add_film(self) -> None:
         """Add the film, if it is wanted and here; otherwise it is listed as missing."""
-        film = self._report.kept.film
+        film = self._report.film
         if film is None:
             if self._report.extras.film:
                 self.losses.append(Loss("no_film_here"))
             return
-        path = FILM + film.name
+        path = FILM + film.key.rpartition("/")[2]
         if not self._report.extras.film:
             self._missing.append(path)
             return
         try:
-            self.add(path, film.stored.blocks(0, film.stored.about().size))
+            self.add(path, film.blocks(0, film.about().size))
         except BlobNotFound:
             self._lose(path, None)
 

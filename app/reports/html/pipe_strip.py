@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from markupsafe import Markup, escape
+from dataclasses import dataclass
+
+from markupsafe import Markup
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.placement import spread
-from app.reports.content.text import legible
 from app.reports.content.translator import Translator
+from app.reports.html.links import to_row
+from app.reports.html.svg import (
+    INK,
+    RULE,
+    SOFT,
+    WASH,
+    WATER,
+    escaped,
+    line,
+    rect,
+    severity_fill,
+    text_at,
+)
 from app.reports.pdf.pipe_graphic import clock_spans, water_share
 from app.reports.report import Entry, Report
 
-_WIDTH = 1000
 _TOP, _BOTTOM = 24, 24
-_PIPE_LEFT, _PIPE_RIGHT = 90, 290
-_LABELS = 400
 _LINE = 22
 """Distance between labels."""
 _LEAST = 420.0
@@ -24,21 +35,68 @@ _MOST = 6000.0
 _PX_PER_M = 36.0
 _LANE = 12
 _LANES = 4
-_LONGEST_LABEL = 86
 
-_INK, _SOFT, _RULE, _WASH, _WATER = "#17212b", "#4a5761", "#c2cbd2", "#f1f4f6", "#d3e3ec"
-_FILLS = ("#ffffff", "#e4ecef", "#f3de9b", "#ecae4b", "#b04e1e", "#8a1713")
+
+@dataclass(frozen=True)
+class _Format:
+    """Where things stand across the drawing, px."""
+
+    name: str
+    """Class of the drawing, for the style sheet."""
+    width: int
+    pipe: tuple[int, int]
+    labels: int
+    longest_label: int
+    """In characters."""
+    is_short: bool
+    """Whether labels have number, place and code only."""
+
+    @property
+    def middle(self) -> float:
+        """The invert."""
+        return (self.pipe[0] + self.pipe[1]) / 2
+
+    @property
+    def across(self) -> int:
+        """Width of the pipe."""
+        return self.pipe[1] - self.pipe[0]
+
+
+_FORMATS = (
+    _Format("strip-wide", 1000, (90, 290), 400, 86, is_short=False),
+    _Format("strip-narrow", 358, (40, 136), 214, 20, is_short=True),
+)
+"""For a desk, and for a phone, which shows it in its own size."""
 
 
 def pipe_strip(report: Report, t: Translator) -> Markup:
-    """Draw the wall cut along its crown: 12 o'clock at both edges, 6 in the middle."""
-    return Markup(_Strip(report, t).drawn())  # noqa: S704  (escaped text by text)
+    """Draw the wall cut along its crown: 12 o'clock at both edges, 6 in the middle.
+
+    There is a drawing for each format, of which the style sheet shows one.
+    """
+    drawings = [_Strip(report, t, form).drawn() for form in _FORMATS]
+    text = "\n".join([*drawings, _legend(report, t)])
+    return Markup(text)  # noqa: S704  (escaped text by text)
+
+
+def _legend(report: Report, t: Translator) -> str:
+    hints = [t("graphic.legend")]
+    if water_share(report):
+        hints.append(t("graphic.water"))
+    if report.joints:
+        hints.append(t("graphic.joints"))
+    if report.expected_joints:
+        hints.append(t("graphic.expected_joints"))
+    if untracked := sum(entry.distance_m is None for entry in report.entries):
+        hints.append(t("graphic.untracked", n=untracked))
+    return f"<p>{escaped(' '.join(hints))}</p>"
 
 
 class _Strip:
-    def __init__(self, report: Report, t: Translator) -> None:
+    def __init__(self, report: Report, t: Translator, form: _Format) -> None:
         self.report = report
         self.t = t
+        self.form = form
         self.axis = Axis.of(report)
         self.placed = [entry for entry in report.entries if entry.distance_m is not None]
         wanted = max(_PX_PER_M * self.axis.length_m, _LINE * (len(self.placed) + 1), _LEAST)
@@ -50,39 +108,29 @@ class _Strip:
         return _TOP + (inside_m - self.axis.first_m) / self.axis.length_m * self.height
 
     def drawn(self) -> str:
-        """Return picture and legend."""
+        """Return the drawing."""
         t = self.t
-        hints = [t("graphic.legend")]
-        if water_share(self.report):
-            hints.append(t("graphic.water"))
-        if self.report.joints:
-            hints.append(t("graphic.joints"))
-        if self.report.expected_joints:
-            hints.append(t("graphic.expected_joints"))
-        if untracked := len(self.report.entries) - len(self.placed):
-            hints.append(t("graphic.untracked", n=untracked))
         whole = self.height + _TOP + _BOTTOM
         description = t("web.strip", n=len(self.placed), end=t.length(self.axis.last_m))
         shapes = [
             *self._pipe(), *self._ticks(), *self._joints(), *self._stretches(), *self._entries(),
         ]  # fmt: skip
         return (
-            f'<svg class="strip" viewBox="0 0 {_WIDTH} {whole:.0f}" role="group" '
-            f'aria-label="{_e(description)}" font-family="system-ui, sans-serif" font-size="13" '
+            f'<svg class="strip {self.form.name}" viewBox="0 0 {self.form.width} {whole:.0f}" '
+            f'role="group" aria-label="{escaped(description)}" '
+            f'font-family="system-ui, sans-serif" font-size="13" '
             f'xmlns="http://www.w3.org/2000/svg">\n' + "\n".join(shapes) + "\n</svg>"
-            f"<p>{_e(' '.join(hints))}</p>"
         )
 
     def _pipe(self) -> list[str]:
-        top, width = _TOP, _PIPE_RIGHT - _PIPE_LEFT
-        shapes = [_rect(_PIPE_LEFT, top, width, self.height, _WASH, _INK)]
+        top, width, edge = _TOP, self.form.across, self.form.pipe[0]
+        shapes = [rect(edge, top, width, self.height, WASH, INK)]
         share = water_share(self.report)
         if share:
-            middle = (_PIPE_LEFT + _PIPE_RIGHT) / 2
-            left, wet = middle - share * width / 2, share * width
-            shapes.append(_rect(left, top, wet, self.height, _WATER))
+            left, wet = self.form.middle - share * width / 2, share * width
+            shapes.append(rect(left, top, wet, self.height, WATER))
         shapes += [
-            _text(_PIPE_LEFT + share * width, top - 8, label, _SOFT, "middle", size=11)
+            text_at(edge + share * width, top - 8, label, SOFT, "middle", size=11)
             for share, label in ((0, "12"), (0.25, "9"), (0.5, "6"), (0.75, "3"), (1, "12"))
         ]
         return shapes
@@ -94,20 +142,27 @@ class _Strip:
             y = self.y(distance_m)
             label = f"{distance_m / self.t.per_unit_m:g}"
             shapes += [
-                _line(_PIPE_LEFT - 8, y, _PIPE_LEFT, y, _SOFT),
-                _text(_PIPE_LEFT - 12, y + 4, label, _INK, "end"),
+                line(self.form.pipe[0] - 8, y, self.form.pipe[0], y, SOFT),
+                text_at(self.form.pipe[0] - 12, y + 4, label, INK, "end"),
             ]
-        return [*shapes, _text(_PIPE_LEFT - 12, _TOP - 8, self.t.units, _SOFT, "end", size=11)]
+        return [
+            *shapes,
+            text_at(self.form.pipe[0] - 12, _TOP - 8, self.t.units, SOFT, "end", size=11),
+        ]
 
     def _joints(self) -> list[str]:
         shapes = []
         for joint in self.report.joints:
             y = self.y(joint.distance_mm / 1000)
-            shapes.append(_line(_PIPE_LEFT, y, _PIPE_RIGHT, y, _SOFT))
+            shapes.append(line(self.form.pipe[0], y, self.form.pipe[1], y, SOFT))
             if joint.number is not None:
-                shapes.append(_text(_PIPE_RIGHT + 4, y + 4, f"J{joint.number}", _SOFT, size=10))
+                shapes.append(
+                    text_at(self.form.pipe[1] + 4, y + 4, f"J{joint.number}", SOFT, size=10)
+                )
         expected = [self.y(joint.distance_mm / 1000) for joint in self.report.expected_joints]
-        shapes += [_line(_PIPE_LEFT, y, _PIPE_RIGHT, y, _RULE, dash="4 4") for y in expected]
+        shapes += [
+            line(self.form.pipe[0], y, self.form.pipe[1], y, RULE, dash="4 4") for y in expected
+        ]
         return shapes
 
     def _stretches(self) -> list[str]:
@@ -116,12 +171,12 @@ class _Strip:
             start_m, finish_m = stretch.start.distance_m, stretch.finish.distance_m
             if start_m is None or finish_m is None:
                 continue
-            x = _PIPE_RIGHT + 30 + _LANE * ((stretch.number - 1) % _LANES)
+            x = self.form.pipe[1] + 30 + _LANE * ((stretch.number - 1) % _LANES)
             low, high = sorted((self.y(start_m), self.y(finish_m)))
             shapes += [
                 f'<path d="M{x - 5} {low:.1f}H{x}V{high:.1f}H{x - 5}" fill="none" '
-                f'stroke="{_INK}" stroke-width="2"/>',
-                _text(x + 2, (low + high) / 2 + 4, str(stretch.number), _INK, size=10),
+                f'stroke="{INK}" stroke-width="2"/>',
+                text_at(x + 2, (low + high) / 2 + 4, str(stretch.number), INK, size=10),
             ]
         return shapes
 
@@ -135,66 +190,40 @@ class _Strip:
         return shapes
 
     def _mark(self, entry: Entry, y: float) -> list[str]:
-        fill = _SOFT if entry.tag.severity is None else _FILLS[min(max(entry.tag.severity, 0), 5)]
-        width = _PIPE_RIGHT - _PIPE_LEFT
+        fill = severity_fill(entry.tag.severity, SOFT)
+        width = self.form.across
         shapes = []
         if entry.u95_m is not None and entry.distance_m is not None:
             low, high = (self.y(entry.distance_m + sign * entry.u95_m) for sign in (-1, 1))
-            x = _PIPE_RIGHT + 14
+            x = self.form.pipe[1] + 14
             shapes.append(
                 f'<path d="M{x - 3} {low:.1f}h6m-3 0V{high:.1f}m-3 0h6" fill="none" '
-                f'stroke="{_INK}"/>'
+                f'stroke="{INK}"/>'
             )
         for first, last in clock_spans(entry.clock_from, entry.tag.clock_to):
-            left, right = _PIPE_LEFT + first * width, _PIPE_LEFT + last * width
+            left, right = self.form.pipe[0] + first * width, self.form.pipe[0] + last * width
             if right - left < 8:
                 shapes.append(
-                    f'<circle cx="{left:.1f}" cy="{y:.1f}" r="5" fill="{fill}" stroke="{_INK}"/>'
+                    f'<circle cx="{left:.1f}" cy="{y:.1f}" r="5" fill="{fill}" stroke="{INK}"/>'
                 )
             else:
-                shapes.append(_rect(left, y - 4, right - left, 8, fill, _INK))
+                shapes.append(rect(left, y - 4, right - left, 8, fill, INK))
         return shapes
 
     def _label(self, entry: Entry, y: float, label_y: float) -> list[str]:
         t = self.t
-        words = [t.short_place(entry), t.code(entry)]
-        if clock := t.clock_in_words(entry):
-            words.append(clock)
-        words.append(t.label(entry))
-        text = f"{entry.seq}: " + " · ".join(words)
-        if len(text) > _LONGEST_LABEL:
-            text = text[: _LONGEST_LABEL - 1] + "…"
-        fill = "none" if entry.tag.severity is None else _FILLS[min(max(entry.tag.severity, 0), 5)]
+        if self.form.is_short:
+            text = f"{entry.seq}: {t.length(entry.distance_m)} {t.code(entry)}"
+        else:
+            words = [t.short_place(entry), t.code(entry), t.clock_in_words(entry), t.label(entry)]
+            text = f"{entry.seq}: " + " · ".join(word for word in words if word)
+        if len(text) > self.form.longest_label:
+            text = text[: self.form.longest_label - 1] + "…"
+        fill = severity_fill(entry.tag.severity, "none")
+        x = self.form.labels
         return [
-            f'<path d="M{_PIPE_RIGHT} {y:.1f}H{_LABELS - 52}L{_LABELS - 26} {label_y:.1f}'
-            f'H{_LABELS - 16}" fill="none" stroke="{_SOFT}" stroke-width="0.8"/>',
-            _rect(_LABELS - 14, label_y - 5, 10, 10, fill, _INK),
-            f'<a href="#no-{entry.seq}">{_text(_LABELS, label_y + 4, text, _INK)}</a>',
+            f'<path d="M{self.form.pipe[1]} {y:.1f}H{x - 52}L{x - 26} {label_y:.1f}'
+            f'H{x - 16}" fill="none" stroke="{SOFT}" stroke-width="0.8"/>',
+            rect(x - 14, label_y - 5, 10, 10, fill, INK),
+            to_row(self.report, entry, Markup(text_at(x, label_y + 4, text, INK))),  # noqa: S704
         ]
-
-
-def _e(text: str) -> str:
-    return escape(legible(text))
-
-
-def _text(
-    x: float, y: float, text: str, fill: str, anchor: str = "start", *, size: int = 13
-) -> str:
-    return (
-        f'<text x="{x:.1f}" y="{y:.1f}" fill="{fill}" text-anchor="{anchor}" '
-        f'font-size="{size}">{_e(text)}</text>'
-    )
-
-
-def _rect(x: float, y: float, width: float, height: float, fill: str, stroke: str = "none") -> str:
-    return (
-        f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" '
-        f'fill="{fill}" stroke="{stroke}"/>'
-    )
-
-
-def _line(x1: float, y1: float, x2: float, y2: float, stroke: str, *, dash: str = "none") -> str:
-    return (
-        f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{stroke}" '
-        f'stroke-dasharray="{dash}"/>'
-    )

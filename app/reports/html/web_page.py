@@ -7,17 +7,21 @@ head forbids every request, and the templates escape all text.
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from importlib import resources
+from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from app.reports.content.condition import ACT_NOW, CLEANED_AWAY, condition_of
-from app.reports.content.sizes import outlines
+from app.reports.content.shown_photos import shown_photos
 from app.reports.content.text import legible
 from app.reports.content.translator import NOTHING, Translator
+from app.reports.html.links import to_row
 from app.reports.html.pipe_strip import pipe_strip
+from app.reports.html.wall_strip import wall_strips
 from app.reports.pdf.cover import cover_rows, warnings_of
 from app.reports.pdf.header_sheet import GROUPS, header_row
 from app.reports.pdf.measurement import (
@@ -32,8 +36,9 @@ from app.reports.pdf.observations import reference_of
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.sign_off import action_of
 from app.reports.pdf.summary import opening
-from app.reports.report import Loss, Report, Written, failure
+from app.reports.report import Entry, Loss, Report, Written, failure
 from app.reports.tables.table import iso
+from app.reports.template import Section
 from app.storage.blobs import Readable
 from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
 from vo_core.errors import ChainageError
@@ -58,6 +63,21 @@ _SCENE_POLICY = (
     "frame-src 'self'",
 )
 
+_LOGO_PX = 480
+_TITLES: Mapping[Section, str] = {
+    "summary": "summary.title",
+    "header": "header.title",
+    "graphic": "graphic.title",
+    "observations": "observations.title",
+    "photos": "photos.title",
+    "wall": "wall.title",
+    "scene": "web.scene",
+    "condition": "condition.title",
+    "measurement": "measurement.title",
+    "checks": "sign.title",
+}
+"""Keys of the titles."""
+
 Rows = Sequence[tuple[str, str]]
 
 
@@ -79,8 +99,8 @@ _TEMPLATES = Environment(
 
 def write(report: Report) -> Written:
     """Write the report in its language and units."""
-    t = Translator.of(report)
-    scene, losses = _scene(report)
+    t, chosen = Translator.of(report), report.template.sections
+    scene, losses = _scene(report) if "scene" in chosen else (None, ())
     page = _TEMPLATES.get_template("web_page.html").render(
         report=report,
         t=t,
@@ -88,17 +108,8 @@ def write(report: Report) -> Written:
         policy="; ".join(_POLICY if scene is None else (*_POLICY, *_SCENE_POLICY)),
         style=_asset("web_page.css"),
         script=_asset("web_page.js"),
-        sections=[
-            ("summary", t("summary.title")),
-            ("graphic", t("graphic.title")),
-            ("observations", t("observations.title")),
-            ("photos", t("photos.title")),
-            ("scene", t("web.scene")),
-            ("header", t("header.title")),
-            ("condition", t("condition.title")),
-            ("measurement", t("measurement.title")),
-            ("checks", t("sign.title")),
-        ],
+        sections=[(section, t(_TITLES[section])) for section in chosen],
+        logo=_jpeg_base64(report.company.logo, _LOGO_PX),
         warnings=warnings_of(report, t),
         cover=cover_rows(report, t),
         opening=opening(report, t),
@@ -107,14 +118,14 @@ def write(report: Report) -> Written:
         CLEANED_AWAY=CLEANED_AWAY,
         strip=pipe_strip(report, t),
         reference=reference_of(report, t),
-        photographed=[
-            (entry, photo, n)
-            for entry in report.entries
-            for n, photo in enumerate(photo for photo in entry.photos if photo.jpeg)
-        ],
-        jpeg_base64=_jpeg_base64,
-        outlines=outlines,
-        video=report.source.video,
+        wall=wall_strips(report, t) if "wall" in chosen else None,
+        shown=(shown := shown_photos(report)),
+        photographed={
+            entry.id for each in shown if "photos" in chosen for entry, _ in each.captions
+        },
+        to_row=to_row,
+        jpeg_base64=lambda photo: _jpeg_base64(photo, ENOUGH_PX),
+        film_at=partial(_film_at, report),
         scene=scene,
         header=_header(report, t),
         measured=[
@@ -141,10 +152,18 @@ def _base64(content: bytes) -> Markup:
     return Markup(base64.b64encode(content).decode())  # noqa: S704
 
 
-def _jpeg_base64(photo: Readable) -> Markup | None:
-    """Encode a photo; None if it is missing."""
-    jpeg = jpeg_of(photo, ENOUGH_PX)
+def _jpeg_base64(picture: Readable | None, enough_px: int) -> Markup | None:
+    """Encode a photo or a logo; None if it is missing."""
+    jpeg = jpeg_of(picture, enough_px)
     return None if jpeg is None else _base64(jpeg.content)
+
+
+def _film_at(report: Report, entry: Entry) -> str | None:
+    """Return the link to the frame in the film beside this file; None without such a film."""
+    name = report.extras.film_name
+    if name is None or entry.time_s is None:
+        return None
+    return f"./{quote(name)}#t={entry.time_s:g}"
 
 
 def _header(report: Report, t: Translator) -> list[tuple[str, Rows]]:

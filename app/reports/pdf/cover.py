@@ -10,7 +10,8 @@ from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import Figure, Prose, pairs
+from app.reports.pdf.flow import Figure, Prose, Title, pairs, paragraph
+from app.reports.pdf.paper import Paper
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
     ACCENT,
@@ -18,45 +19,68 @@ from app.reports.pdf.styles import (
     BODY,
     INK,
     RULE,
+    SMALL,
     SUBHEADING,
     TITLE,
     WASH,
     WIDTH,
 )
-from app.reports.pdf.text import draw, one_line, shortened
-from app.reports.report import Report
+from app.reports.pdf.text import Line, draw, lines_of, one_line, shortened
+from app.reports.report import Company, Report
+
+_LETTERHEAD_TEXT = 105 * mm
+"""Width of name and address, right of the logo."""
+_MOST_ADDRESS_LINES = 12
 
 
 def cover(report: Report, t: Translator) -> list[Flowable]:
     """Build the cover."""
+    introduction = report.template.introduction
     return [
-        Figure(26 * mm, lambda canvas: _letterhead(canvas, report)),
-        Spacer(0, 42 * mm),
-        Prose([(t("cover.title"), TITLE)], after=1 * mm),
+        NextPageTemplate("page"),
+        *letterhead(report.company, t),
+        Title(t("cover.title"), TITLE, after=1 * mm, bookmark=report.asset),
         Prose([(report.asset[:200], TITLE.on(INK))], after=3 * mm),
         Prose([(_where(report), BODY.soft())], after=10 * mm),
-        *(_band(warned) for warned in warnings_of(report, t)),
+        *(band(warned) for warned in warnings_of(report, t)),
         Spacer(0, 6 * mm),
         pairs(cover_rows(report, t)),
-        NextPageTemplate("page"),
+        *([Spacer(0, 6 * mm), paragraph(introduction)] if introduction else []),
         PageBreak(),
     ]
 
 
-def _letterhead(canvas: Canvas, report: Report) -> None:
-    y = 6 * mm
-    logo = jpeg_of(report.company.logo, 700)
+def letterhead(company: Company, t: Translator) -> list[Flowable]:
+    """Build the logo and, to its right, the name of the company above its address."""
+    address = lines_of(company.address, SMALL, _LETTERHEAD_TEXT)[:_MOST_ADDRESS_LINES]
+    height = max(26 * mm, SUBHEADING.leading + len(address) * SMALL.leading + 4 * mm)
+    return [
+        Figure(height, lambda paper: _letterhead(paper, company, t, height, address)),
+        Spacer(0, 68 * mm - height),
+    ]
+
+
+def _letterhead(
+    paper: Paper, company: Company, t: Translator, height: float, address: list[Line]
+) -> None:
+    logo = jpeg_of(company.logo, 700)
     if logo is not None:
-        width, height = logo.getSize()
-        scale = min(60 * mm / width, 20 * mm / height)
-        canvas.drawImage(logo, 0, y, width * scale, height * scale)
-    if report.company.name:
-        style = SUBHEADING
-        draw(canvas, WIDTH, y + 2 * mm, shortened(report.company.name, style, 105 * mm), style,
-             "right")  # fmt: skip
-    canvas.setStrokeColor(ACCENT)
-    canvas.setLineWidth(1.2)
-    canvas.line(0, 0, WIDTH, 0)
+        width, across = logo.size
+        scale = min(60 * mm / width, 20 * mm / across)
+        x, y = width * scale, height - 20 * mm
+        with paper.figure(t("web.logo", company=company.name or ""), (0, y, x, y + 20 * mm)):
+            paper.drawImage(logo, 0, y, x, across * scale)
+    y = 5 * mm + len(address) * SMALL.leading if address else 8 * mm
+    if company.name or address:
+        with paper.element("P"):
+            name = shortened(company.name or "", SUBHEADING, _LETTERHEAD_TEXT)
+            draw(paper, WIDTH, y, name, SUBHEADING, "right")
+            for line in address:
+                y -= SMALL.leading
+                draw(paper, WIDTH, y, line.text, SMALL, "right")
+    paper.setStrokeColor(ACCENT)
+    paper.setLineWidth(1.2)
+    paper.line(0, 0, WIDTH, 0)
 
 
 def _where(report: Report) -> str:
@@ -85,7 +109,10 @@ def warnings_of(report: Report, t: Translator) -> list[Warned]:
         warnings.append(Warned(abandoned, is_alarm=False))
     blocking = sum(issue.level == "block" for issue in report.issues)
     if blocking:
-        warnings.append(Warned(t("cover.draft", n=blocking), is_alarm=False))
+        text = t("cover.draft", n=blocking)
+        if "checks" in report.template.sections:
+            text += f" {t('cover.see', part=t('sign.title'))}"
+        warnings.append(Warned(text, is_alarm=False))
     return warnings
 
 
@@ -97,7 +124,9 @@ def abandoned_sentence(report: Report, t: Translator) -> str:
     return t("cover.abandoned_for", reason=reason) if reason else t("cover.abandoned")
 
 
-def _band(warned: Warned) -> Flowable:
+def band(warned: Warned) -> Flowable:
+    """Build the band of a warning."""
+
     def paint(canvas: Canvas) -> None:
         canvas.setFillColor(ALARM if warned.is_alarm else WASH)
         canvas.setStrokeColor(ALARM if warned.is_alarm else RULE)

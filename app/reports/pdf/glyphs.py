@@ -24,7 +24,8 @@ def missing_glyphs(report: Report) -> tuple[Loss, ...]:
 def _texts(report: Report) -> Iterator[str]:
     """Yield the texts that people have entered."""
     yield report.name
-    yield report.company.name or ""
+    yield from (report.company.name or "", report.company.address)
+    yield from (report.template.introduction, report.template.closing)
     yield from (value for value in report.header.values() if isinstance(value, str))
     for entry in report.entries:
         yield from (entry.tag.remark or "", entry.tagged_by, entry.edited_by or "")

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
-from functools import partial
-from typing import IO, Any, cast
+from dataclasses import dataclass
+from typing import IO, cast
 
 from reportlab import rl_config
+from reportlab.lib.colors import HexColor
 from reportlab.lib.units import mm
-from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
 from app.reports.content.translator import Translator
-from app.reports.pdf.fonts import LATIN, font_of
+from app.reports.pdf.file import File
+from app.reports.pdf.metadata import About
+from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import (
     ACCENT,
     BOTTOM,
@@ -36,72 +38,114 @@ _TOTAL = "total"
 _TOTAL_DIGITS = 3
 
 
+@dataclass(frozen=True)
+class Running:
+    """What stands at the head and the foot of pages."""
+
+    company: str
+    title: str
+    foot: str
+    t: Translator
+
+    @classmethod
+    def of(cls, report: Report, t: Translator, title: str) -> Running:
+        """Return head and foot of a report."""
+        date = report.header.get("date") or f"{report.created_at:%Y-%m-%d}"
+        foot = t(
+            "page.foot", asset=report.asset, date=date, report=report.id, revision=report.revision
+        )
+        return cls(report.company.name or "", f"{title} · {report.asset}", foot, t)
+
+
+class Document:
+    """A PDF that is laid out report by report; finished pages are in the file, not in memory."""
+
+    def __init__(self, out: IO[bytes], about: About) -> None:
+        self._about = about
+        self._file = File(out, about.language)
+        self._paper = Paper(self._file)
+        self._reports = 0
+
+    def add(
+        self,
+        report: Report,
+        t: Translator,
+        title: str,
+        story: Sequence[Flowable],
+        *,
+        level: int = 0,
+        key: str = "",
+    ) -> None:
+        """Lay out the parts of a report, the first page without a head.
+
+        Args:
+            report: The report.
+            t: Its words.
+            title: Title in the head of the pages.
+            story: Its parts.
+            level: Depth of its headings and bookmarks; 0 for the only report of the document.
+            key: Sets its places apart from those of other reports: the document links to its
+                beginning as `<key>/title`.
+        """
+        self._paper.accent = HexColor(report.template.accent)
+        self.add_pages(Running.of(report, t, title), story, level=level, key=key)
+        self._paper.accent = ACCENT
+
+    def add_pages(
+        self, running: Running, story: Sequence[Flowable], *, level: int = 0, key: str = ""
+    ) -> None:
+        """Lay out pages that are of no single report, such as a table of contents."""
+        paper = self._paper
+        paper.level, paper.key = level, key
+        if level:
+            paper.tags.begin_section(level - 1, "Part")
+        layout = BaseDocTemplate(
+            "",
+            pageTemplates=[
+                _template("cover", lambda _: None, _foot(running)),
+                _template("page", _head(running), _foot(running)),
+            ],
+        )
+        layout._doSave = 0  # type: ignore[attr-defined]
+        layout.build(list(story), canvasmaker=lambda *_, **__: paper)
+        paper.tags.end_sections(level)
+        paper.level, paper.key = 0, ""
+
+    def close(self) -> None:
+        """Write what is left of the file, which stays open.
+
+        Raises:
+            ValueError: A link goes to a place that no part has named.
+        """
+        self._paper.number(_TOTAL, self._file.page_count, SMALL.soft())
+        catalog = {**self._about.write(self._file), **self._paper.finish()}
+        self._file.finish(self._paper, catalog, self._about.info(self._file))
+
+
 def made(report: Report, t: Translator, title: str, story: Sequence[Flowable]) -> bytes:
-    """Return the document as a file; the first page has no head."""
-    out = _Sink()
-    foot = _foot(report, t)
-    document = BaseDocTemplate(
-        cast(IO[bytes], out),
-        pageTemplates=[
-            _template("cover", lambda _: None, foot),
-            _template("page", _head(report, title), foot),
-        ],
-        title=one_line(f"{title} · {report.asset}"),
-        author=one_line(report.company.name or "Chainage"),
-        subject=one_line(f"{report.name} · {report.id}"),
-        creator="Chainage",
-        lang=report.language,
-        pageCompression=1,
-        invariant=1,
-    )
-    pages = _Pages(document)
-    document.build([*story, pages], canvasmaker=partial(_canvas, report.made_at))
-    return out.content
+    """Return the document of one report as a file."""
+    out = io.BytesIO()
+    document = Document(out, about(report, title))
+    document.add(report, t, title, story)
+    document.close()
+    return out.getvalue()
 
 
-class _Sink:
-    """A file that is written at once and not copied again."""
-
-    content = b""
-
-    def write(self, content: bytes) -> None:
-        """Store the content."""
-        self.content = content
-
-
-class _Pages(Flowable):
-    """Last flowable: it knows the number of pages, which every foot shows."""
-
-    def __init__(self, document: BaseDocTemplate) -> None:
-        super().__init__()
-        self._document = document
-
-    def wrap(self, width: float, height: float) -> tuple[float, float]:
-        """Return no size."""
-        return 0, 0
-
-    def draw(self) -> None:
-        """Fill in the form that every foot draws."""
-        canvas = self.canv
-        canvas.beginForm(_TOTAL)
-        draw(canvas, 0, 0, str(self._document.page), SMALL.soft())
-        canvas.endForm()
-
-
-def _canvas(made_at: datetime, *args: Any, **options: Any) -> Canvas:
-    """Make a canvas whose file states the time of the report, so that equal reports give equal
-    files.
-
-    It begins with an embedded font; otherwise every page would name a font that is not embedded.
+def about(report: Report, title: str) -> About:
+    """Return what the file of a report states about itself; its date is that of the report, so
+    that equal reports give equal files.
     """
-    canvas = Canvas(*args, **options | {"initialFontName": font_of(LATIN, 400).fontName})
-    date = f"{made_at.astimezone(UTC):D:%Y%m%d%H%M%SZ}"
-    canvas.setDateFormatter(lambda *_: date)
-    return canvas
+    return About(
+        title=one_line(f"{title} · {report.asset}"),
+        author=one_line(report.company.name or "") or "Chainage",
+        subject=one_line(f"{report.name} · {report.id}"),
+        language=report.language,
+        made_at=report.made_at,
+    )
 
 
 def _template(
-    name: str, head: Callable[[Canvas], None], foot: Callable[[Canvas], None]
+    name: str, head: Callable[[Paper], None], foot: Callable[[Paper], None]
 ) -> PageTemplate:
     frame = Frame(
         LEFT, BOTTOM, WIDTH, HEIGHT, leftPadding=0, rightPadding=0, topPadding=0, bottomPadding=0
@@ -109,46 +153,46 @@ def _template(
     return PageTemplate(
         name,
         [frame],
-        onPage=lambda canvas, _: head(canvas),
-        onPageEnd=lambda canvas, _: foot(canvas),
+        onPage=lambda paper, _: head(cast(Paper, paper)),
+        onPageEnd=lambda paper, _: foot(cast(Paper, paper)),
     )
 
 
-def _head(report: Report, title: str) -> Callable[[Canvas], None]:
-    company = report.company.name or ""
+def _head(running: Running) -> Callable[[Paper], None]:
+    style = SMALL.soft()
+    left = shortened(running.company, style, WIDTH / 2 - 5 * mm)
+    right = shortened(running.title, style, WIDTH / 2)
 
-    def paint(canvas: Canvas) -> None:
+    def paint(paper: Paper) -> None:
         y = PAGE_HEIGHT - 15 * mm
-        style = SMALL.soft()
-        draw(canvas, LEFT, y, shortened(company, style, WIDTH / 2 - 5 * mm), style)
-        right = shortened(f"{title} · {report.asset}", style, WIDTH / 2)
-        draw(canvas, PAGE_WIDTH - RIGHT, y, right, style, "right")
-        canvas.setStrokeColor(RULE)
-        canvas.setLineWidth(0.5)
-        canvas.line(LEFT, y - 2.2 * mm, PAGE_WIDTH - RIGHT, y - 2.2 * mm)
+        with paper.artifact("Header"):
+            draw(paper, LEFT, y, left, style)
+            draw(paper, PAGE_WIDTH - RIGHT, y, right, style, "right")
+            paper.setStrokeColor(RULE)
+            paper.setLineWidth(0.5)
+            paper.line(LEFT, y - 2.2 * mm, PAGE_WIDTH - RIGHT, y - 2.2 * mm)
 
     return paint
 
 
-def _foot(report: Report, t: Translator) -> Callable[[Canvas], None]:
-    date = report.header.get("date") or f"{report.created_at:%Y-%m-%d}"
-    left = t("page.foot", asset=report.asset, date=date, report=report.id, revision=report.revision)
+def _foot(running: Running) -> Callable[[Paper], None]:
+    style = SMALL.soft()
+    left = shortened(running.foot, style, WIDTH - 35 * mm)
+    # The total is known only at the end: three digits are reserved.
+    x = PAGE_WIDTH - RIGHT - width_of("0" * _TOTAL_DIGITS, style)
 
-    def paint(canvas: Canvas) -> None:
+    def paint(paper: Paper) -> None:
         y = 12 * mm
-        style = SMALL.soft()
-        canvas.setStrokeColor(RULE)
-        canvas.setLineWidth(0.5)
-        canvas.line(LEFT, y + 3.6 * mm, PAGE_WIDTH - RIGHT, y + 3.6 * mm)
-        draw(canvas, LEFT, y, shortened(left, style, WIDTH - 35 * mm), style)
-        # The total is known only at the end: three digits are reserved.
-        x = PAGE_WIDTH - RIGHT - width_of("0" * _TOTAL_DIGITS, style)
-        number = t("page.of", page=canvas.getPageNumber())
-        draw(canvas, x, y, number, style, "right")
-        canvas.saveState()
-        canvas.translate(x, y)
-        canvas.doForm(_TOTAL)
-        canvas.restoreState()
-        canvas.setFillColor(ACCENT)
+        with paper.artifact("Footer"):
+            paper.setStrokeColor(RULE)
+            paper.setLineWidth(0.5)
+            paper.line(LEFT, y + 3.6 * mm, PAGE_WIDTH - RIGHT, y + 3.6 * mm)
+            draw(paper, LEFT, y, left, style)
+            number = running.t("page.of", page=paper.getPageNumber())
+            draw(paper, x, y, number, style, "right")
+            paper.saveState()
+            paper.translate(x, y)
+            paper.doForm(_TOTAL)
+            paper.restoreState()
 
     return paint

@@ -78,7 +78,7 @@ def draw_photo(
     jpeg = photo.shown if photo else None
     picture = jpeg_of(jpeg, ENOUGH_PX) if jpeg else None
     if picture is not None:
-        px_wide, px_high = picture.getSize()
+        px_wide, px_high = picture.size
         scale = min(width / px_wide, height / px_high)
         shown_w, shown_h = px_wide * scale, px_high * scale
         left, bottom = x + (width - shown_w) / 2, y + (height - shown_h) / 2

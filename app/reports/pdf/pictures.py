@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
 
 from PIL import Image
-from reportlab.lib.utils import ImageReader
 
 from app.storage.blobs import Readable
 
 _QUALITY = 76
 
 
-class Jpeg(ImageReader):
+@dataclass(frozen=True)
+class Jpeg:
     """A JPEG file that is embedded unchanged."""
 
-    _dataA = None  # noqa: N815
-    """Transparency mask, which a JPEG does not have."""
-
-    def __init__(self, content: bytes) -> None:
-        super().__init__(io.BytesIO(content))
-        self.content = content
-        """Bytes of the file."""
-
-    def getRGBData(self) -> bytes:  # noqa: N802
-        """Return bytes that identify the picture; ReportLab itself would decode it for them."""
-        return self.content
+    content: bytes
+    size: tuple[int, int]
+    """Width and height, px."""
+    is_grey: bool
 
 
 def jpeg_of(stored: Readable | None, enough_px: int) -> Jpeg | None:
@@ -41,14 +35,15 @@ def jpeg_of(stored: Readable | None, enough_px: int) -> Jpeg | None:
         content = stored.read_bytes()
         with Image.open(io.BytesIO(content)) as picture:
             is_fit = picture.format == "JPEG" and picture.mode in ("RGB", "L")
-            times = max(picture.size) // enough_px
+            size = picture.size
+            times = max(size) // enough_px
             if times < 2 and is_fit:
                 # Decoding at an eighth of the size also shows whether the whole file can be
                 # decoded.
                 picture.draft(picture.mode, (1, 1))
                 picture.load()
-                return Jpeg(content)
-            return Jpeg(_encoded(_halved(picture, times)))
+                return Jpeg(content, size, picture.mode == "L")
+            return _encoded(_halved(picture, times))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
         return None
 
@@ -63,7 +58,7 @@ def _halved(picture: Image.Image, times: int) -> Image.Image:
     return picture.reduce(left) if left > 1 else picture
 
 
-def _encoded(picture: Image.Image) -> bytes:
+def _encoded(picture: Image.Image) -> Jpeg:
     """Encode as JPEG; transparent parts become white like the paper."""
     if picture.mode not in ("RGB", "L"):
         rgba = picture.convert("RGBA")
@@ -71,4 +66,4 @@ def _encoded(picture: Image.Image) -> bytes:
         picture = Image.alpha_composite(paper, rgba).convert("RGB")
     out = io.BytesIO()
     picture.save(out, "JPEG", quality=_QUALITY)
-    return out.getvalue()
+    return Jpeg(out.getvalue(), picture.size, picture.mode == "L")

@@ -6,10 +6,10 @@ from collections import Counter
 
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import CondPageBreak, Flowable
+from reportlab.platypus import CondPageBreak, Flowable, PageBreak, Spacer
 
 from app.reports.content.translator import Translator
-from app.reports.pdf.flow import Column, Figure, Grid, Heading, note
+from app.reports.pdf.flow import Column, Figure, Grid, Heading, Prose, note
 from app.reports.pdf.styles import BODY, CELL, INK, RULE, SMALL, WIDTH
 from app.reports.pdf.text import draw, shortened
 from app.reports.report import Report
@@ -26,12 +26,20 @@ def sign_off(report: Report, t: Translator) -> list[Flowable]:
         *_checks(report, t),
         Heading(t("sign.history"), level=1, bookmark=False),
         *_history(report, t),
+        *closing(report, t),
         CondPageBreak(70 * mm),
         Heading(t("sign.signatures"), level=1, bookmark=False),
         note(f"{t('cover.review')}: {t.review(report)}."),
         note(t("sign.statement", report=report.id, revision=report.revision)),
         Figure(52 * mm, lambda canvas: _signatures(canvas, report, t)),
+        PageBreak(),
     ]
+
+
+def closing(report: Report, _: Translator) -> list[Flowable]:
+    """Build the closing text of the template, if it has one."""
+    text = report.template.closing
+    return [Spacer(0, 4 * mm), Prose([(text, BODY)], after=4 * mm)] if text else []
 
 
 def _checks(report: Report, t: Translator) -> list[Flowable]:

@@ -21,6 +21,7 @@ SOFT = HexColor(0x56636E)
 RULE = HexColor(0xC2CBD2)
 WASH = HexColor(0xF1F4F6)
 ACCENT = HexColor(0x1D3B50)
+"""Titles; the canvas draws them in the colour of the report's template (`paper`)."""
 ALARM = HexColor(0x8A1713)
 WATER = HexColor(0xD3E3EC)
 
@@ -62,6 +63,8 @@ HEADING = Style(15, 20, 600, ACCENT)
 SUBHEADING = Style(10.5, 14, 600, ACCENT)
 BODY = Style(9, 13)
 CELL = Style(7.6, 10.2)
+LINK = Style(7.6, 10.2, 600, HexColor(0x0B5394))
+"""A text that links elsewhere."""
 SMALL = Style(6.8, 9)
 TINY = Style(5.8, 7.2)
 

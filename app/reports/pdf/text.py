@@ -46,6 +46,15 @@ class Glyph:
 
 
 @dataclass(frozen=True)
+class Piece:
+    """Written text of one font and one direction."""
+
+    text: str
+    face: Face
+    is_rtl: bool
+
+
+@dataclass(frozen=True)
 class Run:
     """Text of one font and one direction."""
 
@@ -149,19 +158,24 @@ def draw(canvas: Canvas, x: float, y: float, text: str, style: Style, align: str
 
 def visual_runs(text: str, weight: Weight) -> list[Run]:
     """Return the runs of a line of cleaned text, from left to right."""
+    return [_run(piece.text, piece.face, weight, piece.is_rtl) for piece in visual_pieces(text)]
+
+
+def visual_pieces(text: str) -> list[Piece]:
+    """Return the pieces of a line of cleaned text, from left to right."""
     if not any(map(_is_right_to_left, text)):
-        return [_run(piece, face, weight, False) for face, piece in _by_face(text)]
+        return [Piece(piece, face, is_rtl=False) for face, piece in _by_face(text)]
     levels = _levels(text)
-    pieces: list[tuple[int, Run]] = []
+    pieces: list[tuple[int, Piece]] = []
     at = 0
     for level, same in groupby(levels):
         end = at + len(list(same))
         pieces += [
-            (level, _run(piece, face, weight, level % 2 == 1))
+            (level, Piece(piece, face, is_rtl=level % 2 == 1))
             for face, piece in _by_face(text[at:end])
         ]
         at = end
-    return [run for _, run in _reordered(pieces)]
+    return [piece for _, piece in _reordered(pieces)]
 
 
 def _shown(char: str) -> str:
@@ -343,7 +357,7 @@ def _levels(text: str) -> list[int]:
     return [char.embedding_level for char in paragraph.get_characters()]
 
 
-def _reordered(pieces: Sequence[tuple[int, Run]]) -> list[tuple[int, Run]]:
+def _reordered(pieces: Sequence[tuple[int, Piece]]) -> list[tuple[int, Piece]]:
     """Reorder whole runs from left to right, by rule L2.
 
     Adjacent runs of one level are reversed together.

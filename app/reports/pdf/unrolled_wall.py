@@ -1,9 +1,9 @@
-"""The picture of the whole wall in strips of five metres, with its defects."""
+"""The picture of the whole wall as a drawing to scale, in strips as wide as the page."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from reportlab.lib.colors import white
 from reportlab.lib.units import mm
@@ -13,9 +13,22 @@ from reportlab.platypus import Flowable, PageBreak
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.placement import capacity, spread
 from app.reports.content.translator import Translator
+from app.reports.content.wall import (
+    Place,
+    Span,
+    Wall,
+    clock_places,
+    joints_within,
+    places_within,
+    remarks_on,
+    stretches_within,
+    tick_digits,
+    wall_of,
+)
 from app.reports.pdf.flow import Figure, Heading, note
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
+    HEIGHT,
     INK,
     SEVERITY,
     SOFT,
@@ -24,201 +37,263 @@ from app.reports.pdf.styles import (
     WIDTH,
     on_severity,
 )
-from app.reports.pdf.text import draw
+from app.reports.pdf.text import draw, width_of
 from app.reports.report import Entry, Report
 from app.survey.rounding import decimals
-from vo_core.mosaic.mosaic import Layout
 
-STRIP_M = 5.0
-TILE_PX = 400
-"""500 mm of wall take 16 mm of paper: 600 dpi for readers who zoom in."""
+SCALES = (10, 20, 25, 50, 100, 200, 250, 500, 1000, 2000, 5000, 10_000)
+"""Denominators from 1 : 10 on."""
+MOST_PAGES = 8
+"""A finer scale that takes more pages is not used."""
 
-_LEFT = 9 * mm
-_BADGE = 4.4 * mm
-_TALLEST = 110 * mm
+_LEFT, _RIGHT = 7 * mm, 4 * mm
+"""Room for the hours beside the strip, and for the last distance."""
+_HEAD, _LANE, _BADGE, _FOOT, _GAP = 5 * mm, 2.6 * mm, 4.4 * mm, 8.4 * mm, 3 * mm
+_LANES = 2
+_INTRODUCTION = 32 * mm
+"""Heading and notes on the first page."""
+_HALF_BOX = 1.8 * mm
+_PX_PER_POINT = 2.8
+"""200 dpi."""
 
 
 def unrolled_wall(report: Report, t: Translator) -> list[Flowable]:
-    """Build strips from the start to the end, where the wall was seen."""
-    layout = report.layout
+    """Build strips from the first to the last seen place of the wall."""
+    wall = wall_of(report)
     heading = Heading(t("wall.title"))
-    if not report.wall or layout is None:
+    if wall is None:
         return [heading, note(t("wall.none")), PageBreak()]
-    parts: list[Flowable] = [heading, note(t("wall.help"))]
-    axis = Axis.of(report)
-    tiles = _placed(report, layout)
-    first = math.floor(min(axis.first_m, *(tile.from_m for tile in tiles)) / STRIP_M + 1e-6)
-    last = math.ceil(max(axis.last_m, *(tile.to_m for tile in tiles)) / STRIP_M - 1e-6)
-    for number in range(first, last):
-        strip = _Strip(report, t, layout, tiles, number * STRIP_M)
-        if strip.tiles or strip.entries:
-            parts.append(Figure(strip.height, strip.paint))
-    return [*parts, PageBreak()]
+    scale, strips = _strips(report, t, wall)
+    notes = [t("wall.help", scale=scale)]
+    if scale > SCALES[0]:
+        notes.append(t("wall.coarser", pages=MOST_PAGES))
+    notes += remarks_on(report, wall, t)
+    figures = [Figure(strip.height, strip.paint, alt=strip.alt) for strip in strips]
+    return [heading, note(" ".join(notes)), *figures, PageBreak()]
 
 
-@dataclass(frozen=True)
-class _Tile:
-    """A tile at its corrected distance."""
+def _strips(report: Report, t: Translator, wall: Wall) -> tuple[int, list[_Strip]]:
+    """Return the finest scale with an acceptable number of pages, and its strips."""
+    for scale in SCALES:
+        per_m = 1000 * mm / scale
+        length_m = (WIDTH - _LEFT - _RIGHT) / per_m
+        count = max(1, math.ceil((wall.span_m[1] - wall.span_m[0]) / length_m - 1e-6))
+        if count > 60 * MOST_PAGES and scale != SCALES[-1]:
+            continue
+        first_m, last_m = wall.span_m
+        spans = [
+            (first_m + n * length_m, min(first_m + (n + 1) * length_m, last_m))
+            for n in range(count)
+        ]
+        strips = [_Strip(report, t, wall, span, scale) for span in spans]
+        if _pages(strips) <= MOST_PAGES or scale == SCALES[-1]:
+            break
+    return scale, strips
 
-    index: int
-    from_m: float
-    to_m: float
 
-
-def _placed(report: Report, layout: Layout) -> list[_Tile]:
-    def corrected_m(raw_mm: float) -> float:
-        return (report.adjusted.chainage_mm(raw_mm) if report.adjusted else raw_mm) / 1000
-
-    return [
-        _Tile(k, corrected_m(k * layout.tile_mm), corrected_m((k + 1) * layout.tile_mm))
-        for k in sorted(report.wall)
-    ]
+def _pages(strips: Sequence[_Strip]) -> float:
+    """Return the number of pages, infinite if a strip is higher than a page."""
+    pages, room = 1, HEIGHT - _INTRODUCTION
+    for strip in strips:
+        if strip.height > HEIGHT - _INTRODUCTION:
+            return math.inf
+        if strip.height > room:
+            pages, room = pages + 1, HEIGHT
+        room -= strip.height
+    return pages
 
 
 class _Strip:
-    """Five metres of wall."""
+    """A part of the wall that is as long as the page is wide."""
 
     def __init__(
-        self, report: Report, t: Translator, layout: Layout, tiles: list[_Tile], first_m: float
+        self,
+        report: Report,
+        t: Translator,
+        wall: Wall,
+        span_m: Span,
+        scale: int,
     ) -> None:
         self.report = report
         self.t = t
-        self.layout = layout
-        self.first_m = first_m
-        self.last_m = first_m + STRIP_M
-        self.scale = (WIDTH - _LEFT) / STRIP_M
-        self.tiles = [tile for tile in tiles if tile.to_m > first_m and tile.from_m < self.last_m]
-        self.entries = [
-            entry
-            for entry in report.entries
-            if entry.distance_m is not None and first_m <= entry.distance_m < self.last_m
-        ]
-        arc_m = (layout.arc_to_mm - layout.arc_from_mm) / 1000
-        self.wall = min(arc_m * self.scale, _TALLEST)
-        self.rows = max(1, math.ceil(len(self.entries) / capacity(_BADGE, 0, WIDTH - _LEFT)))
-        self.bottom = 8 * mm
+        self.wall = wall
+        self.span_m = span_m
+        self.scale = scale
+        self.per_m = 1000 * mm / scale
+        self.marks = places_within(report, wall, span_m)
+        self.stretches = stretches_within(report, span_m)
+        self.width = (span_m[1] - span_m[0]) * self.per_m
+        self.high = (wall.arc_mm[1] - wall.arc_mm[0]) / 1000 * self.per_m
+        self.top = _FOOT + self.high
+        self.lanes = min(len(self.stretches), _LANES)
+        self.rows = math.ceil(len(self.marks) / capacity(_BADGE, _LEFT, WIDTH - _RIGHT))
 
     @property
     def height(self) -> float:
-        """Height including the numbers above and the distances below."""
-        return self.bottom + self.wall + self.rows * _BADGE + 6 * mm
+        """Height with the numbers above and the distances below."""
+        return self.top + self.lanes * _LANE + self.rows * _BADGE + _HEAD + _GAP
+
+    @property
+    def alt(self) -> str:
+        """What the strip shows, in words."""
+        t = self.t
+        return t(
+            "wall.alt",
+            first=t.length(self.span_m[0]),
+            last=t.length(self.span_m[1]),
+            scale=self.scale,
+            joints=len(joints_within(self.report, self.span_m)),
+            numbers=", ".join(str(entry.seq) for entry, _ in self.marks) or "–",
+        )
 
     def x_of(self, distance_m: float) -> float:
         """Return the position along the page."""
-        return _LEFT + (distance_m - self.first_m) * self.scale
+        return _LEFT + (distance_m - self.span_m[0]) * self.per_m
 
     def y_of(self, arc_mm: float) -> float:
-        """Return the vertical position: left of the camera above, right of it below, like the
-        tiles.
-        """
-        low, high = self.layout.arc_from_mm, self.layout.arc_to_mm
-        return self.bottom + self.wall * (high - arc_mm) / (high - low)
+        """Return the vertical position: what is left of the camera is above, like in the tiles."""
+        return _FOOT + (self.wall.arc_mm[1] - arc_mm) / 1000 * self.per_m
 
     def paint(self, canvas: Canvas) -> None:
         """Draw the strip."""
-        canvas.setFillColor(WASH)
-        canvas.rect(_LEFT, self.bottom, WIDTH - _LEFT, self.wall, 0, 1)
-        self._tiles(canvas)
+        self._pictures(canvas)
+        self._joints(canvas)
         canvas.setStrokeColor(INK)
         canvas.setLineWidth(0.6)
-        canvas.rect(_LEFT, self.bottom, WIDTH - _LEFT, self.wall, 1, 0)
+        canvas.rect(_LEFT, _FOOT, self.width, self.high, 1, 0)
         self._clock(canvas)
         self._distances(canvas)
-        self._joints(canvas)
         self._stretches(canvas)
-        self._entries(canvas)
+        self._marks(canvas)
+        self._head(canvas)
 
-    def _tiles(self, canvas: Canvas) -> None:
+    def _pictures(self, canvas: Canvas) -> None:
         canvas.saveState()
         frame = canvas.beginPath()
-        frame.rect(_LEFT, self.bottom, WIDTH - _LEFT, self.wall)
+        frame.rect(_LEFT, _FOOT, self.width, self.high)
         canvas.clipPath(frame, 0, 0)
-        for tile in self.tiles:
-            picture = jpeg_of(self.report.wall[tile.index], TILE_PX)
+        layout = self.wall.layout
+        bottom, top = self.y_of(layout.arc_to_mm), self.y_of(layout.arc_from_mm)
+        for tile in self.wall.within(self.span_m):
+            left, right = map(self.x_of, tile.span_m)
+            enough_px = round(_PX_PER_POINT * max(right - left, top - bottom))
+            picture = jpeg_of(tile.jpeg, max(enough_px, 1)) if tile.seen_m else None
             if picture is not None:
-                x = self.x_of(tile.from_m)
-                canvas.drawImage(picture, x, self.bottom, self.x_of(tile.to_m) - x, self.wall)
+                canvas.drawImage(picture, left, bottom, right - left, top - bottom)
+        for gap in self.wall.gaps(self.span_m):
+            self._gap(canvas, gap)
+        canvas.restoreState()
+
+    def _gap(self, canvas: Canvas, gap_m: Span) -> None:
+        """Hatch a part that was not seen, and name it where there is room."""
+        left, right = map(self.x_of, gap_m)
+        canvas.saveState()
+        path = canvas.beginPath()
+        path.rect(left, _FOOT, right - left, self.high)
+        canvas.setFillColor(white)
+        canvas.clipPath(path, 0, 1)
+        canvas.setStrokeColor(SOFT)
+        canvas.setLineWidth(0.35)
+        step = 2 * mm
+        for n in range(math.floor((left - self.high) / step), math.ceil(right / step)):
+            canvas.line(n * step, _FOOT, n * step + self.high, self.top)
+        name, style = self.t("wall.not_seen"), TINY.bold()
+        room = width_of(name, style) + 2 * mm
+        if room <= right - left:
+            middle, y = (left + right) / 2, _FOOT + self.high / 2
+            canvas.setFillColor(white)
+            canvas.rect(middle - room / 2, y - 1.6 * mm, room, 3.2 * mm, 0, 1)
+            draw(canvas, middle, y - 0.7 * mm, name, style, "centre")
         canvas.restoreState()
 
     def _clock(self, canvas: Canvas) -> None:
-        """Draw hours at the left edge; millimetres from the middle on a flat floor."""
-        diameter_mm = self.report.rig.pipe.diameter_mm
-        if diameter_mm is None:
-            places = [(f"{arc:+g}" if arc else "0", float(arc)) for arc in (-100, 0, 100)]
-        else:
-            hour_mm = math.pi * diameter_mm / 12
-            places = [(str((6 - n) % 12 or 12), n * hour_mm) for n in range(-6, 7)]
+        low, high = self.wall.arc_mm
         last_y = math.inf
-        for name, arc_mm in places:
-            if self.layout.arc_from_mm <= arc_mm <= self.layout.arc_to_mm:
+        for name, arc_mm in clock_places(self.report, feet=self.t.units == "ft"):
+            if low - 1 <= arc_mm <= high + 1:
                 y = self.y_of(arc_mm)
                 canvas.setStrokeColor(INK)
                 canvas.setLineWidth(0.4)
                 canvas.line(_LEFT - 1.2 * mm, y, _LEFT, y)
+                end = _LEFT + self.width
+                canvas.line(end, y, end + 1.2 * mm, y)
                 if last_y - y >= 2.2 * mm:
                     draw(canvas, _LEFT - 1.8 * mm, y - 0.7 * mm, name, TINY.soft(), "right")
                     last_y = y
 
     def _distances(self, canvas: Canvas) -> None:
-        step_m = tick_step_m(self.t, self.scale, 15 * mm)
-        for distance_m in Axis(self.first_m, self.last_m).ticks(step_m):
+        step_m = tick_step_m(self.t, self.per_m, 14 * mm)
+        digits = tick_digits(self.t, step_m)
+        for distance_m in Axis(*self.span_m).ticks(step_m):
             x = self.x_of(distance_m)
             canvas.setStrokeColor(INK)
             canvas.setLineWidth(0.4)
-            canvas.line(x, self.bottom, x, self.bottom - 1.3 * mm)
-            is_edge = x > WIDTH - 4 * mm
-            text = f"{decimals(distance_m, 1, unit=self.t.per_unit_m)} {self.t.units}"
-            draw(canvas, x, self.bottom - 3.8 * mm, text, TINY.soft(),
-                 "right" if is_edge else "centre")  # fmt: skip
+            canvas.line(x, _FOOT, x, _FOOT - 1.3 * mm)
+            text = f"{decimals(distance_m, digits, unit=self.t.per_unit_m)} {self.t.units}"
+            draw(canvas, x, _FOOT - 3.6 * mm, text, TINY.soft(), "centre")
 
     def _joints(self, canvas: Canvas) -> None:
-        for joint in self.report.joints:
-            x = self.x_of(joint.distance_mm / 1000)
-            if _LEFT <= x <= WIDTH:
-                canvas.setStrokeColor(SOFT)
-                canvas.setLineWidth(0.5)
-                canvas.line(x, self.bottom - 4.4 * mm, x, self.bottom - 6 * mm)
-                if joint.number is not None:
-                    draw(canvas, x + 0.6 * mm, self.bottom - 6.4 * mm, f"J{joint.number}",
-                         TINY.soft())  # fmt: skip
+        for joint in joints_within(self.report, self.span_m):
+            x = self.x_of(joint.distance_m)
+            for colour, width in ((white, 1.4), (INK, 0.6)):
+                canvas.setStrokeColor(colour)
+                canvas.setLineWidth(width)
+                canvas.setDash(() if joint.is_seen else (3, 2))
+                canvas.line(x, _FOOT, x, self.top)
+            canvas.setDash()
+            if joint.number is not None:
+                canvas.line(x, _FOOT - 4.6 * mm, x, _FOOT - 5.4 * mm)
+                draw(canvas, x, _FOOT - 7.6 * mm, f"J{joint.number}", TINY.bold(), "centre")
 
     def _stretches(self, canvas: Canvas) -> None:
-        for stretch in self.report.stretches:
-            start_m, finish_m = stretch.start.distance_m, stretch.finish.distance_m
-            if start_m is None or finish_m is None:
-                continue
-            low, high = max(start_m, self.first_m), min(finish_m, self.last_m)
-            if low < high:
-                canvas.setStrokeColor(INK)
-                canvas.setLineWidth(1.6)
-                y = self.bottom + self.wall + 1 * mm
-                canvas.line(self.x_of(low), y, self.x_of(high), y)
+        for number, (start_m, finish_m) in self.stretches:
+            low, high = max(start_m, self.span_m[0]), min(finish_m, self.span_m[1])
+            y = self.top + 1.1 * mm + ((number - 1) % _LANES) * _LANE * (self.lanes > 1)
+            left, right = self.x_of(low), self.x_of(high)
+            canvas.setStrokeColor(INK)
+            canvas.setLineWidth(1.4)
+            canvas.line(left, y, right, y)
+            canvas.setLineWidth(0.7)
+            for end_m, x in ((start_m, left), (finish_m, right)):
+                if self.span_m[0] <= end_m <= self.span_m[1]:
+                    canvas.line(x, self.top, x, y + 0.7 * mm)
+            name, style = self.t("wall.stretch", n=number), TINY.bold()
+            wide = width_of(name, style) + 1.2 * mm
+            if wide < right - left:
+                middle = (left + right) / 2
+                canvas.setFillColor(white)
+                canvas.rect(middle - wide / 2, y - 1 * mm, wide, 2 * mm, 0, 1)
+                draw(canvas, middle, y - 0.7 * mm, name, style, "centre")
 
-    def _entries(self, canvas: Canvas) -> None:
+    def _marks(self, canvas: Canvas) -> None:
+        numbers = self.top + self.lanes * _LANE + 1.2 * mm
         for row in range(self.rows):
-            entries = self.entries[row :: self.rows]
-            wanted = [self.x_of(entry.distance_m or 0.0) for entry in entries]
-            places = spread(wanted, _BADGE, _LEFT, WIDTH)
-            y = self.bottom + self.wall + 2.6 * mm + row * _BADGE
-            for entry, x in zip(entries, places, strict=True):
-                self._mark(canvas, entry, x, y)
+            marks = self.marks[row :: self.rows]
+            wanted = [self.x_of(entry.distance_m or 0.0) for entry, _ in marks]
+            places = spread(wanted, _BADGE, _LEFT, WIDTH - _RIGHT)
+            for (entry, place), badge_x in zip(marks, places, strict=True):
+                self._mark(canvas, entry, place, badge_x, numbers + row * _BADGE)
 
-    def _mark(self, canvas: Canvas, entry: Entry, badge_x: float, badge_y: float) -> None:
+    def _mark(
+        self, canvas: Canvas, entry: Entry, place: Place, badge_x: float, badge_y: float
+    ) -> None:
         x = self.x_of(entry.distance_m or 0.0)
         canvas.setStrokeColor(INK)
         canvas.setLineWidth(0.5)
-        canvas.line(badge_x, badge_y, x, self.bottom + self.wall)
-        arc_mm = self._arc_mm(entry)
-        if arc_mm is not None and self.layout.arc_from_mm <= arc_mm <= self.layout.arc_to_mm:
-            y = self.y_of(arc_mm)
+        canvas.line(badge_x, badge_y, x, self.top)
+        boxes = self._boxes(place)
+        if boxes:
+            upper = max(y + height for _, y, _, height in boxes)
             for colour, width in ((white, 1.8), (INK, 0.8)):
                 canvas.setStrokeColor(colour)
                 canvas.setLineWidth(width)
-                canvas.line(x, self.bottom + self.wall, x, y + 1.8 * mm)
-                canvas.rect(x - 1.8 * mm, y - 1.8 * mm, 3.6 * mm, 3.6 * mm, 1, 0)
+                canvas.line(x, self.top, x, min(upper, self.top))
+                for box in boxes:
+                    canvas.rect(*box, 1, 0)
+            self._outlines(canvas, place)
         else:
             canvas.setDash(1.5, 1)
-            canvas.line(x, self.bottom + self.wall, x, self.bottom)
+            canvas.line(x, self.top, x, _FOOT)
             canvas.setDash()
         canvas.setStrokeColor(INK)
         canvas.setLineWidth(0.4)
@@ -227,14 +302,49 @@ class _Strip:
         style = TINY.bold().on(on_severity(entry.tag.severity))
         draw(canvas, badge_x, badge_y + 0.8 * mm, str(entry.seq), style, "centre")
 
-    def _arc_mm(self, entry: Entry) -> float | None:
-        """Return the position around the wall, from the invert to the right."""
-        diameter_mm = self.report.rig.pipe.diameter_mm
-        if diameter_mm is None:
-            return None if entry.y_m is None else 1000 * entry.y_m
-        if entry.y_m is not None and entry.z_m is not None:
-            return diameter_mm / 2 * math.atan2(entry.y_m, entry.z_m)
-        if entry.clock_from is None:
-            return None
-        hours = (6 - entry.clock_from) % 12
-        return math.pi * diameter_mm / 12 * (hours - 12 if hours > 6 else hours)
+    def _boxes(self, place: Place) -> list[tuple[float, float, float, float]]:
+        """Return boxes around the seen parts of the place: left, bottom, width, height."""
+        low_mm, high_mm = self.wall.arc_mm
+        left = max(self.x_of(place.along_m[0]) - _HALF_BOX, _LEFT)
+        right = min(self.x_of(place.along_m[1]) + _HALF_BOX, _LEFT + self.width)
+        boxes = []
+        for first_mm, last_mm in place.around_mm:
+            if last_mm >= low_mm and first_mm <= high_mm:
+                bottom = max(self.y_of(min(last_mm, high_mm)) - _HALF_BOX, _FOOT)
+                top = min(self.y_of(max(first_mm, low_mm)) + _HALF_BOX, self.top)
+                boxes.append((left, bottom, right - left, top - bottom))
+        return boxes
+
+    def _outlines(self, canvas: Canvas, place: Place) -> None:
+        """Draw what was measured where it was measured."""
+        canvas.saveState()
+        frame = canvas.beginPath()
+        frame.rect(_LEFT, _FOOT, self.width, self.high)
+        canvas.clipPath(frame, 0, 0)
+        for colour, width in ((INK, 1.8), (white, 0.8)):
+            canvas.setStrokeColor(colour)
+            canvas.setLineWidth(width)
+            for points in place.outlines:
+                path = canvas.beginPath()
+                path.moveTo(self.x_of(points[0][0]), self.y_of(points[0][1]))
+                for x_m, arc_mm in points[1:]:
+                    path.lineTo(self.x_of(x_m), self.y_of(arc_mm))
+                canvas.drawPath(path)
+        canvas.restoreState()
+
+    def _head(self, canvas: Canvas) -> None:
+        """Name the strip, with its scale and a bar of a round length."""
+        y = self.height - _HEAD + 1 * mm
+        first, last = map(self.t.length, self.span_m)
+        draw(canvas, _LEFT, y, self.t("wall.strip", first=first, last=last), TINY.bold())
+        length_m = tick_step_m(self.t, self.per_m, 25 * mm)
+        right = WIDTH - _RIGHT - 12 * mm
+        left = right - length_m * self.per_m
+        canvas.setStrokeColor(INK)
+        canvas.setFillColor(INK)
+        canvas.setLineWidth(0.4)
+        canvas.rect(left, y, right - left, 1.2 * mm, 1, 0)
+        canvas.rect(left, y, (right - left) / 2, 1.2 * mm, 0, 1)
+        text = f"{length_m / self.t.per_unit_m:g} {self.t.units}"
+        draw(canvas, right + 1.2 * mm, y, text, TINY)
+        draw(canvas, left - 1.6 * mm, y, self.t("wall.scale", scale=self.scale), TINY, "right")

@@ -7,11 +7,12 @@ flags guide a form; none of them may stop an import.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from importlib import resources
 
-from app.survey.catalogue.table import LABEL_LANGUAGES, CodeTable, read_table
+from app.survey.catalogue.table import LABEL_LANGUAGES, CodeTable, read_table, title_of
 from vo_core.csv_rows import records
 
 CODE_PACK = "EN 13508-2:2003+A1:2011"
@@ -31,6 +32,25 @@ def built_in() -> CodeTable:
         for row in table.rows
     )
     return CodeTable(CODE_PACK, tuple(rows))
+
+
+def labels_of(label: str | None) -> Mapping[str, str]:
+    """Return a built-in label in other languages, for rows that hold the label and not its pack.
+
+    A label of an imported pack has none.
+    """
+    return _labels().get(label or "", {})
+
+
+@cache
+def _labels() -> Mapping[str, Mapping[str, str]]:
+    """Return the labels of codes with and without their characters, by the English one."""
+    rows = built_in().rows
+    titles = {
+        title_of(row.label): {name: title_of(text) for name, text in row.labels.items()}
+        for row in rows
+    }
+    return titles | {row.label: row.labels for row in rows}
 
 
 def _phrases(language: str) -> dict[str, str]:

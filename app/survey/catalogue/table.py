@@ -119,15 +119,15 @@ class CodeTable:
         first = next((row for row in self.rows if row.code == code), None)
         if first is None:
             return None
-        labels = {language: _title(label) for language, label in first.labels.items()}
-        return replace(first, char1="", char2="", label=_title(first.label), labels=labels)
+        labels = {language: title_of(label) for language, label in first.labels.items()}
+        return replace(first, char1="", char2="", label=title_of(first.label), labels=labels)
 
     @cached_property
     def _by_key(self) -> Mapping[tuple[str, str, str], Code]:
         return {row.key: row for row in self.rows}
 
 
-def _title(label: str) -> str:
+def title_of(label: str) -> str:
     """Return the part of a label that the main code has in common."""
     return label.partition(":")[0]
 

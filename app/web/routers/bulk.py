@@ -9,12 +9,13 @@ from starlette.responses import StreamingResponse
 
 from app.errors import BulkExportNotFound, Busy
 from app.web.deps import PrincipalDep, ServicesDep, viewer
+from app.web.downloads import attachment
 from app.web.schemas.bulk import BulkExportIn, BulkExportOut
 from app.web.schemas.failures import content, failures
 
 router = APIRouter(prefix="/api/bulk-exports", tags=["media"])
 
-MEDIA_TYPE = "application/zip"
+MEDIA_TYPES = ("application/zip", "application/pdf")
 BulkExportId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 
 
@@ -22,6 +23,11 @@ BulkExportId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 @viewer
 def order(body: BulkExportIn, services: ServicesDep, principal: PrincipalDep) -> BulkExportOut:
     """Have an archive made, with a folder for each inspection; its progress has its own address.
+
+    `document` adds one PDF over all inspections: list with grades, statistics, plan sketch and
+    every report. With `delivery` among the formats the archive is a delivery, with checksums and
+    a signature. An order for the document alone is that PDF, one for the delivery of one inspection
+    is that delivery.
 
     An inspection that lacks what a format needs is listed as `not_made` and in `inspections.csv`
     of the archive; all others are in it.
@@ -39,17 +45,17 @@ def progress(order_id: BulkExportId, services: ServicesDep) -> BulkExportOut:
 @router.get(
     "/{order_id}/archive",
     response_class=Response,
-    responses=content(MEDIA_TYPE) | failures(BulkExportNotFound),
+    responses=content(*MEDIA_TYPES) | failures(BulkExportNotFound),
 )
 @viewer
 def archive(order_id: BulkExportId, services: ServicesDep) -> StreamingResponse:
-    """Return the archive."""
-    blocks, size = services.bulk_exports.archive(order_id)
+    """Return the archive; the PDF itself where nothing but a document was ordered."""
+    blocks, size, made = services.bulk_exports.archive(order_id)
     headers = {
-        "Content-Disposition": 'attachment; filename="chainage-reports.zip"',
+        "Content-Disposition": attachment(made.filename),
         "Content-Length": str(size),
     }
-    return StreamingResponse(blocks, media_type=MEDIA_TYPE, headers=headers)
+    return StreamingResponse(blocks, media_type=made.media_type, headers=headers)
 
 
 @router.delete("/{order_id}", status_code=204, responses=failures(BulkExportNotFound))

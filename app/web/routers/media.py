@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from functools import partial
 from typing import Annotated, Literal
-from urllib.parse import quote
 
 from fastapi import APIRouter, Path, Request, Response
 from starlette.responses import StreamingResponse
@@ -19,13 +18,14 @@ from app.errors import (
     StoreUnavailable,
     UnreadableKey,
 )
-from app.reports.content.naming import ascii_file_name
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.reports.formats import FORMATS
 from app.reports.report import Extras, Units
 from app.web.deps import InspectionId, ServicesDep, viewer
+from app.web.downloads import attachment
 from app.web.ranges import PRIVATE, blob_response
+from app.web.schemas.bulk import ExchangeKind
 from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.records import LossesOut
 from app.web.slow import for_lists, slow
@@ -106,30 +106,30 @@ def export(
     units: Units = "m",
     burnt_in: bool = False,
     clips: bool = False,
+    exchange: ExchangeKind = "en13508",
     film: bool = False,
     photos: Literal["embedded"] | None = None,
 ) -> Response:
     """Return the report; language and units apply to formats that people read.
 
     `burnt_in` puts distance and code below each photo of a format that shows photos; `clips` adds
-    the seconds around each observation to the bundle, `film` the film to the archive file, `photos`
-    the photos and voice notes to the JSON report.
+    the seconds around each observation to the bundle. `exchange` is the exchange format of a
+    delivery, `film` adds the film to it, or to the archive file; `POST /api/bulk-exports` makes a
+    delivery with progress. `photos` adds photos and voice notes to the JSON report.
     """
     extras = Extras(
         burnt_in=burnt_in,
         clip_of=partial(services.clips.content_of, inspection_id) if clips else None,
+        exchange=exchange,
         film=film,
         photos=photos == "embedded",
     )
     export = services.reports.export(inspection_id, kind, language=lang, units=units, extras=extras)
-    name = export.filename
-    latin = ascii_file_name(name)  # for clients without RFC 6266
-    disposition = f"attachment; filename=\"{latin}\"; filename*=UTF-8''{quote(name)}"
     return StreamingResponse(
         export.written.blocks(),
         media_type=export.media_type,
         headers={
-            "Content-Disposition": disposition,
+            "Content-Disposition": attachment(export.filename),
             "Content-Length": str(export.written.size),
             "Content-Security-Policy": "sandbox",
         },

@@ -24,6 +24,7 @@ from starlette.types import Scope
 import app
 from app.web.bundles import script_of, style_of, with_bundles
 from app.web.deps import PrincipalDep, viewer
+from app.web.languages import WORDS, languages_of, with_languages
 
 router = APIRouter(include_in_schema=False)
 
@@ -68,6 +69,8 @@ class Assets(StaticFiles):
         full_path, found = self.lookup_path(path)
         if path in (_SCRIPT, _STYLE) and scope["method"] == "GET":
             response = _answer(*_bundle(folder, path, version), Headers(scope=scope))
+        elif (code := _language(folder, path, version)) and scope["method"] == "GET":
+            response = _answer(*_words(folder, code, version), Headers(scope=scope))
         elif found is not None and stat.S_ISREG(found.st_mode) and scope["method"] == "GET":
             content = _content(full_path, found.st_mtime_ns, found.st_size)
             response = _answer(*content, Headers(scope=scope))
@@ -101,14 +104,28 @@ def _bundle(folder: Path, name: str, _version: str) -> tuple[bytes, str, str | N
     return _tagged(style_of(folder, (folder / _SHELL).read_text("utf-8")).encode(), name)
 
 
+def _language(folder: Path, path: str, version: str) -> str | None:
+    """Return the code of the language whose words a path names; None for other files."""
+    named = WORDS.fullmatch(path)
+    return named[1] if named and named[1] in languages_of(folder, version) else None
+
+
+@lru_cache(maxsize=64)
+def _words(folder: Path, code: str, version: str) -> tuple[bytes, str, str | None]:
+    """Return bytes, tag and media type of the words of a language."""
+    return _tagged(languages_of(folder, version)[code].words, f"{code}.json")
+
+
 def _tagged(content: bytes, name: str) -> tuple[bytes, str, str | None]:
     return content, f'"{hashlib.sha256(content).hexdigest()[:32]}"', guess_type(name)[0]
 
 
 def login_page(request: Request) -> Response:
     """Return the log-in page; its few files are public under their plain names."""
-    text = (static_folder() / "login.html").read_text("utf-8")
-    return HTMLResponse(_with_facts(text, request), headers=_ASKED)
+    folder = static_folder()
+    text = (folder / "login.html").read_text("utf-8")
+    page = with_languages(text, languages_of(folder, version_of(folder)))
+    return HTMLResponse(_with_facts(page, request), headers=_ASKED)
 
 
 @router.get("/")
@@ -123,8 +140,10 @@ def shell(request: Request, principal: PrincipalDep) -> Response:
     """Return the page; its script reads the address."""
     folder = static_folder()
     text = (folder / _SHELL).read_text("utf-8")
-    whole = with_bundles(text, _FIRST_MODULE, script=_SCRIPT, style=_STYLE)
-    versioned = whole.replace('"/static/', f'"/static/{version_of(folder)}/')
+    version = version_of(folder)
+    bundled = with_bundles(text, _FIRST_MODULE, script=_SCRIPT, style=_STYLE)
+    whole = with_languages(bundled, languages_of(folder, version))
+    versioned = whole.replace('"/static/', f'"/static/{version}/')
     return HTMLResponse(
         _with_facts(versioned, request, role=principal.role, person=principal.name), headers=_ASKED
     )

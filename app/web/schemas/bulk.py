@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from typing import Annotated, Self
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, model_validator
 
-from app.reports.bulk import Progress, State, Wanted
+from app.reports.bulk import Progress, State
+from app.reports.bulk_archive import Wanted
 from app.reports.content.words import Language
-from app.reports.formats import FORMATS
+from app.reports.formats import EXCHANGE, FORMATS
 from app.reports.report import Units
 from app.survey.given import Given
 
 _MOST_SHOWN = 200
+MOST_WITH_FILMS = 100
+"""Inspections of an order with films or clips, which may fill a disk, or take hours."""
 
 InspectionRef = Annotated[str, Field(pattern=r"^[0-9a-f]{32}$")]
 Kind = Annotated[str, Field(pattern=f"^({'|'.join(FORMATS)})$")]
+ExchangeKind = Annotated[str, Field(pattern=f"^({'|'.join(EXCHANGE)})$")]
 
 
 class BulkExportIn(Given):
@@ -25,12 +29,23 @@ class BulkExportIn(Given):
         min_length=1, max_length=1000, description="Ids, in the order of the archive."
     )
     formats: list[Kind] = Field(
-        min_length=1, max_length=len(FORMATS), description="One file of each for each inspection."
+        max_length=len(FORMATS), description="One file of each for each inspection."
     )
+    document: bool = Field(False, description="One PDF over all inspections.")
     lang: Language = "en"
     units: Units = "m"
     burnt_in: bool = Field(False, description="Distance and code below each photo.")
     clips: bool = Field(False, description="The seconds around each observation, in the bundle.")
+    exchange: ExchangeKind = Field("en13508", description="Exchange format of deliveries.")
+    film: bool = Field(False, description="The films in deliveries.")
+
+    @model_validator(mode="after")
+    def _something_of_a_size(self) -> Self:
+        if not (self.formats or self.document):
+            raise ValueError("names no format and no document")
+        if (self.film or self.clips) and len(self.inspections) > MOST_WITH_FILMS:
+            raise ValueError(f"has more than {MOST_WITH_FILMS} inspections with films or clips")
+        return self
 
     def wanted(self) -> Wanted:
         """Return the order; what is named twice is made once."""
@@ -41,6 +56,9 @@ class BulkExportIn(Given):
             self.units,
             self.burnt_in,
             self.clips,
+            self.document,
+            self.exchange,
+            self.film,
         )
 
 
@@ -60,8 +78,9 @@ class BulkExportOut(BaseModel):
     id: str
     state: State
     done: int
-    """Inspections that are in the archive."""
+    """Steps that are done: each inspection in the archive, and each in the document."""
     total: int
+    """All steps."""
     present: str | None
     """Name of the inspection whose reports are being made."""
     not_made: list[NotMadeOut]
@@ -69,6 +88,10 @@ class BulkExportOut(BaseModel):
     not_made_total: int
     size: int | None
     """Bytes of the archive, once it is whole."""
+    filename: str | None
+    """Its name, once it is whole."""
+    written: int
+    """Bytes that are written so far."""
     detail: str | None
     """Why it failed."""
 
@@ -92,5 +115,7 @@ class BulkExportOut(BaseModel):
             ],
             not_made_total=len(progress.not_made),
             size=progress.size,
+            filename=progress.filename,
+            written=progress.written,
             detail=progress.detail,
         )

@@ -11,7 +11,8 @@ from app.reports.content.translator import Translator
 from app.reports.report import Written
 from app.storage.tables import Alert
 from app.survey.checks import Issue
-from app.survey.records import Event
+from app.survey.records import NOT_NOTIFIED, Event
+from app.survey.undelivered import Undelivered
 
 
 class IssueOut(BaseModel):
@@ -64,6 +65,19 @@ class LossesOut(BaseModel):
         )
 
 
+class ReasonOut(BaseModel):
+    """Why the client could not be notified, for a program that says it in its own words."""
+
+    code: str
+    values: dict[str, str]
+
+    @classmethod
+    def of(cls, sentence: str | None) -> ReasonOut | None:
+        """Read the sentence that was stored; None if it is another one, or none."""
+        reason = Undelivered.read(sentence)
+        return cls(code=reason.code, values=dict(reason.values)) if reason else None
+
+
 class AlertOut(BaseModel):
     """Whether the client was notified of a severe observation."""
 
@@ -75,6 +89,8 @@ class AlertOut(BaseModel):
     next_at: datetime | None
     told_at: datetime | None
     error: str | None
+    reason: ReasonOut | None
+    """The same as `error`."""
 
     @classmethod
     def of(cls, alert: Alert) -> AlertOut:
@@ -88,6 +104,7 @@ class AlertOut(BaseModel):
             next_at=alert.next_at if alert.state == "waiting" else None,
             told_at=alert.told_at,
             error=alert.error,
+            reason=ReasonOut.of(alert.error),
         )
 
 
@@ -109,11 +126,15 @@ class EventOut(BaseModel):
     before: dict[str, Any] | None
     after: dict[str, Any] | None
     remark: str | None
+    reason: ReasonOut | None
+    """The same as `remark`, where the client could not be notified."""
 
     @classmethod
     def of(cls, event: Event) -> EventOut:
         """Convert the row of the table."""
-        return cls(**{name: getattr(event, name) for name in cls.model_fields})
+        stored = {name: getattr(event, name) for name in cls.model_fields if name != "reason"}
+        reason = ReasonOut.of(event.remark) if event.action == NOT_NOTIFIED else None
+        return cls(**stored, reason=reason)
 
 
 class EventsOut(BaseModel):

@@ -12,6 +12,7 @@ from app.storage.asset_index import Asset, Project
 from app.storage.defect_index import FoundDefect
 from app.storage.tables import IndexedDefect, IndexedInspection
 from app.survey.asset_history import Change, Trace
+from app.survey.catalogue import labels_of
 from app.survey.film_quality import problems_of
 from app.survey.search_terms import Problem
 
@@ -35,6 +36,8 @@ class FoundDefectOut(BaseModel):
     char2: str | None
     label: str | None
     label_ms: str | None
+    labels: dict[str, str]
+    """In other languages than that of `label`, as far as they are known."""
     severity: int | None
     continuous: str | None
     distance_m: float | None
@@ -48,8 +51,9 @@ class FoundDefectOut(BaseModel):
     @classmethod
     def of(cls, found: FoundDefect) -> FoundDefectOut:
         """Convert the row of the index."""
-        row = {name: getattr(found.row, name) for name in cls.model_fields if name != "photo"}
-        return cls(**row, photo=found.has_photo)
+        indexed = cls.model_fields.keys() - {"labels", "photo"}
+        row = {name: getattr(found.row, name) for name in indexed}
+        return cls(**row, labels=_labels(found.row), photo=found.has_photo)
 
 
 class FoundDefectsOut(BaseModel):
@@ -203,6 +207,7 @@ class TraceOut(BaseModel):
     code: str
     label: str | None
     label_ms: str | None
+    labels: dict[str, str]
     distance_m: float
     """By the newest survey that saw it, like code and clock."""
     distance_u95_m: float | None
@@ -232,6 +237,7 @@ class TraceOut(BaseModel):
             code=last.code,
             label=row.label,
             label_ms=row.label_ms,
+            labels=_labels(row),
             distance_m=last.distance_m,
             distance_u95_m=last.u95_m,
             clock=last.clock,
@@ -326,3 +332,9 @@ class FilmsOut(BaseModel):
     total: int
     pending: int
     films: list[FilmOut]
+
+
+def _labels(row: IndexedDefect) -> dict[str, str]:
+    """Return the label in other languages; the index has the Malay one of imported packs, too."""
+    indexed = {"ms": row.label_ms} if row.label_ms else {}
+    return {**labels_of(row.label), **indexed}

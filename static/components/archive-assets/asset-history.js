@@ -4,11 +4,12 @@
  */
 
 import { get, poll } from '../../core/api.js';
+import { labelOf } from '../../core/codes.js';
 import { html, render } from '../../core/html.js';
 import { loadAsset } from '../../core/register.js';
 import { Component } from '../../core/store.js';
 import { chainage, clockHour, count, day, plusMinus } from '../../core/units.js';
-import { language, t, wordFor } from '../../core/words.js';
+import { t, wordFor } from '../../core/words.js';
 import { defectPath } from '../archive-defects/archive-defects.js';
 import { pendingNote, showFault } from '../archive-shell/archive-shell.js';
 import { editAsset } from '../asset-form/asset-form.js';
@@ -163,9 +164,9 @@ function summary({ changes }) {
 }
 
 function traceRow(trace, inspections) {
-  const { code, label, label_ms: malay, distance_m: m, distance_u95_m: u95, clock, changes, seen } = trace;
+  const { code, distance_m: m, distance_u95_m: u95, clock, changes, seen } = trace;
   const byInspection = Map.groupBy(seen, ({ inspection_id: id }) => id);
-  return html`<tr><th scope="row"><b>${code}</b> ${language === 'ms' && malay ? malay : label}
+  return html`<tr><th scope="row"><b>${code}</b> ${labelOf(trace)}
       <small class="number">${chainage(m)} ${u95 !== null && plusMinus(u95)}${clock !== null && ` · ${clockHour(clock)}`}</small>
       ${changeChip(trace)}</th>
     ${inspections.map(({ id }, i) => html`<td>${(byInspection.get(id) ?? []).map(sightingMarkup)}${!byInspection.has(id) && notSeen(changes[i])}</td>`)}</tr>`;

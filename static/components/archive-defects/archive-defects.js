@@ -1,12 +1,12 @@
 /** Defects of all inspections: found by code, severity, words, asset and place; each opens its frame. */
 
-import { Catalogue } from '../../core/codes.js';
+import { Catalogue, labelOf } from '../../core/codes.js';
 import { html, render } from '../../core/html.js';
 import { bindKeys } from '../../core/keys.js';
 import { PagedList } from '../../core/paged-list.js';
 import { Component } from '../../core/store.js';
 import { chainage, clockHour, count, day, lengthUnit, parseDistance, plusMinus } from '../../core/units.js';
-import { language, t, wordFor } from '../../core/words.js';
+import { t, wordFor } from '../../core/words.js';
 import { assetPath } from '../archive-assets/asset-table.js';
 import { archivePage, exportButton, filterChips, followFilters, likeButton, pendingNote, showFault } from '../archive-shell/archive-shell.js';
 import { codeSearch } from '../code-search/code-search.js';
@@ -141,8 +141,6 @@ const contentMarkup = () => html`<form class="search-form" role="search" data-pa
 
 /** The address of a defect in its inspection: the page opens it at its frame. */
 export const defectPath = ({ inspection_id: inspection, observation_id: defect }) => `/inspections/${inspection}?${new URLSearchParams({ defect })}`;
-
-const labelOf = ({ label, label_ms: malay }) => (language === 'ms' && malay ? malay : label);
 
 const columns = () => [
   {

@@ -72,7 +72,8 @@ class ArchiveProjects extends Component {
         ways: html`<a class="button" href="/archive/projects">${icon('back')}${t('archive.projects')}</a>
           <a class="button" href="/?${query}">${icon('video')}${t('projects.inspections')}</a>
           ${project !== null && html`<a class="button" href="/archive/defects?${query}">${icon('search')}${t('archive.defects')}</a>
-            <a class="button" href="/archive/map?${query}">${icon('map')}${t('projects.map')}</a>`}
+            <a class="button" href="/archive/map?${query}">${icon('map')}${t('projects.map')}</a>
+            <a class="button" href="/archive/template?${query}">${icon('edit')}${t('archive.template')}</a>`}
           <button class="button button--primary" data-part="export" disabled>${icon('download')}${t('list.export')}</button>`,
         content: html`<div class="project-facts panel" data-part="facts"></div>${assetTableMarkup()}`,
       }),

@@ -6,7 +6,7 @@ import { may } from '../../core/rights.js';
 import { faultsIn, loadRules, saveRules } from '../../core/rules.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
-import { archivePage, showFault } from '../archive-shell/archive-shell.js';
+import { archivePage, showFault, showOvertaken } from '../archive-shell/archive-shell.js';
 import { icon } from '../icon/icon.js';
 import { orToast, toast } from '../toast-stack/toast-stack.js';
 import { askRig } from './rig-dialog.js';
@@ -210,22 +210,16 @@ class ArchiveRules extends Component {
 
   /** Somebody else saved meanwhile: theirs is shown on request, ours stays until then. */
   #overtaken({ current, version }) {
-    render(
-      this.parts.faults,
-      html`<div class="message message--warning">${icon('alert')}<span>${t('rules.overtaken')}
-        <span class="rules__ways"><button class="button button--small" data-part="theirs">${t('conflict.theirs_take')}</button>
-        <button class="button button--small" data-part="mine">${t('conflict.mine_keep')}</button></span></span></div>`,
-    );
-    const choose = (part, run) => this.parts.faults.querySelector(`[data-part=${part}]`).addEventListener('click', () => orToast(run));
-    choose('theirs', () => {
-      this.#keep({ ...current, version });
-      this.#show(this.#edited);
+    showOvertaken(this.parts.faults, t('rules.overtaken'), {
+      theirs: () => {
+        this.#keep({ ...current, version });
+        this.#show(this.#edited);
+      },
+      mine: () => {
+        this.#version = version;
+        return this.#save();
+      },
     });
-    choose('mine', () => {
-      this.#version = version;
-      return this.#save();
-    });
-    this.parts.faults.querySelector('button').focus();
   }
 
   /** Shows each fault at its field; what has none is shown above. */

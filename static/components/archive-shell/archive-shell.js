@@ -3,6 +3,7 @@
 import { html, render } from '../../core/html.js';
 import { errorText, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
+import { orToast } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
 
 const PAGES = [
@@ -15,6 +16,7 @@ const PAGES = [
   ['/archive/map', t('archive.map'), 'map'],
   ['/archive/register', t('archive.register'), 'table'],
   ['/archive/quality', t('archive.quality'), 'video'],
+  ['/archive/template', t('archive.template'), 'edit'],
 ];
 
 /**
@@ -42,6 +44,24 @@ export function showFault(element, error) {
   const reason = errorText(error);
   const text = error.isTemporary ? t('page.trying_again', { reason }) : reason;
   return render(element, html`<p class="message message--error">${icon('alert')}<span>${text}</span></p>`);
+}
+
+/**
+ * Says that somebody else has saved meanwhile, and offers both versions; nothing is lost until one is chosen.
+ * @param {HTMLElement} element
+ * @param {string} text
+ * @param {{theirs: () => void, mine: () => Promise<void>}} ways
+ */
+export function showOvertaken(element, text, { theirs, mine }) {
+  const parts = render(
+    element,
+    html`<div class="message message--warning">${icon('alert')}<span>${text}
+      <span class="archive-ways"><button class="button button--small" data-part="theirs">${t('conflict.theirs_take')}</button>
+      <button class="button button--small" data-part="mine">${t('conflict.mine_keep')}</button></span></span></div>`,
+  );
+  parts.theirs.addEventListener('click', theirs);
+  parts.mine.addEventListener('click', () => orToast(mine));
+  parts.theirs.focus();
 }
 
 /** A value that narrows a list to its like, by a filter of the list. */

@@ -1,6 +1,6 @@
 /** The defects that must not wait: where they are, the act-now sheet, and who was notified. */
 
-import { Alerts } from '../../core/alerts.js';
+import { Alerts, reasonText } from '../../core/alerts.js';
 import { exportPath } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
@@ -65,10 +65,10 @@ class EmergencyBanner extends Component {
         return html`<span>${icon('check')}${t('emergency.notified', { time: date(alert.told_at) })}</span>`;
       case 'waiting':
         return html`<span>${icon('wait')}${alert.error
-          ? t('emergency.not_yet', { reason: alert.error })
+          ? t('emergency.not_yet', { reason: reasonText(alert.reason, alert.error) })
           : t('emergency.notifying')}</span>`;
       case 'given_up':
-        return html`<span>${icon('alert')}${t('emergency.given_up', { reason: alert.error })}</span>`;
+        return html`<span>${icon('alert')}${t('emergency.given_up', { reason: reasonText(alert.reason, alert.error) })}</span>`;
       default:
         return null;
     }

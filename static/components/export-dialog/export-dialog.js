@@ -1,15 +1,17 @@
 /** Before a report is sent to anybody: what its format cannot hold, and the open issues. */
 
 import { ApiError } from '../../core/api.js';
-import { download, lossesOf, makeExport, save } from '../../core/exports.js';
+import { discard, exportPath, follow, lossesOf, makeExport, order, save } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
-import { bytes } from '../../core/units.js';
+import { bytes, lengthUnit } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
+import { showFault } from '../archive-shell/archive-shell.js';
 import { sentenceOf } from '../checks-panel/sentences.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
 import { toast } from '../toast-stack/toast-stack.js';
+import { deliveryChoices } from './formats.js';
 
 /** Number of losses and checks shown at first. */
 const SHOWN_AT_FIRST = 5;
@@ -132,15 +134,18 @@ class ExportDialog {
     try {
       // The report includes the last tags.
       await this.#desk.whenSent(signal);
-      if (this.#extras.includes('film')) {
-        download(inspection.id, this.#format.kind, this.#extras);
+      if (!this.#format.isOrdered && this.#extras.includes('film')) {
+        follow(exportPath(inspection.id, this.#format.kind, this.#extras), '');
         this.#dialog.close();
         toast(t('export.begun'));
         return;
       }
-      const file = await makeExport(inspection.id, this.#format.kind, this.#extras, signal);
-      if (signal.aborted) return;
-      save(file);
+      const file = this.#format.isOrdered
+        ? await this.#makeOrder(inspection.id, signal)
+        : await makeExport(inspection.id, this.#format.kind, this.#extras, signal);
+      if (signal.aborted || file === null) return;
+      if (file.url) follow(file.url, file.name);
+      else save(file);
       this.#dialog.close();
       toast(t('export.saved', { name: file.name, size: bytes(file.size) }));
     } catch (error) {
@@ -152,6 +157,34 @@ class ExportDialog {
       this.#making = null;
       this.#showMaking(false);
     }
+  }
+
+  /**
+   * Has the server make the file on its disk, where a film has room.
+   * @returns {Promise<{url: string, name: string, size: number}|null>} null if it came to nothing
+   */
+  async #makeOrder(id, signal) {
+    const { exchange, lang, announced, fault } = this.#parts;
+    const wanted = {
+      inspections: [id],
+      formats: [this.#format.kind],
+      lang: lang.value,
+      units: lengthUnit,
+      exchange: exchange.value,
+      ...Object.fromEntries(this.#extras.map((name) => [name, true])),
+    };
+    let progress = null;
+    const show = (present) => {
+      progress = present;
+      showFault(fault, null);
+      announced.textContent = present.state === 'waiting' ? t('bulk.waiting') : t('export.written', { size: bytes(present.written) });
+    };
+    const path = await order(wanted, signal, show, (error) => showFault(fault, error));
+    if (path === null) return null;
+    if (progress.state === 'done') return { url: `${path}/archive`, name: progress.filename, size: progress.size };
+    await discard(path);
+    render(fault, html`<p class="message message--error">${icon('alert')}<span>${progress.detail}</span></p>`);
+    return null;
   }
 
   get #extras() {
@@ -195,10 +228,11 @@ const extraName = (name, { source }) =>
 /** Returns the extras that an inspection can have: without a film there is none to send. */
 const extrasOf = (extras, inspection) => extras.filter((name) => name !== 'film' || hasFilm(inspection));
 
-const markup = ({ help, extras = [] }, inspection) => html`<div class="export">
+const markup = ({ help, extras = [], isOrdered }, inspection) => html`<div class="export">
   <p>${help}</p>
   <div class="export__extras" data-part="extras">${extrasOf(extras, inspection).map((name) => html`<label class="switch"><input type="checkbox"
     name="${name}" />${extraName(name, inspection)}</label>`)}</div>
+  ${isOrdered && deliveryChoices()}
   <section data-part="losses" role="status" hidden><p class="dim">${t('export.looking')}</p></section>
   <section data-part="checks"><p class="dim">${t('checks.looking')}</p></section>
   <div data-part="fault" role="alert"></div>

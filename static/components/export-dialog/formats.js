@@ -1,6 +1,7 @@
 /** Every export format of an inspection, in the groups of the menu. */
 
-import { t } from '../../core/words.js';
+import { html } from '../../core/html.js';
+import { LANGUAGES, language, t } from '../../core/words.js';
 
 /**
  * @typedef {object} Format
@@ -9,6 +10,7 @@ import { t } from '../../core/words.js';
  * @property {string} help its purpose, in one line
  * @property {('burnt_in'|'clips'|'photos'|'film')[]} [extras] what it shows only where it is asked for
  * @property {boolean} [isWhole] contains everything; asking for its losses would create the file twice
+ * @property {boolean} [isOrdered] may be as large as a film: the server makes it as an order, with progress
  */
 
 /** @type {{title: string, formats: Format[]}[]} */
@@ -40,13 +42,19 @@ export const GROUPS = [
   },
   {
     title: t('export.evidence'),
-    formats: [{ kind: 'zip', name: 'ZIP', help: t('export.zip'), extras: ['burnt_in', 'clips'], isWhole: true }],
+    formats: [
+      { kind: 'zip', name: 'ZIP', help: t('export.zip'), extras: ['burnt_in', 'clips'], isWhole: true },
+      { kind: 'delivery', name: t('export.delivery'), help: t('export.delivery_help'), extras: ['burnt_in', 'film'], isWhole: true, isOrdered: true },
+    ],
   },
   {
     title: t('export.move'),
     formats: [{ kind: 'archive', name: t('export.archive_name'), help: t('export.archive'), extras: ['film'], isWhole: true }],
   },
 ];
+
+/** Formats of other programs that name photos and film: one of them leads a delivery. */
+export const DELIVERED = ['en13508', 'en13508xml', 'ribx', 'isybau', 'm150'];
 
 /** The act-now sheet. */
 export const EMERGENCY = {
@@ -60,3 +68,13 @@ export const EMERGENCY = {
 /** @param {string} kind */
 export const formatOf = (kind) =>
   [EMERGENCY, ...GROUPS.flatMap(({ formats }) => formats)].find((format) => format.kind === kind);
+
+/** The choices of a delivery: the exchange format, and the language of what people read. */
+export const deliveryChoices = () => html`<div class="export__choices" data-part="choices">
+  <div class="field"><label for="delivery-exchange">${t('export.exchange_format')}</label>
+    <select class="input" id="delivery-exchange" data-part="exchange">${DELIVERED.map(formatOf)
+      .filter(Boolean)
+      .map(({ kind, name }) => html`<option value="${kind}">${name}</option>`)}</select></div>
+  <div class="field"><label for="delivery-language">${t('export.language')}</label>
+    <select class="input" id="delivery-language" data-part="lang">${LANGUAGES.map(([code, name]) => html`<option value="${code}" lang="${code}"
+      ${code === language && html`selected`}>${name}</option>`)}</select></div></div>`;

@@ -127,17 +127,27 @@ def test_once_for_each_time_that_it_becomes_severe(
 
 
 @pytest.mark.parametrize(
-    ("status", "said"),
-    [(500, "It answered 500."), (0, "It has broken off."),
-     (307, "It answered 307, and redirects are not followed.")],
+    ("status", "said", "reason"),
+    [(500, "It answered 500.", {"code": "answered", "values": {"status": "500"}}),
+     (0, "It has broken off.", {"code": "broken_off", "values": {}}),
+     (307, "It answered 307, and redirects are not followed.",
+      {"code": "redirected", "values": {"status": "307"}})],
 )  # fmt: skip
 def test_what_is_not_taken_is_sent_again_with_the_same_id(
-    notifying_server: Client, receiver: Receiver, clip: Path, status: int, said: str
+    notifying_server: Client,
+    receiver: Receiver,
+    clip: Path,
+    status: int,
+    said: str,
+    reason: dict[str, Any],
 ) -> None:
     receiver.statuses, receiver.location = [status], f"http://127.0.0.1:{receiver.port}/elsewhere"
     inspection_id = notifying_server.inspect(clip)
     notifying_server.tag(inspection_id, severity=5)
-    assert wait_for_error(notifying_server, inspection_id) == said
+    failed = wait_until(
+        lambda: [each for each in alerts(notifying_server, inspection_id) if each["error"]]
+    )
+    assert (failed[0]["error"], failed[0]["reason"]) == (said, reason)
     assert wait_for(notifying_server, inspection_id, "told")["tries"] == 2
     first, second = receiver.received
     assert first.message["id"] == second.message["id"]

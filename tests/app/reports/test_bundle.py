@@ -93,6 +93,20 @@ def test_it_holds_tables_photos_tracks_and_a_manifest_of_them(evidence, content)
         assert read.distance_mm == pytest.approx(track.distance_mm, abs=1e-3)
 
 
+def test_exchange_files_are_in_it_and_one_that_cannot_be_made_is_named(evidence, content):
+    header = {**evidence.header, "start_lat": None}
+    for made, not_made in ((evidence, set()), (replace(evidence, header=header), {"geojson"})):
+        archive = zipfile.ZipFile(io.BytesIO(content if made is evidence else bundle_of(made)))
+        manifest = json.loads(archive.read("manifest.json"))
+        assert set(manifest["not_made"]) == not_made
+        found = {name for name in manifest["files"] if name.startswith("exchange/")}
+        expected = {"en13508.txt", "ribx.ribx", "isybau.xml", "m150.xml", "map.geojson"}
+        expected -= {"map.geojson"} if not_made else set()
+        assert found == {f"exchange/{name}" for name in expected}
+    text = archive.read("exchange/en13508.txt").decode("ascii")
+    assert all(f"CUL-0041-{n:03d}.jpg" in text for n in (1, 2, 3))
+
+
 def test_the_same_report_gives_the_same_bytes(evidence, content):
     assert bundle_of(evidence) == content
 
@@ -190,7 +204,7 @@ def test_a_clip_that_cannot_be_cut_is_reported_and_the_others_are_there():
             raise MediaFailed("The film is damaged there.")
         return b"a clip"
 
-    written = bundle.write(replace(made, signer=KEY, extras=Extras(clip_of=cut)), {})
+    written = bundle.write(replace(made, signer=KEY, extras=Extras(clip_of=cut)), {}, {})
     assert [(loss.entry.seq, ENGLISH.loss(loss)) for loss in written.losses] == [
         (1, "There is no clip: the film could not be cut there.")
     ]

@@ -6,12 +6,14 @@ from html.parser import HTMLParser
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from hypothesis import given, settings
+from lxml import html
 from playwright.sync_api import expect
 from random_reports import reports
 from reports import OBSERVATIONS, measured, report, said
 
 from app.errors import NoScene
 from app.reports.html.web_page import write
+from app.reports.template import ReportTemplate
 from app.survey.checks import Issue
 from app.survey.records import Event
 from app.viewer.still import scene_page
@@ -91,10 +93,10 @@ def test_in_feet_and_malay_it_says_so(opened):
 
 def test_the_strip_shows_every_entry_at_its_distance(opened):
     page = opened(report())
-    labels = page.locator(".strip a text").all_text_contents()
+    labels = page.locator(".strip-wide a text").all_text_contents()
     assert [label.split(":")[0] for label in labels] == [str(n) for n in range(1, 13)]
     places = page.evaluate(
-        "[...document.querySelectorAll('.strip circle')].map(c => +c.cy.baseVal.value)"
+        "[...document.querySelectorAll('.strip-wide circle')].map(c => +c.cy.baseVal.value)"
     )
     single = [f for f in OBSERVATIONS if f.get("clock_from") and not f.get("clock_to")]
     box = page.evaluate(
@@ -146,6 +148,17 @@ def test_without_a_3d_view_there_is_no_script():
         assert b"<script" not in written.content
         assert b"script-src" not in written.content
     assert said(written.losses) == ["The 3D view is missing: it could not be drawn."]
+
+
+@pytest.mark.parametrize(
+    "sections", [["observations"], ["photos", "wall", "graphic"], ["scene"], []]
+)
+def test_links_lead_only_to_sections_that_the_template_has(tmp_path, sections):
+    template = ReportTemplate(sections=sections)
+    page = html.fromstring(write(replace(report(tmp_path), template=template)).content)
+    assert [one.get("id") for one in page.xpath("//main/section")] == sections
+    ids = set(page.xpath("//@id"))
+    assert {link[1:] for link in page.xpath("//@href") if link.startswith("#")} <= ids
 
 
 def test_on_paper_there_are_no_buttons_and_on_a_phone_nothing_is_cut(opened):

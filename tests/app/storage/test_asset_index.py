@@ -109,7 +109,7 @@ def defect(severity: int) -> DefectFacts:
     )  # fmt: skip
     return DefectFacts(
         observation_id="o", seq=1, frame=0, code="BAB", severity=severity, distance_m=3.0,
-        clock_hours=0, created_at=NOW, **nothing,  # type: ignore[arg-type]
+        clock_hours=0, created_at=NOW, labels=(), **nothing,  # type: ignore[arg-type]
     )  # fmt: skip
 
 

@@ -235,6 +235,14 @@ ROWS_0012 = ROWS_0011 | {
     },
     "inspection_labels": {"inspection_id": INSPECTION, "label": "winter"},
 }
+ROWS_0013 = ROWS_0012 | {
+    "report_templates": {
+        "project": "A7",
+        "content": "{}",
+        "changed_at": NOW,
+        "changed_by": "server",
+    },
+}
 ROWS = {
     "0001": ROWS_0001,
     "0002": ROWS_0002,
@@ -248,6 +256,7 @@ ROWS = {
     "0010": ROWS_0010,
     "0011": ROWS_0011,
     "0012": ROWS_0012,
+    "0013": ROWS_0013,
 }
 """What a database of each version may hold: a row of every table."""
 

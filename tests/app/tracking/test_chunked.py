@@ -14,7 +14,7 @@ from app.jobs import chunks
 from vo_core import Track
 
 TRACKER = "app.jobs.tracker"
-FRAMES, SHARED = 1300, 700
+FRAMES, SHARED = 900, 480
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
+from reports import AT
 
 from app.reports.content.condition import SEVERITIES, Overall
 from app.reports.content.translator import Translator
@@ -13,6 +14,8 @@ from app.reports.report import Loss, Phrase, failure
 from app.survey import checks
 from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.catalogue.header import FIELDS
+from app.survey.records import Event
+from app.survey.undelivered import CODES
 from vo_core.errors import InvalidTrack
 from vo_core.image.health import Health, complaints
 
@@ -66,6 +69,17 @@ def test_what_a_language_lacks_is_said_in_english(monkeypatch):
         assert words_of("xx") == {"a.one": "eins", "a.two": "two"}
     finally:
         words_of.cache_clear()
+
+
+def test_why_the_client_was_not_notified_is_said_in_the_language_of_the_report():
+    assert in_area("undelivered") == set(CODES)
+    failed = {"inspection_id": "", "at": AT, "who": "Chainage", "action": "not_told"}
+    t = Translator("ms", "m")
+    assert t.remark(Event(**failed, remark="It answered 503.")) == "Ia menjawab 503."
+    assert t.remark(Event(**failed, remark="Lain.")) == "Lain."
+    assert t.remark(Event(**failed | {"action": "changed"}, remark="It answered 503.")) == (
+        "It answered 503."
+    )
 
 
 def test_each_loss_that_a_format_names_has_a_sentence():

@@ -50,8 +50,7 @@ PUBLIC_FILES = {
     "core/rights.js",
     "core/words.js",
     "components/insecure-banner/insecure-banner.js",
-    "words/en.json",
-    "words/ms.json",
+    *(f"words/{path.name}" for path in (static_folder() / "words").iterdir()),
 }
 """What the log-in page is made of."""
 

@@ -1,0 +1,149 @@
+"""Keeps the templates of reports, and finds the one that an inspection's reports use."""
+
+from __future__ import annotations
+
+import base64
+import io
+import logging
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from PIL import Image
+
+from app.errors import InvalidRequest
+from app.reports.report import Company
+from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
+from app.storage.inspections import InspectionStore
+from app.storage.report_templates import EVERY_OTHER, ReportTemplateStore
+from app.storage.tables import ReportTemplateRow
+from app.survey.catalogue.header import project_of
+from app.survey.versions import require_version, version_of
+
+logger = logging.getLogger(__name__)
+
+_MOST_LOGO_PX = 4000
+"""Longest side of a logo: decoding a larger one would need much memory for every report."""
+
+
+@dataclass(frozen=True)
+class Used:
+    """A template with whose it is."""
+
+    template: ReportTemplate
+    project: str | None
+    """The project that has it; empty: every project without its own; None: nobody has made one."""
+    changed_at: datetime | None = None
+    changed_by: str | None = None
+
+    @property
+    def version(self) -> str:
+        """Version of the content, which guards against changes of others."""
+        return version_of(_plain(self.template))
+
+
+class ReportTemplates:
+    """Reads and changes templates."""
+
+    def __init__(self, store: ReportTemplateStore, inspections: InspectionStore) -> None:
+        self._store = store
+        self._inspections = inspections
+
+    def listed(self) -> list[ReportTemplateRow]:
+        """Return the projects that have a template, sorted by name; the rows have no content."""
+        return self._store.listed()
+
+    def of_project(self, project: str | None) -> Used:
+        """Return the template of a project's reports: its own, else that of all others, else the
+        one without any choice.
+        """
+        row = self._store.best([project or EVERY_OTHER, EVERY_OTHER])
+        return Used(DEFAULT_TEMPLATE, None) if row is None else _used(row)
+
+    def of_inspection(self, inspection_id: str) -> Used:
+        """Return the template that the reports of an inspection use.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+        return self.of_project(project_of(self._inspections.get(inspection_id).header))
+
+    def put(self, project: str, template: ReportTemplate, who: str, replaced: str | None) -> Used:
+        """Give a project its own template, or replace it; empty: of all others.
+
+        Raises:
+            InvalidRequest: The logo is no picture that can be printed.
+            ChangedMeanwhile: The stored version is no longer `replaced`; nothing was stored.
+        """
+        require_logo(template.logo)
+        yours = _plain(template)
+
+        def require(stored: dict[str, Any] | None) -> None:
+            require_version(_known(stored), yours, replaced)
+
+        row = self._store.put(project, yours, who, require)
+        logger.info("%s changed the report template of project %r.", who, project)
+        return _used(row)
+
+    def delete(self, project: str, who: str, replaced: str | None) -> None:
+        """Take a project's own template away: its reports use that of all others again.
+
+        Raises:
+            ChangedMeanwhile: The stored version is no longer `replaced`; nothing was deleted.
+        """
+
+        def require(stored: dict[str, Any] | None) -> None:
+            require_version(_known(stored), None, replaced)
+
+        self._store.delete(project, require)
+        logger.info("%s took the report template of project %r away.", who, project)
+
+
+@dataclass(frozen=True)
+class _Logo:
+    """A logo within a template, read like a file."""
+
+    content: bytes
+
+    def read_bytes(self) -> bytes:
+        """Return the picture."""
+        return self.content
+
+    def exists(self) -> bool:
+        """Return that there is one."""
+        return True
+
+
+def company_of(template: ReportTemplate, server: Company) -> Company:
+    """Return the company that issues the reports: the template's, as far as it states one."""
+    logo = _Logo(base64.b64decode(template.logo)) if template.logo else server.logo
+    return Company(template.company_name or server.name, logo, template.company_address)
+
+
+def require_logo(logo: str) -> None:
+    """Raise InvalidRequest unless a logo, in base64, is empty or a picture of a sensible size."""
+    if not logo:
+        return
+    try:
+        with Image.open(io.BytesIO(base64.b64decode(logo)), formats=("PNG", "JPEG")) as picture:
+            if max(picture.size) > _MOST_LOGO_PX:
+                raise InvalidRequest(
+                    f"The logo is {picture.width} x {picture.height} pixels; at most "
+                    f"{_MOST_LOGO_PX} each way are allowed. Save it smaller."
+                )
+            picture.load()
+    except (OSError, ValueError, SyntaxError) as error:
+        raise InvalidRequest("The logo is no PNG or JPEG, or it is damaged.") from error
+
+
+def _used(row: ReportTemplateRow) -> Used:
+    return Used(ReportTemplate.kept(row.content), row.project, row.changed_at, row.changed_by)
+
+
+def _plain(template: ReportTemplate) -> dict[str, Any]:
+    return template.model_dump(mode="json")
+
+
+def _known(stored: dict[str, Any] | None) -> dict[str, Any] | None:
+    """Return a stored content in the form of today's templates, so that versions compare."""
+    return None if stored is None else _plain(ReportTemplate.kept(stored))

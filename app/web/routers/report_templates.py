@@ -1,0 +1,93 @@
+"""Templates of reports: one for each project that has its own, one for all others."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Response
+
+from app.errors import ChangedMeanwhile, InspectionNotFound
+from app.reports.template import ReportTemplate
+from app.survey.given import LINE
+from app.web.deps import InspectionId, PrincipalDep, ServicesDep, operator, viewer
+from app.web.schemas.failures import failures
+from app.web.schemas.report_templates import (
+    ListedTemplateOut,
+    ReportTemplateOut,
+    ReportTemplatesOut,
+)
+from app.web.versions import Replaced, tag_with
+
+router = APIRouter(prefix="/api", tags=["reports"])
+
+Project = Annotated[
+    str,
+    Path(
+        max_length=200,
+        pattern=LINE,
+        description="Name of a project; empty: all projects without a template of their own.",
+    ),
+]
+
+
+@router.get("/report-templates")
+@viewer
+def every(services: ServicesDep) -> ReportTemplatesOut:
+    """Return who has a template."""
+    return ReportTemplatesOut(
+        templates=[
+            ListedTemplateOut(
+                project=row.project, changed_at=row.changed_at, changed_by=row.changed_by
+            )
+            for row in services.report_templates.listed()
+        ]
+    )
+
+
+@router.get("/report-templates/{project:path}")
+@viewer
+def get(project: Project, services: ServicesDep, response: Response) -> ReportTemplateOut:
+    """Return the template that the reports of a project use: its own, or else the one in whose
+    `project` it is.
+    """
+    used = services.report_templates.of_project(project)
+    tag_with(response, used.version)
+    return ReportTemplateOut.of(used)
+
+
+@router.put("/report-templates/{project:path}", responses=failures(ChangedMeanwhile))
+@operator
+def put(
+    project: Project,
+    body: ReportTemplate,
+    services: ServicesDep,
+    principal: PrincipalDep,
+    replaced: Replaced,
+    response: Response,
+) -> ReportTemplateOut:
+    """Give a project its own template, or replace it."""
+    used = services.report_templates.put(project, body, principal.name, replaced)
+    tag_with(response, used.version)
+    return ReportTemplateOut.of(used)
+
+
+@router.delete(
+    "/report-templates/{project:path}", status_code=204, responses=failures(ChangedMeanwhile)
+)
+@operator
+def delete(
+    project: Project, services: ServicesDep, principal: PrincipalDep, replaced: Replaced
+) -> None:
+    """Take a project's own template away, if it has one."""
+    services.report_templates.delete(project, principal.name, replaced)
+
+
+@router.get("/inspections/{inspection_id}/report-template", responses=failures(InspectionNotFound))
+@viewer
+def of_inspection(
+    inspection_id: InspectionId, services: ServicesDep, response: Response
+) -> ReportTemplateOut:
+    """Return the template that the reports of an inspection use."""
+    used = services.report_templates.of_inspection(inspection_id)
+    tag_with(response, used.version)
+    return ReportTemplateOut.of(used)

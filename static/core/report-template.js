@@ -1,0 +1,161 @@
+/** Templates of reports: on the server, and one that is being edited. */
+
+import { get, put, remove } from './api.js';
+
+const TEMPLATES = '/api/report-templates';
+/** Steps that can be undone. */
+const MOST_STEPS = 100;
+
+/**
+ * @typedef {object} Template
+ * @property {string} company_name
+ * @property {string} company_address
+ * @property {string} logo base64, '' for none
+ * @property {string} introduction
+ * @property {string} closing
+ * @property {string} accent such as #1d3b50
+ * @property {string[]} sections those that are printed, in their order
+ * @property {'own'|'structural'|'none'} grade
+ * @property {Block[]} recommendations
+ * @property {boolean} costs
+ * @property {string} currency
+ *
+ * @typedef {{text: string, code: string|null, char1: string|null, severity_from: number, cost: number|null}} Block
+ * @typedef {{name: string, isOn: boolean}} Section
+ *
+ * @typedef {object} Used
+ * @property {string|null} project whose it is; '' is that of all others, null the defaults
+ * @property {Template} template
+ * @property {string} version
+ */
+
+const SECTIONS = [
+  'summary', 'header', 'graphic', 'observations', 'photos', 'wall', 'scene', 'condition', 'measurement', 'checks',
+];
+
+const pathOf = (project) => `${TEMPLATES}/${encodeURIComponent(project)}`;
+
+/** Returns the projects that have a template; '' is all others. @returns {Promise<string[]>} */
+export async function projectsWithTemplate(signal) {
+  const { templates } = await get(TEMPLATES, signal);
+  return templates.map(({ project }) => project);
+}
+
+/** @returns {Promise<Used>} */
+export const loadTemplate = (project, signal) => get(pathOf(project), signal);
+
+/** Stores the template of a project, unless it is no longer the one of `version`; null replaces any. */
+export const saveTemplate = (project, template, version) => put(pathOf(project), template, undefined, version);
+
+/** Takes the own template of a project away. */
+export const removeTemplate = (project, version) => remove(pathOf(project), undefined, version);
+
+/** A template with all sections in an order of their own, so that one that is switched off keeps its place. */
+const toForm = ({ sections, ...rest }) => ({
+  ...rest,
+  sections: [
+    ...sections.map((name) => ({ name, isOn: true })),
+    ...SECTIONS.filter((name) => !sections.includes(name)).map((name) => ({ name, isOn: false })),
+  ],
+});
+
+const toTemplate = ({ sections, ...rest }) => ({
+  ...rest,
+  sections: sections.filter(({ isOn }) => isOn).map(({ name }) => name),
+});
+
+/** Moves one item of a list; returns a new list. */
+export const moved = (list, from, to) => list.toSpliced(from, 1).toSpliced(to, 0, list[from]);
+
+/** A template in a form: fires `change` after every change; each can be undone. */
+export class TemplateDraft extends EventTarget {
+  #value;
+  #stored;
+  #done = [];
+  #undone = [];
+  #visit = null;
+
+  /** @param {Template} template as it is stored */
+  constructor(template) {
+    super();
+    this.#value = toForm(template);
+    this.#stored = JSON.stringify(template);
+  }
+
+  /** The template with its sections as {@link Section}. */
+  get value() {
+    return this.#value;
+  }
+
+  /** What the server gets. @returns {Template} */
+  get template() {
+    return toTemplate(this.#value);
+  }
+
+  get isChanged() {
+    return JSON.stringify(sorted(this.template)) !== JSON.stringify(sorted(JSON.parse(this.#stored)));
+  }
+
+  /** Whether the last change was typed: then the form shows it already. */
+  get isTyped() {
+    return this.#visit !== null;
+  }
+
+  get canUndo() {
+    return this.#done.length > 0;
+  }
+
+  get canRedo() {
+    return this.#undone.length > 0;
+  }
+
+  /**
+   * @param {object} fields those that change
+   * @param {unknown} [visit] what is typed in one visit of a field is one step
+   */
+  change(fields, visit = null) {
+    if (visit === null || visit !== this.#visit) this.#done.push(this.#value);
+    if (this.#done.length > MOST_STEPS) this.#done.shift();
+    this.#visit = visit;
+    this.#undone = [];
+    this.#set({ ...this.#value, ...fields });
+  }
+
+  undo() {
+    this.#move(this.#done, this.#undone);
+  }
+
+  redo() {
+    this.#move(this.#undone, this.#done);
+  }
+
+  /** Notes that a template is stored now; the steps stay. */
+  keep(template) {
+    this.#stored = JSON.stringify(template);
+    this.dispatchEvent(new Event('change'));
+  }
+
+  #move(from, to) {
+    if (from.length === 0) return;
+    to.push(this.#value);
+    this.#visit = null;
+    this.#set(from.pop());
+  }
+
+  #set(value) {
+    this.#value = value;
+    this.dispatchEvent(new Event('change'));
+  }
+}
+
+const sorted = (template) => Object.entries(template).sort(([a], [b]) => (a < b ? -1 : 1));
+
+/** Contrast of a colour such as #1d3b50 on white paper (WCAG 2.2), as in app/reports/template.py. */
+export function contrastOnWhite(colour) {
+  const parts = [1, 3, 5].map((at) => Number.parseInt(colour.slice(at, at + 2), 16) / 255);
+  const [red, green, blue] = parts.map((part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4));
+  return 1.05 / (0.2126 * red + 0.7152 * green + 0.0722 * blue + 0.05);
+}
+
+/** The least contrast of titles that the server takes. */
+export const LEAST_CONTRAST = 4.5;

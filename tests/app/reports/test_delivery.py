@@ -1,0 +1,151 @@
+"""The delivery, read with `zipfile`, `hashlib`, `lxml` and `cryptography`."""
+
+import base64
+import hashlib
+import io
+import json
+import re
+import subprocess
+import tracemalloc
+import zipfile
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import pytest
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+from keys import Key
+from lxml import etree, html
+from reports import report
+
+from app.errors import ExportNotAvailable
+from app.reports.bundle.delivery import Delivery
+from app.reports.bundle.signing import fingerprint
+from app.reports.bundle.verify import verify
+from app.reports.formats import EXCHANGE, FORMATS
+from app.reports.report import Extras
+from app.storage.blobs import StoredBlob
+from app.storage.folder_blobs import FolderBlobs
+
+KEY = Key()
+FILM = b"a film " * 1000
+
+
+@pytest.fixture(scope="module")
+def surveyed(tmp_path_factory):
+    """A report with photos and its film."""
+    folder = tmp_path_factory.mktemp("delivered")
+    (folder / "film.mp4").write_bytes(FILM)
+    made = report(folder)
+    source = replace(made.source, size=len(FILM), sha256=hashlib.sha256(FILM).hexdigest())
+    film = StoredBlob(FolderBlobs(folder), "film.mp4")
+    return replace(made, signer=KEY, source=source, film=film)
+
+
+def delivered(made, **extras):
+    written = FORMATS["delivery"].write(replace(made, extras=Extras(**extras)))
+    return zipfile.ZipFile(io.BytesIO(b"".join(written.blocks())))
+
+
+def cited(name, content):
+    """The names of photos and film in an exchange file."""
+    if name.endswith(".txt"):
+        return set(re.findall(r"[^;|\s\"]+\.(?:jpg|mp4)", content.decode("ascii")))
+    texts = etree.fromstring(content).itertext()
+    return {part for text in texts for part in re.findall(r"[^|\s]+\.(?:jpg|mp4)", text)}
+
+
+@pytest.mark.parametrize("kind", EXCHANGE)
+def test_every_cited_file_is_beside_the_exchange_file_under_its_name(surveyed, kind):
+    archive = delivered(surveyed, exchange=kind, film=True)
+    assert archive.testzip() is None
+    name = f"CUL-0041{FORMATS[kind].suffix}"
+    names = cited(name, archive.read(name))
+    assert len(names) == 13
+    assert names <= set(archive.namelist())
+    film = "CUL-0041_20260914_0942.mp4"
+    assert archive.read(film) == FILM
+    assert archive.getinfo(film).compress_type == zipfile.ZIP_STORED
+    by_photo = {photo.name: photo.jpeg for entry in surveyed.entries for photo in entry.photos}
+    for cited_name in names - {film}:
+        assert archive.read(cited_name) == by_photo[cited_name].read_bytes()
+
+
+def test_checksums_and_signature_are_right_for_other_programs_and_our_own(surveyed, tmp_path):
+    archive = delivered(surveyed)
+    archive.extractall(tmp_path)
+    checked = subprocess.run(
+        ["sha256sum", "-c", "--strict", "SHA256SUMS"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert checked.returncode == 0, checked.stdout
+    sums = archive.read("SHA256SUMS").decode().splitlines()
+    listed = {line[66:]: line[:64] for line in sums}
+    assert set(listed) == set(archive.namelist()) - {
+        "SHA256SUMS", "manifest.json", "manifest.json.sig",
+    }  # fmt: skip
+    manifest = json.loads(archive.read("manifest.json"))
+    for name, sha256 in listed.items():
+        assert hashlib.sha256(archive.read(name)).hexdigest() == sha256
+        assert manifest["files"][name]["sha256"] == sha256
+    signature = base64.b64decode(archive.read("manifest.json.sig"))
+    key = Ed25519PublicKey.from_public_bytes(base64.b64decode(manifest["public_key"]))
+    key.verify(signature, archive.read("manifest.json"))
+    path = tmp_path / "delivery.zip"
+    path.write_bytes(archive.fp.getvalue())
+    film = tmp_path / "film"
+    film.write_bytes(FILM)
+    verdict = verify(path, key=fingerprint(KEY.public_key), video=film)
+    assert [one for one in verdict.findings if not one.is_right] == []
+
+
+def test_the_guide_leads_to_every_file_and_says_where_the_film_is(surveyed):
+    archive = delivered(surveyed)
+    assert "CUL-0041_20260914_0942.mp4" not in archive.namelist()
+    page = html.fromstring(archive.read("index.html"))
+    links = set(page.xpath("//a/@href"))
+    away = "CUL-0041_20260914_0942.mp4"
+    assert links - {away} <= set(archive.namelist())
+    assert {"CUL-0041.txt", "CUL-0041-report.pdf", "CUL-0041-report.html", away} == links
+    assert {"en", "ms"} <= set(page.xpath("//section/@lang"))
+    text = archive.read("README.txt").decode()
+    for found in (page.text_content(), text):
+        assert f"under the name {away}" in found
+        assert surveyed.source.sha256 in found
+    assert "Serahan pemeriksaan pembetung" in text
+
+
+def test_an_inspection_that_its_format_refuses_leaves_nothing(surveyed):
+    out = io.BytesIO()
+    forms = dict(FORMATS)
+
+    def refuse(_report):
+        raise ExportNotAvailable("It lacks something.")
+
+    forms["m150"] = replace(forms["m150"], write=refuse)
+    with zipfile.ZipFile(out, "w") as archive:
+        delivery = Delivery(archive, datetime.now(UTC), KEY, forms)
+        with pytest.raises(ExportNotAvailable):
+            delivery.add(replace(surveyed, extras=Extras(exchange="m150")), "001-a/")
+        delivery.add(replace(surveyed, extras=Extras(exchange="ribx")), "002-b/")
+        delivery.close()
+    tops = {name.split("/")[0] for name in archive.namelist()}
+    assert tops == {
+        "002-b", "index.html", "README.txt", "SHA256SUMS", "manifest.json", "manifest.json.sig",
+    }  # fmt: skip
+
+
+def test_a_film_is_not_held_in_memory(surveyed, tmp_path):
+    large = tmp_path / "large.mp4"
+    with large.open("wb") as file:
+        file.truncate(200 * 2**20)
+    film = StoredBlob(FolderBlobs(tmp_path), "large.mp4")
+    tracemalloc.start()
+    try:
+        written = FORMATS["delivery"].write(
+            replace(surveyed, film=film, scratch=tmp_path, extras=Extras(film=True))
+        )
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert written.size > 200 * 2**20
+    written.file.close()
+    assert peak < 100 * 2**20

@@ -1,0 +1,142 @@
+"""Measures time and memory of the PDF over 100 inspections, each with a track and photos.
+
+Run as `python tests/measure_collection.py [FILE.pdf [LANGUAGE]]`. The inspections are stored in a
+data folder and read from it, as the server does; another process makes them.
+"""
+
+from __future__ import annotations
+
+import resource
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from app.storage import keys
+from app.storage.tables import Inspection
+
+INSPECTIONS = 100
+DEFECTS = 14
+FRAMES = 2500
+_ROADS = ("FT 5 Jalan Klang–Banting", "FT 31 Jalan Banting–Semenyih", "B 11", "")
+_MATERIALS = ("concrete", "corrugated_steel", "masonry", "")
+
+
+def surveys(data: Path, count: int) -> list[str]:
+    """Store many inspections of 12.5 m, copies of one with other headers and photos; return their
+    ids.
+    """
+    from long_survey import add_long_survey
+
+    from app.storage.blobs import Blobs
+    from app.storage.database import Database
+    from app.storage.files import DataFolder
+    from app.storage.folder_blobs import FolderBlobs
+    from app.storage.imports import ImportStore
+    from app.storage.inspections import InspectionStore
+    from app.storage.observations import ObservationStore
+
+    first = add_long_survey(data, DEFECTS, FRAMES)
+    folder = DataFolder(data, reserve_bytes=0)
+    database = Database(folder.database)
+    blobs: Blobs = FolderBlobs(folder.root)
+    row = InspectionStore(database).get(first)
+    tags = ObservationStore(database).listed(first)
+    ids = []
+    for number in range(1, count + 1):
+        inspection_id = f"{number:032x}"
+        shutil.copytree(folder.inspection(first), folder.inspection(inspection_id))
+        values = {column.name: getattr(row, column.name) for column in row.__table__.columns}
+        values |= {"id": inspection_id, "name": f"Run {number}", "header": header(number)}
+        own = [replace(tag, inspection_id=inspection_id) for tag in tags]
+        for seq, tag in enumerate(own):
+            blobs.put(keys.photo(inspection_id, tag.id, tag.frame), photo(100 * number + seq))
+        ImportStore(database).add(Inspection(**values), own, [], labels=())
+        ids.append(inspection_id)
+    database.close()
+    folder.close()
+    return ids
+
+
+def header(number: int) -> dict[str, object]:
+    """Return the header of an inspection; some lack a material, a road, or coordinates."""
+    found: dict[str, object] = {
+        "asset_id": f"CUL-{number:04d}", "project": "Klang", "road": _ROADS[number % 4],
+        "material": _MATERIALS[number % 3 if number % 10 else 3], "year": 1950 + 10 * (number % 6),
+        "date": f"2026-0{1 + number % 9}-14", "client": "Jabatan Kerja Raya", "shape": "circular",
+        "start_node": "UP", "end_node": "DN", "direction": "with_flow", "height_mm": 900,
+    }  # fmt: skip
+    lat, lon = 2.9 + 0.004 * (number * 7 % 23), 101.4 + 0.003 * (number * 5 % 31)
+    if number % 9:
+        found |= {"start_lat": lat, "start_lon": lon, "end_lat": lat + 1e-4, "end_lon": lon + 5e-5}
+    return found
+
+
+def photo(seed: int) -> bytes:
+    """Return a JPEG of its own, about as large as a frame of concrete in 1280x720."""
+    noise = np.random.default_rng(seed).normal(110, 20, (180, 320)).clip(0, 255).astype(np.uint8)
+    picture = cv2.cvtColor(cv2.resize(noise, (1280, 720)), cv2.COLOR_GRAY2BGR)
+    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes()
+
+
+@dataclass
+class Figures:
+    """What the document costs."""
+
+    wall_s: float
+    cpu_s: float
+    before_mb: float
+    peak_mb: float
+
+
+def measured(data: Path, ids: Sequence[str], out: Path, language: str) -> Figures:
+    """Write the document."""
+    from app.data_folder import reading
+    from app.reports.content.translator import Translator
+    from app.reports.pdf.collection import document
+    from app.reports.report import Company
+
+    with reading(data, Company("Jurutera Pembetung Sdn Bhd")) as records, out.open("wb") as file:
+        before_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        wall_s, cpu_s = time.perf_counter(), time.process_time()
+        missing = document.write(
+            file,
+            ids,
+            partial(records.reports.report, language=language),
+            Translator(language, "m"),
+            begin=lambda _name: None,
+            done=lambda: None,
+        )
+        wall_s, cpu_s = time.perf_counter() - wall_s, time.process_time() - cpu_s
+    assert not missing
+    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return Figures(wall_s, cpu_s, before_mb, peak_mb)
+
+
+def main() -> None:
+    """Print the figures; the file is kept where a path is given."""
+    with tempfile.TemporaryDirectory() as name:
+        data = Path(name) / "data"
+        with ProcessPoolExecutor(1, get_context("spawn")) as other:  # whose memory is not measured
+            ids = other.submit(surveys, data, INSPECTIONS).result()
+        out = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(name) / "report.pdf"
+        found = measured(data, ids, out, sys.argv[2] if len(sys.argv) > 2 else "en")
+        size_mb = out.stat().st_size / 2**20
+    print(  # noqa: T201
+        f"{INSPECTIONS} inspections of {DEFECTS} defects: {found.wall_s:.1f} s "
+        f"({found.cpu_s:.1f} s of the processor), {size_mb:.1f} MiB, peak {found.peak_mb:.0f} MiB "
+        f"(before {found.before_mb:.0f})"
+    )
+
+
+if __name__ == "__main__":
+    main()
