@@ -18,7 +18,6 @@ from typing import BinaryIO
 
 import msgspec
 
-from app.burnt_in.counter import CounterReadings
 from app.errors import InvalidImport, InvalidPack
 from app.imports import chainage_json
 from app.imports.archive_manifest import (
@@ -26,7 +25,6 @@ from app.imports.archive_manifest import (
     FILM,
     MANIFEST,
     PACK,
-    READINGS,
     REPORT,
     SCHEMA,
     VOICE,
@@ -90,7 +88,7 @@ class _Reader:
         if inspection.files:
             raise InvalidImport(f"{REPORT} contains photos, which belong beside it.")
         _require_film_of(inspection, files)
-        _require_tables(inspection, files)
+        _require_codes(inspection, files)
         return replace(inspection, files=files)
 
     def _manifest(self) -> Manifest:
@@ -201,15 +199,10 @@ def _require_film_of(inspection: WholeInspection, files: Mapping[str, MovedFile]
         raise InvalidImport("The film in the archive file is not that of the inspection.")
 
 
-def _require_tables(inspection: WholeInspection, files: Mapping[str, MovedFile]) -> None:
-    """Read the tables once, so that the server never finds an invalid one."""
+def _require_codes(inspection: WholeInspection, files: Mapping[str, MovedFile]) -> None:
+    """Read the code pack once, so that the server never finds an invalid one."""
     if (table := files.get(PACK)) is not None and table.content is not None:
         try:
             read_table(inspection.code_pack or "", table.content)
         except InvalidPack as error:
             raise InvalidImport(f"The code pack in the archive file is invalid: {error}") from error
-    if (readings := files.get(READINGS)) is not None and readings.content is not None:
-        try:
-            CounterReadings.from_csv(readings.content.decode(), None)
-        except ValueError as error:
-            raise InvalidImport(f"{READINGS} is no table of readings: {error}") from error

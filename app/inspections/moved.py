@@ -25,7 +25,6 @@ from app.imports.whole_inspection import (
 )
 from app.inspections.keeping import Imported, Keeper, Rows, Run
 from app.inspections.packs import Packs
-from app.jobs import parts
 from app.storage import keys
 from app.storage.attachments import AttachmentRow
 from app.storage.blobs import Blobs
@@ -158,7 +157,7 @@ class MovedInspections:
         for path, key_of, check in (
             (READINGS, keys.counter_readings, None),
             (COUNTER, keys.counter, _require_counter),
-            (PARTS, keys.marks, _require_parts),
+            (PARTS, keys.marks, None),
         ):
             if path in whole.files:
                 content = files.read(whole.files[path])
@@ -394,10 +393,3 @@ def _require_counter(content: bytes) -> None:
         msgspec.json.decode(content, type=KeptCounter)
     except msgspec.MsgspecError as error:
         raise InvalidImport(f"{COUNTER} is not what Chainage writes: {error}") from error
-
-
-def _require_parts(content: bytes) -> None:
-    try:
-        parts.parsed(content.decode("ascii"))
-    except (ValueError, msgspec.MsgspecError) as error:
-        raise InvalidImport(f"{PARTS} is not what Chainage writes: {error}") from error

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from app.jobs import limits
+from app.jobs import limits, parts
 from app.jobs.confinement import confine
 from app.jobs.importer import answer
 from app.jobs.messages import Limits
@@ -27,9 +27,31 @@ def main() -> None:
 
 
 def _read(path: Path) -> WholeInspection:
-    from app.imports import archive_file  # under the limits
+    # Imported here so that the readers are loaded under the limits.
+    from app.imports import archive_file
 
-    return archive_file.read(path)
+    inspection = archive_file.read(path)
+    _require_tables(inspection)
+    return inspection
+
+
+def _require_tables(inspection: WholeInspection) -> None:
+    """Read what is known of the film once, so that the server never finds it invalid."""
+    from app.burnt_in.counter import CounterReadings
+    from app.errors import InvalidImport
+    from app.imports.archive_manifest import PARTS, READINGS
+
+    def read_readings(text: str) -> object:
+        return CounterReadings.from_csv(text, None)
+
+    for name, read in ((READINGS, read_readings), (PARTS, parts.parsed)):
+        file = inspection.files.get(name)
+        if file is None or file.content is None:
+            continue
+        try:
+            read(file.content.decode("ascii"))
+        except (ValueError, msgspec.MsgspecError) as error:
+            raise InvalidImport(f"{name} is not what Chainage writes: {error}") from error
 
 
 if __name__ == "__main__":
