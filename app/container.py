@@ -193,7 +193,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     live = Live()
     members = members_of(stored)
     stack.callback(members.stop)  # the last to stop: it reports to the others what is queued again
-    company = Company(settings.company_name, settings.company_logo)
+    company = Company(settings.company_name, settings.company_logo, server=settings.public_url)
     records = Records(database, folder, blobs, live, company, has_webhook=client is not None)
     tracks = records.tracks
     uploads = Uploads(

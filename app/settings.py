@@ -94,7 +94,7 @@ class Settings(BaseSettings):
         default=None,
         pattern=_ADDRESS,
         description="Address at which people open the server, such as `https://culverts.example`, "
-        "for links in notifications.",
+        "for links in notifications and in the XLSX report.",
     )
     webhook_url: str | None = Field(
         default=None,

@@ -25,9 +25,9 @@ def export(
     format: Annotated[  # noqa: A002
         str,
         typer.Option(
-            help="pdf, html, emergency, csv, xlsx, json, en13508, ribx, isybau, m150, geojson; or "
-            "zip, the evidence bundle: reports, tables, photos and tracks, signed; or archive, "
-            "from which another server makes the same inspection."
+            help="pdf, html, emergency, csv, xlsx, json, en13508, en13508xml, ribx, isybau, m150, "
+            "geojson; or zip, the evidence bundle: reports, tables, photos and tracks, signed; or "
+            "archive, from which another server makes the same inspection."
         ),
     ],
     file: Annotated[Path, typer.Option("--out", help="File to write; it is replaced whole.")],
@@ -39,6 +39,12 @@ def export(
         Literal["m", "ft"], typer.Option(help="Units of the formats that people read.")
     ] = "m",
     film: Annotated[bool, typer.Option("--film", help="Put the film into the archive.")] = False,
+    csv: Annotated[
+        Literal["standard", "german"],
+        typer.Option(
+            help="german: a CSV with semicolons and decimal commas, as Excel there opens."
+        ),
+    ] = "standard",
 ) -> None:
     """Write the report of an inspection, with or without a running server.
 
@@ -63,12 +69,16 @@ def export(
     if file.is_dir():
         raise typer.BadParameter(f"{file} is a folder", param_hint="--out")
     settings = settings_of(data)
-    company = Company(settings.company_name, settings.company_logo)
+    company = Company(settings.company_name, settings.company_logo, server=settings.public_url)
     try:
         with reading(settings.data, company, settings.database_url, settings.store) as reader:
             row = _the_one(reader.named(inspection), inspection)
             written = reader.reports.export(
-                row.id, format, language=lang, units=units, extras=Extras(film=film)
+                row.id,
+                format,
+                language=lang,
+                units=units,
+                extras=Extras(film=film, csv_style=csv),
             ).written
             write_whole(file, written.blocks())
     except UnusableDatabase as error:

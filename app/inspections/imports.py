@@ -103,7 +103,7 @@ class Imports:
 
     def _keep_survey(self, inspection: Inspection, survey: ImportedSurvey, who: str) -> None:
         rows = in_order(survey.observations)
-        run = Run(_track(rows))
+        run = Run(_track(rows, survey.surveyed_m))
         has_times = any(row.time_s is not None for row in rows)
         inspection.name, inspection.header = _name(survey.name), dict(survey.header)
         inspection.rig = rig_of(survey.header).model_dump(mode="json")
@@ -115,7 +115,7 @@ class Imports:
             for seq, row in enumerate(rows, 1)
         ]
         events = [_created(inspection, who), *(_tagged(it, who) for it in observations)]
-        if rows:
+        if len(run.track):
             inspection.distance_mm = float(run.track.distance_mm[-1])
         self._keeper.keep(inspection, run, Rows(observations, events))
 
@@ -157,10 +157,14 @@ def _within(value: object, least: float, most: float, otherwise: float) -> float
     return float(value) if least <= value <= most else otherwise
 
 
-def _track(rows: Sequence[ImportedObservation]) -> Track:
+def _track(rows: Sequence[ImportedObservation], surveyed_m: float | None) -> Track:
     """Make a track whose row i is the i-th observation; times rise, so that each row is
     distinct.
+
+    Where the survey ends elsewhere than at its last observation, one more row is its end.
     """
+    if surveyed_m is not None and (not rows or rows[-1].distance_m != surveyed_m):
+        rows = [*rows, ImportedObservation(surveyed_m)]
     times_s: list[float] = []
     has_times = any(row.time_s is not None for row in rows)
     for row in rows:

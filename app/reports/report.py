@@ -27,6 +27,7 @@ from app.survey.checks import Issue
 from app.survey.corrected import Corrected
 from app.survey.measure import Figure
 from app.survey.records import Event
+from app.survey.register import Line
 from app.survey.review import DRAFT, ReviewState
 from app.survey.tag import StatedTag
 from app.survey.track_rows import is_unmeasured
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
 
 Units = Literal["m", "ft"]
 Role = Literal["start", "change", "finish"]
+CsvStyle = Literal["standard", "german"]
+"""Comma and decimal point, or semicolon and decimal comma."""
 
 _BLOCK = 2**20
 
@@ -95,6 +98,7 @@ class Extras:
     """The film in a delivery, and in the archive file."""
     photos: bool = False
     """Photos and voice notes, in the JSON report."""
+    csv_style: CsvStyle = "standard"
 
 
 @dataclass(frozen=True)
@@ -200,6 +204,8 @@ class Company:
     """PNG or JPEG."""
     address: str = ""
     """Lines."""
+    server: str | None = None
+    """Address at which people open its server; None where it is not set."""
 
 
 @dataclass(frozen=True)
@@ -276,6 +282,8 @@ class Report:
     """The film as it is stored; None while it is recorded, and where there is none."""
     scratch: Path | None = None
     """Folder on a disk for large files that are being written; None for the usual one."""
+    line: Line = ()
+    """Of the culvert on the map, by the register."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)
@@ -287,6 +295,11 @@ class Report:
     def asset(self) -> str:
         """Name of the culvert: the asset of the header, else the inspection."""
         return str(self.header.get("asset_id") or self.name)
+
+    def link_to(self, entry: Entry) -> str | None:
+        """Return the address of the film at an entry; None where the server's is not known."""
+        server = (self.company.server or "").rstrip("/")
+        return f"{server}/inspections/{self.id}?defect={entry.id}" if server else None
 
     @property
     def adjusted(self) -> Adjusted | None:

@@ -117,7 +117,8 @@ class _Logo:
 def company_of(template: ReportTemplate, server: Company) -> Company:
     """Return the company that issues the reports: the template's, as far as it states one."""
     logo = _Logo(base64.b64decode(template.logo)) if template.logo else server.logo
-    return Company(template.company_name or server.name, logo, template.company_address)
+    name = template.company_name or server.name
+    return Company(name, logo, template.company_address, server.server)
 
 
 def require_logo(logo: str) -> None:

@@ -10,13 +10,14 @@ const KEPT_MS = 60_000;
 const LOOK_S = 0.5;
 
 const pathOf = (inspection, kind) => `/api/inspections/${inspection}/exports/${kind}`;
-/** What an extra is in the query, where it is not `true`. */
-const VALUES = { photos: 'embedded' };
 const QUERY = new URLSearchParams({ lang: language, units: lengthUnit });
+
+/** Extras that are a choice; the others are switched on by `true`. */
+const CHOICES = { csv_german: ['csv', 'german'], photos: ['photos', 'embedded'] };
 
 /** Returns the address of a report, for a link. */
 export const exportPath = (inspection, kind, extras = []) =>
-  `${pathOf(inspection, kind)}?${new URLSearchParams([...QUERY, ...extras.map((name) => [name, VALUES[name] ?? 'true'])])}`;
+  `${pathOf(inspection, kind)}?${new URLSearchParams([...QUERY, ...extras.map((name) => CHOICES[name] ?? [name, 'true'])])}`;
 
 /**
  * Returns what the format cannot hold.

@@ -12,7 +12,7 @@ import { errorText } from './words.js';
 /** Fields that a person enters; the server derives all others. */
 const FIELDS = [
   'frame', 'pixel', 'code', 'char1', 'char2', 'quant1', 'quant2', 'clock_from', 'clock_to',
-  'severity', 'continuous', 'remark', 'measures',
+  'severity', 'continuous', 'remark', 'recommendation', 'cost', 'measures',
 ];
 /** Fields that are equal throughout a stretch. */
 const SHARED = ['code', 'char1', 'char2'];

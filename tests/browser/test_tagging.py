@@ -117,6 +117,46 @@ def test_the_form_asks_only_for_what_the_code_needs(desk: Page) -> None:
     expect_no_fault(desk)
 
 
+def test_a_proposal_of_the_project_becomes_the_recommendation_of_a_defect(
+    page: Page, server: Server, empty: str
+) -> None:
+    proposals = [
+        {"text": "Watch it.", "cost": 50.0},
+        {"text": "Rebuild the wall.", "code": "BAC", "severity_from": 4, "cost": 9000.0},
+        {"text": "Seal the crack.", "code": "BAB"},
+    ]
+    template = {"recommendations": proposals, "costs": True, "currency": "MYR"}
+    server.ask("PUT", "/api/report-templates/", template)
+    put(server, empty, frame=0, code="BAC", char1="B", severity=4)
+    log_in(page, server, f"/inspections/{empty}")
+    page.locator(".defect").first.click()
+    page.keyboard.press("Enter")
+    advice = page.get_by_label("Recommendation", exact=True)
+    proposed = page.get_by_label("Proposed recommendations")
+    expect(proposed.locator("option")).to_have_text(
+        ["Take a proposal …", "Rebuild the wall. (9000 MYR)", "Watch it. (50 MYR)"]
+    )
+
+    proposed.select_option("0")
+    expect(advice).to_have_value("Rebuild the wall.")
+    expect(advice).to_be_focused()
+    expect(page.get_by_label("Estimated cost")).to_have_value("9000")
+    page.keyboard.press("End")
+    page.keyboard.type(" Close the road.")
+    page.get_by_label("Estimated cost").fill("9500,5")
+    page.keyboard.press("Escape")
+    expect_saved(page)
+    [item] = observations(server, empty)
+    assert (item["recommendation"], item["cost"]) == ("Rebuild the wall. Close the road.", 9500.5)
+
+    for _ in range(3):  # the cost, the words, the proposal
+        page.keyboard.press("u")
+    expect_saved(page)
+    [item] = observations(server, empty)
+    assert (item["recommendation"], item["cost"], item["severity"]) == (None, None, 4)
+    expect_no_fault(page)
+
+
 def test_the_clock_is_set_by_keys_and_by_drawing(desk: Page, server: Server, empty: str) -> None:
     desk.keyboard.press("1")
     desk.keyboard.press("e")

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.reports.content.grades import grade_of, is_defect
+from app.reports.content.condition import is_defect
+from app.reports.content.grades import grade_of
 from app.reports.report import Entry, Report
 from app.survey.catalogue.header import number_of, project_of
 

@@ -14,6 +14,8 @@ from app.reports.report import Entry, Report
 
 CLEANED_AWAY = ("BBB", "BBC")
 """Attached and settled deposits of EN 13508-2: a need for cleaning is no damage."""
+_DEFECTS = ("S", "O")
+"""Groups of codes that are defects: structure and operation."""
 SEVERITIES = range(6)
 ACT_NOW = 5
 
@@ -50,6 +52,11 @@ class Condition:
     unrated: int
     stretch_percent: float | None
     """Share of the surveyed length covered by stretches; None without a length."""
+
+
+def is_defect(entry: Entry) -> bool:
+    """Return whether an entry may be a defect; one without a known code may."""
+    return entry.kind is None or entry.kind.group in _DEFECTS
 
 
 def overall_of(severity: int) -> Overall:

@@ -9,13 +9,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from app.reports.content.condition import CLEANED_AWAY, condition_of, overall_of
+from app.reports.content.condition import CLEANED_AWAY, condition_of, is_defect, overall_of
 from app.reports.content.stability import Classed, classed, is_flexible
 from app.reports.report import Entry, Report
 
 Rule = Literal["own", "structural"]
-_GRADED = ("S", "O")
-"""Groups of codes that are defects: structure and operation."""
 
 
 @dataclass(frozen=True)
@@ -126,8 +124,3 @@ def _sorted(
     with_class = sorted((one for one in along if one.value is not None), key=badness, reverse=True)
     without = (one for one in along if one.value is None and is_defect(one.entry))
     return tuple(with_class), tuple(without)
-
-
-def is_defect(entry: Entry) -> bool:
-    """Return whether an entry may be a defect; one without a known code may."""
-    return entry.kind is None or entry.kind.group in _GRADED

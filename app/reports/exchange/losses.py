@@ -35,6 +35,9 @@ def left_out(report: Report, *, is_named: bool = False) -> Loss:
         "part.wall_points": any(entry.x_m is not None for entry in entries),
         "part.places": any(entry.lon is not None for entry in entries),
         "part.photo_checksums": any(entry.photo and entry.photo.sha256 for entry in entries),
+        "part.recommendations": any(
+            entry.tag.recommendation or entry.tag.cost is not None for entry in entries
+        ),
         "part.joints": report.joints,
         "part.corrections": report.corrected.stated != Stated(),
         "part.rig_and_track": True,

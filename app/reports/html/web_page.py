@@ -15,7 +15,16 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from app.reports.content.condition import ACT_NOW, CLEANED_AWAY, condition_of
+from app.reports.content.condition import ACT_NOW, condition_of
+from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
+from app.reports.content.grades import grade_of
+from app.reports.content.recommendations import (
+    costs_of,
+    count_without,
+    has_recommendations,
+    money,
+    recommended,
+)
 from app.reports.content.shown_photos import shown_photos
 from app.reports.content.text import legible
 from app.reports.content.translator import NOTHING, Translator
@@ -114,8 +123,17 @@ def write(report: Report) -> Written:
         cover=cover_rows(report, t),
         opening=opening(report, t),
         condition=condition_of(report),
+        grade=(grade := grade_of(report)),
+        rule=rule_of(grade, t) if grade else (),
+        threshold_of=threshold_of,
+        class_of=class_of,
+        SHOWN=SHOWN,
+        has_recommendations=has_recommendations(report),
+        recommended=recommended(report),
+        count_without=count_without(report),
+        costs=costs_of(report),
+        money=money,
         ACT_NOW=ACT_NOW,
-        CLEANED_AWAY=CLEANED_AWAY,
         strip=pipe_strip(report, t),
         reference=reference_of(report, t),
         wall=wall_strips(report, t) if "wall" in chosen else None,

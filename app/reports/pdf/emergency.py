@@ -108,7 +108,9 @@ def _first(canvas: Canvas, y: float, entry: Entry, t: Translator) -> float:
     ]
     _facts(canvas, y - 4 * mm, rows, width + 6 * mm, WIDTH)
     y -= height + 7 * mm
-    lines = lines_of(entry.tag.remark or "", BODY, WIDTH)
+    advice = entry.tag.recommendation
+    texts = (entry.tag.remark, f"{t('sheet.recommendation')}: {advice}" if advice else None)
+    lines = [line for text in texts if text for line in lines_of(text, BODY, WIDTH)]
     for line in lines[:_REMARK_LINES]:
         draw(canvas, 0, y, line.text, line.style)
         y -= line.style.leading

@@ -8,6 +8,7 @@ from reportlab.platypus import Flowable, PageBreak
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.condition import condition_of, worst_first
+from app.reports.content.grades import grade_of
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.cover import abandoned_sentence
 from app.reports.pdf.flow import Badge, Column, Figure, Grid, Heading, note, paragraph
@@ -71,14 +72,14 @@ def worst_sentence(report: Report, t: Translator) -> str:
 
 
 def _figures(canvas: Canvas, report: Report, t: Translator) -> None:
-    condition = condition_of(report)
+    condition, grade = condition_of(report), grade_of(report)
     met = report.adjusted.distance_class() if report.adjusted else None
     share = condition.stretch_percent
     figures = [
         (t.length(report.distance_m), t("summary.surveyed")),
         (str(len(report.defects)), t("summary.observations")),
         (str(condition.counts[5]), t("summary.act_now")),
-        (t(f"overall.{int(condition.overall)}"), t("summary.overall")),
+        *([(t(grade.word), t("summary.overall"))] if grade else []),
         (
             NOTHING if met is None else t("summary.not_met") if met.percent is None
             else f"{met.percent:g} %",

@@ -53,6 +53,8 @@ _LANES = 2
 _INTRODUCTION = 32 * mm
 """Heading and notes on the first page."""
 _HALF_BOX = 1.8 * mm
+_SLIVER = 0.02
+"""A rest that is a smaller part of a strip makes the strips longer instead of one more."""
 _PX_PER_POINT = 2.8
 """200 dpi."""
 
@@ -77,7 +79,9 @@ def _strips(report: Report, t: Translator, wall: Wall) -> tuple[int, list[_Strip
     for scale in SCALES:
         per_m = 1000 * mm / scale
         length_m = (WIDTH - _LEFT - _RIGHT) / per_m
-        count = max(1, math.ceil((wall.span_m[1] - wall.span_m[0]) / length_m - 1e-6))
+        whole_m = wall.span_m[1] - wall.span_m[0]
+        count = max(1, math.ceil(whole_m / length_m - _SLIVER))
+        length_m = max(length_m, whole_m / count)
         if count > 60 * MOST_PAGES and scale != SCALES[-1]:
             continue
         first_m, last_m = wall.span_m

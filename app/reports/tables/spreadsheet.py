@@ -1,6 +1,7 @@
-"""The report as an XLSX workbook: observations, header, joints, corrections, data dictionary.
+"""The report as an XLSX workbook: two sheets for people, then the data for programs.
 
-No cell is a formula, no cells are merged, and the first row of each sheet stays in view.
+The data are in the sheets observations, header, joints, corrections and dictionary. No cell is a
+formula, no cells are merged, and the row with the names of the columns stays in view.
 """
 
 from __future__ import annotations
@@ -13,22 +14,20 @@ from typing import Any
 
 import msgspec
 import xlsxwriter
-from xlsxwriter.format import Format
 from xlsxwriter.worksheet import Worksheet
 
 from app.reports.content.text import legible
+from app.reports.content.translator import Translator
 from app.reports.report import Loss, Report, Written
-from app.reports.tables import table
+from app.reports.tables import report_sheet, statistics_sheet, table
+from app.reports.tables.cells import LONGEST_TEXT, Cells, cell_text
 from app.reports.tables.table import DICTIONARY, Cell, Column, iso
 from app.survey.catalogue.header import FIELDS
 from app.survey.interval import half_width_m
 from app.survey.records import RESCALED, RIG_CHANGED
 from app.survey.rounding import decimals, metres, rounded
 from app.survey.stated import Joints, Stated
-from vo_core.csv_rows import FORMULA_STARTS
 
-_LONGEST_TEXT = 32_767
-"""Characters that a cell can hold in the programs that read it."""
 _NARROWEST = 8
 """Least width of a column, in characters."""
 _WIDEST = 60
@@ -80,6 +79,9 @@ def write(report: Report) -> Written:
     out = io.BytesIO()
     book = _Book(out)
     book.book.set_properties({"title": legible(report.name)[:255], "created": report.made_at})
+    t = Translator.of(report)
+    report_sheet.add(book.book, book.cells, report, t)
+    statistics_sheet.add(book.book, book.cells, report, t)
     for name, columns, rows in sheets:
         book.add_sheet(name, columns, rows)
     book.book.close()
@@ -96,15 +98,8 @@ class _Book:
 
     def __init__(self, out: io.BytesIO) -> None:
         self.book = xlsxwriter.Workbook(out, {"in_memory": True})
+        self.cells = Cells(self.book)
         self.losses: list[Loss] = []
-        self._head = self.book.add_format({"bold": True, "bottom": 1})
-        self._text = self.book.add_format({"valign": "top", "text_wrap": True})
-        # Like text typed after an apostrophe: it stays text when somebody edits the cell.
-        self._quoted = self.book.add_format(
-            {"valign": "top", "text_wrap": True, "quote_prefix": True}
-        )
-        self._plain = self.book.add_format({"valign": "top"})
-        self._metres = self.book.add_format({"valign": "top", "num_format": "0.000"})
 
     def add_sheet(self, name: str, columns: Sequence[Column], rows: Iterable[Row]) -> None:
         """Add a sheet whose first row, with the names of the columns, is frozen."""
@@ -112,7 +107,7 @@ class _Book:
         sheet.freeze_panes(1, 0)
         widths = [len(column.name) for column in columns]
         for number, column in enumerate(columns):
-            sheet.write_string(0, number, column.name, self._head)
+            self.cells.text(sheet, 0, number, column.name, bold=True, bottom=1)
         count = 0
         for count, row in enumerate(rows, 1):
             for number, (column, value) in enumerate(zip(columns, row, strict=True)):
@@ -127,36 +122,28 @@ class _Book:
         if value is None:
             return 0
         if isinstance(value, str):
-            text = self._cut(_one_line_end(legible(value)), sheet, column)
-            sheet.write_string(row, number, text, self._form_of(text))
+            text = cell_text(value)
+            self._note_cut(text, sheet, column)
+            self.cells.text(sheet, row, number, text, text_wrap=True)
             return max(map(len, text.splitlines()), default=0)
         if not math.isfinite(value):
             return 0
         is_metres = column.unit in ("m", "s") and isinstance(value, float)
-        sheet.write_number(row, number, value, self._metres if is_metres else self._plain)
+        look = self.cells.look(num_format="0.000") if is_metres else self.cells.look()
+        sheet.write_number(row, number, value, look)
         return len(decimals(value, 3) if is_metres else str(value))
 
-    def _form_of(self, text: str) -> Format:
-        return self._quoted if text.startswith(FORMULA_STARTS) else self._text
-
-    def _cut(self, text: str, sheet: Worksheet, column: Column) -> str:
-        if len(text) <= _LONGEST_TEXT:
-            return text
-        self.losses.append(
-            Loss(
-                "cell_cut",
-                length=len(text),
-                column=column.name,
-                sheet=sheet.name,
-                most=_LONGEST_TEXT,
+    def _note_cut(self, text: str, sheet: Worksheet, column: Column) -> None:
+        if len(text) > LONGEST_TEXT:
+            self.losses.append(
+                Loss(
+                    "cell_cut",
+                    length=len(text),
+                    column=column.name,
+                    sheet=sheet.name,
+                    most=LONGEST_TEXT,
+                )
             )
-        )
-        return text[:_LONGEST_TEXT]
-
-
-def _one_line_end(text: str) -> str:
-    """End lines with LF alone: a workbook stores CR as _x000D_, which some programs show."""
-    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _header(report: Report) -> Iterable[Row]:

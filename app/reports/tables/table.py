@@ -66,6 +66,8 @@ DICTIONARY = (
     Column("tagged_at", "When, ISO 8601"),
     Column("edited_at", "When it was changed last, ISO 8601; empty if never"),
     Column("measured", "Sizes measured on the wall, with the half-widths of their 95 % intervals"),
+    Column("recommendation", "What should be done about it, as a person accepted it"),
+    Column("cost", "Estimated cost of that, in the currency of the project's reports"),
 )
 
 COLUMNS = tuple(column.name for column in DICTIONARY)
@@ -75,14 +77,20 @@ Cell = str | int | float | None
 
 
 def write(report: Report) -> Written:
-    """Write UTF-8 with BOM, CRLF, comma, decimal point; text like a formula is quoted."""
+    """Write UTF-8 with BOM and CRLF; text like a formula is quoted.
+
+    Cells are separated by commas and numbers have a decimal point; in the German style, which Excel
+    opens there without an import, they are separated by semicolons and have a decimal comma.
+    """
+    is_german = report.extras.csv_style == "german"
+    form = _german_cell if is_german else _csv_cell
     out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\r\n")
+    writer = csv.writer(out, lineterminator="\r\n", delimiter=";" if is_german else ",")
     writer.writerow(COLUMNS)
     losses = [Loss("table_only")]
     found = rows(report)
     for row in found:
-        writer.writerow([_csv_cell(name, row[name]) for name in COLUMNS])
+        writer.writerow([form(name, row[name]) for name in COLUMNS])
     texts = [value for row in found for value in row.values() if isinstance(value, str)]
     if any(plain(text) != text for text in texts):
         losses.append(Loss("apostrophe"))
@@ -150,6 +158,8 @@ def _row(report: Report, entry: Entry) -> dict[str, Cell]:
         "tagged_at": iso(entry.tagged_at),
         "edited_at": iso(entry.edited_at),
         "measured": _measured(entry),
+        "recommendation": entry.tag.recommendation,
+        "cost": entry.tag.cost,
     }
 
 
@@ -164,3 +174,9 @@ def _csv_cell(name: str, value: Cell) -> Cell:
     if isinstance(value, float) and name.endswith(("_m", "_s")):
         return decimals(value, 3)
     return value
+
+
+def _german_cell(name: str, value: Cell) -> Cell:
+    cell = _csv_cell(name, value)
+    is_number = isinstance(value, float)
+    return str(cell).replace(".", ",") if is_number else cell

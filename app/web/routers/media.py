@@ -21,7 +21,7 @@ from app.errors import (
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.reports.formats import FORMATS
-from app.reports.report import Extras, Units
+from app.reports.report import CsvStyle, Extras, Units
 from app.web.deps import InspectionId, ServicesDep, viewer
 from app.web.downloads import attachment
 from app.web.ranges import PRIVATE, blob_response
@@ -109,13 +109,15 @@ def export(
     exchange: ExchangeKind = "en13508",
     film: bool = False,
     photos: Literal["embedded"] | None = None,
+    csv: CsvStyle = "standard",
 ) -> Response:
     """Return the report; language and units apply to formats that people read.
 
     `burnt_in` puts distance and code below each photo of a format that shows photos; `clips` adds
     the seconds around each observation to the bundle. `exchange` is the exchange format of a
     delivery, `film` adds the film to it, or to the archive file; `POST /api/bulk-exports` makes a
-    delivery with progress. `photos` adds photos and voice notes to the JSON report.
+    delivery with progress. `photos` adds photos and voice notes to the JSON report. `csv=german`
+    writes a CSV with semicolons and decimal commas.
     """
     extras = Extras(
         burnt_in=burnt_in,
@@ -123,6 +125,7 @@ def export(
         exchange=exchange,
         film=film,
         photos=photos == "embedded",
+        csv_style=csv,
     )
     export = services.reports.export(inspection_id, kind, language=lang, units=units, extras=extras)
     return StreamingResponse(

@@ -64,6 +64,8 @@ class ObservationOut(BaseModel):
     severity: int | None
     continuous: str | None
     remark: str | None
+    recommendation: str | None
+    cost: float | None
     measures: list[Measure] | None
     measured: list[MeasuredOut | None]
     """Figures of `measures`, in their order; None where nothing can be derived (yet)."""

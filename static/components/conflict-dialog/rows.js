@@ -61,7 +61,11 @@ function fieldsOfObservation(_mine, catalogue) {
     quantity(1),
     quantity(2),
     { label: labelOf('continuous'), names: ['continuous'], text: stretchText },
-    { label: labelOf('remark'), names: ['remark'], text: ({ remark }) => remark ?? '' },
+    ...['remark', 'recommendation', 'cost'].map((name) => ({
+      label: labelOf(name),
+      names: [name],
+      text: (fields) => String(fields[name] ?? ''),
+    })),
     {
       label: labelOf('measures'),
       names: ['measures'],

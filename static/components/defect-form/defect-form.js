@@ -22,6 +22,9 @@ import '../review-panel/defect-review.js';
 import './clock-dial.js';
 import './quick-key.js';
 
+/** Fields for text, and fields for a number of 0 or more. */
+const TEXTS = ['remark', 'recommendation'];
+const NUMBERS = ['quant1', 'quant2', 'cost'];
 const NEEDS = ['code', 'char1', 'char2', 'clock', 'quant1', 'quant2', 'remark'];
 
 class DefectForm extends Component {
@@ -35,6 +38,8 @@ class DefectForm extends Component {
    * store: what is typed there changes this value, not one that somebody else has stored meanwhile.
    */
   #seen = {};
+  /** What the proposals on offer depend on. */
+  #proposedFor = [];
   /** Whether a change of the observation was refused when the form was last filled. */
   #wasRefused = false;
 
@@ -91,6 +96,15 @@ class DefectForm extends Component {
             <div class="field">${head('defect-remark', t('form.remark'), 'remark')}
               <textarea class="input" id="defect-remark" name="remark" rows="3" maxlength="2000" aria-describedby="needs-remark"></textarea></div>
           </div>
+          <section class="form__advice form__wide" aria-label="${t('form.advice')}">
+            <div class="field"><label for="defect-recommendation">${t('form.recommendation')}</label>
+              <select class="input" data-part="proposals" aria-label="${t('form.proposals')}" hidden></select>
+              <textarea class="input" id="defect-recommendation" name="recommendation" rows="2" maxlength="1000"></textarea></div>
+            <div class="field form__cost" data-part="costField"><label for="defect-cost">${t('form.cost')}</label>
+              <span class="input-with-unit"><input class="input" id="defect-cost" name="cost" inputmode="decimal"
+                autocomplete="off" aria-describedby="defect-cost-fault" /><span class="unit" data-part="currency"></span></span>
+              <span class="fault" id="defect-cost-fault" data-part="costFault"></span></div>
+          </section>
           <measure-box class="form__wide" data-part="measures"></measure-box>
           <section class="form__stretch form__wide" aria-label="${t('stretch.label')}" data-part="stretchField">
             <p class="number" data-part="stretch"></p>
@@ -118,6 +132,7 @@ class DefectForm extends Component {
       const button = target.closest('[data-do]');
       if (button) this.#stretch(button.dataset.do);
     });
+    this.listen(parts.proposals, 'change', () => this.#accept(Number(parts.proposals.value)));
     this.listen(parts.dial, 'pick', ({ detail: { from, to } }) => this.#save({ clock_from: from, clock_to: to }));
     this.listen(parts.form, 'submit', (event) => {
       event.preventDefault();
@@ -132,7 +147,10 @@ class DefectForm extends Component {
     this.listen(this, 'keydown', (event) => {
       if (event.key === 'Escape') desk.editing.set(false);
     });
-    for (const store of [desk.observations, desk.track, desk.conflicts]) this.listen(store, 'change', () => this.#fill());
+    for (const store of [desk.observations, desk.track, desk.conflicts, desk.proposals]) {
+      this.listen(store, 'change', () => this.#fill());
+    }
+    desk.proposals.loadPatiently();
     this.listen(desk.people, 'change', () => this.#showOthers());
     this.#fill();
     this.#showOthers();
@@ -189,8 +207,8 @@ class DefectForm extends Component {
   }
 
   #textTyped({ name, value }) {
-    if (name === 'remark') return { remark: value.trim() || null };
-    if (!name?.startsWith('quant')) return null;
+    if (TEXTS.includes(name)) return { [name]: value.trim() || null };
+    if (!NUMBERS.includes(name)) return null;
     const number = quantityIn(value);
     return number === undefined ? null : { [name]: number };
   }
@@ -205,7 +223,7 @@ class DefectForm extends Component {
 
   #changed({ name, value }) {
     if (!name) return;
-    if (name.startsWith('quant')) {
+    if (NUMBERS.includes(name)) {
       const number = quantityIn(value);
       const isFault = number === undefined;
       this.parts[`${name}Fault`].textContent = isFault ? t('form.quantity_fault') : '';
@@ -215,7 +233,7 @@ class DefectForm extends Component {
       this.#save({ severity: Number(value) });
     } else if (name === 'char1') {
       this.#save({ char1: value || null, char2: null });
-    } else if (name === 'remark') {
+    } else if (TEXTS.includes(name)) {
       this.#left(name, value.trim() || null);
     } else {
       this.#save({ [name]: value || null });
@@ -262,8 +280,9 @@ class DefectForm extends Component {
     const grade = item.severity ?? null;
     for (const radio of elements.namedItem('severity')) radio.checked = radio.value === String(grade);
     parts.severityWord.textContent = severityWord(grade);
-    for (const name of ['remark', 'quant1', 'quant2']) this.#put(name, elements.namedItem(name), item[name], isDiscarded);
+    for (const name of [...TEXTS, ...NUMBERS]) this.#put(name, elements.namedItem(name), item[name], isDiscarded);
     this.#fillNeeds(item, catalogue.row(item.code, item.char1, item.char2));
+    this.#fillAdvice(item);
     parts.measures.set(item);
     this.#fillStretch(item);
     parts.anchor.textContent = anchorText(item);
@@ -286,6 +305,33 @@ class DefectForm extends Component {
     }
     const lacks = this.desk.catalogue.missing(item);
     for (const name of NEEDS) parts[`${name}Needed`].hidden = !lacks.includes(name);
+  }
+
+  /** Offers the proposals for the defect; the cost is asked where the project wants costs. */
+  #fillAdvice(item) {
+    const { parts, desk } = this;
+    const { costs, currency } = desk.proposals.value;
+    parts.costField.hidden = !costs && (item.cost ?? null) === null;
+    parts.currency.textContent = currency;
+    const proposedFor = [item.code, item.char1, item.severity, desk.proposals.value];
+    if (proposedFor.every((value, i) => value === this.#proposedFor[i])) return;
+    this.#proposedFor = proposedFor;
+    const proposals = desk.proposals.of(item);
+    parts.proposals.hidden = proposals.length === 0;
+    render(
+      parts.proposals,
+      html`<option value="">${t('form.propose')}</option>${proposals.map(({ text, cost }, i) => html`<option value="${i}">
+        ${costs && cost !== null ? `${text} (${cost} ${currency})` : text}</option>`)}`,
+    );
+  }
+
+  /** Takes a proposal over, as one step that can be undone; the person may go on writing in it. */
+  #accept(number) {
+    const { parts, desk } = this;
+    const { text, cost } = desk.proposals.of(this.#item)[number];
+    parts.proposals.value = '';
+    this.#save({ recommendation: text, ...(desk.proposals.value.costs && cost !== null && { cost }) });
+    this.elements.namedItem('recommendation').focus();
   }
 
   #fillStretch(item) {

@@ -8,7 +8,7 @@ import { LANGUAGES, language, t } from '../../core/words.js';
  * @property {string} kind as the API names it
  * @property {string} name
  * @property {string} help its purpose, in one line
- * @property {('burnt_in'|'clips'|'photos'|'film')[]} [extras] what it shows only where it is asked for
+ * @property {('burnt_in'|'clips'|'photos'|'film'|'csv_german')[]} [extras] what it shows only where it is asked for
  * @property {boolean} [isWhole] contains everything; asking for its losses would create the file twice
  * @property {boolean} [isOrdered] may be as large as a film: the server makes it as an order, with progress
  */
@@ -26,7 +26,7 @@ export const GROUPS = [
     title: t('export.tables'),
     formats: [
       { kind: 'xlsx', name: 'XLSX', help: t('export.xlsx') },
-      { kind: 'csv', name: 'CSV', help: t('export.csv') },
+      { kind: 'csv', name: 'CSV', help: t('export.csv'), extras: ['csv_german'] },
       { kind: 'json', name: 'JSON', help: t('export.json'), extras: ['photos'] },
     ],
   },
@@ -34,6 +34,7 @@ export const GROUPS = [
     title: t('export.exchange'),
     formats: [
       { kind: 'en13508', name: 'EN 13508-2', help: t('export.en13508') },
+      { kind: 'en13508xml', name: 'EN 13508-2 XML', help: t('export.en13508xml') },
       { kind: 'ribx', name: 'RIBX', help: t('export.ribx') },
       { kind: 'isybau', name: 'ISYBAU', help: t('export.isybau') },
       { kind: 'm150', name: 'DWA-M 150', help: t('export.m150') },

@@ -19,6 +19,7 @@ import { LiveFeed } from '../../core/live.js';
 import { Observations } from '../../core/observations.js';
 import { Outbox } from '../../core/outbox.js';
 import { pageId } from '../../core/page-id.js';
+import { Proposals } from '../../core/proposals.js';
 import { RemarkDrafts } from '../../core/remark-drafts.js';
 import { isLocked, Review, whyLocked } from '../../core/review.js';
 import { lock, mayEdit } from '../../core/rights.js';
@@ -125,6 +126,7 @@ export class Desk extends EventTarget {
     this.corrections = new Corrections(inspection.id, signal);
     this.counter = new FilmCounter(inspection.id, signal);
     this.checks = new Checks(inspection.id, signal);
+    this.proposals = new Proposals(inspection.id, signal);
     this.review = new Review(inspection.id, signal);
     /** Remarks that are being typed. */
     this.drafts = new RemarkDrafts(inspection.id);

@@ -49,10 +49,11 @@ def test_it_is_what_the_server_exports(chainage, shared, tagged, tmp_path):
     before = files_of(shared.data, tagged)
     for kind in ("csv", "json"):
         out = tmp_path / f"report.{kind}"
-        made = export(chainage, shared, out, tagged, kind)
+        made = export(chainage, shared, out, tagged, kind, "--csv", "german")
         assert (made.code, "Jalan Besar" in made.out) == (0, True), made.err
-        served = shared.get(f"/api/inspections/{tagged}/exports/{kind}").content
+        served = shared.get(f"/api/inspections/{tagged}/exports/{kind}?csv=german").content
         if kind == "csv":
+            assert served.startswith(b"\xef\xbb\xbfreport_id;asset_id;")
             assert out.read_bytes() == served
         else:
             ours, theirs = json.loads(out.read_bytes()), json.loads(served)

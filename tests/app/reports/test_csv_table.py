@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 from reports import OBSERVATIONS, measured, report
 
+from app.reports.report import Extras
 from app.reports.tables.table import COLUMNS, write
 
 
@@ -50,3 +51,23 @@ def test_sizes_stand_with_their_intervals():
 def test_what_cannot_be_encoded_is_replaced():
     (row,) = rows_of(report(observations=[{"distance_m": 1.0, "remark": "a\ud800b"}]))
     assert row["remark"] == "a\ufffdb"
+
+
+def test_german_excel_gets_semicolons_and_decimal_commas():
+    entries = report().entries
+    tag = entries[2].tag.model_copy(
+        update={"remark": "=1;2", "quant1": 2.5, "recommendation": "seal", "cost": 1250.5}
+    )
+    made = report(
+        entries=(replace(entries[2], tag=tag, lat=51.4525),), extras=Extras(csv_style="german")
+    )
+    content = write(made).content
+    assert content.startswith(b"\xef\xbb\xbfreport_id;asset_id;seq;")
+    text = content.decode("utf-8-sig")
+    (row,) = csv.DictReader(io.StringIO(text, newline=""), delimiter=";")
+    assert tuple(row) == COLUMNS
+    expected = {
+        "distance_m": "3,200", "quant1": "2,5", "lat": "51,4525", "cost": "1250,5", "seq": "3",
+        "remark": "'=1;2", "recommendation": "seal", "tagged_at": "2026-09-14T09:42:03+00:00",
+    }  # fmt: skip
+    assert {name: row[name] for name in expected} == expected

@@ -86,6 +86,16 @@ def test_the_csv_opens_in_an_office_program(shared: Client, report: str) -> None
     assert disposition.startswith('attachment; filename="Jalan_Besar_7-defects.csv"')
 
 
+def test_the_csv_for_german_excel_is_not_the_one_of_a_moment_before(
+    shared: Client, report: str
+) -> None:
+    path = f"/api/inspections/{report}/exports/csv"
+    standard, german = shared.get(path).content, shared.get(f"{path}?csv=german").content
+    assert german.startswith(b"\xef\xbb\xbfreport_id;asset_id;")
+    assert (b";2,0;mm;" in german, b",2.0,mm," in standard) == (True, True)
+    assert_error(shared.get(f"{path}?csv=french"), 422, "invalid_request")
+
+
 def test_the_json_holds_everything_under_a_schema_version(shared: Client, report: str) -> None:
     content = shared.get(f"/api/inspections/{report}/exports/json").json()
     assert content["schema"] == "chainage-report/2"

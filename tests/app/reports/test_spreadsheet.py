@@ -24,6 +24,11 @@ def book_of(made):
     return openpyxl.load_workbook(io.BytesIO(write(made).content))
 
 
+def data_of(book):
+    """The sheets for programs, behind those for people."""
+    return book.worksheets[2:]
+
+
 def records(sheet):
     head, *body = sheet.iter_rows(values_only=True)
     return [dict(zip(head, row, strict=True)) for row in body]
@@ -53,7 +58,7 @@ def test_no_cell_is_a_formula_and_text_stays_text_when_it_is_edited():
 
 
 def test_heads_are_frozen_nothing_is_merged_and_columns_can_be_read():
-    for sheet in book_of(report()):
+    for sheet in data_of(book_of(report())):
         assert sheet.freeze_panes == "A2"
         assert not sheet.merged_cells.ranges
     sheet = book_of(report())["observations"]
@@ -124,7 +129,7 @@ def test_every_column_of_every_sheet_is_explained():
     book = book_of(report())
     explained = {(row["sheet"], row["column"]) for row in records(book["dictionary"])}
     assert explained == {
-        (sheet.title, cell.value) for sheet in book for cell in next(sheet.iter_rows())
+        (sheet.title, cell.value) for sheet in data_of(book) for cell in next(sheet.iter_rows())
     }
     assert all(row["meaning"] for row in records(book["dictionary"]))
     units = {row["column"]: row["unit"] for row in records(book["dictionary"])}

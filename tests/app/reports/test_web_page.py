@@ -1,7 +1,9 @@
 """The page, opened from the disk in Chromium, which shares nothing with its writer."""
 
+import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from itertools import pairwise
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -9,10 +11,11 @@ from hypothesis import given, settings
 from lxml import html
 from playwright.sync_api import expect
 from random_reports import reports
-from reports import OBSERVATIONS, measured, report, said
+from reports import OBSERVATIONS, advised, full_report, measured, report, said
 
 from app.errors import NoScene
 from app.reports.html.web_page import write
+from app.reports.report import Extras
 from app.reports.template import ReportTemplate
 from app.survey.checks import Issue
 from app.survey.records import Event
@@ -43,10 +46,12 @@ def opened(browser, tmp_path):
 
 @pytest.mark.parametrize(("language", "units"), [("en", "m"), ("ms", "ft")])
 def test_everybody_can_read_it(opened, tmp_path, language, units):
+    template = ReportTemplate(grade="structural", costs=True)
     made = replace(
-        report(tmp_path), language=language, units=units, issues=ISSUES, draw_scene=scene_page
-    )
-    page = opened(made)
+        report(tmp_path), language=language, units=units, issues=ISSUES, draw_scene=scene_page,
+        template=template,
+    )  # fmt: skip
+    page = opened(advised(made, {9: {"recommendation": "Rebuild it.", "cost": 1.0}}))
     found = Axe().run(page)
     assert found.violations_count == 0, found.generate_report()
     assert page.locator("html").get_attribute("lang") == language
@@ -202,3 +207,77 @@ def test_any_report_is_a_page_whose_elements_close(made):
     parser.feed(write(made).content.decode())
     assert parser.open == []
     assert parser.rows == len(made.entries)
+
+
+@pytest.fixture(scope="module")
+def walled(tmp_path_factory):
+    """Return a report with 8 m of wall, of which a part was not seen, and lines in its header."""
+    made = full_report(tmp_path_factory.mktemp("walled"))
+    seen = {k: jpeg for k, jpeg in made.wall.items() if k < 16 and k not in (10, 11)}
+    header = {**made.header, "client": "Jabatan Kerja Raya\nJalan Sultan\n50582 KL"}
+    first, second, *others = made.entries
+    shared = replace(second.photo, jpeg=first.photo.jpeg, sha256=first.photo.sha256)
+    entries = (first, replace(second, photo=shared), *others)
+    return replace(made, wall=seen, header=header, entries=entries,
+                   extras=Extras(film_name="my film.mp4"))  # fmt: skip
+
+
+def test_a_phone_reads_it_without_scrolling_sideways(opened, walled):
+    page = opened(replace(walled, language="ms", units="ft"))
+    page.set_viewport_size({"width": 390, "height": 844})
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    expect(page.locator(".strip-wide")).to_be_hidden()
+    labels = page.locator(".strip-narrow a text")
+    expect(labels).to_have_count(len(OBSERVATIONS))
+    boxes = [label.bounding_box() for label in labels.all()]
+    assert min(box["height"] for box in boxes) >= 12
+    assert max(box["x"] + box["width"] for box in boxes) <= 390
+    tops = sorted(box["y"] for box in boxes)
+    assert min(after - before for before, after in pairwise(tops)) >= 12
+    expect(page.locator("dd", has_text="50582 KL").first).to_have_text(
+        re.compile("Jabatan Kerja Raya\nJalan Sultan\n50582 KL"), use_inner_text=True
+    )
+    found = Axe().run(page)
+    assert found.violations_count == 0, found.generate_report()
+    page.get_by_label("400 %").check()
+    assert page.locator(".wall-row").first.bounding_box()["width"] == 4 * 960
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+
+
+def test_the_wall_is_to_scale_with_links_that_lead_somewhere(walled):
+    made = walled
+    page = html.fromstring(write(made).content.decode())
+    rows = page.findall(".//svg[@class='wall-row']")
+    pictures = [picture for row in rows for picture in row.iter("image")]
+    assert len(pictures) == len(made.wall)
+    layout = made.layout
+    arc_mm = layout.arc_to_mm - layout.arc_from_mm
+    for picture in pictures:
+        across, high = float(picture.get("width")), float(picture.get("height"))
+        assert across / high == pytest.approx(500 / arc_mm, rel=0.01)
+    assert "".join(page.itertext()).count("not seen") >= 2
+    targets = {link.get("href")[1:] for link in page.iter("a") if link.get("href")[0] == "#"}
+    assert targets <= {node.get("id") for node in page.iter() if node.get("id")}
+    numbers = ["".join(link.itertext()) for row in rows for link in row.iter("a")]
+    assert len(numbers) == sum(entry.distance_m < 7.9 for entry in made.entries)
+
+
+def test_a_shared_picture_is_there_once_and_times_lead_into_the_film(walled):
+    page = html.fromstring(write(walled).content.decode())
+    figures = page.findall(".//figure")
+    assert len(figures) == len(OBSERVATIONS) - 1
+    links = [link.get("href") for link in figures[0].iter("a")]
+    assert [link for link in links if link.startswith("#")] == ["#no-1", "#no-2"]
+    assert links.count("./my%20film.mp4#t=0") == 1
+    assert "./my%20film.mp4#t=41.333" in [link.get("href") for link in page.iter("a")]
+    plain = html.fromstring(write(report()).content.decode())
+    assert not [link for link in plain.iter("a") if "film" in link.get("href")]
+
+
+def test_pictures_of_the_wall_are_reduced_where_they_are_too_many(walled, monkeypatch):
+    whole = write(walled).content
+    monkeypatch.setattr("app.reports.html.wall_strip.MOST_BYTES", 2**18)
+    reduced = write(walled).content
+    assert len(reduced) < len(whole) - 500_000
+    assert b"of their resolution" in reduced
+    assert b"of their resolution" not in whole
