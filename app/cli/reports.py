@@ -29,8 +29,9 @@ def export(
         str,
         typer.Option(
             help="pdf, html, emergency, csv, xlsx, json, en13508, en13508xml, ribx, isybau, m150, "
-            "geojson; zip, the evidence bundle: reports, tables, photos and tracks, signed; or "
-            "delivery, the exchange file with what it cites, report, page, checksums, signature."
+            "geojson; zip, the evidence bundle: reports, tables, photos and tracks, signed; "
+            "delivery, the exchange file with what it cites, report, page, checksums, signature; "
+            "or archive, from which another server makes the same inspection."
         ),
     ],
     inspections: Annotated[
@@ -55,7 +56,9 @@ def export(
         str,
         typer.Option(help="Exchange format of a delivery, such as en13508 or ribx."),
     ] = "en13508",
-    film: Annotated[bool, typer.Option("--film", help="The film in a delivery.")] = False,
+    film: Annotated[
+        bool, typer.Option("--film", help="Put the film into the delivery or the archive.")
+    ] = False,
     csv: Annotated[
         Literal["standard", "german"],
         typer.Option(
