@@ -20,6 +20,7 @@ from app.reports.templates import ReportTemplates
 from app.search.export import ArchiveExport
 from app.search.indexer import Indexer
 from app.search.tables import Rows
+from app.storage.assets import AssetStore
 from app.storage.attachments import AttachmentStore
 from app.storage.blob_stores import blobs_at
 from app.storage.blobs import Blobs
@@ -118,6 +119,7 @@ class Records:
             self.unrolled,
             blobs,
             self.report_templates,
+            AssetStore(database),
             company,
             SigningKey(places.root),
             places.root,

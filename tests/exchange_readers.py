@@ -187,6 +187,22 @@ def read_ribx(content: bytes) -> Read:
     return Read(header, rows, {"explained": explained, "points": points})
 
 
+def read_en13508_xml(content: bytes) -> Read:
+    """Read like a strict reader: `ZB` by its name, nothing in `ZA` but language and edition."""
+    content.decode("ascii")
+    root = etree.fromstring(content)
+    assert (root.tag, [child.tag for child in root]) == ("DATA", ["ZA", "ZB"])
+    assert [(child.tag, child.text) for child in root[0]] == [("A2", "en"), ("A6", "2010")]
+    elements = [child for child in root[1] if child.tag != "ZC"]
+    header = {child.tag: child.text for child in elements}
+    assert all(re.fullmatch(r"A[A-E][A-Z]", name) for name in header)
+    assert [child.tag for child in root[1]][: len(header)] == sorted(header), "header first"
+    rows = [{child.tag: child.text for child in row} for row in root[1].findall("ZC")]
+    assert all(list(row) == sorted(row) and all(row.values()) for row in rows)
+    assert header["AAB"] in (header["AAD"], header["AAF"])
+    return Read(header, rows)
+
+
 def read_isybau(content: bytes) -> Read:
     """Read with order, lengths and references of the official schema."""
     assert content.startswith(b'<?xml version="1.0" encoding="ISO-8859-1" standalone="yes"?>\r\n')

@@ -11,6 +11,7 @@ from reports import LENGTH_M, entry, report, track_of
 from app.reports.content.words import LANGUAGES
 from app.reports.report import Entry, Report, Source
 from app.survey.catalogue import built_in
+from app.survey.catalogue.header import FIELDS, HeaderField, faults
 from app.survey.records import Event
 
 TEXTS = st.one_of(
@@ -36,6 +37,38 @@ HEADERS = st.dictionaries(
     ),
     st.one_of(TEXTS, st.booleans(), st.integers(-(2**53), 2**53), METRES),
 )  # fmt: skip
+
+
+def _values_of(field: HeaderField) -> st.SearchStrategy[Any]:
+    match field.kind:
+        case "choice":
+            return st.sampled_from(field.choices)
+        case "bool":
+            return st.booleans()
+        case "date":
+            return st.dates().map(lambda day: day.isoformat())
+        case "time":
+            return st.times().map(lambda time: time.isoformat("minutes"))
+        case "number":
+            return st.floats(field.minimum, field.maximum).map(lambda value: round(value, 3))
+        case "text":
+            return st.sampled_from(
+                [
+                    "concrete",
+                    "rain",
+                    "none",
+                    "Gro\u00dfe \u00b15 mm, \u94a2",
+                    "12+340",
+                    "a: b, year: 1987",
+                    "x;y",
+                ]
+            )
+
+
+STORED_HEADERS = st.fixed_dictionaries(
+    {}, optional={field.name: _values_of(field) for field in FIELDS if field.unit != "\u00b0"}
+).filter(lambda header: not faults(header))
+"""Headers that the API accepts: any fields but places, in the kinds of values that they allow."""
 
 
 @st.composite

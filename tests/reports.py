@@ -46,6 +46,28 @@ HEADER: Mapping[str, Any] = {
     "end_lon": 9.0003541,
 }  # fmt: skip
 
+EVERY_FIELD: Mapping[str, Any] = {
+    "asset_id": "CUL-0041", "start_node": "HW-UP", "end_node": "HW-DN",
+    "direction": "against_flow", "date": "2026-09-14", "time": "09:42", "operator": "Olga",
+    "client": "Roads", "asset_type": "drain", "shape": "rectangular", "height_mm": 900,
+    "width_mm": 1500, "material": "bamboo", "reference_point": "third fence post",
+    "standard": "EN 13508-2", "edition": "2003", "end_condition": "abandoned",
+    "abandon_reason": "robot stuck in silt", "code_pack": "Pack 7", "video_files": "a.mp4;b.mp4",
+    "rig_id": "rig-3", "calibration_id": "cal-9", "unit_length_m": 2.44, "camera_offset_m": 0.31,
+    "reverse_of": "CUL-0040", "upstream_node": "HW-ELSE", "downstream_node": "HW-OTHER",
+    "operator_certificate": "CERT-5", "reviewer": "Rita", "contractor": "Digger Ltd",
+    "job_ref": "JOB-77", "client_job_ref": "ORDER-12", "purpose": "first_survey",
+    "method": "walk_through", "lining_type": "tiles", "lining_material": "granite sets",
+    "known_length_m": 24.6, "known_length_source": "tape", "expected_length_m": 25.5,
+    "year": 1987, "cleaned": True, "cleaned_on": "2026-09-12", "weather": "foggy",
+    "temperature_c": 12.5, "flow_control": "two pumps", "water_level_pct": 17,
+    "location_text": "by the mill", "road": "Dorfstrasse", "road_chainage": "12+340",
+    "road_chainage_end": "12+362",
+    "camera": "Eyeball", "lens": "6 mm", "start_lat": 51.4525, "start_lon": 9.0,
+    "end_lat": 51.4525, "end_lon": 9.0003541, "tether": True, "remarks": "mind the dog",
+}  # fmt: skip
+"""A value of its own for every field, outside the lists of the formats where there is one."""
+
 OBSERVATIONS: Sequence[Mapping[str, Any]] = (
     {"distance_m": 0.0, "code": "BCD", "char1": "Z", "remark": "inlet headwall"},
     {"distance_m": 0.05, "code": "BDD", "char1": "A", "quant1": 10.0},

@@ -25,8 +25,8 @@ def export(
     format: Annotated[  # noqa: A002
         str,
         typer.Option(
-            help="pdf, html, emergency, csv, xlsx, json, en13508, ribx, isybau, m150, geojson; or "
-            "zip, the evidence bundle: reports, tables, photos and tracks, signed."
+            help="pdf, html, emergency, csv, xlsx, json, en13508, en13508xml, ribx, isybau, m150, "
+            "geojson; or zip, the evidence bundle: reports, tables, photos and tracks, signed."
         ),
     ],
     file: Annotated[Path, typer.Option("--out", help="File to write; it is replaced whole.")],

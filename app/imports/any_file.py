@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 from app.errors import InvalidImport
-from app.imports import chainage_json, en13508_text, wincan
+from app.imports import (
+    chainage_json,
+    en13508_text,
+    en13508_xml,
+    isybau,
+    m150,
+    wincan,
+    xml_file,
+)
 from app.imports.survey import ImportedFile
 from app.imports.whole_inspection import WholeInspection
 
 MIB = 2**20
 _MOST_TEXT_BYTES = 16 * MIB
 """A survey of 2000 defects has 0.5 MB of EN 13508-2 text, and a file of 200 surveys 6 MB."""
+_MOST_XML_BYTES = 32 * MIB
+"""ISYBAU needs some 700 bytes for each observation: 14 MB for 20 000."""
+_OF_XML = "EN 13508-2 XML, RIBX, ISYBAU XML, DWA-M 150 XML"
 _MOST_JSON_BYTES = _MOST_DATABASE_BYTES = 64 * MIB
 """An export of 2000 defects in a film of three hours at 30 Hz has some 60 MB, most of it track. A
 WinCan project with as many defects has 2 MB, but may contain catalogues and small pictures too."""
@@ -31,9 +42,25 @@ def read(content: bytes) -> ImportedFile | WholeInspection:
     if en13508_text.looks_like(content):
         _require_size(content, _MOST_TEXT_BYTES)
         return en13508_text.read(content)
+    if xml_file.looks_like(content):
+        _require_size(content, _MOST_XML_BYTES)
+        return _xml(content)
     raise InvalidImport(
         "The file has none of the known formats: EN 13508-2 text (its first line begins with "
-        "#A1 or #B01), WinCan .db3, or the JSON report of Chainage."
+        f"#A1 or #B01), {_OF_XML}, WinCan .db3, or the JSON report of Chainage."
+    )
+
+
+def _xml(content: bytes) -> ImportedFile:
+    root = xml_file.parsed(content)
+    if en13508_xml.looks_like(root):
+        return en13508_xml.read(root)
+    if isybau.looks_like(root):
+        return isybau.read(root)
+    if m150.looks_like(root):
+        return m150.read(root)
+    raise InvalidImport(
+        f"The XML file begins with {root.name:.40}, which is none of the known formats: {_OF_XML}."
     )
 
 

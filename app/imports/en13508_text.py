@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from app.errors import InvalidImport
+from app.imports.en13508_fields import COLUMNS, header_of, nodes_of, observation_of
 from app.imports.survey import (
     MOST_OBSERVATIONS,
     MOST_OF_FILE,
@@ -21,81 +22,14 @@ from app.imports.survey import (
     ImportedSurvey,
     Notes,
     clean,
-    clock,
-    coded,
-    fitting_header,
-    iso_date,
-    number,
-    quantity,
-    stretch,
-    time_of_day,
+    survey_of,
     too_many,
-    video_time_s,
 )
 
 _MARK = re.compile(r"^[ \t]{0,20}#(?:A1|B01|B1)[ \t]*=", re.MULTILINE)
 _LIST = re.compile(r"#B0*([0-9]{1,2})=")
 _LONGEST_LINE = 100_000
 """Longer lines are cut; the CSV reader accepts cells of 131 072 characters."""
-_START, _END, _ABANDONED = "BCD", "BCE", "BDC"
-_OTHER = "Z"
-
-_TEXTS: Mapping[str, str] = {
-    "AAA": "asset_id", "AAB": "start_node", "AAJ": "location_text", "AAM": "client",
-    "ABA": "standard", "ABH": "operator", "ABI": "job_ref", "ABJ": "client_job_ref",
-    "ABS": "video_files", "ADE": "remarks",
-}  # fmt: skip
-_NUMBERS: Mapping[str, str] = {
-    "ABQ": "expected_length_m", "ACB": "height_mm", "ACC": "width_mm", "ACG": "unit_length_m",
-    "ACN": "year", "ADB": "temperature_c",
-}  # fmt: skip
-_MATERIALS: Mapping[str, str] = {
-    "AA": "asbestos cement", "AD": "brick", "AE": "clay", "AG": "concrete",
-    "AH": "reinforced concrete", "AI": "sprayed concrete", "AJ": "concrete segments",
-    "AK": "fibre cement", "AL": "fibre plastics", "AM": "cast iron", "AN": "grey cast iron",
-    "AO": "ductile iron", "AP": "steel", "AR": "masonry", "AS": "masonry",
-    "AV": "polyethylene", "AW": "polypropylene", "AX": "PVC-U", "AZ": "unknown",
-    "Z": "other",
-}  # fmt: skip
-"""Materials of ACD and ACF."""
-_LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
-    "AAK": ("direction", {"A": "with_flow", "B": "against_flow", "C": "unknown"}),
-    "ABE": ("method", {"A": "walk_through", "B": "camera", "C": "from_end_only"}),
-    "ABP": (
-        "purpose",
-        {"A": "acceptance", "B": "end_of_warranty", "C": "routine", "G": "after_repair"},
-    ),
-    "ABC": (
-        "reference_point",
-        {
-            "A": "inner face of the wall at the start", "B": "crown of the pipe at the start",
-            "C": "centre of the start manhole", "D": "half way along the channel at the start",
-        },
-    ),
-    "ACA": (
-        "shape",
-        {
-            "A": "circular", "B": "rectangular", "C": "egg", "D": "u_shaped", "E": "arch",
-            "F": "oval", "Z": "other",
-        },
-    ),
-    "ACD": ("material", _MATERIALS),
-    "ACE": (
-        "lining_type",
-        {
-            "A": "factory made", "B": "sprayed", "C": "cured in place", "D": "segments",
-            "E": "discrete pipes", "F": "continuous pipe", "G": "close fit", "H": "spiral wound",
-        },
-    ),
-    "ACF": ("lining_material", _MATERIALS),
-    "ACK": ("asset_type", {"A": "foul", "B": "storm", "C": "combined", "E": "culvert"}),
-    "ACM": ("cleaned", {"A": True, "B": False}),
-    "ADA": ("weather", {"A": "dry", "B": "rain", "C": "snow or ice melting"}),
-    "ADC": ("flow_control", {"A": "none", "B": "blocked upstream", "C": "partly blocked"}),
-}  # fmt: skip
-_NOT_KEPT = frozenset({"ABM"})
-"""The format of the video times, which the rows themselves show."""
-_COLUMNS = frozenset("ABCDEFGHIJKLMN")
 
 
 @dataclass
@@ -219,24 +153,9 @@ def _blocks(lines: Sequence[str]) -> Iterator[_Block]:
 
 def _survey(block: _Block, form: _Form, room: int) -> ImportedSurvey:
     notes = Notes()
-    stated = _stated(block, form, notes)
-    header = _header(stated, notes)
+    header = header_of(_stated(block, form, notes), notes)
     observations = tuple(_observations(block, form, header, notes, room))
-    codes = {observation.code for observation in observations}
-    if codes & {_END, _ABANDONED}:
-        header["end_condition"] = "complete" if _END in codes else "abandoned"
-    abandoned = [it.remark for it in observations if it.code == _ABANDONED]
-    said = abandoned[-1] if abandoned else ""
-    if header.get("end_condition") == "abandoned" and said:
-        header["abandon_reason"] = said
-    asset = str(header.get("asset_id") or "")
-    name = " ".join(part for part in (asset, str(header.get("date") or "")) if part)
-    return ImportedSurvey(
-        name or f"Inspection of line {block.line}",
-        fitting_header(header, notes),
-        observations,
-        tuple(notes.said),
-    )
+    return survey_of(header, observations, notes, f"Inspection of line {block.line}")
 
 
 def _stated(block: _Block, form: _Form, notes: Notes) -> dict[str, str]:
@@ -259,44 +178,6 @@ def _stated(block: _Block, form: _Form, notes: Notes) -> dict[str, str]:
     return stated
 
 
-def _header(stated: Mapping[str, str], notes: Notes) -> dict[str, str | float | bool]:
-    header: dict[str, str | float | bool] = {}
-    for code, value in stated.items():
-        if code in _TEXTS:
-            header[_TEXTS[code]] = value
-        elif code in _NUMBERS:
-            found = number(value)
-            header[_NUMBERS[code] if found is not None else _own(code)] = (
-                value if found is None else found
-            )
-        elif code in _LETTERS:
-            name, meanings = _LETTERS[code]
-            meaning = meanings.get(value.upper())
-            if meaning is None:
-                if value.upper() != _OTHER:  # the remarks explain it
-                    notes.add(f"{code} {value!r:.40} is not known; it is kept as {_own(code)}.")
-                header[_own(code)] = value
-            else:
-                header[name] = meaning
-        elif code == "ABF":
-            header["date"] = iso_date(value) or value
-        elif code == "ABG":
-            header["time"] = time_of_day(value) or value
-        elif code not in ("AAD", "AAF") and code not in _NOT_KEPT:
-            header[_own(code)] = value
-    ends = [stated[code] for code in ("AAD", "AAF") if code in stated]
-    start = stated.get("AAB")
-    header["start_node"] = start or (ends[0] if ends else "")
-    others = [end for end in ends if end != header["start_node"]]
-    header["end_node"] = others[0] if others else (ends[-1] if len(ends) > 1 else "")
-    return header
-
-
-def _own(code: str) -> str:
-    """Name a header field that has no counterpart here."""
-    return f"en13508_{re.sub(r'[^a-z0-9]', '_', code.lower())[:40]}"
-
-
 def _observations(
     block: _Block, form: _Form, header: Mapping[str, object], notes: Notes, room: int
 ) -> Iterator[ImportedObservation]:
@@ -308,9 +189,9 @@ def _observations(
         if needed not in columns:
             raise _BadBlock(block.columns_line, f"its observations have no column {needed}")
     for name in columns:
-        if name and name not in _COLUMNS:
+        if name and name not in COLUMNS:
             notes.add(f"The column {name:.20} is unknown and is left out.", block.columns_line)
-    nodes = {str(header.get(name)) for name in ("start_node", "end_node")}
+    nodes = nodes_of(header)
     for count, (line, text) in enumerate(block.rows):
         if count == room:
             notes.add(too_many(), line)
@@ -321,61 +202,6 @@ def _observations(
         if len(text) > _LONGEST_LINE:
             notes.add(f"Only {_LONGEST_LINE} characters of this line are read.", line)
         row = {name: clean(cell, len(cell)) for name, cell in zip(columns, cells, strict=False)}
-        observation = _observation(row, nodes, line, notes)
+        observation = observation_of(row, nodes, line, notes)
         if observation is not None:
             yield observation
-
-
-def _observation(
-    row: Mapping[str, str], nodes: set[str], line: int, notes: Notes
-) -> ImportedObservation | None:
-    distance_m = number(row.get("I", ""))
-    if distance_m is None:
-        notes.add(f"No distance can be read from {row.get('I', '')!r:.40}; it is left out.", line)
-        return None
-    said = [row.get("F", "")]
-    quantities: dict[str, float | None] = {"D": None, "E": None}
-    for column in quantities:
-        cell = row.get(column, "")
-        quantities[column] = quantity(cell)
-        if cell and (quantities[column] is None or _is_node(row, column, cell, nodes)):
-            quantities[column] = None
-            if not _is_node(row, column, cell, nodes):
-                said.append(f"quantity {cell}")
-    clocks = [clock(row.get(column, "")) for column in ("G", "H")]
-    for column, hour in zip(("G", "H"), clocks, strict=True):
-        cell = row.get(column, "")
-        if hour is None and cell.strip("0"):
-            notes.add(f"Clock {cell!r:.20} is not a whole hour; it is kept in the remark.", line)
-            said.append(f"clock {cell}")
-    continuous = stretch(row.get("J", ""))
-    if row.get("J") and continuous is None:
-        notes.add(f"{row['J']!r:.20} is not a stretch such as A1; it is kept in the remark.", line)
-        said.append(f"stretch {row['J']}")
-    time_s = video_time_s(row.get("N", ""))
-    if row.get("N") and time_s is None:
-        said.append(f"video {row['N']}")
-    if row.get("L"):
-        said.append(row["L"])
-    observation = ImportedObservation(
-        distance_m=distance_m,
-        code=row.get("A"),
-        char1=row.get("B"),
-        char2=row.get("C"),
-        quant1=quantities["D"],
-        quant2=quantities["E"],
-        clock_from=clocks[0],
-        clock_to=clocks[1],
-        stretch=continuous,
-        at_joint=bool(row.get("K")),
-        remark=", ".join(part for part in said if part),
-        photo=row.get("M") or None,
-        time_s=time_s,
-        line=line,
-    )
-    return coded(observation, notes)
-
-
-def _is_node(row: Mapping[str, str], column: str, cell: str, nodes: set[str]) -> bool:
-    """Return whether the cell is the name of a node, as the first quantity at start and end is."""
-    return column == "D" and row.get("A") in (_START, _END) and cell in nodes

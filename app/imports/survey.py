@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
 from typing import Any
@@ -25,6 +25,8 @@ MOST_OF_FILE = 20_000
 MOST_WARNINGS = 1000
 """Ten times as many as the API accepts: an export adds some, and transliterates other letters."""
 LONGEST_PHOTO_NAME = 255
+START, END, ABANDONED = "BCD", "BCE", "BDC"
+"""Codes of EN 13508-2."""
 _MOST_HEADER_FIELDS = 100
 _MOST_M = 100_000.0
 _MOST_QUANTITY = 1e6
@@ -65,6 +67,7 @@ class ImportedObservation:
     quant2: float | None = None
     clock_from: int | None = None
     clock_to: int | None = None
+    severity: int | None = None
     stretch: str | None = None
     """A1 starts number 1, C1 changes it, B1 finishes it."""
     at_joint: bool = False
@@ -86,10 +89,12 @@ class ImportedObservation:
             quant2=self.quant2,
             clock_from=self.clock_from,
             clock_to=self.clock_to,
+            severity=self.severity,
             continuous=self.stretch,
             remark=self.remark[:LONGEST_IMPORTED_REMARK] or None,
             at_joint=self.at_joint or None,
             photo_name=self.photo or None,
+            film_time_s=self.time_s,
         )
 
 
@@ -104,6 +109,8 @@ class ImportedSurvey:
     observations: tuple[ImportedObservation, ...]
     """Observations in the order of the file."""
     warnings: tuple[Caveat, ...] = ()
+    surveyed_m: float | None = None
+    """How far the survey came, if that is stated and not only where the observations are."""
 
 
 @dataclass(frozen=True)
@@ -115,12 +122,56 @@ class ImportedFile:
     """Caveats that concern no single survey, such as an unreadable block."""
 
 
+def without_empty(header: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the stated fields; an empty film stays, as words of a remark name other films than
+    that of the observations.
+    """
+    return {
+        name: value
+        for name, value in header.items()
+        if value not in (None, "") or name == "video_files"
+    }
+
+
+def survey_of(
+    header: dict[str, Any],
+    observations: Sequence[ImportedObservation],
+    notes: Notes,
+    otherwise: str,
+    *,
+    surveyed_m: float | None = None,
+) -> ImportedSurvey:
+    """Return a survey by its codes of EN 13508-2, with how it ended.
+
+    Args:
+        header: What is stated in the file.
+        observations: The observations.
+        notes: The warnings so far.
+        otherwise: Its name if neither asset nor date is known.
+        surveyed_m: How far it came, if that is stated.
+    """
+    codes = {observation.code for observation in observations}
+    if codes & {END, ABANDONED}:
+        header["end_condition"] = "complete" if END in codes else "abandoned"
+    said = [it.remark for it in observations if it.code == ABANDONED]
+    if header.get("end_condition") == "abandoned" and said[-1]:
+        header["abandon_reason"] = said[-1]
+    parts = (str(header.get(name) or "") for name in ("asset_id", "date"))
+    return ImportedSurvey(
+        " ".join(part for part in parts if part) or otherwise,
+        fitting_header(header, notes),
+        tuple(observations),
+        tuple(notes.said),
+        surveyed_m,
+    )
+
+
 def clean(text: str, longest: int = LONGEST_TEXT) -> str:
     """Return one line without control characters, cut to a length."""
     legible = "".join(
         " " if character.isspace() else character
         for character in text
-        if character.isspace() or unicodedata.category(character) not in ("Cc", "Cs", "Co", "Cn")
+        if character.isspace() or unicodedata.category(character) not in ("Cc", "Cs")
     )
     return " ".join(legible.split())[:longest].rstrip()
 
@@ -149,6 +200,20 @@ def stretch(text: str) -> str | None:
     """Parse a stretch mark; A01 becomes A1."""
     found = _STRETCH.fullmatch(text.strip().upper())
     return f"{found[1]}{found[2]}" if found else None
+
+
+def behind_remark(remark: str, label: str) -> tuple[str, float | None]:
+    """Split off a number that stands, with its label, at the end of a remark."""
+    rest, found, last = f", {remark}".rpartition(f", {label} ")
+    value = quantity(last) if found else None
+    return (remark, None) if value is None else (rest[2:], value)
+
+
+def severity_of(remark: str) -> tuple[str, int | None]:
+    """Split off the severity at the end of a remark, where our exports put it."""
+    rest, value = behind_remark(remark, "severity")
+    is_one = value is not None and value in range(6)
+    return (rest, int(value or 0)) if is_one else (remark, None)
 
 
 def video_time_s(text: str) -> float | None:

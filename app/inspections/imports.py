@@ -119,7 +119,7 @@ class Imports:
 
     def _add_survey(self, survey: ImportedSurvey, filename: str, content: bytes, who: str) -> str:
         rows = in_order(survey.observations)
-        run = Run(_track(rows))
+        run = Run(_track(rows, survey.surveyed_m))
         has_times = any(row.time_s is not None for row in rows)
         inspection = _inspection(filename, content)
         inspection.name, inspection.header = _name(survey.name), dict(survey.header)
@@ -132,7 +132,7 @@ class Imports:
             for seq, row in enumerate(rows, 1)
         ]
         events = [_created(inspection, filename, who), *(_tagged(it, who) for it in observations)]
-        if rows:
+        if len(run.track):
             inspection.distance_mm = float(run.track.distance_mm[-1])
         self._keep(inspection, run, observations, events)
         return inspection.id
@@ -275,10 +275,14 @@ def _within(value: object, least: float, most: float, otherwise: float) -> float
     return float(value) if least <= value <= most else otherwise
 
 
-def _track(rows: Sequence[ImportedObservation]) -> Track:
+def _track(rows: Sequence[ImportedObservation], surveyed_m: float | None) -> Track:
     """Make a track whose row i is the i-th observation; times rise, so that each row is
     distinct.
+
+    Where the survey ends elsewhere than at its last observation, one more row is its end.
     """
+    if surveyed_m is not None and (not rows or rows[-1].distance_m != surveyed_m):
+        rows = [*rows, ImportedObservation(surveyed_m)]
     times_s: list[float] = []
     has_times = any(row.time_s is not None for row in rows)
     for row in rows:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from app.reports import pdf as document
 from app.reports.bundle import bundle, delivery
 from app.reports.exchange import chainage_json as json_report
-from app.reports.exchange import en13508, geojson, isybau, m150, ribx
+from app.reports.exchange import en13508, en13508_xml, geojson, isybau, m150, ribx
 from app.reports.html import web_page
 from app.reports.pdf import emergency
 from app.reports.report import Report, Written
@@ -39,13 +39,14 @@ _FORMS: Mapping[str, Format] = {
         spreadsheet.write,
     ),
     "en13508": Format("en13508", ".txt", "text/plain; charset=us-ascii", en13508.write),
+    "en13508xml": Format("en13508", ".xml", "application/xml", en13508_xml.write),
     "ribx": Format("ribx", ".ribx", "application/xml", ribx.write),
     "isybau": Format("isybau", ".xml", "application/xml", isybau.write),
     "m150": Format("m150", ".xml", "application/xml", m150.write),
     "geojson": Format("map", ".geojson", "application/geo+json", geojson.write),
 }
 _IN_BUNDLE = ("pdf", "html", "csv", "xlsx", "json")
-EXCHANGE = ("en13508", "ribx", "isybau", "m150")
+EXCHANGE = ("en13508", "en13508xml", "ribx", "isybau", "m150")
 """Formats of other programs that name photos and film."""
 
 

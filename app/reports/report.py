@@ -25,6 +25,7 @@ from app.survey.checks import Issue
 from app.survey.corrected import Corrected
 from app.survey.measure import Figure
 from app.survey.records import Event
+from app.survey.register import Line
 from app.survey.review import DRAFT, ReviewState
 from app.survey.tag import StatedTag
 from app.survey.track_rows import is_unmeasured
@@ -262,6 +263,8 @@ class Report:
     """The film as it is stored; None while it is recorded, and where there is none."""
     scratch: Path | None = None
     """Folder on a disk for large files that are being written; None for the usual one."""
+    line: Line = ()
+    """Of the culvert on the map, by the register."""
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)

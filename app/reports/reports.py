@@ -39,15 +39,19 @@ from app.reports.report import (
 )
 from app.reports.templates import ReportTemplates, company_of
 from app.storage import keys
+from app.storage.assets import AssetStore
+from app.storage.assets import asset_of as registered_asset
 from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
 from app.storage.tables import ENDED, IMPORTED, Inspection
-from app.survey.catalogue.header import number_of, project_of
+from app.survey.alignment import Alignment, alignment_of
+from app.survey.catalogue.header import asset_of, number_of, project_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView
+from app.survey.register import Line, one_line
 from app.survey.review import ReviewState
 from app.survey.rounding import metres, rounded
 from app.survey.stretches import role_and_number, stretches
@@ -91,6 +95,7 @@ class Reports:
         unrolled: Unrolled,
         blobs: Blobs,
         templates: ReportTemplates,
+        register: AssetStore,
         company: Company,
         signer: Signer,
         scratch: Path,
@@ -108,6 +113,7 @@ class Reports:
         self._unrolled = unrolled
         self._blobs = blobs
         self._templates = templates
+        self._register = register
         self._company = company
         self.signer = signer
         self._scratch = scratch
@@ -149,6 +155,7 @@ class Reports:
             self._attachments.state(inspection_id),
             self._counters.kept(inspection_id),
             self._templates.of_inspection(inspection_id).version,
+            self._register.state(),
         )
         key = (inspection_id, kind, language, units, extras.burnt_in, extras.csv_style, state)
         with self._lock:
@@ -209,7 +216,8 @@ class Reports:
         asset = file_stem(str(row.header.get("asset_id") or row.name))
         lengths_m = _stretch_lengths_m(observations)
         end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
-        line = _line(row.header, end_mm)
+        line = self._line_of(row.header)
+        alignment = alignment_of(row.header, line, _metres(end_mm))
         attached = Attached(
             self._blobs,
             asset,
@@ -217,12 +225,11 @@ class Reports:
             Translator(language, units).burnt_in if extras.burnt_in else None,
         )
         entries = [
-            attached.added_to(_entry(item, rig, table, row.header, line, lengths_m), item.row)
+            attached.added_to(_entry(item, rig, table, row.header, alignment, lengths_m), item.row)
             for item in observations
         ]
-        if row.source_kind == IMPORTED and row.video.get("duration_s") is None:
-            # Rows of an import are only ordered: they have no times in a film.
-            entries = [replace(entry, time_s=None) for entry in entries]
+        if row.source_kind == IMPORTED:
+            entries = _at_stated_times(entries, has_times=row.video.get("duration_s") is not None)
         try:
             layout = self._unrolled.layout(rig)
         except InvalidRig:  # a camera that sees no wall
@@ -271,11 +278,18 @@ class Reports:
             film=_film(self._blobs, row),
             scratch=self._scratch,
             template=template,
+            line=line,
             draw_scene=self._draw_scene,
             extras=extras,
             language=language,
             units=units,
         )
+
+    def _line_of(self, header: Mapping[str, Any]) -> Line:
+        """Return the line of the register; empty if it does not have the asset."""
+        asset_id = asset_of(header)
+        row = self._register.find(one_line(asset_id)) if asset_id else None
+        return registered_asset(row).line if row else ()
 
 
 def _film(blobs: Blobs, row: Inspection) -> StoredBlob | None:
@@ -285,51 +299,25 @@ def _film(blobs: Blobs, row: Inspection) -> StoredBlob | None:
     return StoredBlob(blobs, keys.film(row.id, row.video_file))
 
 
-@dataclass(frozen=True)
-class _Line:
-    """The line between both ends of the culvert on the map."""
-
-    start: tuple[float, float]
-    end: tuple[float, float]
-    length_mm: float
-
-    def at(self, distance_mm: float) -> tuple[float, float]:
-        """Return longitude and latitude of a distance, to a centimetre."""
-        share = distance_mm / self.length_mm
-        lon, lat = (a + share * (b - a) for a, b in zip(self.start, self.end, strict=True))
-        return round(lon, 7), round(lat, 7)
-
-
-def _line(header: Mapping[str, Any], surveyed_mm: float | None) -> _Line | None:
-    """Return the line; None unless both ends and the length between them are known."""
-    names = ("start_lon", "start_lat", "end_lon", "end_lat")
-    ends = [number_of(header.get(name)) for name in names]
-    known_m = number_of(header.get("known_length_m"))
-    length_mm = known_m * 1000 if known_m else surveyed_mm
-    if None in ends or not length_mm or length_mm <= 0:
-        return None
-    start_lon, start_lat, end_lon, end_lat = (float(end) for end in ends if end is not None)
-    return _Line((start_lon, start_lat), (end_lon, end_lat), length_mm)
-
-
 def _entry(
     view: ObservationView,
     rig: Rig,
     table: CodeTable,
     header: Mapping[str, Any],
-    line: _Line | None,
+    alignment: Alignment | None,
     lengths_m: Mapping[str, float],
 ) -> Entry:
     row, place, tag = view.row, view.place, view.row.tag
     role, number = role_and_number(tag.continuous) if tag.continuous else (None, None)
     x_m, y_m, z_m = _wall_point_m(view, rig)
-    lon, lat = line.at(place.distance_mm) if line and place else (None, None)
+    distance_m = _metres(place.distance_mm) if place else None
+    lon, lat = alignment.at(distance_m) if alignment and distance_m is not None else (None, None)
     return Entry(
         id=row.id,
         seq=row.seq,
         tag=tag,
         time_s=rounded(place.time_s, 3) if place else None,
-        distance_m=_metres(place.distance_mm) if place else None,
+        distance_m=distance_m,
         u95_m=place.u95_m if place else None,
         raw_m=_metres(place.raw_mm) if place else None,
         source=place.source if place else None,
@@ -354,6 +342,16 @@ def _entry(
         edited_by=row.edited_by,
         figures=view.figures,
     )
+
+
+def _at_stated_times(entries: Sequence[Entry], *, has_times: bool) -> list[Entry]:
+    """Return the rows of an import with the times of its file; those of the track only order them.
+
+    Imports of earlier versions have no stated times, but those of the track are close.
+    """
+    if has_times and all(entry.tag.film_time_s is None for entry in entries):
+        return list(entries)
+    return [replace(entry, time_s=entry.tag.film_time_s) for entry in entries]
 
 
 def _along_the_pipe(entry: Entry) -> tuple[float, float, int]:

@@ -71,15 +71,24 @@ class ReportTemplates:
     def put(self, project: str, template: ReportTemplate, who: str, replaced: str | None) -> Used:
         """Give a project its own template, or replace it; empty: of all others.
 
+        Args:
+            project: The project.
+            template: Its template.
+            who: Who changes it.
+            replaced: Version of what the project used when it was edited; None replaces any.
+
         Raises:
             InvalidRequest: The logo is no picture that can be printed.
-            ChangedMeanwhile: The stored version is no longer `replaced`; nothing was stored.
+            ChangedMeanwhile: It uses another version by now; nothing was stored.
         """
         require_logo(template.logo)
         yours = _plain(template)
+        common = self.of_project(EVERY_OTHER).version
 
         def require(stored: dict[str, Any] | None) -> None:
-            require_version(_known(stored), yours, replaced)
+            is_first = stored is None and replaced == common
+            if not is_first:
+                require_version(_known(stored), yours, replaced)
 
         row = self._store.put(project, yours, who, require)
         logger.info("%s changed the report template of project %r.", who, project)

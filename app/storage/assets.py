@@ -31,6 +31,11 @@ class AssetStore:
     def __init__(self, database: Database) -> None:
         self._database = database
 
+    def state(self) -> Hashable:
+        """Return what differs after every change of the register."""
+        with self._database.read() as session:
+            return _state(session)
+
     def find(self, asset_id: str) -> RegisteredAsset | None:
         """Return the asset of this id, None if the register does not have it."""
         with self._database.read() as session:

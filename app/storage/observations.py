@@ -202,7 +202,7 @@ _WITHOUT_PHOTO = select(ObservationRow).where(
 )
 
 
-STATED_BY_FILE = ("at_joint", "photo_name")
+STATED_BY_FILE = ("at_joint", "photo_name", "film_time_s")
 """Fields of imported observations that nobody enters; a change keeps them."""
 
 

@@ -57,6 +57,8 @@ class StatedTag(Tag):
     ) = None
     at_joint: bool | None = None
     photo_name: Annotated[str, StringConstraints(max_length=255, pattern=LINE)] | None = None
+    film_time_s: Annotated[float, Field(ge=0, le=1e9)] | None = None
+    """Time in the film, which is not here."""
 
     @classmethod
     def kept(cls, fields: Mapping[str, Any]) -> StatedTag:

@@ -27,6 +27,8 @@ const MOST_STEPS = 100;
  * @property {string|null} project whose it is; '' is that of all others, null the defaults
  * @property {Template} template
  * @property {string} version
+ * @property {string|null} changed_at
+ * @property {string|null} changed_by
  */
 
 const SECTIONS = [
@@ -44,7 +46,7 @@ export async function projectsWithTemplate(signal) {
 /** @returns {Promise<Used>} */
 export const loadTemplate = (project, signal) => get(pathOf(project), signal);
 
-/** Stores the template of a project, unless it is no longer the one of `version`; null replaces any. */
+/** Stores the template of a project, unless the project no longer uses `version`; null replaces any. */
 export const saveTemplate = (project, template, version) => put(pathOf(project), template, undefined, version);
 
 /** Takes the own template of a project away. */

@@ -10,6 +10,7 @@ from __future__ import annotations
 import tempfile
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from datetime import datetime
 from typing import IO, cast
 
@@ -92,9 +93,10 @@ class Delivery:
         file = f"{stem}{self._forms[kind].suffix}"
         self._archive.add_blocks(f"{folder}{file}", exchange.blocks())
         readable = []
+        linked = _linked_to_film(report, kind)
         for form in (self._forms["pdf"], self._forms["html"]):
             readable.append(f"{stem}-{form.stem}{form.suffix}")
-            self._archive.add_blocks(f"{folder}{readable[-1]}", form.write(report).blocks())
+            self._archive.add_blocks(f"{folder}{readable[-1]}", form.write(linked).blocks())
         photos = sum(self._add_photo(folder, entry, photo) for entry, photo in _photos(report))
         for entry in report.entries:
             for note in entry.voice_notes:
@@ -141,7 +143,7 @@ class Delivery:
 
     def _add_film(self, report: Report, folder: str, kind: str) -> Film | None:
         """Add the film if it is wanted; return what the file calls it, wherever it is."""
-        name = (film_in_ascii if kind in _ASCII else film_name)(report)
+        name = _cited_film(report, kind)
         if not name:
             return None
         source, is_there = report.source, False
@@ -152,6 +154,19 @@ class Delivery:
         elif report.extras.film:
             self.losses.append(Loss("film_elsewhere", name=name))
         return Film(name, source.filename, source.size, source.sha256, is_there)
+
+
+def _cited_film(report: Report, kind: str) -> str:
+    """Return the name of the film in the exchange file; empty if there is none."""
+    return (film_in_ascii if kind in _ASCII else film_name)(report)
+
+
+def _linked_to_film(report: Report, kind: str) -> Report:
+    """Return the report with the name of the film beside it, if the film is there."""
+    name = _cited_film(report, kind)
+    if not name or not report.extras.film or report.film is None:
+        return report
+    return replace(report, extras=replace(report.extras, film_name=name))
 
 
 def _photos(report: Report) -> Iterator[tuple[Entry, Photo]]:

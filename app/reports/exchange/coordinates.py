@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
-
-from pyproj import Transformer
 
 from app.reports.exchange.fields import Fields
+from app.survey import grids
 
-_WGS84 = 4326
-_RD = 28992
 _RD_BOUNDS = (3.2, 50.7, 7.3, 53.7)
 """West, south, east and north of the Netherlands."""
 NAMES = ("start_lat", "start_lon", "end_lat", "end_lon")
@@ -52,11 +48,6 @@ def ends_of(fields: Fields) -> Ends | None:
     return Ends((start_lon, start_lat), (end_lon, end_lat))
 
 
-def missing_of(fields: Fields) -> list[str]:
-    """Return the header fields that the coordinates of both ends need."""
-    return [name for name in NAMES if _degrees(fields, name) is None]
-
-
 def _degrees(fields: Fields, name: str) -> float | None:
     most = 90 if name.endswith("_lat") else 180
     return fields.number_within(name, -most, most)
@@ -64,22 +55,14 @@ def _degrees(fields: Fields, name: str) -> float | None:
 
 def utm_m(ends: Ends) -> tuple[tuple[float, float], tuple[float, float]] | None:
     """Return easting and northing of both ends in the zone of the start; None near the poles."""
-    return _both(ends, (32600 if ends.is_north else 32700) + ends.zone)
+    return _both(ends, grids.utm(ends.zone, is_north=ends.is_north))
 
 
 def rd_m(ends: Ends) -> tuple[tuple[float, float], tuple[float, float]] | None:
     """Return x and y of both ends in the Dutch system; None outside the Netherlands."""
-    return _both(ends, _RD) if ends.is_dutch else None
+    return _both(ends, grids.DUTCH) if ends.is_dutch else None
 
 
 def _both(ends: Ends, epsg: int) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    to = _transformer(epsg)
-    start, end = to.transform(*ends.start), to.transform(*ends.end)
-    if not all(map(math.isfinite, (*start, *end))):
-        return None
-    return (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
-
-
-@cache
-def _transformer(epsg: int) -> Transformer:
-    return Transformer.from_crs(_WGS84, epsg, always_xy=True)
+    start, end = grids.metres(epsg, *ends.start), grids.metres(epsg, *ends.end)
+    return None if start is None or end is None else (start, end)

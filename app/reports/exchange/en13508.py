@@ -16,7 +16,6 @@ from app.reports.exchange.coordinates import ends_of
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.losses import left_out, transliterated
 from app.reports.exchange.survey import (
-    ABANDONED,
     END,
     START,
     Names,
@@ -34,7 +33,6 @@ from app.reports.exchange.survey import (
     unit_length_m,
 )
 from app.reports.report import Loss, Report, Written
-from app.survey.rounding import decimals
 
 STANDARD = "EN 13508-2:2003+A1:2011"
 
@@ -52,12 +50,11 @@ def write(report: Report) -> Written:
     """Write one inspection: file header, `#B01`, `#C`, one row for each entry, `#Z`."""
     fields = Fields(report.header)
     rows, losses = rows_of(report)
-    rows = _in_written_order(rows)
     names, lost = names_of(report, fields, _name)
     losses += lost
     header, lost = header_fields(report, fields, names, rows)
     losses += lost
-    header |= _coordinates(fields, names)
+    header |= coordinates(fields, names)
     codes = sorted({*_ALWAYS, *(code for code, value in header.items() if value)})
     lines = [
         *_FILE,
@@ -201,7 +198,7 @@ def _material(words: str) -> str:
     return _letter(words, found.en if found else None)
 
 
-def _coordinates(fields: Fields, names: Names) -> dict[str, str]:
+def coordinates(fields: Fields, names: Names) -> dict[str, str]:
     """Return AAE and AAG: latitude and longitude in degrees, of the nodes of AAD and AAF."""
     ends = ends_of(fields)
     if ends is None:
@@ -236,17 +233,6 @@ def columns(row: Row, names: Names) -> dict[str, str]:
         "F": transliterate(remark),
     }
     return {code: value for code, value in values.items() if value}
-
-
-def _in_written_order(rows: Sequence[Row]) -> list[Row]:
-    """Sort the rows between start and end by written distance and second, as a reader does."""
-    first = 1 if rows and rows[0].code == START else 0
-    last = len(rows) - 1 if len(rows) > first and rows[-1].code in (END, ABANDONED) else len(rows)
-    between = sorted(
-        rows[first:last],
-        key=lambda row: (float(decimals(row.distance_m, 2)), row.time_s or 0, row.entry.seq),
-    )
-    return [*rows[:first], *between, *rows[last:]]
 
 
 def _name(text: str) -> str:

@@ -10,18 +10,12 @@ from typing import Any
 from app.reports.exchange.ascii import one_line
 from app.reports.report import Loss, Phrase
 from app.survey.catalogue.header import FIELDS, is_empty, number_of
+from app.survey.catalogue.in_words import TECHNICAL, in_words
 
 _DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
 _TIME = re.compile(r"([01][0-9]|2[0-3]):([0-5][0-9])(:([0-5][0-9]))?")
 _NEVER_SAID = frozenset({"standard", "end_condition", "abandon_reason"})
 """Fields that other sentences and the rows cover."""
-_TECHNICAL = frozenset(
-    {
-        "code_pack", "rig_id", "calibration_id", "camera_offset_m", "reverse_of", "camera", "lens",
-        "tether", "start_lat", "start_lon", "end_lat", "end_lon",
-    }
-)  # fmt: skip
-"""Fields that no reader of a remark needs."""
 
 
 class Fields:
@@ -103,7 +97,7 @@ class Fields:
         """Mark fields that were read as not written after all."""
         self._written.difference_update(names)
 
-    def words(self) -> str:
+    def words(self) -> list[str]:
         """Return stated fields that were not written, for a remark; they then count as written.
 
         Call it last, after all other fields.
@@ -111,12 +105,11 @@ class Fields:
         said = []
         for field in FIELDS:
             value = self._header.get(field.name)
-            if field.name in self._written or field.name in _TECHNICAL or is_empty(value):
+            if field.name in self._written or field.name in TECHNICAL or is_empty(value):
                 continue
             self._written.add(field.name)
-            label = re.sub(r"_(m|mm|pct|c)$", "", field.name).replace("_", " ")
-            said.append(one_line(f"{label}: {_in_words(value)} {field.unit or ''}"))
-        return ", ".join(said)
+            said.append(one_line(in_words(field, value)))
+        return said
 
     def losses(self, format_name: str) -> list[Loss]:
         """Return a loss that names the filled fields that were not written."""
@@ -134,9 +127,3 @@ class Fields:
 def field_name(name: str) -> Phrase:
     """Return the name of a header field in the language of the report."""
     return Phrase(f"field.{name}", otherwise=one_line(name))
-
-
-def _in_words(value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.10g}" if isinstance(value, float) else str(value)

@@ -1,28 +1,48 @@
-"""GeoJSON (RFC 7946): the run, its observations and its stretches, WGS 84, to a centimetre."""
+"""GeoJSON (RFC 7946): the run, its observations and its stretches, WGS 84, to a centimetre.
+
+They lie on the course of the culvert (`app.survey.alignment`): the line of the register, or a
+straight one between the ends.
+"""
 
 from __future__ import annotations
 
 import json
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from app.errors import ExportNotAvailable
 from app.reports.exchange.ascii import one_line
-from app.reports.exchange.coordinates import ends_of, missing_of
-from app.reports.exchange.fields import Fields
 from app.reports.exchange.losses import ONE_LINE
-from app.reports.exchange.survey import length_m
 from app.reports.report import Entry, Loss, Report, Stretch, Written
 from app.reports.tables import table
 from app.reports.tables.table import Cell
-from app.survey.rounding import rounded
+from app.survey.alignment import Alignment, alignment_of, missing_of
+from app.survey.catalogue.header import number_of
+from app.survey.register import Point
+from app.survey.rounding import decimals, rounded
 
-_KILOMETRES = re.compile(r"([0-9]+)\+([0-9]{1,3}(?:\.[0-9]+)?)")
+_KILOMETRES = re.compile(r"(?:km\s*)?([0-9]+)\s*\+\s*([0-9]{1,3}(?:\.[0-9]+)?)", re.IGNORECASE)
 """12+340 means kilometre 12 of the road plus 340 m."""
-Place = Callable[[float], list[float]]
-"""Returns longitude and latitude of a distance in metres."""
+
+
+@dataclass(frozen=True)
+class _Course:
+    """Where things are: on the map, and along the road."""
+
+    alignment: Alignment
+    road_start_m: float | None
+    road_end_m: float | None
+    """Road chainage of both ends, as far as they are stated."""
+
+    def road_m(self, distance_m: float | None) -> float | None:
+        """Return the road chainage of a distance: between the ends, else that of the start."""
+        if self.road_start_m is None or self.road_end_m is None or distance_m is None:
+            return self.road_start_m
+        share = self.alignment.share(distance_m)
+        return rounded(self.road_start_m + share * (self.road_end_m - self.road_start_m), 3)
 
 
 def write(report: Report) -> Written:
@@ -32,21 +52,22 @@ def write(report: Report) -> Written:
     Raises:
         ExportNotAvailable: The coordinates of the ends, or the length between them, are unknown.
     """
-    fields = Fields(report.header)
-    place = _place(report, fields)
-    along: dict[str, Any] = {"asset_id": one_line(report.asset)}
-    chainage_m = road_chainage_m(fields)
-    if chainage_m is not None:
-        along["road_chainage_m"] = chainage_m
+    header = report.header
+    course = _Course(
+        _alignment(report),
+        road_chainage_m(header.get("road_chainage")),
+        road_chainage_m(header.get("road_chainage_end")),
+    )
+    asset = {"asset_id": one_line(report.asset)}
     untracked = [entry for entry in report.entries if entry.distance_m is None]
     features = [
-        _run(report, fields, place, along),
+        _run(report, course, asset),
         *(
-            _observation(entry, row, place, along)
+            _observation(entry, row, course, asset)
             for entry, row in zip(report.entries, table.rows(report), strict=True)
         ),
         *(
-            _stretch(stretch, place, along)
+            _stretch(stretch, course, asset)
             for stretch in report.stretches
             if stretch.start.distance_m is not None and stretch.finish.distance_m is not None
         ),
@@ -54,7 +75,7 @@ def write(report: Report) -> Written:
     lines = ",\n".join(json.dumps(it, ensure_ascii=False, allow_nan=False) for it in features)
     text = f'{{"type":"FeatureCollection","features":[\n{lines}\n]}}\n'
     losses = [Loss("not_on_map", entry) for entry in untracked]
-    losses.append(Loss("straight_line"))
+    losses += _assumed(course)
     losses.append(Loss("only_observations"))
     texts = [value for row in (*table.rows(report), report.header) for value in row.values()]
     if any(one_line(text) != text for text in texts if isinstance(text, str)):
@@ -62,50 +83,55 @@ def write(report: Report) -> Written:
     return Written(text.encode(), tuple(losses))
 
 
-def road_chainage_m(fields: Fields) -> float | None:
-    """Return the road chainage of the culvert, from a number or text such as 12+340, or None."""
-    found = _KILOMETRES.fullmatch(fields.text("road_chainage"))
+def road_chainage_m(value: object) -> float | None:
+    """Return a road chainage, from a number or text such as 12+340, or None."""
+    found = _KILOMETRES.fullmatch(value.strip()) if isinstance(value, str) else None
     if found:
         return round(1000 * float(found[1]) + float(found[2]), 3)
-    return fields.number("road_chainage")
+    return number_of(value)
 
 
-def _place(report: Report, fields: Fields) -> Place:
-    ends = ends_of(fields)
-    if ends is None:
+def _alignment(report: Report) -> Alignment:
+    found = alignment_of(report.header, report.line, report.distance_m)
+    if found is not None:
+        return found
+    missing = missing_of(report.header)
+    if missing and len(report.line) < 2:
         raise ExportNotAvailable(
-            f"GeoJSON needs the coordinates of both ends. Fill in {', '.join(missing_of(fields))} "
+            f"GeoJSON needs the coordinates of both ends. Fill in {', '.join(missing)} "
             "of the header, in degrees."
         )
-    run_m = length_m(report, fields)
-    if run_m is None or run_m <= 0:
-        raise ExportNotAvailable(
-            "GeoJSON needs the length between the ends. Fill in known_length_m of the header."
-        )
-    (start_lon, start_lat), (end_lon, end_lat) = ends.start, ends.end
-
-    def place(distance_m: float) -> list[float]:
-        share = distance_m / run_m
-        lon = start_lon + share * (end_lon - start_lon)
-        lat = start_lat + share * (end_lat - start_lat)
-        return [round(min(180.0, max(-180.0, lon)), 7), round(min(90.0, max(-90.0, lat)), 7)]
-
-    return place
+    raise ExportNotAvailable(
+        "GeoJSON needs the length between the ends. Fill in known_length_m of the header."
+    )
 
 
-def _run(report: Report, fields: Fields, place: Place, along: Mapping[str, Any]) -> dict[str, Any]:
-    run_m = length_m(report, fields) or 0.0
+def _assumed(course: _Course) -> list[Loss]:
+    """Return what is assumed about places and about the road."""
+    alignment = course.alignment
+    if alignment.is_straight:
+        losses = [Loss("straight_line")]
+    else:
+        drawn, length = (decimals(each, 2) for each in (alignment.drawn_m, alignment.length_m))
+        losses = [Loss("scaled_line", drawn=drawn, length=length)]
+    if course.road_start_m is not None and course.road_end_m is None:
+        losses.append(Loss("road_chainage_of_start"))
+    return losses
+
+
+def _run(report: Report, course: _Course, asset: Mapping[str, str]) -> dict[str, Any]:
+    run_m = course.alignment.length_m
     surveyed: dict[str, Any] = {"surveyed_m": report.distance_m, "surveyed_u95_m": report.u95_m}
     met = report.adjusted.distance_class() if report.adjusted else None
     if met is not None:
         surveyed["distance_class"] = f"{met.percent:g} %" if met.percent else "not met"
-    own = {"kind": "run", **along, "length_m": run_m, **surveyed}
+    road = {"road_chainage_m": course.road_m(0.0), "road_chainage_end_m": course.road_end_m}
+    own = {"kind": "run", **asset, **road, "length_m": run_m, **surveyed}
     header = {one_line(str(name)): _legible(value) for name, value in report.header.items()}
     header.pop("asset_id", None)
     stated = {f"header_{name}" if name in own else name: it for name, it in header.items()}
     properties = {**stated, **own}
-    line = {"type": "LineString", "coordinates": [place(0.0), place(run_m)]}
-    return _feature("run", line, properties)
+    return _feature("run", _line(course.alignment.part(0.0, run_m)), properties)
 
 
 def _legible(value: object) -> str | int | float | bool | None:
@@ -118,32 +144,40 @@ def _legible(value: object) -> str | int | float | bool | None:
 
 
 def _observation(
-    entry: Entry, row: Mapping[str, Cell], place: Place, along: Mapping[str, Any]
+    entry: Entry, row: Mapping[str, Cell], course: _Course, asset: Mapping[str, str]
 ) -> dict[str, Any]:
     """Build an observation with the keys of the table; its geometry holds the map position."""
     geometry = None
     if entry.distance_m is not None:
-        geometry = {"type": "Point", "coordinates": place(entry.distance_m)}
+        geometry = {"type": "Point", "coordinates": list(course.alignment.at(entry.distance_m))}
     fields = {name: _legible(value) for name, value in row.items() if name not in ("lon", "lat")}
+    road = {"road_chainage_m": course.road_m(entry.distance_m)}
     joint = {"at_joint": True if entry.at_joint else None}
     characters = {"char1": entry.tag.char1 or "", "char2": entry.tag.char2 or ""}
-    properties = {"kind": "observation", **fields, **along, **joint, **characters}
+    properties = {"kind": "observation", **fields, **asset, **road, **joint, **characters}
     return _feature(f"obs-{entry.seq}", geometry, properties)
 
 
-def _stretch(stretch: Stretch, place: Place, along: Mapping[str, Any]) -> dict[str, Any]:
+def _stretch(stretch: Stretch, course: _Course, asset: Mapping[str, str]) -> dict[str, Any]:
     from_m, to_m = stretch.start.distance_m or 0.0, stretch.finish.distance_m or 0.0
+    road_end_m = None if course.road_end_m is None else course.road_m(to_m)
     properties = {
         "kind": "stretch",
-        **along,
+        **asset,
+        "road_chainage_m": course.road_m(from_m),
+        "road_chainage_end_m": road_end_m,
         "cont_id": stretch.number,
         "code": stretch.start.tag.code,
         "from_m": from_m,
         "to_m": to_m,
         "length_m": rounded(to_m - from_m, 3),
     }
-    line = {"type": "LineString", "coordinates": [place(from_m), place(to_m)]}
+    line = _line(course.alignment.part(from_m, to_m))
     return _feature(f"stretch-{stretch.number}", line, properties)
+
+
+def _line(points: Sequence[Point]) -> dict[str, Any]:
+    return {"type": "LineString", "coordinates": [list(point) for point in points]}
 
 
 def _feature(

@@ -127,7 +127,8 @@ def survey_of(
         direction = directions["with_flow"]
         losses.append(Loss("no_direction"))
     clock = fields.time()
-    zero = lists.reference_point(fields.text("reference_point") or "inner face")
+    assumed = "" if report.source.kind == "import" else "inner face"
+    zero = lists.reference_point(fields.text("reference_point") or assumed)
     weather = lists.weather(fields.text("weather"))
     control = fields.text("flow_control")
     number = lists.flow_control(control) if control else None

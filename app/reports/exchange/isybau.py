@@ -26,7 +26,6 @@ from app.reports.exchange.survey import (
     ABANDONED,
     Names,
     Row,
-    abandon_reason,
     film,
     general_remark,
     hours,
@@ -66,7 +65,7 @@ def write(report: Report) -> Written:
     root = Element("Identifikation", _NAMESPACES)
     child(root, "Version", "2017-07")
     child(root, "Admindaten")
-    made_on = report.made_at.date().isoformat()
+    made_on = fields.day() or report.created_at.date().isoformat()
     collectives = children(
         child(root, "Datenkollektive"), {"Datenstatus": "1", "Erstellungsdatum": made_on}
     )
@@ -256,7 +255,7 @@ def _survey(
             "Wetter": survey.weather,
             "Temperatur": None if temperature_c is None else decimals(temperature_c, 0),
             "Reinigung": {True: "1", False: "0", None: None}[survey.is_cleaned],
-            "Wasserhaltung": survey.flow_control,
+            "Wasserhaltung": survey.flow_control or report.header.get("isybau_wasserhaltung"),
             "Videoablagereferenz": "1" if name else None,
             "Bemerkung": general_remark(report, fields, rows),
         },
@@ -310,9 +309,8 @@ def _run(
         losses += [Loss("time_is_zero", row.entry) for row in fitting if row.time_s is None]
     if fitting:
         data = child(run, "Inspektionsdaten")
-        reason = abandon_reason(report)
         for index, row in enumerate(fitting, 1):
-            grounds = lists.grounds(reason or row.remark) if row.code == ABANDONED else None
+            grounds = lists.grounds(row.remark) if row.code == ABANDONED else None
             held, lost = fitted(row)
             losses += lost
             children(child(data, "RZustand"), {"Index": index} | _row(held, grounds))

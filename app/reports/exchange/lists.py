@@ -139,6 +139,7 @@ _REASONS: tuple[tuple[str, str], ...] = (
     (r"client|waive", "AV"),
     (r"(aim|target|goal) (was |is )?reached", "ZE"),
     (r"(?<!not )reached from the other", "GE"),
+    (r"not possible from", "IN"),
 )
 """List U134."""
 NOT_REACHED = "GN"

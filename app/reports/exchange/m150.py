@@ -61,7 +61,8 @@ def write(report: Report) -> Written:
     children(child(root, "FD"), {"FD001": "04-2010", "FD002": "B"})
     ends = ends_of(fields)
     places = points_of(ends, names)
-    losses.append(_unnamed_zone(ends) if ends and places else NO_GEOMETRY)
+    if not places:
+        losses.append(NO_GEOMETRY)
     system = fields.choice("asset_type", lists.SYSTEMS_M150) or "R"
     for name in dict.fromkeys((names.upstream, names.downstream)):
         node = child(root, "KG")
@@ -72,7 +73,7 @@ def write(report: Report) -> Written:
     if places:
         _geometry(pipe, names.asset, "H", "L", places)
     run = child(pipe, "HI")
-    losses += _run(run, report, fields, rows)
+    losses += _run(run, report, fields, rows, _zone(ends) if ends and places else "")
     for row in rows:
         if row.distance_m > _MAX_STATION_M:
             losses.append(Loss("too_far", row.entry, format=_FORMAT, most=_MAX_STATION_M))
@@ -85,9 +86,9 @@ def write(report: Report) -> Written:
     return Written(to_bytes(root, declaration, "iso-8859-1"), tuple(losses))
 
 
-def _unnamed_zone(ends: Ends) -> Loss:
-    zone = f"{ends.zone}{'N' if ends.is_north else 'S'}"
-    return Loss("unnamed_zone", zone=zone)
+def _zone(ends: Ends) -> str:
+    """Return words for the remark: the coordinates themselves do not name their zone."""
+    return f"UTM zone {ends.zone}{'N' if ends.is_north else 'S'}"
 
 
 def _geometry(
@@ -138,7 +139,7 @@ def _lining_material(fields: Fields) -> str | None:
     return found.german if found and found.german else words
 
 
-def _run(run: Element, report: Report, fields: Fields, rows: list[Row]) -> list[Loss]:
+def _run(run: Element, report: Report, fields: Fields, rows: list[Row], zone: str) -> list[Loss]:
     survey, losses = survey_of(report, fields, lists.DIRECTIONS_M150)
     fields.leave("edition")
     level = fields.number_within("water_level_pct", 0, 100)
@@ -166,14 +167,15 @@ def _run(run: Element, report: Report, fields: Fields, rows: list[Row]) -> list[
             "HI111": fields.text("contractor"),
             "HI112": fields.text("operator"),
             "HI116": film(report),
-            "HI999": general_remark(report, fields, rows),
+            "HI999": general_remark(report, fields, rows, zone),
         },
     )
     return losses
 
 
 def _row(row: Row) -> dict[str, object]:
-    exact = [f"station {decimals(row.distance_m, 2)} m"]
+    station = decimals(row.distance_m, 2)
+    exact = [f"station {station} m"]
     quantities: list[str | None] = [None, None]
     for index, quantity in enumerate((row.quant1, row.quant2)):
         if quantity is None:
@@ -184,7 +186,7 @@ def _row(row: Row) -> dict[str, object]:
             exact.append(f"quantity {index + 1} {plain_number(quantity)}")
     clocks = [f"{hour:02d}" for hour in row.clocks]
     return {
-        "HZ001": decimals(row.distance_m, 1),
+        "HZ001": decimals(float(station), 1),
         "HZ002": row.code,
         "HZ003": quantities[0],
         "HZ004": quantities[1],

@@ -9,6 +9,7 @@ from app.reports.exchange import lists
 from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import NAMES, ends_of, rd_m
 from app.reports.exchange.en13508 import MADE_OF, columns, header_fields, losses_in_ascii
+from app.reports.exchange.en13508_xml import DECLARATION
 from app.reports.exchange.fields import Fields, field_name
 from app.reports.exchange.losses import NO_GEOMETRY
 from app.reports.exchange.survey import Names, Row, film_in_ascii, names_of, rows_of
@@ -42,7 +43,7 @@ def write(report: Report) -> Written:
     for row in rows:
         children(child(pipe, "ZC"), _row(row, names, name))
     losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
-    content = to_bytes(root, '<?xml version="1.0" encoding="UTF-8"?>', "ascii")
+    content = to_bytes(root, DECLARATION, "ascii")
     return Written(content, tuple(losses))
 
 
@@ -54,10 +55,13 @@ def _header(
     values = dict(stated) | {"ABA": _STANDARD, "ABG": ":".join(clock) if clock else ""}
     explained = _explained(values, report)
     if name := film_in_ascii(report):
-        values |= {"ABK": lists.OTHER, "ABL": lists.OTHER, "ABR": lists.OTHER, "ABO": "VIDEO-01"}
+        media = {"ABK": lists.OTHER, "ABL": lists.OTHER, "ABR": lists.OTHER, "ABO": "VIDEO-01"}
+        values = media | values
         codec = str(report.source.video.get("codec") or "")
         kind = transliterate(f"{PurePath(name).suffix[1:].upper()} {codec}")
-        explained |= {"ABK": "file on disk", "ABL": "JPEG", "ABR": kind}
+        media = {"ABK": "file on disk", "ABL": "JPEG", "ABR": kind}
+        explained |= {code: words for code, words in media.items() if values[code] == lists.OTHER}
+    explained |= _kept_words(values, report)
     points, lost = _points(report, fields, names)
     for code in sorted({*values, *points}):
         if code in points:
@@ -82,6 +86,12 @@ def _explained(values: dict[str, str], report: Report) -> dict[str, str]:
         for code, name in MADE_OF.items()
         if values.get(code) == lists.OTHER
     }
+
+
+def _kept_words(values: dict[str, str], report: Report) -> dict[str, str]:
+    """Return what an imported file says of letters for which Chainage has no field."""
+    kept = {code: report.header.get(f"ribx_{code.lower()}") for code in values}
+    return {code: text for code, words in kept.items() if (text := transliterate(str(words or "")))}
 
 
 def _points(

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import PurePath
 
 from app.reports.content.naming import ascii_file_name
-from app.reports.exchange.ascii import one_line
+from app.reports.exchange.ascii import one_line, transliterate
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.losses import attached, coarser
 from app.reports.report import Entry, Loss, Report
@@ -94,8 +94,8 @@ def general_remark(report: Report, fields: Fields, rows: Sequence[Row], *said: s
     """Join the remarks of the header and, once each, what a format cannot hold elsewhere."""
     _note_film_and_edition(report, fields)
     remark = fields.text("remarks")
-    for more in (*said, abandoned_in_words(report, rows), fields.words()):
-        if more not in remark:
+    for more in (*said, abandoned_in_words(report, rows), *fields.words()):
+        if not any(f", {form}, " in f", {remark}, " for form in (more, transliterate(more))):
             remark = joined(remark, more)
     return remark
 
@@ -115,7 +115,7 @@ def joined(*parts: str) -> str:
 
 
 def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
-    """Sort by distance, then by time; the start code comes first, the code of the end last.
+    """Sort by written distance, then by time; the start code comes first, the code of the end last.
 
     Returns:
         The rows, and their losses.
@@ -132,11 +132,16 @@ def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
         losses += lost
     losses += coarser(report)
     losses += attached(report)
-    rows.sort(key=lambda row: (row.distance_m, row.entry.time_s or 0.0, row.entry.seq))
+    rows.sort(key=_as_written)
     ends = [index for index, row in enumerate(rows) if row.code == ABANDONED]
     if ends:
         rows[ends[-1]] = rows[ends[-1]].because(abandon_reason(report))
     return _start_first_end_last(rows, losses), losses
+
+
+def _as_written(row: Row) -> tuple[float, int, int]:
+    """Return the sort key: written distance and second, so that a reader sorts the same way."""
+    return float(decimals(row.distance_m, 2)), row.time_s or 0, row.entry.seq
 
 
 def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[Loss]]:

@@ -46,8 +46,12 @@ def parts_of(template: ReportTemplate) -> list[Part]:
     return [cover, *chosen, *([] if sign_off in chosen else [closing])]
 
 
+def story_of(report: Report, t: Translator) -> list[Flowable]:
+    """Build the parts that the report's template chooses."""
+    return [piece for part in parts_of(report.template) for piece in part(report, t)]
+
+
 def write(report: Report) -> Written:
     """Write the chosen parts in the report's language and units."""
     t = Translator.of(report)
-    story = [piece for part in parts_of(report.template) for piece in part(report, t)]
-    return Written(made(report, t, t("cover.title"), story), missing_glyphs(report))
+    return Written(made(report, t, t("cover.title"), story_of(report, t)), missing_glyphs(report))

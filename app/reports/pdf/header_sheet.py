@@ -33,7 +33,8 @@ GROUPS: Sequence[tuple[str, Sequence[str]]] = (
         "unit_length_m", "known_length_m", "known_length_source", "expected_length_m", "year",
     )),
     ("place", (
-        "road", "road_chainage", "location_text", "start_lat", "start_lon", "end_lat", "end_lon",
+        "road", "road_chainage", "road_chainage_end", "location_text", "start_lat", "start_lon",
+        "end_lat", "end_lon",
     )),
     ("survey", (
         "date", "time", "purpose", "method", "direction", "reference_point", "camera_offset_m",

@@ -98,7 +98,7 @@ FIELDS: tuple[HeaderField, ...] = (
     *_numbers("more", "°C", -100, 100, "temperature_c"),
     *_texts("more", "flow_control"),
     *_numbers("more", "%", 0, 100, "water_level_pct"),
-    *_texts("more", "location_text", "road", "road_chainage"),
+    *_texts("more", "location_text", "road", "road_chainage", "road_chainage_end"),
     *_numbers("more", "°", -90, 90, "start_lat"),
     *_numbers("more", "°", -180, 180, "start_lon"),
     *_numbers("more", "°", -90, 90, "end_lat"),
@@ -113,7 +113,7 @@ ASSET_FIELDS = (
     "start_node", "end_node", "upstream_node", "downstream_node", "client", "asset_type", "shape",
     "height_mm", "width_mm", "material", "lining_type", "lining_material", "unit_length_m",
     "known_length_m", "known_length_source", "expected_length_m", "year", "location_text", "road",
-    "road_chainage",
+    "road_chainage", "road_chainage_end",
 )  # fmt: skip
 """Fields that belong to the asset and not to one survey of it: a register may hold them."""
 

@@ -13,7 +13,7 @@ const GROUPS = [
   [t('register.group_barrel'), ['asset_type', 'shape', 'height_mm', 'width_mm', 'material', 'lining_type', 'lining_material', 'year']],
   [t('register.group_lengths'), ['known_length_m', 'known_length_source', 'expected_length_m', 'unit_length_m']],
   [t('register.group_network'), ['start_node', 'end_node', 'upstream_node', 'downstream_node', 'client']],
-  [t('register.group_place'), ['road', 'road_chainage', 'location_text']],
+  [t('register.group_place'), ['road', 'road_chainage', 'road_chainage_end', 'location_text']],
 ];
 
 /**

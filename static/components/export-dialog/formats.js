@@ -34,6 +34,7 @@ export const GROUPS = [
     title: t('export.exchange'),
     formats: [
       { kind: 'en13508', name: 'EN 13508-2', help: t('export.en13508') },
+      { kind: 'en13508xml', name: 'EN 13508-2 XML', help: t('export.en13508xml') },
       { kind: 'ribx', name: 'RIBX', help: t('export.ribx') },
       { kind: 'isybau', name: 'ISYBAU', help: t('export.isybau') },
       { kind: 'm150', name: 'DWA-M 150', help: t('export.m150') },

@@ -40,7 +40,7 @@ class InspectionList extends Component {
             <div class="content__ways"><a class="button" href="/archive">${icon('layers')}${t('archive.title')}</a>
               <a class="button" href="/compare" data-part="compare" hidden>${t('compare.link')}</a>
               <button class="button" data-part="old" data-needs="operator" title="${t('list.import_help')}">${icon('upload')}${t('list.import')}</button>
-              <input type="file" accept=".txt,.json,.db3" data-part="file" aria-label="${t('list.import')}" hidden />
+              <input type="file" accept=".txt,.json,.db3,.xml,.ribx" data-part="file" aria-label="${t('list.import')}" hidden />
               <a class="button button--primary" href="/new" data-needs="operator">${icon('plus')}${t('list.new')}</a></div>
           </div>
           <p class="message message--error" data-part="fault" role="alert" hidden></p>

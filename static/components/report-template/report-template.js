@@ -8,6 +8,7 @@ import {
 } from '../../core/report-template.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
+import { date } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
 import { archivePage, showFault, showOvertaken } from '../archive-shell/archive-shell.js';
 import { icon } from '../icon/icon.js';
@@ -24,8 +25,7 @@ class ReportTemplate extends Component {
   /** The project; '' is all others. */
   #project = new URLSearchParams(location.search).get('project') ?? '';
   #draft;
-  /** The project whose template is stored here: its own, '', or null for the defaults. */
-  #owner = null;
+  /** The version that is edited; null replaces any. */
   #version = null;
   #changes = null;
 
@@ -39,7 +39,7 @@ class ReportTemplate extends Component {
           <button class="button button--icon" data-part="redo" data-needs="operator" disabled aria-label="${t('report_template.redo')}" title="${t('report_template.redo')}">${icon('redo')}</button>
           <button class="button" data-part="reset" data-needs="operator" hidden>${icon('trash')}<span data-part="resetWord"></span></button>
           <button class="button button--primary" data-part="save" data-needs="operator" disabled>${icon('check')}${t('rules.save')}</button>`,
-        content: html`<p class="dim template__help" data-part="whose"></p>
+        content: html`<p class="dim template__help"><span data-part="whose"></span> <span data-part="changed"></span></p>
           <nav class="template__others" aria-label="${t('report_template.others')}" data-part="others"></nav>
           <div role="alert" data-part="refused"></div>
           <fieldset class="template" data-part="form" hidden ${!may('operator') && 'disabled'}>${formMarkup()}</fieldset>
@@ -82,9 +82,9 @@ class ReportTemplate extends Component {
   }
 
   /** Shows what the server has. */
-  #take({ project, template, version }) {
-    this.#noteStored(project, version);
-    this.#draft = new TemplateDraft(template);
+  #take(used) {
+    this.#noteStored(used);
+    this.#draft = new TemplateDraft(used.template);
     this.#changes?.abort();
     this.#changes = new AbortController();
     this.#draft.addEventListener('change', () => this.#changed(), { signal: this.#changes.signal });
@@ -92,9 +92,8 @@ class ReportTemplate extends Component {
     this.#changed();
   }
 
-  #noteStored(project, version) {
+  #noteStored({ project, version, changed_at: at, changed_by: who }) {
     const { parts } = this;
-    this.#owner = project;
     this.#version = version;
     const isOwn = project === this.#project;
     parts.reset.hidden = !isOwn;
@@ -102,6 +101,7 @@ class ReportTemplate extends Component {
     parts.whose.textContent = isOwn
       ? this.#project === '' ? t('report_template.is_of_all') : t('report_template.is_own')
       : project === '' ? t('report_template.is_common') : t('report_template.is_default');
+    parts.changed.textContent = at ? t('report_template.changed', { who, at: date(at) }) : '';
   }
 
   #changed() {
@@ -157,10 +157,9 @@ class ReportTemplate extends Component {
     }
     parts.save.disabled = true;
     try {
-      const isOwn = this.#owner === this.#project;
-      const { project, template, version } = await saveTemplate(this.#project, this.#draft.template, isOwn ? this.#version : null);
-      this.#noteStored(project, version);
-      this.#draft.keep(template);
+      const used = await saveTemplate(this.#project, this.#draft.template, this.#version);
+      this.#noteStored(used);
+      this.#draft.keep(used.template);
       render(parts.refused, html``);
       toast(t('report_template.saved'));
       await this.#offer();
@@ -182,8 +181,7 @@ class ReportTemplate extends Component {
           render(this.parts.refused, html``);
         }),
       mine: async () => {
-        // Null: it was taken away meanwhile.
-        this.#noteStored(version === null ? null : this.#project, version);
+        this.#version = version; // null: it was taken away meanwhile
         await this.#save();
       },
     });

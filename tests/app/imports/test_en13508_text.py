@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import Path
-
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from random_reports import reports
-from reports import ENTERED, HEADER, OBSERVATIONS, entry, report
+from reports import OBSERVATIONS, report
 
 from app.errors import InvalidImport
 from app.imports.en13508_text import looks_like, read
-from app.imports.survey import ImportedSurvey
-from app.inspections.imports import _track, in_order, rig_of
 from app.reports.exchange import en13508
-from app.reports.report import Photo, Report, Source
+from app.reports.report import Report
 
 FOREIGN = """#A1=ISO-8859-1
 #A2=de
@@ -177,64 +172,6 @@ def test_noise_is_read_or_refused(content: bytes) -> None:
             assert all(ord(letter) >= 32 for letter in row.tag(0).to_json().get("remark", ""))
 
 
-def reported(made: Report, survey: ImportedSurvey) -> Report:
-    """What is reported of an import: its rows as tags that rest on the track made of them."""
-    rows = in_order(survey.observations)
-    track = _track(rows)
-    roles = {"A": "start", "C": "change", "B": "finish"}
-    entries = []
-    for n, row in enumerate(rows):
-        stated = row.tag(0).to_json()
-        known = {name: stated.get(name) for name in ENTERED if name != "severity"}
-        entries.append(
-            entry(
-                n + 1,
-                **known,
-                distance_m=round(float(track.distance_mm[n]) / 1000, 3),
-                time_s=float(track.time_s[n]),
-                u95_m=None,
-                at_joint=bool(stated.get("at_joint")),
-                cont_id=int(row.stretch[1:]) if row.stretch else None,
-                cont_role=roles[row.stretch[0]] if row.stretch else None,
-                photo=Photo(row.photo, None, None) if row.photo else None,
-            )
-        )
-    source = Source("import", "old.txt", 1, "ab" * 32, {})
-    rig = rig_of(survey.header)
-    return replace(made, header=survey.header, entries=tuple(entries), source=source, rig=rig)
-
-
-def assert_comes_back(made: Report) -> None:
-    first = en13508.write(made).content
-    (survey,) = read(first).surveys
-    if not survey.warnings:  # each of which is something that is not as it was
-        assert en13508.write(reported(made, survey)).content == first
-
-
-def test_export_import_export_is_the_same_file(tmp_path: Path) -> None:
-    made = report(tmp_path)
-    assert b";A;CUL-0041-006.jpg;" in en13508.write(made).content
-    assert_comes_back(made)
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"reference_point": "the old bridge", "material": "bamboo", "weather": "fog"},
-        {"method": "walk_through", "shape": "other", "direction": "against_flow"},
-        {"start_node": "", "end_node": "", "date": "", "time": ""},
-    ],
-)
-def test_a_header_comes_back_in_the_same_letters(changes: dict[str, str]) -> None:
-    assert_comes_back(report(header={**HEADER, **changes}))
-
-
-@few
-@given(made=reports())
-def test_export_import_export_of_anything_is_the_same_file(made: Report) -> None:
-    assert_comes_back(made)
-
-
 def test_a_remark_that_is_too_long_is_cut_with_a_warning() -> None:
     columns = f"#C=I;A;F\n1;BDB;{'r' * 40_500}\n2;BDB;{'s' * 30_000}\n#Z\n"
     (survey,) = read(f"#B01=AAA;ADE\nC1;{'h' * 20_500}\n{columns}".encode()).surveys
@@ -243,18 +180,3 @@ def test_a_remark_that_is_too_long_is_cut_with_a_warning() -> None:
         "Line 4: The remark has 40500 characters; the first 40000 are kept.",
         "Only 20000 characters of the header field remarks are kept.",
     ]
-
-
-@pytest.mark.parametrize("letter", ["x", "ö", "钢", "🕳"])
-def test_the_longest_remarks_of_the_api_come_back(letter: str) -> None:
-    made = report(
-        observations=[
-            {"distance_m": 3.0, "code": "BDB", "remark": 4000 * letter, "severity": 3},
-            {"distance_m": 4.0, "code": "BDC", "char1": "A", "remark": "silt"},
-        ],
-        header={**HEADER, "remarks": 2000 * letter, "end_condition": "abandoned",
-                "abandon_reason": 1000 * letter, "shape": "rectangular", "width_mm": 1500},
-    )  # fmt: skip
-    (survey,) = read(en13508.write(made).content).surveys
-    assert survey.warnings == ()
-    assert_comes_back(made)

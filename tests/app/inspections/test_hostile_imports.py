@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
+from multiprocessing.connection import Pipe
 from pathlib import Path
 
+import msgspec
 import pytest
 from reports import report
 from wincan_files import project
 
 from app.errors import InvalidImport
+from app.imports import wincan
 from app.imports.survey import ImportedFile
 from app.inspections.file_reader import FileReader
-from app.jobs.messages import Limits
+from app.jobs.confinement import landlock_version
+from app.jobs.messages import Failed, Limits, encode
 from app.reports.exchange.chainage_json import write
 
 MIB = 2**20
@@ -100,6 +106,60 @@ def test_a_default_that_swells_every_row_is_refused(tmp_path: Path) -> None:
         f"ALTER TABLE SECINSP ADD COLUMN INS_Memo TEXT DEFAULT '{'y' * 500_000}'",
     )
     assert "more than surveys do" in refused(project(tmp_path / "p.db3", more=more))
+
+
+LAUGHS = b"""<?xml version="1.0"?>
+<!DOCTYPE DATA [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>
+<DATA><ZB><AAA>&b;</AAA></ZB></DATA>"""
+
+
+def test_xml_that_grows_when_it_is_read_is_refused() -> None:
+    assert "defines a document type or entities" in refused(LAUGHS)
+    assert "more elements than surveys do" in refused(b"<DATA>" + b"<A/>" * 1_100_000 + b"</DATA>")
+
+
+_TAKEN_OVER = """
+import sqlite3, sys
+from app.errors import InvalidImport
+from app.imports import wincan
+from app.jobs import importer
+
+secret = sys.argv[2]
+
+def attempt(action):
+    try:
+        action()
+    except (OSError, sqlite3.OperationalError) as error:
+        return f"refused ({error})"
+    return "opened"
+
+def read(content):
+    text = attempt(lambda: open(secret).read())
+    database = attempt(lambda: sqlite3.connect(secret).execute("SELECT * FROM sqlite_master"))
+    new = attempt(lambda: open(secret + ".new", "w"))
+    raise InvalidImport(f"text {text}; database {database}; new {new}.")
+
+wincan.read = read
+importer.main()
+"""
+
+
+@pytest.mark.skipif(not landlock_version(), reason="the kernel has no Landlock")
+def test_a_project_that_takes_over_its_reader_opens_no_other_file(tmp_path: Path) -> None:
+    """The reader is replaced as if a fault in SQLite had let the file run its own code."""
+    secret = tmp_path / "other.db3"
+    content = project(secret)
+    ours, theirs = Pipe()
+    code = [sys.executable, "-P", "-c", _TAKEN_OVER, str(theirs.fileno()), str(secret)]
+    root = str(Path(wincan.__file__).parents[2])
+    with subprocess.Popen(code, pass_fds=[theirs.fileno()], env={"PYTHONPATH": root}):
+        theirs.close()
+        ours.send_bytes(encode(Limits(768 * MIB, cpu_s=30, reads=())))
+        ours.send_bytes(content)
+        answer = msgspec.msgpack.decode(ours.recv_bytes(), type=Failed)
+        ours.close()
+    for what in ("text", "database", "new"):
+        assert f"{what} refused" in answer.detail
 
 
 def test_a_large_column_that_nobody_reads_is_no_matter(tmp_path: Path) -> None:

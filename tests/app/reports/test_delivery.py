@@ -113,6 +113,16 @@ def test_the_guide_leads_to_every_file_and_says_where_the_film_is(surveyed):
     assert "Serahan pemeriksaan pembetung" in text
 
 
+def test_times_of_the_page_lead_into_a_film_that_is_beside_it(surveyed):
+    archive = delivered(surveyed, film=True)
+    page = html.fromstring(archive.read("CUL-0041-report.html"))
+    links = {link for link in page.xpath("//a/@href") if "#t=" in link}
+    assert "./CUL-0041_20260914_0942.mp4#t=41.333" in links
+    assert {link[2:].partition("#")[0] for link in links} <= set(archive.namelist())
+    without = html.fromstring(delivered(surveyed).read("CUL-0041-report.html"))
+    assert not [link for link in without.xpath("//a/@href") if "#t=" in link]
+
+
 def test_an_inspection_that_its_format_refuses_leaves_nothing(surveyed):
     out = io.BytesIO()
     forms = dict(FORMATS)

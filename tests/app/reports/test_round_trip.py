@@ -97,6 +97,33 @@ def test_another_server_exports_the_same_file(shared: Client, run: str, tmp_path
     assert (photo["photo"], photo["photo_error"]) == (None, NO_FILM)
 
 
+@pytest.mark.parametrize("kind", ["en13508", "en13508xml", "ribx", "isybau", "m150"])
+def test_an_exchange_file_comes_back_as_it_was(shared: Client, run: str, kind: str) -> None:
+    """Over the API: a survey with a film, then the same one without."""
+    first = shared.get(f"/api/inspections/{run}/exports/{kind}").content
+    back = imported(shared, first)
+    assert shared.get(f"/api/inspections/{back}/exports/{kind}").content == first
+    rows = {each: exported(shared, each)["observations"] for each in (run, back)}
+    for name in ("code", "char1", "quant1", "clock_from", "clock_to", "cont_id", "severity"):
+        assert [row[name] for row in rows[back]] == [row[name] for row in rows[run]], name
+
+
+def test_places_follow_the_line_of_the_register_in_every_table(shared: Client, run: str) -> None:
+    line = [[101.6869, 3.139], [101.6875, 3.1395], [101.6869, 3.14]]
+    header = {"known_length_m": 0.13}
+    asset = {"header": header, "line": line}
+    path = "/api/register/assets/CUL-7"
+    answer = shared.put(path, json=asset)
+    assert answer.status_code in (200, 201), answer.text
+    try:
+        features = shared.get(f"/api/inspections/{run}/exports/geojson").json()["features"]
+        assert features[0]["geometry"]["coordinates"] == line
+        points = [it["geometry"]["coordinates"] for it in features if it["id"][:3] == "obs"]
+        assert [[row["lon"], row["lat"]] for row in exported(shared, run)["observations"]] == points
+    finally:
+        shared.delete(path, headers={"If-Match": shared.get(path).headers["ETag"]})
+
+
 def test_beside_the_original_it_gets_another_id_only(shared: Client, run: str) -> None:
     first = exported(shared, run)
     assert first["observations"][0]["distance_m"] != first["observations"][0]["distance_raw_m"]

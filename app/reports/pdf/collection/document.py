@@ -13,12 +13,11 @@ from reportlab.platypus import Flowable
 from app.errors import InspectionNotFound
 from app.reports.collection.collected import Collected, collected
 from app.reports.content.translator import Translator
-from app.reports.pdf import PARTS
+from app.reports.pdf import story_of
 from app.reports.pdf.collection.front import OVERALL, Place, contents, inspection_list
 from app.reports.pdf.collection.front import cover as front_cover
 from app.reports.pdf.collection.plan import plan
 from app.reports.pdf.collection.statistics import statistics
-from app.reports.pdf.cover import cover
 from app.reports.pdf.flow import Title, note
 from app.reports.pdf.metadata import About
 from app.reports.pdf.pages import Document, Running
@@ -75,8 +74,7 @@ def write(
             document.add_pages(replace(front, title=title), gone, level=1, key=one.id)
             facts.missing.append((one.id, one.name, str(error)))
         else:
-            story = [piece for part in (cover, *PARTS.values()) for piece in part(report, t)]
-            document.add(report, t, title, story, level=1, key=one.id)
+            document.add(report, t, title, story_of(report, t), level=1, key=one.id)
         done()
     document.close()
     return facts.missing

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import pypdfium2
 import pytest
 from PIL import Image
 from pypdf import PdfReader
-from reports import report
+from reports import full_report, report
 
 from app.reports import pdf as document
 from app.reports.report import Company
@@ -47,6 +48,14 @@ def test_sections_are_printed_in_the_order_of_the_template(sections: list[str]) 
     assert bookmarks(read) == [TITLES[one] for one in sections if one != "scene"]
     last = read.pages[-1].extract_text()
     assert len(last.split()) > 20, "no page holds nothing but its head and foot"
+
+
+def test_each_section_stands_alone(tmp_path: Path) -> None:
+    """None links to a place in another, which may not be printed."""
+    full = full_report(tmp_path)
+    for section in TITLES:
+        made = replace(full, template=ReportTemplate(sections=[section]))
+        assert bookmarks(PdfReader(io.BytesIO(document.write(made).content))) == [TITLES[section]]
 
 
 def test_the_cover_has_the_company_and_the_introduction() -> None:

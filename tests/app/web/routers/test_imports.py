@@ -77,7 +77,7 @@ def test_video_and_pictures_say_that_there_is_no_film(shared: Client, imported: 
 
 
 @pytest.mark.parametrize(
-    "kind", ["csv", "json", "xlsx", "pdf", "zip", "en13508", "ribx", "isybau", "m150"]
+    "kind", ["csv", "json", "xlsx", "pdf", "zip", "en13508", "en13508xml", "ribx", "isybau", "m150"]
 )
 def test_it_is_exported_like_others(shared: Client, imported: str, kind: str) -> None:
     assert shared.get(f"/api/inspections/{imported}/exports/{kind}").status_code == 200

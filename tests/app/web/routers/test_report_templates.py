@@ -59,6 +59,19 @@ def test_a_template_is_kept_replaced_and_taken_away(server: Client) -> None:
     assert (found["project"], found["template"]["company_name"]) == ("", "Everybody")
 
 
+def test_of_two_first_templates_of_a_project_none_is_lost(server: Client) -> None:
+    server.put(path_of(""), json={"company_name": "Everybody"})
+    common = {"If-Match": server.get(path_of("New")).headers["ETag"]}
+    first = server.put(path_of("New"), json={"company_name": "A"}, headers=common)
+    assert first.status_code == 200
+    second = server.put(path_of("New"), json={"company_name": "B"}, headers=common)
+    assert (second.status_code, second.json()["current"]["company_name"]) == (412, "A")
+    server.delete(path_of("New"))
+    gone = {"If-Match": first.headers["ETag"]}
+    late = server.put(path_of("New"), json={"company_name": "C"}, headers=gone)
+    assert (late.status_code, late.json()["current"]) == (412, None)
+
+
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [

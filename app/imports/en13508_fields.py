@@ -1,0 +1,248 @@
+"""The codes of EN 13508-2, Annex B, which its text and its XML share."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from app.imports.survey import (
+    END,
+    START,
+    ImportedObservation,
+    Notes,
+    behind_remark,
+    clock,
+    coded,
+    iso_date,
+    number,
+    quantity,
+    severity_of,
+    stretch,
+    time_of_day,
+    video_time_s,
+)
+from app.survey.catalogue.header import faults
+from app.survey.catalogue.in_words import taken_from_remarks
+
+_OTHER = "Z"
+_NOTHING: Mapping[str, str] = {}
+
+_TEXTS: Mapping[str, str] = {
+    "AAA": "asset_id", "AAB": "start_node", "AAJ": "location_text", "AAM": "client",
+    "ABA": "standard", "ABH": "operator", "ABI": "job_ref", "ABJ": "client_job_ref",
+    "ABS": "video_files", "ADE": "remarks",
+}  # fmt: skip
+_NUMBERS: Mapping[str, str] = {
+    "ABQ": "expected_length_m", "ACB": "height_mm", "ACC": "width_mm", "ACG": "unit_length_m",
+    "ACN": "year", "ADB": "temperature_c",
+}  # fmt: skip
+_HELD = frozenset({*_TEXTS.values(), *_NUMBERS.values(), "date", "time", "cleaned", "road"}) - {
+    "video_files",
+    "temperature_c",
+}
+_MATERIALS: Mapping[str, str] = {
+    "AA": "asbestos cement", "AD": "brick", "AE": "clay", "AG": "concrete",
+    "AH": "reinforced concrete", "AI": "sprayed concrete", "AJ": "concrete segments",
+    "AK": "fibre cement", "AL": "glass-fibre plastics", "AM": "cast iron", "AN": "grey cast iron",
+    "AO": "ductile iron", "AP": "steel", "AR": "masonry", "AS": "masonry",
+    "AV": "polyethylene", "AW": "polypropylene", "AX": "PVC-U", "AZ": "unknown",
+}  # fmt: skip
+"""Materials of ACD and ACF."""
+_LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
+    "AAK": ("direction", {"A": "with_flow", "B": "against_flow", "C": "unknown"}),
+    "ABE": ("method", {"A": "walk_through", "B": "camera", "C": "from_end_only"}),
+    "ABP": (
+        "purpose",
+        {"A": "acceptance", "B": "end_of_warranty", "C": "routine", "G": "after_repair"},
+    ),
+    "ABC": (
+        "reference_point",
+        {
+            "A": "inner face of the wall at the start", "B": "crown of the pipe at the start",
+            "C": "centre of the start manhole", "D": "half way along the channel at the start",
+        },
+    ),
+    "ACA": (
+        "shape",
+        {
+            "A": "circular", "B": "rectangular", "C": "egg", "D": "u_shaped", "E": "arch",
+            "F": "oval", "Z": "other",
+        },
+    ),
+    "ACD": ("material", _MATERIALS),
+    "ACE": (
+        "lining_type",
+        {
+            "A": "factory made", "B": "sprayed", "C": "cured in place", "D": "segments",
+            "E": "discrete pipes", "F": "continuous pipe", "G": "close fit", "H": "spiral wound",
+        },
+    ),
+    "ACF": ("lining_material", _MATERIALS),
+    "ACK": ("asset_type", {"A": "foul", "B": "storm", "C": "combined", "E": "culvert"}),
+    "ACM": ("cleaned", {"A": True, "B": False}),
+    "ADA": ("weather", {"A": "dry", "B": "rain", "C": "snow or ice melting"}),
+    "ADC": ("flow_control", {"A": "none", "B": "blocked upstream", "C": "partly blocked"}),
+}  # fmt: skip
+_NOT_KEPT = frozenset({"AAD", "AAF", "ABM"})
+"""The nodes, which are the ends, and the format of the video times, which the rows show."""
+COLUMNS = frozenset("ABCDEFGHIJKLMN")
+
+
+def header_of(
+    stated: Mapping[str, str], notes: Notes, explained: Mapping[str, str] = _NOTHING
+) -> dict[str, Any]:
+    """Return the header of the values of a file.
+
+    Args:
+        stated: The values by their codes.
+        notes: For warnings.
+        explained: What a letter Z stands for, by its code, as RIBX states beside it.
+    """
+    header = _places(stated)
+    for code, value in stated.items():
+        if code in _TEXTS:
+            header[_TEXTS[code]] = value
+        elif code in _NUMBERS:
+            found = number(value)
+            header[_NUMBERS[code] if found is not None else _own(code)] = (
+                value if found is None else found
+            )
+        elif code in _LETTERS:
+            name, meanings = _LETTERS[code]
+            meaning = meanings.get(value.upper())
+            words = explained.get(code)
+            if words and value.upper() == _OTHER and not faults({name: words}):
+                meaning = words
+            if meaning is None:
+                if value.upper() != _OTHER:  # the remarks explain it
+                    notes.add(f"{code} {value!r:.40} is not known; it is kept as {_own(code)}.")
+                header[_own(code)] = value
+            else:
+                header[name] = meaning
+        elif code == "ABF":
+            header["date"] = iso_date(value) or value
+        elif code == "ABG":
+            header["time"] = time_of_day(value) or value
+        elif code not in _NOT_KEPT and (code not in _PLACES or "start_lat" not in header):
+            header[_own(code)] = value
+    ends = [stated[code] for code in ("AAD", "AAF") if code in stated]
+    start = stated.get("AAB")
+    header["start_node"] = start or (ends[0] if ends else "")
+    others = [end for end in ends if end != header["start_node"]]
+    header["end_node"] = others[0] if others else (ends[-1] if len(ends) > 1 else "")
+    for code, words in explained.items():
+        if code not in _LETTERS or _own(code) in header:
+            header[f"ribx_{code.lower()[:20]}"] = words
+    header.setdefault("video_files", "")  # words name other films than that of the observations
+    return _without_needless(taken_from_remarks(header, held=_HELD))
+
+
+def _without_needless(header: dict[str, Any]) -> dict[str, Any]:
+    """Drop each letter Z whose words are known."""
+    known = {_own(code) for code, (name, _) in _LETTERS.items() if name in header}
+    return {name: value for name, value in header.items() if name not in known}
+
+
+_PLACES = ("AAE", "AAG")
+_DEGREES = ("start_lat", "start_lon", "end_lat", "end_lon")
+
+
+def _places(stated: Mapping[str, str]) -> dict[str, Any]:
+    """Return the ends where both are stated as latitude and longitude, in degrees."""
+    first, second = (_point(stated.get(code, "")) for code in _PLACES)
+    if first is None or second is None:
+        return {}
+    if stated.get("AAB", stated.get("AAD")) != stated.get("AAD"):
+        first, second = second, first
+    return dict(zip(_DEGREES, (*first, *second), strict=True))
+
+
+def _point(text: str) -> tuple[float, float] | None:
+    lat, lon, *more = (*map(number, text.split()), None, None)[:3]
+    if lat is None or lon is None or more[0] is not None:
+        return None
+    return (lat, lon) if abs(lat) <= 90 and abs(lon) <= 180 else None
+
+
+def nodes_of(header: Mapping[str, object]) -> set[str]:
+    """Return the names of the ends, as observations of start and end repeat them."""
+    return {str(header.get(name)) for name in ("start_node", "end_node")}
+
+
+def _own(code: str) -> str:
+    """Name a header field that has no counterpart here."""
+    return f"en13508_{re.sub(r'[^a-z0-9]', '_', code.lower())[:40]}"
+
+
+def observation_of(
+    row: Mapping[str, str], nodes: set[str], line: int, notes: Notes
+) -> ImportedObservation | None:
+    """Return the observation of a row; None, with a warning, if it has no distance.
+
+    Args:
+        row: The values by their letters.
+        nodes: Names of the ends, which stand in D at the start and the end.
+        line: Where it is in the file.
+        notes: For warnings.
+    """
+    distance_m = number(row.get("I", ""))
+    if distance_m is None:
+        notes.add(f"No distance can be read from {row.get('I', '')!r:.40}; it is left out.", line)
+        return None
+    said = [row.get("F", "")]
+    quantities: dict[str, float | None] = {"D": None, "E": None}
+    for column in quantities:
+        cell = row.get(column, "")
+        quantities[column] = quantity(cell)
+        if cell and (quantities[column] is None or _is_node(row, column, cell, nodes)):
+            quantities[column] = None
+            if not _is_node(row, column, cell, nodes):
+                said.append(f"quantity {cell}")
+    clocks = [clock(row.get(column, "")) for column in ("G", "H")]
+    for column, hour in zip(("G", "H"), clocks, strict=True):
+        cell = row.get(column, "")
+        if hour is None and cell.strip("0"):
+            notes.add(f"Clock {cell!r:.20} is not a whole hour; it is kept in the remark.", line)
+            said.append(f"clock {cell}")
+    continuous = stretch(row.get("J", ""))
+    if row.get("J") and continuous is None:
+        notes.add(f"{row['J']!r:.20} is not a stretch such as A1; it is kept in the remark.", line)
+        said.append(f"stretch {row['J']}")
+    time_s = video_time_s(row.get("N", ""))
+    if row.get("N") and time_s is None:
+        said.append(f"video {row['N']}")
+    if row.get("L"):
+        said.append(row["L"])
+    if _is_node(row, "D", row.get("D", ""), nodes):
+        said[0], quantities["D"] = behind_remark(said[0], "quantity")
+    said[0], severity = severity_of(said[0])
+    observation = ImportedObservation(
+        distance_m=distance_m,
+        code=row.get("A"),
+        char1=row.get("B"),
+        char2=row.get("C"),
+        quant1=quantities["D"],
+        quant2=quantities["E"],
+        clock_from=clocks[0],
+        clock_to=clocks[1],
+        stretch=continuous,
+        severity=severity,
+        at_joint=bool(row.get("K")),
+        remark=", ".join(part for part in said if part),
+        photo=row.get("M") or None,
+        time_s=time_s,
+        line=line,
+    )
+    return coded(observation, notes)
+
+
+def _is_node(row: Mapping[str, str], column: str, cell: str, nodes: set[str]) -> bool:
+    """Return whether the cell is the name of a node, as the first quantity at start and end is."""
+    return column == "D" and row.get("A") in (START, END) and cell in nodes
+
+
+def video_file_of(position: str) -> str:
+    """Return the film of a position such as file|hh:mm:ss; empty if it names none."""
+    name, separator, _ = position.rpartition("|")
+    return name.strip() if separator else ""

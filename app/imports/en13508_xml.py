@@ -1,0 +1,122 @@
+"""Reads the XML of EN 13508-2, and RIBX: a block `ZB` or `ZB_A` for a survey, `ZC` for a row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from app.errors import InvalidImport
+from app.imports.en13508_fields import (
+    header_of,
+    nodes_of,
+    observation_of,
+    video_file_of,
+)
+from app.imports.survey import (
+    MOST_OBSERVATIONS,
+    MOST_OF_FILE,
+    MOST_SURVEYS,
+    Caveat,
+    ImportedFile,
+    ImportedObservation,
+    ImportedSurvey,
+    Notes,
+    clean,
+    number,
+    survey_of,
+    too_many,
+)
+from app.imports.xml_file import Element
+from app.survey import grids
+
+_PIPES = ("ZB", "ZB_A")
+_ENDS = {"AAE": "AAD", "AAG": "AAF"}
+"""The place of a node, and the node."""
+
+
+def looks_like(root: Element) -> bool:
+    """Return whether a file has this format."""
+    return root.name == "DATA" and any(block.name.startswith("ZB") for block in root.children)
+
+
+def read(root: Element) -> ImportedFile:
+    """Read all readable inspections of pipes in the file.
+
+    Raises:
+        InvalidImport: None can be read; the text says why, with the line.
+    """
+    surveys: list[ImportedSurvey] = []
+    warnings: list[Caveat] = []
+    room = MOST_OF_FILE
+    for block in root.children:
+        if not block.name.startswith("ZB"):
+            continue
+        if len(surveys) == MOST_SURVEYS:
+            warnings.append(Caveat(f"Only {MOST_SURVEYS} surveys of a file are read.", block.line))
+            break
+        if block.name not in _PIPES:
+            what = "is no pipe but a manhole or another structure"
+            warnings.append(
+                Caveat(f"The block {block.name:.10} {what}; it is left out.", block.line)
+            )
+        elif not block.values():
+            warnings.append(Caveat("This inspection is left out: its header is empty.", block.line))
+        else:
+            surveys.append(_survey(block, min(room, MOST_OBSERVATIONS)))
+            room -= len(surveys[-1].observations)
+    if not surveys:
+        why = f" {warnings[0]}" if warnings else ""
+        raise InvalidImport(f"The file has no inspection of a pipe that can be read.{why}")
+    return ImportedFile(tuple(surveys), tuple(warnings))
+
+
+def _survey(block: Element, room: int) -> ImportedSurvey:
+    notes = Notes()
+    stated = {name.upper(): clean(text, len(text)) for name, text in block.values().items()}
+    explained = {
+        child.name.upper(): words
+        for child in block.children
+        if (words := clean(child.attributes.get("ADE", "")))
+    }
+    header = header_of(stated, notes, explained)
+    header |= _places(block, stated, notes)
+    rows = [child for child in block.children if child.name == "ZC"]
+    header["video_files"] = header["video_files"] or _film_of(rows)
+    observations = tuple(_observations(rows, header, notes, room))
+    return survey_of(header, observations, notes, f"Inspection of line {block.line}")
+
+
+def _film_of(rows: list[Element]) -> str:
+    """Return the film that the rows name where the header does not."""
+    return next((name for row in rows if (name := video_file_of(row.value("N")))), "")
+
+
+def _places(block: Element, stated: dict[str, str], notes: Notes) -> dict[str, float]:
+    """Return the ends in degrees, from the Dutch grid."""
+    found: dict[str, float] = {}
+    for code, node in _ENDS.items():
+        position = block.value(code, "Point", "pos")
+        if not position:
+            continue
+        x_m, y_m = (*(number(part, 1e7) for part in position.split()), None, None)[:2]
+        place = None if x_m is None or y_m is None else grids.degrees(grids.DUTCH, x_m, y_m)
+        if place is None:
+            notes.add(f"{code} {position!r:.40} is no place of the Dutch grid.", block.line)
+            continue
+        is_start = stated.get(node) == stated.get("AAB", stated.get("AAD"))
+        end = "start" if is_start else "end"
+        found[f"{end}_lon"], found[f"{end}_lat"] = place
+    return found
+
+
+def _observations(
+    rows: list[Element], header: dict[str, object], notes: Notes, room: int
+) -> Iterator[ImportedObservation]:
+    nodes = nodes_of(header)
+    for count, row in enumerate(rows):
+        if count == room:
+            notes.add(too_many(), row.line)
+            return
+        cells = {name.upper(): clean(text, len(text)) for name, text in row.values().items()}
+        observation = observation_of(cells, nodes, row.line, notes)
+        if observation is not None:
+            yield observation

@@ -1,0 +1,279 @@
+"""Reads ISYBAU XML of 2006, 2013-02, 2017-07 and 2024-06, which differ in their namespaces.
+
+Pipe and nodes come from the master data, which some files lack; a survey repeats what it needs.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from app.errors import InvalidImport
+from app.imports import german
+from app.imports.survey import (
+    MOST_OBSERVATIONS,
+    MOST_OF_FILE,
+    MOST_SURVEYS,
+    Caveat,
+    ImportedFile,
+    ImportedObservation,
+    ImportedSurvey,
+    Notes,
+    clock,
+    coded,
+    iso_date,
+    number,
+    quantity,
+    survey_of,
+    time_of_day,
+    video_time_s,
+    without_empty,
+)
+from app.imports.xml_file import NOTHING, Element
+from app.survey.catalogue.in_words import taken_from_remarks
+
+_DIRECTIONS = {"O": "with_flow", "U": "against_flow"}
+_PURPOSES = {
+    "1": "first_survey", "2": "routine", "3": "acceptance", "4": "end_of_warranty",
+    "5": "follow_up", "6": "before_repair", "7": "after_repair",
+}  # fmt: skip
+"""List U101."""
+_METHODS = {"0": "camera", "1": "walk_through", "2": "from_end_only"}
+"""List U108."""
+_SHAPES = {"0": "circular", "1": "egg", "3": "rectangular"}
+"""List G205."""
+_SYSTEMS = {"KR": "storm", "KS": "foul", "KM": "combined"}
+"""List G101."""
+_OTHER_SYSTEM = "6"
+"""U102: codes that are not of EN 13508-2."""
+_GROUNDS = {
+    "GE": "reached from the other side", "AV": "client waives", "ZE": "aim reached",
+    "IN": "not possible from there",
+}  # fmt: skip
+"""List U134; GN, the far end was not reached, needs no words."""
+_NO_VIDEO = "4"
+"""U127."""
+_OTHER_FLOW_CONTROL = "6"
+_ROUGH = ("direction", "asset_type")
+_HELD = (
+    "asset_id", "date", "time", "operator", "height_mm", "width_mm", "unit_length_m", "year",
+    "known_length_m", "road", "job_ref", "client_job_ref", "contractor", "temperature_c", "cleaned",
+)  # fmt: skip
+_TIMECODE = re.compile(r"([0-9]{2})([0-5][0-9])([0-5][0-9])[0-9]{2}")
+
+
+@dataclass
+class _Known:
+    """What the survey refers to, by name."""
+
+    pipes: dict[str, Element] = field(default_factory=dict)
+    places: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Longitude and latitude of the nodes."""
+    orders: dict[str, Element] = field(default_factory=dict)
+    films: dict[str, str] = field(default_factory=dict)
+    """By reference, and by asset."""
+
+
+def looks_like(root: Element) -> bool:
+    """Return whether a file has this format."""
+    return root.name == "Identifikation"
+
+
+def read(root: Element) -> ImportedFile:
+    """Read all readable inspections of pipes in the file.
+
+    Raises:
+        InvalidImport: There is none; the text says why.
+    """
+    known = _known(root)
+    surveys: list[ImportedSurvey] = []
+    warnings: list[Caveat] = []
+    room = MOST_OF_FILE
+    for asset, inspection in _inspections(root):
+        if len(surveys) == MOST_SURVEYS:
+            more = f"Only {MOST_SURVEYS} surveys of a file are read."
+            warnings.append(Caveat(more, inspection.line))
+            break
+        run = inspection.first("Rohrleitung")
+        if run is None:
+            name = asset.value("Objektbezeichnung")
+            what = f"The inspection of {name:.60} is of no pipe; it is left out."
+            warnings.append(Caveat(what, inspection.line))
+            continue
+        surveys.append(_survey(asset, inspection, run, known, min(room, MOST_OBSERVATIONS)))
+        room -= len(surveys[-1].observations)
+    if not surveys:
+        why = f" {warnings[0]}" if warnings else ""
+        raise InvalidImport(f"The ISYBAU file has no inspection of a pipe.{why}")
+    return ImportedFile(tuple(surveys), tuple(warnings))
+
+
+def _inspections(root: Element) -> Iterator[tuple[Element, Element]]:
+    found = root.all(
+        "Datenkollektive", "Zustandsdatenkollektiv", "InspizierteAbwassertechnischeAnlage"
+    )
+    for asset in found:
+        for inspection in asset.all("OptischeInspektion"):
+            yield asset, inspection
+
+
+def _known(root: Element) -> _Known:
+    known = _Known()
+    for asset in root.all("Datenkollektive", "Stammdatenkollektiv", "AbwassertechnischeAnlage"):
+        name = asset.value("Objektbezeichnung")
+        if asset.first("Kante") is not None:
+            known.pipes.setdefault(name, asset)
+        elif place := _place(asset, "Knoten", "Punkt"):
+            known.places.setdefault(name, place)
+    for pipe in known.pipes.values():
+        for node, end in (("KnotenZulauf", "Start"), ("KnotenAblauf", "Ende")):
+            if place := _place(pipe, "Kanten", "Kante", end):
+                known.places.setdefault(pipe.value("Kante", node), place)
+    for state in root.all("Datenkollektive", "Zustandsdatenkollektiv"):
+        for order in state.all("Auftraege", "Auftrag"):
+            known.orders.setdefault(order.value("Auftragskennung"), order)
+        for film in state.all("Filme", "Film"):
+            name = film.value("Filmname")
+            known.films.setdefault(f"#{film.value('Videoablagereferenz')}", name)
+            for filmed in film.all("FilmObjekte", "FilmObjekt"):
+                known.films.setdefault(filmed.value("Objektbezeichnung"), name)
+    return known
+
+
+def _place(asset: Element, *path: str) -> tuple[float, float] | None:
+    geometry = asset.first("Geometrie")
+    point = geometry.first("Geometriedaten", *path) if geometry else None
+    if geometry is None or point is None:
+        return None
+    return german.place_of(
+        geometry.value("CRSLage"), point.value("Rechtswert"), point.value("Hochwert")
+    )
+
+
+def _survey(
+    asset: Element, inspection: Element, run: Element, known: _Known, room: int
+) -> ImportedSurvey:
+    notes = Notes()
+    header = _header(asset, inspection, run, known, notes)
+    has_video = run.value("ArtVideoreferenz") != _NO_VIDEO
+    rows = list(run.all("Inspektionsdaten", "RZustand"))
+    read_row = partial(_observation, notes=notes, has_video=has_video)
+    observations = german.observations_of(rows, room, notes, read_row)
+    surveyed_m = number(run.value("Inspektionslaenge"))
+    otherwise = f"Inspection of line {inspection.line}"
+    return survey_of(header, observations, notes, otherwise, surveyed_m=surveyed_m)
+
+
+def _header(
+    asset: Element, inspection: Element, run: Element, known: _Known, notes: Notes
+) -> dict[str, Any]:
+    name = asset.value("Objektbezeichnung")
+    pipe = known.pipes.get(name, NOTHING)
+    edge = pipe.first("Kante") or NOTHING
+    basics = edge.values() | (edge.first("Profil") or edge).values() | _values(run, "RGrunddaten")
+    order = known.orders.get(inspection.value("Auftragskennung"), NOTHING)
+    film = known.films.get(f"#{inspection.value('Videoablagereferenz')}") or known.films.get(name)
+    header: dict[str, Any] = {
+        "asset_id": name,
+        "date": iso_date(inspection.value("Inspektionsdatum")),
+        "time": time_of_day(inspection.value("Uhrzeit")),
+        "operator": inspection.value("NameUntersucher"),
+        "height_mm": number(basics.get("Profilhoehe", "")),
+        "width_mm": number(basics.get("Profilbreite", "")),
+        "unit_length_m": number(basics.get("Regeleinzelrohrlaenge", "")),
+        "known_length_m": number(edge.value("Laenge")),
+        "year": number(pipe.value("Baujahr")),
+        "road": asset.value("Lage", "Strassenname") or pipe.value("Lage", "Strassenname"),
+        "job_ref": order.value("Auftragsbezeichnung"),
+        "client_job_ref": order.value("Auftragsnummer"),
+        "contractor": order.value("Auftragnehmer"),
+        "temperature_c": number(inspection.value("Temperatur")),
+        "cleaned": {"1": True, "0": False}.get(inspection.value("Reinigung")),
+        "video_files": film or "",
+        "remarks": inspection.value("Bemerkung"),
+    }
+    if order.value("Kodiersystem") not in ("", _OTHER_SYSTEM):
+        header["standard"] = "EN 13508-2"
+    control = inspection.value("Wasserhaltung")
+    for field_name, value, meanings, own in (
+        ("direction", run.value("Inspektionsrichtung"), _DIRECTIONS, "isybau_richtung"),
+        ("reference_point", run.value("BezugspunktLage"), german.REFERENCE_POINTS, "isybau_bezug"),
+        ("method", inspection.value("Inspektionsverfahren"), _METHODS, "isybau_verfahren"),
+        ("purpose", order.value("Inspektionszweck"), _PURPOSES, "isybau_zweck"),
+        ("weather", inspection.value("Wetter"), german.WEATHER, "isybau_wetter"),
+        ("flow_control", control, german.FLOW_CONTROL, "isybau_wasserhaltung"),
+        ("shape", basics.get("Profilart", ""), _SHAPES, "isybau_profilart"),
+        ("material", basics.get("Material", ""), german.MATERIALS, "isybau_material"),
+        ("asset_type", pipe.value("Entwaesserungsart"), _SYSTEMS, "isybau_entwaesserungsart"),
+    ):
+        if (field_name, value) == ("flow_control", _OTHER_FLOW_CONTROL):
+            header[own] = value  # its words are in the remark
+        else:
+            german.listed(header, field_name, value, meanings, own, inspection.line, notes)
+    header.setdefault("direction", "unknown")
+    ends = [basics.get("KnotenZulauf", ""), basics.get("KnotenAblauf", "")]
+    if header["direction"] == "against_flow":
+        ends.reverse()
+    header["start_node"], header["end_node"] = ends
+    header |= german.at_ends(header, known.places)
+    stated = without_empty(header)
+    found = taken_from_remarks(stated, held=_HELD, rough=_ROUGH)
+    if "flow_control" in found:
+        found.pop("isybau_wasserhaltung", None)
+    return found
+
+
+def _values(parent: Element, name: str) -> dict[str, str]:
+    found = parent.first(name)
+    return found.values() if found else {}
+
+
+def _observation(row: Element, notes: Notes, *, has_video: bool) -> ImportedObservation | None:
+    cells = row.values()
+    distance_m = number(cells.get("Station", ""))
+    if distance_m is None:
+        read = cells.get("Station", "")
+        notes.add(f"No distance can be read from {read!r:.40}; it is left out.", row.line)
+        return None
+    said = [cells.get("Kommentar", "")]
+    grounds = _GROUNDS.get(cells.get("GrundAbbruch", ""), "")
+    if grounds and grounds not in said[0]:
+        said.append(grounds)
+    quantities: list[float | None] = []
+    for n in (1, 2):
+        names = (f"Quantifizierung{n}Numerisch", f"Quantifizierung{n}Text")
+        text = next((cells[name] for name in names if name in cells), "")
+        quantities.append(quantity(text))
+        if text and quantities[-1] is None:
+            said.append(f"quantity {text}")
+    mark = cells.get("Streckenschaden", "") + cells.get("StreckenschadenLfdNr", "")
+    continuous, words = german.stretch_of(mark, row.line, notes)
+    said.append(words)
+    said += [f"class {text}" for name, text in cells.items() if name == "Klassifizierung"]
+    observation = ImportedObservation(
+        distance_m=distance_m,
+        code=cells.get("InspektionsKode"),
+        char1=cells.get("Charakterisierung1"),
+        char2=cells.get("Charakterisierung2"),
+        quant1=quantities[0],
+        quant2=quantities[1],
+        clock_from=clock(cells.get("PositionVon", "")),
+        clock_to=clock(cells.get("PositionBis", "")),
+        stretch=continuous,
+        at_joint=cells.get("Verbindung") in ("1", "true"),
+        remark=", ".join(part for part in said if part),
+        photo=cells.get("Fotodatei"),
+        time_s=_time_s(cells) if has_video else None,
+        line=row.line,
+    )
+    return coded(german.from_remark(observation), notes)
+
+
+def _time_s(cells: Mapping[str, str]) -> float | None:
+    found = _TIMECODE.fullmatch(cells.get("Timecode", ""))
+    if found:
+        return float(3600 * int(found[1]) + 60 * int(found[2]) + int(found[3]))
+    return video_time_s(cells.get("Timecode") or cells.get("Videozaehler", ""))

@@ -1,0 +1,202 @@
+"""Reads DWA-M 150 XML, type B: nodes (KG), pipes (HG), their inspections (HI) and rows (HZ)."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from app.errors import InvalidImport
+from app.imports import german
+from app.imports.survey import (
+    MOST_OBSERVATIONS,
+    MOST_OF_FILE,
+    MOST_SURVEYS,
+    Caveat,
+    ImportedFile,
+    ImportedObservation,
+    ImportedSurvey,
+    Notes,
+    clock,
+    coded,
+    iso_date,
+    number,
+    quantity,
+    survey_of,
+    time_of_day,
+    video_time_s,
+    without_empty,
+)
+from app.imports.xml_file import Element
+from app.survey.catalogue.in_words import taken_from_remarks
+
+_DIRECTIONS = {"I": "with_flow", "O": "with_flow", "G": "against_flow", "U": "against_flow"}
+"""Programs write I and G, or O and U."""
+_PURPOSES = {"1": "routine", "2": "acceptance", "3": "end_of_warranty", "5": "after_repair"}
+"""List HI004."""
+_ANY_PURPOSE = "4"
+_WEATHER = {"1": "dry", "2": "rain", "3": "frost", "4": "snow or ice melting"}
+_SYSTEMS = {"R": "storm", "S": "foul", "M": "combined"}
+_CAMERAS = ("0", "1", "2")
+"""List U109: any kind of camera."""
+_ZONE = "UTM zone "
+_ROUGH = ("direction", "asset_type", "method")
+_TEXTS = {
+    "client": "HI001", "job_ref": "HI002", "camera": "HI006", "contractor": "HI111",
+    "operator": "HI112", "video_files": "HI116", "remarks": "HI999",
+}  # fmt: skip
+_HELD = (
+    "asset_id", "date", "time", "height_mm", "width_mm", "unit_length_m", "known_length_m", "year",
+    "road", "lining_type", "lining_material", "cleaned", "temperature_c", "water_level_pct",
+    "client", "job_ref", "contractor", "operator",
+)  # fmt: skip
+
+
+def looks_like(root: Element) -> bool:
+    """Return whether a file has this format."""
+    return root.name == "DATA" and any(part.name in ("FD", "KG", "HG") for part in root.children)
+
+
+def read(root: Element) -> ImportedFile:
+    """Read all readable inspections of pipes in the file.
+
+    Raises:
+        InvalidImport: There is none.
+    """
+    surveys: list[ImportedSurvey] = []
+    warnings: list[Caveat] = []
+    room = MOST_OF_FILE
+    if manhole := root.first("KG", "KI"):
+        what = "Inspections of manholes (KI) are left out; the file has some."
+        warnings.append(Caveat(what, manhole.line))
+    for pipe in root.all("HG"):
+        for run in pipe.all("HI"):
+            if len(surveys) == MOST_SURVEYS:
+                more = f"Only {MOST_SURVEYS} surveys of a file are read."
+                warnings.append(Caveat(more, run.line))
+                return ImportedFile(tuple(surveys), tuple(warnings))
+            surveys.append(_survey(root, pipe, run, min(room, MOST_OBSERVATIONS)))
+            room -= len(surveys[-1].observations)
+    if not surveys:
+        raise InvalidImport("The DWA-M 150 file has no inspection (HI) of a pipe (HG).")
+    return ImportedFile(tuple(surveys), tuple(warnings))
+
+
+def _survey(root: Element, pipe: Element, run: Element, room: int) -> ImportedSurvey:
+    notes = Notes()
+    header = _header(pipe, run, notes)
+    header |= _places(root, pipe, header, notes)
+    rows = list(run.all("HZ"))
+    observations = german.observations_of(rows, room, notes, partial(_observation, notes=notes))
+    stated = without_empty(header)
+    found = taken_from_remarks(stated, held=_HELD, rough=_ROUGH)
+    return survey_of(found, observations, notes, f"Inspection of line {run.line}")
+
+
+def _header(pipe: Element, run: Element, notes: Notes) -> dict[str, Any]:
+    lining = pipe.value("HG309")
+    header: dict[str, Any] = {
+        "asset_id": pipe.value("HG001"),
+        "date": iso_date(run.value("HI104")),
+        "time": time_of_day(run.value("HI105")),
+        "width_mm": number(pipe.value("HG306")),
+        "height_mm": number(pipe.value("HG307")),
+        "known_length_m": number(pipe.value("HG310")),
+        "unit_length_m": number(pipe.value("HG314")),
+        "year": number(pipe.value("HG303")),
+        "road": pipe.value("HG102"),
+        "lining_type": pipe.value("HG308"),
+        "lining_material": german.MATERIALS.get(lining, lining),
+        "cleaned": {"J": True, "N": False}.get(run.value("HI107")),
+        "temperature_c": number(run.value("HI108")),
+        "water_level_pct": number(run.value("HI110")),
+        "standard": run.value("HI005").replace("EN13508", "EN 13508-2"),
+        "method": "camera" if run.value("HI103") in _CAMERAS else None,
+    }
+    header |= {name: run.value(code) for name, code in _TEXTS.items()}
+    for name, parent, code, meanings in (
+        ("direction", run, "HI101", _DIRECTIONS),
+        ("reference_point", run, "HI102", german.REFERENCE_POINTS),
+        ("weather", run, "HI106", _WEATHER),
+        ("flow_control", run, "HI109", german.FLOW_CONTROL),
+        ("purpose", run, "HI004", _PURPOSES),
+        ("shape", pipe, "HG305", {"0": "circular"}),
+        ("material", pipe, "HG304", german.MATERIALS),
+        ("asset_type", pipe, "HG302", _SYSTEMS),
+    ):
+        value = parent.value(code)
+        if (code, value) != ("HI004", _ANY_PURPOSE):
+            own = f"m150_{code.lower()}"
+            german.listed(header, name, value, meanings, own, run.line, notes)
+    header.setdefault("direction", "unknown")
+    ends = [pipe.value("HG003"), pipe.value("HG004")]
+    if header["direction"] == "against_flow":
+        ends.reverse()
+    header["start_node"], header["end_node"] = ends
+    return header
+
+
+def _places(root: Element, pipe: Element, header: dict[str, Any], notes: Notes) -> dict[str, float]:
+    """Return the ends in degrees; our own exports name the UTM zone in the remark."""
+    ends = {pipe.value("HG003"), pipe.value("HG004")}
+    nodes = [(node.value("KG001"), node) for node in root.all("KG")]
+    points = [
+        *((name, point) for name, node in nodes if name in ends for point in node.all("GO", "GP")),
+        *((point.value("GP001"), point) for point in pipe.all("GO", "GP")),
+    ]
+    found: dict[str, tuple[float, float]] = {}
+    said = _zone_in(str(header.get("remarks")))
+    lost = False
+    for name, point in points:
+        easting = point.value("GP005") or point.value("GP003")
+        northing = point.value("GP006") or point.value("GP004")
+        is_utm = point.value("GP002").upper() == "UTM"
+        named = said if is_utm else point.value("GP002")
+        place = german.place_of(named, easting, northing)
+        if place is not None:
+            found.setdefault(name, place)
+        elif easting and not lost:
+            lost = True
+            what = f"The place {easting:.20} {northing:.20} of {name:.40} names no known zone"
+            notes.add(f"{what}; such places are left out.", point.line)
+    return german.at_ends(header, found)
+
+
+def _zone_in(remarks: str) -> str:
+    """Return the UTM zone that our own exports state in the remark, such as `UTM zone 47N`."""
+    at = remarks.rfind(_ZONE)
+    return remarks[at : at + len(_ZONE) + 3] if at >= 0 else ""
+
+
+def _observation(row: Element, notes: Notes) -> ImportedObservation | None:
+    exact = row.value("HZ999")
+    quantities: list[float | None] = []
+    for label, code in (("quantity 2", "HZ004"), ("quantity 1", "HZ003")):
+        exact, value = german.more_exact(exact, label, quantity(row.value(code)))
+        quantities.insert(0, value)
+    rest, distance_m = german.more_exact(
+        exact.removesuffix(" m"), "station", number(row.value("HZ001"))
+    )
+    if distance_m is None:
+        read = row.value("HZ001")
+        notes.add(f"No distance can be read from {read!r:.40}; it is left out.", row.line)
+        return None
+    continuous, words = german.stretch_of(row.value("HZ005"), row.line, notes)
+    said = [row.value("HZ010"), rest, words]
+    said += [f"class {row.value(code)}" for code in ("HZ206", "HZ207", "HZ208") if row.value(code)]
+    observation = ImportedObservation(
+        distance_m=distance_m,
+        code=row.value("HZ002"),
+        char1=row.value("HZ014"),
+        char2=row.value("HZ015"),
+        quant1=quantities[0],
+        quant2=quantities[1],
+        clock_from=clock(row.value("HZ006")),
+        clock_to=clock(row.value("HZ007")),
+        stretch=continuous,
+        at_joint=bool(row.value("HZ011")),
+        remark=", ".join(part for part in said if part),
+        photo=row.value("HZ009") or None,
+        time_s=video_time_s(row.value("HZ008")),
+        line=row.line,
+    )
+    return coded(german.from_remark(observation), notes)
