@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from reportlab.lib.colors import white
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import Flowable
+from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.placement import capacity, spread
@@ -71,7 +71,9 @@ def unrolled_wall(report: Report, t: Translator) -> list[Flowable]:
         notes.append(t("wall.coarser", pages=MOST_PAGES))
     notes += remarks_on(report, wall, t)
     figures = [Figure(strip.height, strip.paint, alt=strip.alt) for strip in strips]
-    return [heading, note(" ".join(notes)), *figures]
+    # The heading stays with the first strip.
+    first = CondPageBreak(strips[0].height + 45 * mm)
+    return [first, heading, note(" ".join(notes)), *figures]
 
 
 def _strips(report: Report, t: Translator, wall: Wall) -> tuple[int, list[_Strip]]:
