@@ -129,6 +129,11 @@ class Title(_Piece):
             _draw_lines(paper, self._lines, 0, top, WIDTH, "left")
 
 
+def _space(wanted: float, room: float) -> float:
+    """Return the space below a piece: what is left of a page must not push the piece off it."""
+    return min(wanted, max(0.0, room))
+
+
 class Prose(_Piece):
     """Paragraphs of any length; they continue over pages line by line."""
 
@@ -140,8 +145,9 @@ class Prose(_Piece):
         ]
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
-        """Return the height of the lines."""
-        return width, self._lines_height + self._after
+        """Return the height of the lines, and of the space below as far as there is any."""
+        self._below = _space(self._after, height - self._lines_height)
+        return width, self._lines_height + self._below
 
     @property
     def _lines_height(self) -> float:
@@ -168,7 +174,7 @@ class Prose(_Piece):
 
     def draw(self) -> None:
         """Draw the lines."""
-        paper, top = self.canv, self._lines_height + self._after
+        paper, top = self.canv, self._lines_height + self._below
         for paragraph in self._paragraphs:
             mark = paragraph.mark
             if mark.element is None:
@@ -297,8 +303,13 @@ class Grid(_Piece):
         self._has_head = any(column.title for column in columns)
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
-        """Return the height of the rows."""
-        return width, self._head_height + sum(row.height for row in self._rows) + self._after
+        """Return the height of the rows, and of the space below as far as there is any."""
+        self._below = _space(self._after, height - self._rows_height)
+        return width, self._rows_height + self._below
+
+    @property
+    def _rows_height(self) -> float:
+        return self._head_height + sum(row.height for row in self._rows)
 
     @property
     def _head_height(self) -> float:
@@ -332,7 +343,7 @@ class Grid(_Piece):
         paper = self.canv
         if self._mark.element is None:
             self._mark.element = paper.tags.open("Table")
-        y = self._head_height + sum(row.height for row in self._rows) + self._after
+        y = self._rows_height + self._below
         with paper.artifact():
             if self._has_head:
                 y = self._draw_head(paper, y)

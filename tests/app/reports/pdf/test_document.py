@@ -17,6 +17,7 @@ from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
 from app.reports.pdf import fonts
 from app.reports.tables.table import rows
+from app.reports.template import DEFAULT_TEMPLATE
 from app.survey.rounding import decimals
 
 TEAL_BGR = (0xE0, 0xF2, 0x5F)
@@ -161,6 +162,17 @@ def test_a_remark_of_ten_thousand_characters_is_printed_in_full(full):
     content = document.write(replace(full, entries=entries)).content
 
     assert "END." in text_of(content)
+
+
+@pytest.mark.parametrize("count", range(78, 86))
+def test_a_table_may_end_anywhere_on_its_page(full, count):
+    """Also where its last row fits and the space below does not."""
+    template = DEFAULT_TEMPLATE.model_copy(update={"sections": ["observations"]})
+    notes = tuple(entry(n, distance_m=0.3 * n) for n in range(1, count + 1))
+    pages = document.write(replace(full, entries=notes, template=template)).content
+    assert f"{0.3 * count:.2f} ±" in "".join(
+        page.extract_text() for page in PdfReader(io.BytesIO(pages)).pages
+    )
 
 
 def test_characters_that_no_font_shows_are_reported(full):
