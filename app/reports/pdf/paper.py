@@ -54,8 +54,8 @@ class Paper(Canvas):
         self._artifact: str | None = None
         self._bookmarks = 0
         self._places: dict[str, tuple[int, int, float, float]] = {}
-        self._wanted: set[str] = set()
-        """Places whose page is written somewhere."""
+        self._wanted: dict[str, str] = {}
+        """Places whose page is written somewhere, each with the name of the form for it."""
         self._linked: set[str] = set()
 
     def showPage(self) -> None:  # noqa: N802
@@ -174,8 +174,7 @@ class Paper(Canvas):
         """Draw the number of a place's page, right-aligned at the origin; it is filled in at the
         end.
         """
-        self._wanted.add(self._full(name))
-        self.doForm(f"page {self._full(name)}".replace(" ", "."))
+        self.doForm(self._wanted.setdefault(self._full(name), f"page-{len(self._wanted)}"))
 
     def number(self, name: str, value: int, style: Style = CELL, align: str = "left") -> None:
         """Fill in a form that pages have drawn."""
@@ -189,10 +188,10 @@ class Paper(Canvas):
         Raises:
             ValueError: A link goes to a place that no part has named.
         """
-        if missing := (self._linked | self._wanted) - set(self._places):
+        if missing := (self._linked | set(self._wanted)) - set(self._places):
             raise ValueError(f"No part has the linked places {sorted(missing)}.")
-        for name in sorted(self._wanted):
-            self.number(f"page {name}".replace(" ", "."), self._places[name][1], align="right")
+        for name, form in self._wanted.items():
+            self.number(form, self._places[name][1], align="right")
         entries: dict[str, object] = {"StructTreeRoot": reference(self.tags.finish())}
         if self._places:
             rows = " ".join(
