@@ -25,8 +25,10 @@ from app.inspections.file_reader import CPU_S, FileReader
 from app.inspections.films import Films
 from app.inspections.imports import Imports
 from app.inspections.inspections import Inspections
+from app.inspections.keeping import Keeper
 from app.inspections.lenses import CPU_S as LENS_CPU_S
 from app.inspections.lenses import Lenses
+from app.inspections.moved import MovedInspections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.inspections.picking import Picking
@@ -68,10 +70,10 @@ from app.storage.imports import ImportStore
 from app.storage.inspection_list import InspectionList
 from app.storage.members import Hooks, members_of
 from app.storage.preferences import PreferenceStore
-from app.storage.reviews import ReviewStore
 from app.storage.rigs import RigStore
 from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
+from app.storage.unfinished import Unfinished
 from app.tracking.cameras import Sources
 from app.tracking.clips import CPU_S as CLIP_CPU_S
 from app.tracking.clips import Clips
@@ -197,6 +199,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     uploads = Uploads(
         folder, max_bytes=settings.max_upload_bytes, expiry_s=settings.upload_expiry_h * 3600
     )
+    import_store = ImportStore(database)
+    unfinished = Unfinished(folder, blobs, import_store.has_known)
+    unfinished.delete_all()
+    keeper = Keeper(import_store, folder, blobs, tracks, unfinished)
     media = Media(Limits(settings.child_memory_bytes, reads=(*folder.media, *blobs.media)))
     stack.callback(media.close)
     child_limits = Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600))
@@ -382,12 +388,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         inspections=inspections,
         films=films,
         imports=Imports(
-            ImportStore(database),
-            folder,
-            blobs,
-            tracks,
-            records.packs,
             FileReader(Limits(settings.child_memory_bytes, CPU_S, reads=())),
+            keeper,
+            MovedInspections(keeper, folder, blobs, media, records.packs, live),
+            uploads,
         ),
         tracking=tracking,
         sources=sources,
@@ -419,7 +423,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         reports=records.reports,
         report_templates=records.report_templates,
         bulk_exports=bulk_exports,
-        reviews=Reviews(records.inspection_store, ReviewStore(database), live),
+        reviews=Reviews(records.inspection_store, records.review_store, live),
         archive_export=records.archive_export,
         asset_maps=AssetMaps(
             AssetPlaces(database), Background(settings.map_tiles, settings.map_attribution)

@@ -34,6 +34,7 @@ from app.storage.labels import LabelStore
 from app.storage.observations import ObservationStore
 from app.storage.packs import PackStore
 from app.storage.report_templates import ReportTemplateStore
+from app.storage.reviews import ReviewStore
 from app.storage.signing_key import SigningKey
 from app.storage.tables import Inspection
 from app.tracking.counter_files import CounterFiles
@@ -60,6 +61,7 @@ class Records:
         self.observation_store = ObservationStore(database, has_webhook=has_webhook)
         self.attachment_store = AttachmentStore(database)
         self.label_store = LabelStore(database)
+        self.review_store = ReviewStore(database)
         self.tracks = Tracks(blobs, places)
         self.unrolled = Unrolled(blobs, live)
         self.corrections = Corrections(
@@ -111,6 +113,7 @@ class Records:
             self.observations,
             self.attachment_store,
             self.label_store,
+            self.review_store,
             self.corrections,
             self.checks,
             self.counters,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -11,25 +13,38 @@ from rich.table import Column, Table
 
 from app.cli.console import Data, err, out, require_folder, settings_of, write_whole
 
+_BLOCK = 2**20
+
 if TYPE_CHECKING:
     # slow to import, and few commands need it
+    from app.data_folder import Records
     from app.reports.content.translator import Translator
     from app.reports.report import Loss
     from app.storage.tables import Inspection
 
 
 def export(
-    inspection: Annotated[
-        str, typer.Argument(help="Id of the inspection, its beginning, or the exact name.")
-    ],
+    file: Annotated[Path, typer.Option("--out", help="File to write; it is replaced whole.")],
     format: Annotated[  # noqa: A002
         str,
         typer.Option(
             help="pdf, html, emergency, csv, xlsx, json, en13508, en13508xml, ribx, isybau, m150, "
-            "geojson; or zip, the evidence bundle: reports, tables, photos and tracks, signed."
+            "geojson; zip, the evidence bundle: reports, tables, photos and tracks, signed; "
+            "delivery, the exchange file with what it cites, report, page, checksums, signature; "
+            "or archive, from which another server makes the same inspection."
         ),
     ],
-    file: Annotated[Path, typer.Option("--out", help="File to write; it is replaced whole.")],
+    inspections: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[INSPECTION]...",
+            help="Id of the inspection, its beginning, or the exact name; a PDF may be over "
+            "several.",
+        ),
+    ] = None,
+    project: Annotated[
+        str | None, typer.Option(help="All inspections of this project, as one PDF.")
+    ] = None,
     data: Data = None,
     lang: Annotated[
         str, typer.Option(help="Language of the formats that people read: en, ms ...")
@@ -37,6 +52,13 @@ def export(
     units: Annotated[
         Literal["m", "ft"], typer.Option(help="Units of the formats that people read.")
     ] = "m",
+    exchange: Annotated[
+        str,
+        typer.Option(help="Exchange format of a delivery, such as en13508 or ribx."),
+    ] = "en13508",
+    film: Annotated[
+        bool, typer.Option("--film", help="Put the film into the delivery or the archive.")
+    ] = False,
     csv: Annotated[
         Literal["standard", "german"],
         typer.Option(
@@ -44,7 +66,7 @@ def export(
         ),
     ] = "standard",
 ) -> None:
-    """Write the report of an inspection, with or without a running server.
+    """Write the report of an inspection, or one PDF over several, with or without a running server.
 
     What the format cannot hold is reported on standard error.
     """
@@ -52,7 +74,7 @@ def export(
     from app.errors import ExportNotAvailable, UnusableDatabase
     from app.reports.content.translator import Translator
     from app.reports.content.words import LANGUAGES
-    from app.reports.formats import FORMATS
+    from app.reports.formats import EXCHANGE, FORMATS
     from app.reports.report import Company, Extras
 
     if format not in FORMATS:
@@ -66,13 +88,29 @@ def export(
     require_folder(file, "--out")
     if file.is_dir():
         raise typer.BadParameter(f"{file} is a folder", param_hint="--out")
+    wanted = inspections or []
+    if not wanted and project is None:
+        raise typer.BadParameter("name an inspection, or --project", param_hint="INSPECTION")
+    is_document = len(wanted) > 1 or project is not None
+    if is_document and format != "pdf":
+        raise typer.BadParameter(f"{format} is of one inspection only", param_hint="--format")
+    if exchange not in EXCHANGE:
+        raise typer.BadParameter(
+            f"there is no {exchange!r}; there are {', '.join(EXCHANGE)}", param_hint="--exchange"
+        )
     settings = settings_of(data)
     company = Company(settings.company_name, settings.company_logo, server=settings.public_url)
+    extras = Extras(exchange=exchange, film=film, csv_style=csv)
     try:
         with reading(settings.data, company, settings.database_url, settings.store) as reader:
-            row = _the_one(reader.named(inspection), inspection)
+            rows = [_the_one(reader.named(name), name) for name in wanted]
+            if is_document:
+                rows += _of_project(reader, project)
+                _write_document(reader, rows, file, Translator(lang, units))
+                return
+            (row,) = rows
             written = reader.reports.export(
-                row.id, format, language=lang, units=units, extras=Extras(csv_style=csv)
+                row.id, format, language=lang, units=units, extras=extras
             ).written
             write_whole(file, written.blocks())
     except UnusableDatabase as error:
@@ -87,6 +125,41 @@ def export(
         )
     _print_losses(written.losses, Translator(lang, units))
     out.print(f"{file}: {row.name} ({row.id})")
+
+
+def _of_project(reader: Records, project: str | None) -> list[Inspection]:
+    from app.survey.catalogue.header import project_of
+
+    if project is None:
+        return []
+    rows = [summary.row for summary in reader.inspection_store.summaries()]
+    found = [row for row in rows if project_of(row.header) == project]
+    if not found:
+        raise typer.BadParameter(
+            f"no inspection is of the project {project!r}", param_hint="--project"
+        )
+    return sorted(found, key=lambda row: (row.name, row.id))
+
+
+def _write_document(reader: Records, rows: list[Inspection], file: Path, t: Translator) -> None:
+    """Write one PDF over several inspections, each once."""
+    from app.reports.pdf.collection import document
+
+    ids = list(dict.fromkeys(row.id for row in rows))
+    with tempfile.TemporaryFile(dir=file.parent) as part:
+        missing = document.write(
+            part,
+            ids,
+            partial(reader.reports.report, language=t.language, units=t.units),
+            t,
+            begin=lambda _name: None,
+            done=lambda: None,
+        )
+        part.seek(0)
+        write_whole(file, iter(partial(part.read, _BLOCK), b""))
+    for inspection_id, name, detail in missing:
+        err.print(f"not in the document: {name or inspection_id}: {detail}", style="yellow")
+    out.print(f"{file}: {len(ids) - len(missing)} inspections")
 
 
 def verify(

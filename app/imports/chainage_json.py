@@ -2,12 +2,14 @@
 
 `app.reports.exchange.chainage_json` writes it.
 
-Derived values (`observations`, results) are not read but computed anew. Photos and video are not in
-the file.
+Derived values (`observations`, results) are not read but computed anew. Photos and voice notes may
+be in the file; the film never is.
 """
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import json
 import math
 import re
@@ -20,7 +22,8 @@ from pydantic_core import ErrorDetails
 
 from app.errors import InvalidImport
 from app.imports.chainage_json_schema import File
-from app.imports.whole_inspection import Happening, WholeInspection
+from app.imports.moved_media import require_media
+from app.imports.whole_inspection import Happening, MovedFile, WholeInspection
 from app.survey.labels import distinct
 from vo_core import Rig
 from vo_core.errors import InvalidRig, RigVideoMismatch
@@ -85,7 +88,26 @@ def read(content: bytes) -> WholeInspection:
         stance=Stance(**file.stance.model_dump()) if file.stance else AS_STATED,
         tags=tuple(tag.to_imported() for tag in sorted(file.tags, key=lambda tag: tag.seq)),
         events=tuple(Happening(**event.model_dump()) for event in file.events),
+        attachments=tuple(attachment.to_imported() for attachment in file.attachments),
+        remarks=tuple(remark.to_imported() for remark in file.remarks),
+        review=file.review.to_imported(),
+        code_pack=file.code_pack,
+        files={path: _embedded(path, text) for path, text in file.media.items()},
     )
+
+
+def _embedded(path: str, text: str) -> MovedFile:
+    """Return a file that is in the text.
+
+    Raises:
+        InvalidImport: It is not what its path says.
+    """
+    try:
+        content = base64.b64decode(text, validate=True)
+    except ValueError as error:
+        raise InvalidImport(f"The file cannot be imported: {path} is not in base64.") from error
+    require_media(path, content)
+    return MovedFile(len(content), hashlib.sha256(content).hexdigest(), content=content)
 
 
 def is_chainage_json(content: bytes) -> bool:

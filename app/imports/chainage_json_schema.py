@@ -17,9 +17,16 @@ from pydantic import (
     model_validator,
 )
 
-from app.imports.whole_inspection import ImportedTag
-from app.survey.given import LINE, TEXT, Frame, Header
+from app.imports.whole_inspection import (
+    ImportedAttachment,
+    ImportedRemark,
+    ImportedReview,
+    ImportedTag,
+)
+from app.survey.attachments import LONGEST_VOICE_S, MOST_VOICE_BYTES, Strokes
+from app.survey.given import LINE, TEXT, Frame, Header, PackName
 from app.survey.labels import Labels
+from app.survey.review import DRAFT
 from app.survey.stated import JointsIn, StatedIn
 from app.survey.tag import StatedTag
 from vo_core import Track
@@ -56,6 +63,10 @@ _ObservationId = Annotated[
     str,
     StringConstraints(pattern=r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$"),
 ]
+
+
+_Path = Annotated[str, StringConstraints(pattern=r"^(photos|voice)/[A-Za-z0-9_.-]{1,150}$")]
+"""Path of a file that comes along."""
 
 
 class _Source(_Part):
@@ -131,6 +142,7 @@ class _Tag(_Part):
     created_at: _Instant
     edited_by: _Who | None = None
     edited_at: _Instant | None = None
+    photo: _Path | None = None
 
     def to_imported(self) -> ImportedTag:
         """Return the tag with its fields as they are stored."""
@@ -143,7 +155,62 @@ class _Tag(_Part):
             created_at=self.created_at,
             edited_by=self.edited_by,
             edited_at=self.edited_at,
+            photo=self.photo,
         )
+
+
+class _Attachment(_Part):
+    id: _ObservationId
+    observation_id: _ObservationId
+    kind: Literal["photo", "drawing", "voice"]
+    rank: Annotated[int, Field(ge=-1000, le=1000)]
+    frame: Frame
+    strokes: Strokes
+    media_type: Literal["audio/webm", "audio/ogg", "audio/mp4"] | None
+    duration_s: Annotated[float, Field(ge=0, le=LONGEST_VOICE_S)] | None
+    size: Annotated[int, Field(ge=0, le=MOST_VOICE_BYTES)] | None
+    sha256: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")] | None
+    file: _Path | None
+    created_by: _Who
+    created_at: _Instant
+
+    @model_validator(mode="after")
+    def _voice_has_a_type(self) -> _Attachment:
+        if (self.kind == "voice") != (self.media_type is not None):
+            raise ValueError("a voice note has a media type, and nothing else has one")
+        return self
+
+    def to_imported(self) -> ImportedAttachment:
+        """Return the attachment with its strokes as they are stored."""
+        values = {name: getattr(self, name) for name in type(self).model_fields}
+        strokes = tuple(stroke.model_dump(exclude_none=True) for stroke in self.strokes)
+        return ImportedAttachment(**values | {"strokes": strokes})
+
+
+class _Remark(_Part):
+    id: _ObservationId
+    observation_id: _ObservationId
+    kind: Literal["accepted", "question", "comment"]
+    text: _Sentence
+    version: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{1,16}$")]
+    made_by: _Who
+    made_at: _Instant
+    settled_by: _Who | None = None
+    settled_at: _Instant | None = None
+
+    def to_imported(self) -> ImportedRemark:
+        """Return the remark."""
+        return ImportedRemark(**self.model_dump())
+
+
+class _Review(_Part):
+    state: Literal["draft", "submitted", "in_review", "approved", "reopened"] = DRAFT
+    by: _Who | None = None
+    at: _Instant | None = None
+
+    def to_imported(self) -> ImportedReview:
+        """Return the state."""
+        return ImportedReview(self.state, self.by, self.at)
 
 
 _Number = Annotated[float, Field(ge=-1e9, le=1e9)]
@@ -263,15 +330,37 @@ class File(_Part):
     health: _HealthPart
     sightings: Annotated[list[_Sighting], Field(max_length=_MOST_SIGHTINGS)]
     mount_tilt: _MountTilt | None = None
-    """Older exports have none, and no stance either."""
+    """Older exports have none, and nothing of what follows either."""
     stance: _Stance | None = None
+    attachments: Annotated[list[_Attachment], Field(max_length=_MOST_TAGS)] = Field(
+        default_factory=list
+    )
+    remarks: Annotated[list[_Remark], Field(max_length=_MOST_EVENTS)] = Field(default_factory=list)
+    review: _Review = Field(default_factory=_Review)
+    code_pack: PackName | None = None
+    media: dict[_Path, str] = Field(default_factory=dict)
+    """Photos and voice notes in base64."""
 
     @model_validator(mode="after")
-    def _tags_are_distinct(self) -> File:
-        for name in ("id", "seq"):
-            found = [getattr(tag, name) for tag in self.tags]
-            if len(set(found)) != len(found):
-                raise ValueError(f"two tags have the same {name}")
+    def _rows_are_distinct(self) -> File:
+        for kind, rows, names in (
+            ("tags", self.tags, ("id", "seq")),
+            ("attachments", self.attachments, ("id",)),
+            ("remarks", self.remarks, ("id",)),
+        ):
+            for name in names:
+                found = [getattr(row, name) for row in rows]
+                if len(set(found)) != len(found):
+                    raise ValueError(f"two {kind} have the same {name}")
+        return self
+
+    @model_validator(mode="after")
+    def _rows_belong_to_tags(self) -> File:
+        known = {tag.id for tag in self.tags}
+        belonging = {row.observation_id for row in self.attachments}
+        belonging |= {row.observation_id for row in self.remarks}
+        if lost := sorted(belonging - known):
+            raise ValueError(f"there is no tag {lost[0]}")
         return self
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Literal
 
+from app.survey.attachments import Kind
+from app.survey.review import DRAFT, RemarkKind, ReviewState
 from app.survey.stated import Stated
 from app.survey.tag import StatedTag
 from vo_core import Rig, Track
@@ -25,11 +27,13 @@ class ImportedTag:
     fields: Mapping[str, Any]
     """Fields of the PUT; fields that it left out are missing."""
     photo_sha256: str | None
-    """Digest of its photo, which is not in the file."""
+    """Digest of its photo."""
     created_by: str
     created_at: datetime
     edited_by: str | None
     edited_at: datetime | None
+    photo: str | None = None
+    """Path of its photo among the files that came along, if it is there."""
 
     @property
     def stated(self) -> StatedTag:
@@ -48,6 +52,62 @@ class Happening:
     before: Mapping[str, Any] | None
     after: Mapping[str, Any] | None
     remark: str | None
+
+
+@dataclass(frozen=True)
+class ImportedAttachment:
+    """A photo, a drawing or a voice note of an observation."""
+
+    id: str
+    observation_id: str
+    kind: Kind
+    rank: int
+    frame: int
+    strokes: tuple[Mapping[str, Any], ...]
+    media_type: str | None
+    duration_s: float | None
+    size: int | None
+    sha256: str | None
+    file: str | None
+    """Its path among the files that came along, if it is there."""
+    created_by: str
+    created_at: datetime
+
+
+@dataclass(frozen=True)
+class ImportedRemark:
+    """What a reviewer said about an observation."""
+
+    id: str
+    observation_id: str
+    kind: RemarkKind
+    text: str
+    version: str
+    made_by: str
+    made_at: datetime
+    settled_by: str | None
+    settled_at: datetime | None
+
+
+@dataclass(frozen=True)
+class ImportedReview:
+    """How far the review was."""
+
+    state: ReviewState = DRAFT
+    by: str | None = None
+    at: datetime | None = None
+
+
+@dataclass(frozen=True)
+class MovedFile:
+    """A file that came along."""
+
+    size: int
+    sha256: str
+    at: int | None = None
+    """Where it begins in the archive file, which has it uncompressed."""
+    content: bytes | None = None
+    """The file itself where that was in a text, or compressed."""
 
 
 @dataclass(frozen=True)
@@ -84,3 +144,10 @@ class WholeInspection:
     """Tags in the order of their numbers."""
     events: tuple[Happening, ...]
     """Events, the oldest first."""
+    attachments: tuple[ImportedAttachment, ...] = ()
+    remarks: tuple[ImportedRemark, ...] = ()
+    review: ImportedReview = ImportedReview()
+    code_pack: str | None = None
+    """Name of the table of codes, if a person had added it."""
+    files: Mapping[str, MovedFile] = field(default_factory=dict)
+    """The files that came along, by their paths in the archive file (`archive_manifest`)."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import signal
 import threading
+from pathlib import Path
 
 import msgspec
 
@@ -22,6 +23,10 @@ CPU_S = 120
 """Processor time limit; the largest export takes some 15 s."""
 _ANSWER_TIMEOUT_S = 240.0
 _WAIT_FOR_TURN_S = 60.0
+_MOST_ARCHIVES = 2
+"""Archive files that are read at once; each may be as large as a film, and others wait."""
+_BYTES_A_CPU_S, _BYTES_A_S = 50_000_000, 10_000_000
+"""The slowest digest and disk for which a large archive file is waited."""
 _TOO_LONG = "Reading the file took longer than any survey needs and was stopped."
 
 
@@ -31,6 +36,7 @@ class FileReader:
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
         self._turn = threading.Lock()
+        self._archives = threading.BoundedSemaphore(_MOST_ARCHIVES)
         self._answers = wire.decoder(wire.Found | Failed)
 
     def read(self, content: bytes) -> ImportedFile | WholeInspection:
@@ -43,16 +49,42 @@ class FileReader:
         if not self._turn.acquire(timeout=_WAIT_FOR_TURN_S):
             raise Busy("Other files are being imported; try again in a moment.")
         try:
-            return self._found(self._exchange(content))
+            child = Child("app.jobs.importer")
+            return self._found(self._exchange(child, self._limits, content, _ANSWER_TIMEOUT_S))
         finally:
             self._turn.release()
 
-    def _exchange(self, content: bytes) -> bytes:
-        child = Child("app.jobs.importer")
+    def read_archive(self, path: Path) -> WholeInspection:
+        """Return the inspection of an archive file, and where its files are in it.
+
+        Raises:
+            InvalidImport: It cannot be read within the limits.
+            Busy: Other archive files are being read.
+        """
+        size = path.stat().st_size
+        limits = msgspec.structs.replace(
+            self._limits, reads=(str(path),), cpu_s=CPU_S + size // _BYTES_A_CPU_S
+        )
+        if not self._archives.acquire(timeout=_WAIT_FOR_TURN_S):
+            raise Busy("Other archive files are being imported; try again in a moment.")
         try:
-            child.send(self._limits)
-            child.send_bytes(content)
-            return child.receive(_ANSWER_TIMEOUT_S)
+            child = Child("app.jobs.archive_importer")
+            patience_s = _ANSWER_TIMEOUT_S + size / _BYTES_A_S
+            found = self._found(self._exchange(child, limits, None, patience_s))
+        finally:
+            self._archives.release()
+        if not isinstance(found, WholeInspection):
+            raise InvalidImport("The file is no archive file of an inspection.")
+        return found
+
+    def _exchange(
+        self, child: Child, limits: Limits, content: bytes | None, patience_s: float
+    ) -> bytes:
+        try:
+            child.send(limits)
+            if content is not None:
+                child.send_bytes(content)
+            return child.receive(patience_s)
         except TimeoutError as error:
             raise InvalidImport(_TOO_LONG) from error
         except (EOFError, OSError) as error:

@@ -92,6 +92,19 @@ class Packs:
         except PackNotFound:
             return built_in()
 
+    def csv_of(self, header: Mapping[str, Any]) -> str | None:
+        """Return the table that an inspection with this header uses; None for the built-in one."""
+        try:
+            return self._store.get(str(header.get("code_pack"))).table
+        except PackNotFound:
+            return None
+
+    def free_name(self, name: str) -> str:
+        """Return this name of a pack, with a number if another pack has it."""
+        taken = {pack.name for pack in self._store.all()}
+        names = (name, *(f"{name[:90]} ({n})" for n in range(2, len(taken) + 3)))
+        return next(each for each in names if each not in taken)
+
     def _read(self, pack_id: str) -> CodeTable:
         pack = self._store.get(pack_id)
         return read_table(pack.name, pack.table.encode())

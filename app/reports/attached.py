@@ -43,7 +43,7 @@ class Attached:
         """Return the entry with its files; the photo of lowest rank is the main one."""
         found = self._of.get(row.id, [])
         caption = self._caption_of(entry) if self._caption_of else None
-        pictures = [one for one in found if one.has_photo]
+        pictures = [one for one in found if one.kind != "voice" and one.is_photographed]
         by_age = sorted(pictures, key=lambda one: (one.created_at, one.id))
         ranked = [
             (one.rank, self._picture(one, row, by_age.index(one) + 2, caption)) for one in pictures
@@ -72,7 +72,7 @@ class Attached:
         return Photo(name, jpeg, row.photo_sha256, _marked(jpeg, (), caption), row.id)
 
     def _picture(self, one: Attachment, row: Observation, n: int, caption: str | None) -> Photo:
-        jpeg = self._photo(one.inspection_id, one.id, one.frame)
+        jpeg = self._photo(one.inspection_id, one.id, one.frame) if one.has_photo else None
         name = f"{self._asset}-{row.seq:03d}-{n}.jpg"
         return Photo(name, jpeg, one.sha256, _marked(jpeg, one.strokes, caption), one.id)
 
@@ -83,7 +83,7 @@ class Attached:
         suffix = VOICE_SUFFIXES[note.media_type or ""]
         key = keys.voice(note.inspection_id, note.id, suffix)
         name = f"{self._asset}-{row.seq:03d}-{n}{suffix}"
-        return VoiceNote(name, StoredBlob(self._blobs, key), note.sha256)
+        return VoiceNote(name, StoredBlob(self._blobs, key), note.sha256, note.id)
 
 
 def _marked(

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from app.reports import pdf as document
 from app.reports.bundle import bundle, delivery
+from app.reports.exchange import archive_file, en13508, en13508_xml, geojson, isybau, m150, ribx
 from app.reports.exchange import chainage_json as json_report
-from app.reports.exchange import en13508, en13508_xml, geojson, isybau, m150, ribx
 from app.reports.html import web_page
 from app.reports.pdf import emergency
 from app.reports.report import Report, Written
@@ -61,6 +61,7 @@ def _delivery(report: Report) -> Written:
 
 FORMATS: Mapping[str, Format] = {
     **_FORMS,
+    "archive": Format("archive", ".chainage.zip", "application/zip", archive_file.write),
     "zip": Format("evidence", ".zip", "application/zip", _bundle),
     "delivery": Format("delivery", ".zip", "application/zip", _delivery),
 }

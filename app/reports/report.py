@@ -18,8 +18,10 @@ from app.reports.bundle.signing import Signer
 from app.reports.content.words import Language
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
 from app.storage.blobs import Readable, StoredBlob
+from app.storage.tables import RemarkRow
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
+from app.survey.attachments import Attachment
 from app.survey.catalogue.table import Code
 from app.survey.checks import Issue
 from app.survey.corrected import Corrected
@@ -76,6 +78,8 @@ class VoiceNote:
     sound: Readable
     """A blob that may be missing."""
     sha256: str | None
+    of: str = ""
+    """Id of the attachment."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,9 @@ class Extras:
     exchange: str | None = None
     """Exchange format of a delivery; None for EN 13508-2 text."""
     film: bool = False
-    """The film in a delivery."""
+    """The film in a delivery, and in the archive file."""
+    photos: bool = False
+    """Photos and voice notes, in the JSON report."""
     csv_style: CsvStyle = "standard"
 
 
@@ -203,6 +209,19 @@ class Company:
 
 
 @dataclass(frozen=True)
+class Kept:
+    """What an inspection takes along when it moves to another server, beside its report."""
+
+    attachments: tuple[Attachment, ...] = ()
+    remarks: tuple[RemarkRow, ...] = ()
+    """What reviewers have said."""
+    files: Mapping[str, Readable] = field(default_factory=dict)
+    """What else is known of the film, by the names of `app.imports.archive_manifest`."""
+    pack_table: str | None = None
+    """The table of codes as CSV, if a person has added it."""
+
+
+@dataclass(frozen=True)
 class Report:
     """The report of an inspection in its present state."""
 
@@ -268,6 +287,7 @@ class Report:
     draw_scene: Callable[[Report], str] | None = None
     """Makes the page of the 3D view; raises a ChainageError if it cannot."""
     extras: Extras = field(default_factory=Extras)
+    kept: Kept = field(default_factory=Kept)
     language: Language = "en"
     units: Units = "m"
 

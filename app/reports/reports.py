@@ -27,6 +27,7 @@ from app.reports.content.naming import file_stem, safe_file_name
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.reports.formats import FORMATS
+from app.reports.kept import kept_of
 from app.reports.report import (
     Company,
     Entry,
@@ -45,6 +46,7 @@ from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
+from app.storage.reviews import ReviewStore
 from app.storage.tables import ENDED, IMPORTED, Inspection
 from app.survey.alignment import Alignment, alignment_of
 from app.survey.catalogue.header import asset_of, number_of, project_of
@@ -87,6 +89,7 @@ class Reports:
         observations: Observations,
         attachments: AttachmentStore,
         labels: LabelStore,
+        reviews: ReviewStore,
         corrections: Corrections,
         checks: Checks,
         counters: Counters,
@@ -105,6 +108,7 @@ class Reports:
         self._observations = observations
         self._attachments = attachments
         self._labels = labels
+        self._reviews = reviews
         self._corrections = corrections
         self._checks = checks
         self._counters = counters
@@ -157,7 +161,8 @@ class Reports:
             self._templates.of_inspection(inspection_id).version,
             self._register.state(),
         )
-        key = (inspection_id, kind, language, units, extras.burnt_in, extras.csv_style, state)
+        asked = (extras.burnt_in, extras.film, extras.photos, extras.csv_style)
+        key = (inspection_id, kind, language, units, asked, state)
         with self._lock:
             known = self._kept.get(key)
         if known is not None:
@@ -218,10 +223,11 @@ class Reports:
         end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
         line = self._line_of(row.header)
         alignment = alignment_of(row.header, line, _metres(end_mm))
+        attachments = self._attachments.listed(inspection_id)
         attached = Attached(
             self._blobs,
             asset,
-            self._attachments.listed(inspection_id),
+            attachments,
             Translator(language, units).burnt_in if extras.burnt_in else None,
         )
         entries = [
@@ -281,6 +287,7 @@ class Reports:
             line=line,
             draw_scene=self._draw_scene,
             extras=extras,
+            kept=kept_of(row, attachments, self._reviews, self._packs, self._blobs),
             language=language,
             units=units,
         )

@@ -41,6 +41,26 @@ class AttachmentRow(Base):
     created_by: Mapped[str] = mapped_column(String(100))
     deleted_at: Mapped[datetime | None]
 
+    @classmethod
+    def of(cls, attachment: Attachment) -> AttachmentRow:
+        """Make a row to add to a session."""
+        return cls(
+            inspection_id=attachment.inspection_id,
+            id=attachment.id,
+            observation_id=attachment.observation_id,
+            kind=attachment.kind,
+            rank=attachment.rank,
+            frame=attachment.frame,
+            drawing=_drawing_of(attachment),
+            media_type=attachment.media_type,
+            duration_s=attachment.duration_s,
+            size=attachment.size,
+            sha256=attachment.sha256,
+            photo_error=attachment.photo_error,
+            created_at=attachment.created_at,
+            created_by=attachment.created_by,
+        )
+
     def record(self) -> Attachment:
         """Return the record, detached from the session."""
         strokes = self.drawing["strokes"] if self.drawing else ()
@@ -113,7 +133,7 @@ class AttachmentStore:
             drawing = _drawing_of(attachment)
             if row is None:
                 _require_room(session, attachment)
-                session.add(_row_of(attachment))
+                session.add(AttachmentRow.of(attachment))
                 _log(session, attachment, "attached", who)
                 return True
             stored = (row.rank, row.drawing, row.deleted_at)
@@ -215,24 +235,6 @@ def _drawing_of(attachment: Attachment) -> dict[str, object] | None:
     if attachment.kind != "drawing":
         return None
     return {"strokes": [stroke.model_dump(exclude_none=True) for stroke in attachment.strokes]}
-
-
-def _row_of(attachment: Attachment) -> AttachmentRow:
-    return AttachmentRow(
-        inspection_id=attachment.inspection_id,
-        id=attachment.id,
-        observation_id=attachment.observation_id,
-        kind=attachment.kind,
-        rank=attachment.rank,
-        frame=attachment.frame,
-        drawing=_drawing_of(attachment),
-        media_type=attachment.media_type,
-        duration_s=attachment.duration_s,
-        size=attachment.size,
-        sha256=attachment.sha256,
-        created_at=attachment.created_at,
-        created_by=attachment.created_by,
-    )
 
 
 def _log(session: Session, attachment: Attachment, action: str, who: str) -> None:

@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from app.storage.database import Database
 from app.storage.labels import labelled
-from app.storage.tables import EventRow, Inspection, ObservationRow
+from app.storage.tables import Base, EventRow, Inspection, ObservationRow
 from app.survey.records import Event, Observation
 
 
@@ -31,7 +31,8 @@ class ImportStore:
         inspection: Inspection,
         observations: Sequence[Observation],
         events: Sequence[Event],
-        labels: Sequence[str],
+        labels: Sequence[str] = (),
+        more: Sequence[Base] = (),
     ) -> None:
         """Commit a new inspection with all that belongs to it; return when it is synced.
 
@@ -40,6 +41,7 @@ class ImportStore:
             observations: Its observations, numbered.
             events: Its events, oldest first.
             labels: Its labels, each once.
+            more: Rows of its attachments and remarks, and of the code pack that it brings along.
         """
 
         def insert(session: Session) -> None:
@@ -48,5 +50,6 @@ class ImportStore:
             session.add_all(map(ObservationRow.of, observations))
             session.add_all(map(EventRow.of, events))
             session.add_all(labelled(inspection.id, labels))
+            session.add_all(more)
 
         self._database.write(insert)

@@ -54,11 +54,13 @@ class ReviewStore:
             return list(session.scalars(query))
 
     def steps(self, inspection_id: str) -> list[Event]:
-        """Return every change of the state, oldest first; those before an import are not of this
-        review.
+        """Return every change of the state, oldest first; those before an import that began the
+        review anew are not of this review.
         """
         imported = select(func.coalesce(func.max(EventRow.id), 0)).where(
-            EventRow.inspection_id == inspection_id, EventRow.action == BROUGHT_IN
+            EventRow.inspection_id == inspection_id,
+            EventRow.action == BROUGHT_IN,
+            EventRow.after.is_(None),
         )
         query = (
             select(EventRow)

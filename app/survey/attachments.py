@@ -85,20 +85,25 @@ class Attachment:
     sha256: str | None = None
     """Of its file; None while the picture is not made."""
     photo_error: str | None = None
-    """Why there is no picture."""
+    """Why there is no picture, or why that of an import is missing."""
     created_at: datetime
     created_by: str
     deleted_at: datetime | None = None
 
     @property
     def is_photographed(self) -> bool:
-        """Whether its file exists."""
+        """Whether its file exists, here or where it was exported."""
         return self.sha256 is not None
 
     @property
     def has_photo(self) -> bool:
-        """Whether it is a picture that exists."""
-        return self.kind != "voice" and self.is_photographed
+        """Whether it is a picture that is stored here."""
+        return self.kind != "voice" and self.has_file
+
+    @property
+    def has_file(self) -> bool:
+        """Whether its file is stored here."""
+        return self.is_photographed and self.photo_error is None
 
     def stated(self) -> dict[str, Any]:
         """Return what a person stated, for the history."""

@@ -13,7 +13,7 @@ const pathOf = (inspection, kind) => `/api/inspections/${inspection}/exports/${k
 const QUERY = new URLSearchParams({ lang: language, units: lengthUnit });
 
 /** Extras that are a choice; the others are switched on by `true`. */
-const CHOICES = { csv_german: ['csv', 'german'] };
+const CHOICES = { csv_german: ['csv', 'german'], photos: ['photos', 'embedded'] };
 
 /** Returns the address of a report, for a link. */
 export const exportPath = (inspection, kind, extras = []) =>

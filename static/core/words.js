@@ -57,6 +57,12 @@ export function pieces(key, values = {}) {
  */
 export const t = (key, values) => pieces(key, values).join('');
 
+/** Languages that write nouns with a capital letter also within a sentence. */
+const WITH_CAPITALS = ['de', 'lb'];
+
+/** Returns a word that stands alone elsewhere, such as a label, as it is written within a sentence. */
+export const withinSentence = (word) => (WITH_CAPITALS.includes(language) ? word : word.toLowerCase());
+
 /**
  * Returns the word for a name from the server, wordFor('status', 'done'), or null where there is none.
  * @param {string} area

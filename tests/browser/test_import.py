@@ -7,7 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect
+from clips import numbered_clip, rig_for_clip
+from desks import DRAWN_AND_STATED, expect_frame
+from playwright.sync_api import Page, Route, expect
 from reports import report
 from steps import Server, log_in
 
@@ -29,7 +31,7 @@ def test_an_old_survey_is_imported_and_works_without_a_film(
 ) -> None:
     log_in(page, server)
     with page.expect_file_chooser() as chooser:
-        page.get_by_role("button", name="Import an old survey").click()
+        page.get_by_role("button", name="Import a survey").click()
     chooser.value.set_files(old_survey)
     dialog = page.get_by_role("dialog")
     expect(dialog).to_contain_text("1 inspection was made")
@@ -59,6 +61,53 @@ def test_a_file_that_is_no_survey_is_refused_with_the_reason(
     log_in(page, server)
     page.locator("inspection-list input[type=file]").set_input_files(wrong)
     expect(page.get_by_text("The file has none of the known formats")).to_be_visible()
+
+
+def test_an_inspection_comes_whole_from_another_server(
+    page: Page, server: Server, tmp_path: Path
+) -> None:
+    """Its archive file is sent in pieces; stopped, it leaves nothing, and sent again it is all."""
+    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
+    made = server.track(clip, rig_for_clip(tmp_path / "rig.json"))
+    archive = tmp_path / "CUL-1.chainage.zip"
+    path = f"/api/inspections/{made}"
+    archive.write_bytes(server.ask("GET", f"{path}/exports/archive?film=true").read())
+    server.ask("DELETE", path)
+    log_in(page, server)
+    chooser = page.locator("inspection-list input[type=file]")
+    page.route("**/api/uploads/*", hold_pieces)
+    chooser.set_input_files(archive)
+    dialog = page.get_by_role("dialog", name="Import CUL-1.chainage.zip")
+    expect(dialog.get_by_role("status")).to_contain_text("0 % of")
+    with page.expect_response(lambda answer: answer.request.method == "DELETE") as deleted:
+        dialog.get_by_role("button", name="Cancel").click()
+    assert deleted.value.status == 204
+    page.unroute_all(behavior="ignoreErrors")
+
+    chooser.set_input_files(archive)
+    done = page.get_by_role("dialog", name="Imported from CUL-1.chainage.zip")
+    expect(done).to_contain_text("1 inspection was made.")
+    expect(done).not_to_contain_text("There is no film.")
+    done.get_by_role("link").click()
+    page.wait_for_url("**/inspections/*")
+    back = page.url.rsplit("/", 1)[1]
+    expect_frame(page, 0)
+    page.wait_for_function(f"JSON.stringify(({DRAWN_AND_STATED})()) === '[0,0]'")
+
+    page.get_by_text("Export", exact=True).click()
+    page.get_by_role("button", name="Archive file").click()
+    offer = page.get_by_role("dialog", name="Export: Archive file")
+    offer.get_by_role("checkbox", name="The film as well (").check()
+    with page.expect_download() as download:
+        offer.get_by_role("button", name="Download").click()
+    assert download.value.suggested_filename.endswith(".chainage.zip")
+    server.ask("DELETE", f"/api/inspections/{back}")
+
+
+def hold_pieces(route: Route) -> None:
+    """Let everything pass but the content of an upload."""
+    if route.request.method != "PATCH":
+        route.continue_()
 
 
 def test_two_imported_surveys_are_compared(page: Page, server: Server, old_survey: Path) -> None:

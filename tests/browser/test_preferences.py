@@ -68,7 +68,7 @@ def test_the_language_is_that_of_the_browser(browser: Browser, server: Server) -
 
 TOO_WIDE = """() => {
   const inside = ({ clientWidth, scrollWidth }) => scrollWidth <= clientWidth + 1;
-  const holders = document.querySelectorAll('.button, .chip, .save, .quick__code, label');
+  const holders = document.querySelectorAll('.button, .chip, .save, .quick__code, label, .panel');
   const shown = [...holders].filter((one) => one.checkVisibility() && one.clientWidth > 1);
   const wide = shown.filter((one) => !inside(one));
   const page = inside(document.documentElement) ? [] : ['the page'];

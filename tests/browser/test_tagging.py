@@ -129,8 +129,8 @@ def test_a_proposal_of_the_project_becomes_the_recommendation_of_a_defect(
     server.ask("PUT", "/api/report-templates/", template)
     put(server, empty, frame=0, code="BAC", char1="B", severity=4)
     log_in(page, server, f"/inspections/{empty}")
-    page.locator(".defect").first.click()
-    page.keyboard.press("Enter")
+    expect_frame(page, 0)
+    page.get_by_role("button", name="Edit BAC").click()
     advice = page.get_by_label("Recommendation", exact=True)
     proposed = page.get_by_label("Proposed recommendations")
     expect(proposed.locator("option")).to_have_text(
@@ -151,6 +151,8 @@ def test_a_proposal_of_the_project_becomes_the_recommendation_of_a_defect(
 
     for _ in range(3):  # the cost, the words, the proposal
         page.keyboard.press("u")
+    redo = page.locator("[data-part=redo]")
+    expect(redo).to_have_attribute("title", re.compile("^Redo: recommendation – → Rebuild"))
     expect_saved(page)
     [item] = observations(server, empty)
     assert (item["recommendation"], item["cost"], item["severity"]) == (None, None, 4)

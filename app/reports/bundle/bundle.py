@@ -19,6 +19,8 @@ from vo_core.errors import ChainageError
 
 PHOTOS, VOICE, CLIPS = "photos/", "voice/", "clips/"
 EXCHANGE = "exchange/"
+MOST_CLIPS = 200
+"""Clips of one bundle: each takes seconds to cut."""
 MARKED = "-marked"
 """End of the stem of a copy with marks; the photo as it was taken is beside it."""
 
@@ -137,12 +139,14 @@ class _Bundle:
                 self._add_stored("voice", VOICE, note, note.sound, entry)
 
     def add_clips(self) -> None:
-        """Add the clip around each entry, if they are asked for."""
+        """Add the clip around each entry, if they are asked for; of too many the severest."""
         clip_of = self._report.extras.clip_of
         if clip_of is None:
             return
         stem = file_stem(self._report.asset)
-        for entry in self._report.entries:
+        if (count := len(self._report.entries)) > MOST_CLIPS:
+            self.losses.append(Loss("too_many_clips", most=MOST_CLIPS, count=count))
+        for entry in _severest(self._report):
             try:
                 clip = clip_of(entry.id)
             except ChainageError as error:
@@ -166,3 +170,10 @@ class _Bundle:
         if sha256 is not None and listed.sha256 != sha256:
             self.losses.append(Loss(f"{what}_changed", entry, name=name))
         return True
+
+
+def _severest(report: Report) -> list[Entry]:
+    """Return as many entries as may have a clip, the severest, in their order."""
+    ranked = sorted(report.entries, key=lambda entry: -(entry.tag.severity or 0))
+    kept = {entry.id for entry in ranked[:MOST_CLIPS]}
+    return [entry for entry in report.entries if entry.id in kept]

@@ -11,17 +11,22 @@ PDF and HTML mention it.
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 from collections.abc import Mapping
 from dataclasses import asdict
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
-from app.reports.report import Report, Written
+from app.errors import ExportNotAvailable
+from app.reports.exchange.media_files import MediaFile, media_of
+from app.reports.report import Entry, Loss, Report, Written
 from app.reports.tables import table
 from app.reports.tables.table import iso
+from app.settings import MIB
 from app.survey.corrected import result_of
 from app.survey.records import BROUGHT_IN
 from vo_core import Track
@@ -30,13 +35,20 @@ SCHEMA = "chainage-report/2"
 """Version 2 added `tags`, `track`, `health` and `sightings` to version 1."""
 
 _HEALTH_DECIMALS = 4
+_MOST_EMBEDDED_BYTES = 20 * MIB
+"""Most bytes of photos and voice notes in the file: an import reads a file of 64 MiB."""
 _HALF = re.compile("[\ud800-\udfff]")
 """A surrogate: a text of another program may contain it, UTF-8 cannot."""
 
 
 def write(report: Report) -> Written:
-    """Write everything, with the version of the schema; one line for each part."""
-    parts = {
+    """Write everything, with the version of the schema; one line for each part.
+
+    Raises:
+        ExportNotAvailable: The photos are wanted, and too large for a text.
+    """
+    media = media_of(report)
+    parts: dict[str, Any] = {
         "schema": SCHEMA,
         "exported_at": iso(report.made_at),
         "inspection": _inspection(report),
@@ -48,7 +60,11 @@ def write(report: Report) -> Written:
         "counter": _counter(report),
         "observations": table.rows(report),
         "events": _events(report),
-        "tags": _tags(report),
+        "tags": _tags(report, media),
+        "attachments": _attachments(report, media),
+        "remarks": _remarks(report),
+        "review": _review(report),
+        "code_pack": report.pack if report.kept.pack_table is not None else None,
         "track": {"columns": _columns(report.raw_track)},
         "health": {
             "columns": {
@@ -60,8 +76,11 @@ def write(report: Report) -> Written:
         "mount_tilt": asdict(tilt) if (tilt := report.corrected.tilt) else None,
         "stance": asdict(report.stance),
     }
+    losses: list[Loss] = []
+    if report.extras.photos:
+        parts["media"] = _embedded(media, losses)
     lines = ",\n".join(f"{_text(name)}: {_text(part)}" for name, part in parts.items())
-    return Written(f"{{\n{lines}\n}}\n".encode())
+    return Written(f"{{\n{lines}\n}}\n".encode(), tuple(losses))
 
 
 def _inspection(report: Report) -> Mapping[str, Any]:
@@ -137,13 +156,14 @@ def _events(report: Report) -> list[Mapping[str, Any]]:
     ]
 
 
-def _tags(report: Report) -> list[Mapping[str, Any]]:
+def _tags(report: Report, media: Mapping[str, MediaFile]) -> list[Mapping[str, Any]]:
     return [
         {
             "id": entry.id,
             "seq": entry.seq,
             "fields": entry.tag.to_json(),
-            "photo_sha256": entry.photo.sha256 if entry.photo else None,
+            "photo_sha256": _own_photo_sha256(entry),
+            "photo": media[entry.id].path if entry.id in media else None,
             "created_by": entry.tagged_by,
             "created_at": iso(entry.tagged_at),
             "edited_by": entry.edited_by,
@@ -151,6 +171,82 @@ def _tags(report: Report) -> list[Mapping[str, Any]]:
         }
         for entry in sorted(report.entries, key=lambda entry: entry.seq)
     ]
+
+
+def _own_photo_sha256(entry: Entry) -> str | None:
+    """Return the digest of the photo of its frame, which need not be the main one."""
+    own = (photo for photo in entry.photos if photo.of in ("", entry.id))
+    return next((photo.sha256 for photo in own), None)
+
+
+def _attachments(report: Report, media: Mapping[str, MediaFile]) -> list[Mapping[str, Any]]:
+    known = {entry.id for entry in report.entries}
+    return [
+        {
+            "id": one.id,
+            "observation_id": one.observation_id,
+            "kind": one.kind,
+            "rank": one.rank,
+            "frame": one.frame,
+            "strokes": [stroke.model_dump(exclude_none=True) for stroke in one.strokes],
+            "media_type": one.media_type,
+            "duration_s": one.duration_s,
+            "size": one.size,
+            "sha256": one.sha256,
+            "file": media[one.id].path if one.id in media else None,
+            "created_by": one.created_by,
+            "created_at": _exactly(one.created_at),
+        }
+        for one in report.kept.attachments
+        if one.observation_id in known
+    ]
+
+
+def _remarks(report: Report) -> list[Mapping[str, Any]]:
+    return [
+        {
+            "id": remark.id,
+            "observation_id": remark.observation_id,
+            "kind": remark.kind,
+            "text": remark.text,
+            "version": remark.version,
+            "made_by": remark.made_by,
+            "made_at": _exactly(remark.made_at),
+            "settled_by": remark.settled_by,
+            "settled_at": _exactly(remark.settled_at),
+        }
+        for remark in report.kept.remarks
+    ]
+
+
+def _review(report: Report) -> Mapping[str, Any]:
+    return {"state": report.review, "by": report.reviewed_by, "at": _exactly(report.reviewed_at)}
+
+
+def _exactly(at: datetime | None) -> str | None:
+    """Return a moment to the microsecond: the names of photos follow the order of attachments."""
+    return None if at is None else at.astimezone(UTC).isoformat()
+
+
+def _embedded(media: Mapping[str, MediaFile], losses: list[Loss]) -> Mapping[str, str]:
+    """Return the files in base64, by their paths; add those that are gone to the losses."""
+    found, size = {}, 0
+    for file in media.values():
+        try:
+            content = file.stored.read_bytes() if file.stored else None
+        except FileNotFoundError:
+            content = None
+        if content is None:
+            losses.append(Loss("not_there", file.entry, name=file.path))
+            continue
+        size += len(content)
+        if size > _MOST_EMBEDDED_BYTES:
+            raise ExportNotAvailable(
+                f"The photos have more than {_MOST_EMBEDDED_BYTES // MIB} MiB, which is too much "
+                "for a JSON file; the archive file has them beside it."
+            )
+        found[file.path] = base64.b64encode(content).decode()
+    return found
 
 
 def _columns(track: Track) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from reportlab.platypus import Flowable
+from reportlab.platypus import Flowable, PageBreak
 
 from app.reports.content.translator import Translator
 from app.reports.pdf.condition import condition
@@ -48,7 +48,10 @@ def parts_of(template: ReportTemplate) -> list[Part]:
 
 def story_of(report: Report, t: Translator) -> list[Flowable]:
     """Build the parts that the report's template chooses."""
-    return [piece for part in parts_of(report.template) for piece in part(report, t)]
+    story = [piece for part in parts_of(report.template) for piece in part(report, t)]
+    if isinstance(story[-1], PageBreak):
+        story.pop()  # a cover alone is not followed by an empty page
+    return story
 
 
 def write(report: Report) -> Written:

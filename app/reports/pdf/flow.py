@@ -113,7 +113,7 @@ class Title(_Piece):
         super().__init__()
         self._lines = lines_of(title, style, WIDTH)
         self._after = after
-        self._bookmark = bookmark
+        self.bookmark = bookmark
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
         """Return the height of the lines."""
@@ -124,7 +124,7 @@ class Title(_Piece):
         paper, top = self.canv, _height(self._lines) + self._after
         paper.place("title", 0, top)
         if paper.level:
-            paper.bookmark(self._bookmark, -1, 0, top)
+            paper.bookmark(self.bookmark, -1, 0, top)
         with paper.element(paper.heading_kind(0)):
             _draw_lines(paper, self._lines, 0, top, WIDTH, "left")
 

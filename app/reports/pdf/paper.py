@@ -54,8 +54,8 @@ class Paper(Canvas):
         self._artifact: str | None = None
         self._bookmarks = 0
         self._places: dict[str, tuple[int, int, float, float]] = {}
-        self._wanted: dict[str, str] = {}
-        """Places whose page is written somewhere, each with the name of the form for it."""
+        self._wanted: set[str] = set()
+        """Places whose page is written somewhere."""
         self._linked: set[str] = set()
 
     def showPage(self) -> None:  # noqa: N802
@@ -174,7 +174,8 @@ class Paper(Canvas):
         """Draw the number of a place's page, right-aligned at the origin; it is filled in at the
         end.
         """
-        self.doForm(self._wanted.setdefault(self._full(name), f"page-{len(self._wanted)}"))
+        self._wanted.add(self._full(name))
+        self.doForm(_form_of(self._full(name)))
 
     def number(self, name: str, value: int, style: Style = CELL, align: str = "left") -> None:
         """Fill in a form that pages have drawn."""
@@ -188,10 +189,10 @@ class Paper(Canvas):
         Raises:
             ValueError: A link goes to a place that no part has named.
         """
-        if missing := (self._linked | set(self._wanted)) - set(self._places):
+        if missing := (self._linked | self._wanted) - set(self._places):
             raise ValueError(f"No part has the linked places {sorted(missing)}.")
-        for name, form in self._wanted.items():
-            self.number(form, self._places[name][1], align="right")
+        for name in sorted(self._wanted):
+            self.number(_form_of(name), self._places[name][1], align="right")
         entries: dict[str, object] = {"StructTreeRoot": reference(self.tags.finish())}
         if self._places:
             rows = " ".join(
@@ -209,3 +210,8 @@ class Paper(Canvas):
             self.absolutePosition(rect[0], rect[1]), self.absolutePosition(rect[2], rect[3]),
         )  # fmt: skip
         return left, bottom, right, top
+
+
+def _form_of(place: str) -> str:
+    """Return the name of the form with the page of a place, without what ends a name of PDF."""
+    return "page." + place.replace(" ", ".").replace("/", ".")

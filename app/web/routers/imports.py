@@ -6,11 +6,14 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Query
 
-from app.errors import InvalidImport
+from app.container import Services
+from app.errors import InvalidImport, UploadBusy, UploadIncomplete, UploadNotFound
+from app.inspections.keeping import Imported
 from app.web.deps import PrincipalDep, ServicesDep, operator
 from app.web.schemas.failures import failures
-from app.web.schemas.inspections import ImportedOut, InspectionOut
+from app.web.schemas.inspections import ArchiveIn, ImportedOut, InspectionOut
 from app.web.slow import slow
+from vo_core.errors import RigVideoMismatch, UnreadableVideo
 
 router = APIRouter(prefix="/api/imports", tags=["inspections"])
 
@@ -32,7 +35,30 @@ def add(
     principal: PrincipalDep,
 ) -> ImportedOut:
     """Make an inspection, without a film, of every survey in the file."""
-    imported = services.imports.add(content, filename, principal.name)
+    imported = services.imports.add(content, filename, principal)
+    return _made(services, imported)
+
+
+@router.post(
+    "/archive",
+    status_code=201,
+    responses=failures(
+        InvalidImport,
+        UploadNotFound,
+        UploadIncomplete,
+        UploadBusy,
+        UnreadableVideo,
+        RigVideoMismatch,
+    ),
+)
+@operator
+@slow
+def add_archive(body: ArchiveIn, services: ServicesDep, principal: PrincipalDep) -> ImportedOut:
+    """Make an inspection of an uploaded archive file, with its photos and its film."""
+    return _made(services, services.imports.add_archive(body.upload_id, principal))
+
+
+def _made(services: Services, imported: Imported) -> ImportedOut:
     views = [services.inspections.get(made) for made in imported.inspection_ids]
     return ImportedOut(
         inspections=[InspectionOut.of(view) for view in views], warnings=list(imported.warnings)

@@ -5,7 +5,7 @@ uploads.
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Request, Response
 from starlette.responses import StreamingResponse
@@ -108,20 +108,23 @@ def export(
     clips: bool = False,
     exchange: ExchangeKind = "en13508",
     film: bool = False,
+    photos: Literal["embedded"] | None = None,
     csv: CsvStyle = "standard",
 ) -> Response:
     """Return the report; language and units apply to formats that people read.
 
     `burnt_in` puts distance and code below each photo of a format that shows photos; `clips` adds
     the seconds around each observation to the bundle. `exchange` is the exchange format of a
-    delivery, `film` adds the film to it; `POST /api/bulk-exports` makes one with progress.
-    `csv=german` writes a CSV with semicolons and decimal commas.
+    delivery, `film` adds the film to it, or to the archive file; `POST /api/bulk-exports` makes a
+    delivery with progress. `photos` adds photos and voice notes to the JSON report. `csv=german`
+    writes a CSV with semicolons and decimal commas.
     """
     extras = Extras(
         burnt_in=burnt_in,
         clip_of=partial(services.clips.content_of, inspection_id) if clips else None,
         exchange=exchange,
         film=film,
+        photos=photos == "embedded",
         csv_style=csv,
     )
     export = services.reports.export(inspection_id, kind, language=lang, units=units, extras=extras)

@@ -42,7 +42,7 @@ class AttachmentOut(BaseModel):
             frame=a.frame,
             strokes=[stroke.model_dump(exclude_none=True) for stroke in a.strokes],
             duration_s=a.duration_s,
-            file=f"{path}/attachments/{a.id}/{name}" if a.is_photographed else None,
+            file=f"{path}/attachments/{a.id}/{name}" if a.has_file else None,
             photo_error=a.photo_error,
             created_at=a.created_at,
             created_by=a.created_by,

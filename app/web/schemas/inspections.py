@@ -65,6 +65,12 @@ class InspectionChange(Given):
     header: Header | None = None
 
 
+class ArchiveIn(Given):
+    """An archive file that was uploaded."""
+
+    upload_id: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
+
+
 class ImportedOut(BaseModel):
     """The result of an import."""
 

@@ -1,8 +1,9 @@
 /** Before a report is sent to anybody: what its format cannot hold, and the open issues. */
 
 import { ApiError } from '../../core/api.js';
-import { discard, follow, lossesOf, makeExport, order, save } from '../../core/exports.js';
+import { discard, exportPath, follow, lossesOf, makeExport, order, save } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
+import { hasFilm } from '../../core/inspection.js';
 import { bytes, lengthUnit } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
 import { showFault } from '../archive-shell/archive-shell.js';
@@ -23,7 +24,7 @@ const TICK_MS = 1000;
 export function openExport(desk, format) {
   const { dialog, parts } = openDialog({
     title: t('export.title', { name: format.name }),
-    content: markup(format),
+    content: markup(format, desk.inspection.value),
   });
   const end = new AbortController();
   dialog.addEventListener('close', () => end.abort());
@@ -133,6 +134,12 @@ class ExportDialog {
     try {
       // The report includes the last tags.
       await this.#desk.whenSent(signal);
+      if (!this.#format.isOrdered && this.#extras.includes('film')) {
+        follow(exportPath(inspection.id, this.#format.kind, this.#extras), '');
+        this.#dialog.close();
+        toast(t('export.begun'));
+        return;
+      }
       const file = this.#format.isOrdered
         ? await this.#makeOrder(inspection.id, signal)
         : await makeExport(inspection.id, this.#format.kind, this.#extras, signal);
@@ -214,10 +221,17 @@ class ExportDialog {
   }
 }
 
-const markup = ({ help, extras = [], isOrdered }) => html`<div class="export">
+/** Names an extra; of the film its size, which decides whether somebody wants to send it. */
+const extraName = (name, { source }) =>
+  name === 'film' ? `${wordFor('export.extra', name)} (${bytes(source.size)})` : wordFor('export.extra', name);
+
+/** Returns the extras that an inspection can have: without a film there is none to send. */
+const extrasOf = (extras, inspection) => extras.filter((name) => name !== 'film' || hasFilm(inspection));
+
+const markup = ({ help, extras = [], isOrdered }, inspection) => html`<div class="export">
   <p>${help}</p>
-  <div class="export__extras" data-part="extras">${extras.map((name) => html`<label class="switch"><input type="checkbox"
-    name="${name}" />${wordFor('export.extra', name)}</label>`)}</div>
+  <div class="export__extras" data-part="extras">${extrasOf(extras, inspection).map((name) => html`<label class="switch"><input type="checkbox"
+    name="${name}" />${extraName(name, inspection)}</label>`)}</div>
   ${isOrdered && deliveryChoices()}
   <section data-part="losses" role="status" hidden><p class="dim">${t('export.looking')}</p></section>
   <section data-part="checks"><p class="dim">${t('checks.looking')}</p></section>

@@ -8,7 +8,7 @@ import { LANGUAGES, language, t } from '../../core/words.js';
  * @property {string} kind as the API names it
  * @property {string} name
  * @property {string} help its purpose, in one line
- * @property {('burnt_in'|'clips'|'film'|'csv_german')[]} [extras] what it shows only where it is asked for
+ * @property {('burnt_in'|'clips'|'photos'|'film'|'csv_german')[]} [extras] what it shows only where it is asked for
  * @property {boolean} [isWhole] contains everything; asking for its losses would create the file twice
  * @property {boolean} [isOrdered] may be as large as a film: the server makes it as an order, with progress
  */
@@ -27,7 +27,7 @@ export const GROUPS = [
     formats: [
       { kind: 'xlsx', name: 'XLSX', help: t('export.xlsx') },
       { kind: 'csv', name: 'CSV', help: t('export.csv'), extras: ['csv_german'] },
-      { kind: 'json', name: 'JSON', help: t('export.json') },
+      { kind: 'json', name: 'JSON', help: t('export.json'), extras: ['photos'] },
     ],
   },
   {
@@ -47,6 +47,10 @@ export const GROUPS = [
       { kind: 'zip', name: 'ZIP', help: t('export.zip'), extras: ['burnt_in', 'clips'], isWhole: true },
       { kind: 'delivery', name: t('export.delivery'), help: t('export.delivery_help'), extras: ['burnt_in', 'film'], isWhole: true, isOrdered: true },
     ],
+  },
+  {
+    title: t('export.move'),
+    formats: [{ kind: 'archive', name: t('export.archive_name'), help: t('export.archive'), extras: ['film'], isWhole: true }],
   },
 ];
 

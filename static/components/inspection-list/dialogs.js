@@ -1,6 +1,7 @@
 /** Dialogs that ask before the list changes something. */
 
 import { html } from '../../core/html.js';
+import { hasFilm } from '../../core/inspection.js';
 import { t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 
@@ -52,7 +53,8 @@ export function showImported(filename, { inspections, warnings }) {
   const { dialog, parts } = openDialog({
     title: t('list.imported_title', { filename }),
     content: html`<div class="imported">
-      <p>${t('list.imported', { n: inspections.length })}</p>
+      <p>${t('list.imported', { n: inspections.length })}
+        ${!inspections.some(hasFilm) && t('list.imported_without_film')}</p>
       <ul class="imported__list">${inspections.map(({ id, name, defects }) => html`<li><a
         href="/inspections/${id}">${name}</a> <span class="dim">${t('list.imported_rows', { n: defects })}</span></li>`)}</ul>
       ${warnings.length ? html`<h3>${t('list.import_warnings', { n: warnings.length })}</h3>

@@ -14,6 +14,7 @@ import { followThumbnails } from '../thumbnail/thumbnail.js';
 import { orToast, toast, toastError } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
 import '../pager/pager.js';
+import { importArchive, isArchive } from './archive-import.js';
 import { askDelete, askName, showImported } from './dialogs.js';
 import { FILTERS } from './list-filters.js';
 import { createRow, updateRow } from './row.js';
@@ -40,7 +41,7 @@ class InspectionList extends Component {
             <div class="content__ways"><a class="button" href="/archive">${icon('layers')}${t('archive.title')}</a>
               <a class="button" href="/compare" data-part="compare" hidden>${t('compare.link')}</a>
               <button class="button" data-part="old" data-needs="operator" title="${t('list.import_help')}">${icon('upload')}${t('list.import')}</button>
-              <input type="file" accept=".txt,.json,.db3,.xml,.ribx" data-part="file" aria-label="${t('list.import')}" hidden />
+              <input type="file" accept=".txt,.json,.db3,.xml,.ribx,.zip" data-part="file" aria-label="${t('list.import')}" hidden />
               <a class="button button--primary" href="/new" data-needs="operator">${icon('plus')}${t('list.new')}</a></div>
           </div>
           <p class="message message--error" data-part="fault" role="alert" hidden></p>
@@ -168,7 +169,8 @@ class InspectionList extends Component {
     old.disabled = true;
     try {
       const path = `/api/imports?filename=${encodeURIComponent(chosen.name)}`;
-      const imported = await sendFile(path, chosen, this.signal);
+      const imported = isArchive(chosen) ? await importArchive(chosen) : await sendFile(path, chosen, this.signal);
+      if (!imported) return;
       await this.#list.again();
       showImported(chosen.name, imported);
     } finally {

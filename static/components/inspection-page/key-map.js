@@ -3,7 +3,7 @@
 import { preferences } from '../../core/preferences.js';
 import { may, mayEdit } from '../../core/rights.js';
 import { chainage } from '../../core/units.js';
-import { t } from '../../core/words.js';
+import { t, withinSentence } from '../../core/words.js';
 import { addPhoto } from '../attachments/actions.js';
 import { GRADES } from '../severity-mark/severity-mark.js';
 import { goToQuestion } from '../review-panel/remarks.js';
@@ -37,7 +37,7 @@ export function keyMap(page) {
         },
         ...quickCodes(desk.catalogue).map(({ tag, label }, i) => ({
           keys: [String(i + 1)],
-          label: t('keys.tag_as', { code: tag.code, label: label.toLowerCase() }),
+          label: t('keys.tag_as', { code: tag.code, label: withinSentence(label) }),
           run: () => desk.tagAs(preferences.value.quick_codes[i]),
         })),
         { keys: ['b'], shown: ['B … B A B B A 3'], label: t('keys.chain'), run: () => video.typeCode('b') },

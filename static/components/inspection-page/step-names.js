@@ -1,6 +1,6 @@
 /** Describes a step of the history: 'severity 3 → 4 of BAB at 3.42 m'. */
 
-import { t, wordFor } from '../../core/words.js';
+import { t, withinSentence, wordFor } from '../../core/words.js';
 import { nameOf } from '../defect-list/names.js';
 import { labelOf } from '../history-panel/differences.js';
 
@@ -36,10 +36,10 @@ const NAMES = {
 function firstDifference(before, after) {
   if ('code' in after) {
     const whole = ({ code, char1, char2 }) => [code, char1, char2].filter(Boolean).join(' ') || '–';
-    return { field: labelOf('code').toLowerCase(), before: whole(before), after: whole(after) };
+    return { field: withinSentence(labelOf('code')), before: whole(before), after: whole(after) };
   }
   const name = Object.keys(after).find((key) => (before[key] ?? null) !== (after[key] ?? null));
-  return { field: labelOf(name).toLowerCase(), before: text(before[name]), after: text(after[name]) };
+  return { field: withinSentence(labelOf(name)), before: text(before[name]), after: text(after[name]) };
 }
 
 /** Shortens long remarks for a tooltip. */

@@ -100,7 +100,14 @@ def test_exchange_files_are_in_it_and_one_that_cannot_be_made_is_named(evidence,
         manifest = json.loads(archive.read("manifest.json"))
         assert set(manifest["not_made"]) == not_made
         found = {name for name in manifest["files"] if name.startswith("exchange/")}
-        expected = {"en13508.txt", "ribx.ribx", "isybau.xml", "m150.xml", "map.geojson"}
+        expected = {
+            "en13508.txt",
+            "en13508.xml",
+            "ribx.ribx",
+            "isybau.xml",
+            "m150.xml",
+            "map.geojson",
+        }
         expected -= {"map.geojson"} if not_made else set()
         assert found == {f"exchange/{name}" for name in expected}
     text = archive.read("exchange/en13508.txt").decode("ascii")

@@ -6,6 +6,7 @@ import json
 import stat
 import zipfile
 
+import pypdf
 import pytest
 from builders import wait_until
 from processes import Process
@@ -17,7 +18,9 @@ from app.storage.signing_key import SigningKey
 @pytest.fixture(scope="module")
 def tagged(shared, clip):
     """An inspection with a tag that has its photo, and one that no exchange format holds whole."""
-    inspection_id = shared.inspect(clip, name="Jalan Besar", header={"asset_id": "CUL-7"})
+    inspection_id = shared.inspect(
+        clip, name="Jalan Besar", header={"asset_id": "CUL-7", "project": "Ring"}
+    )
     shared.wait(inspection_id)
     shared.tag(inspection_id, frame=20, code="BAB", char1="B", char2="A", severity=4)
     shared.tag(inspection_id, frame=5, remark="=look here")
@@ -165,6 +168,27 @@ def test_a_bundle_of_the_server_is_verified_with_its_key_and_film(chainage, shar
 def fingerprint_of(bundle):
     with zipfile.ZipFile(bundle) as archive:
         return json.loads(archive.read("manifest.json"))["fingerprint"]
+
+
+def test_a_project_is_one_pdf_and_nothing_else(chainage, shared, tagged, tmp_path):
+    out = tmp_path / "ring.pdf"
+    words = ["export", "--project", "Ring", "--data", shared.data, "--out", out]
+    made = chainage(*words, "--format", "pdf")
+    assert (made.code, f"{out}: 1 inspections" in made.out) == (0, True), made.err
+    titles = [one["/Title"] for one in pypdf.PdfReader(out).outline if isinstance(one, dict)]
+    assert titles[-1] == "1 · CUL-7"
+    for kind, project in (("csv", "Ring"), ("pdf", "none")):
+        refused = chainage(*words, "--format", kind, "--project", project)
+        assert refused.code == 2
+
+
+def test_a_delivery_is_verified(chainage, shared, tagged, clip, tmp_path):
+    out = tmp_path / "delivery.zip"
+    made = export(chainage, shared, out, tagged, "delivery", "--exchange", "ribx", "--film")
+    assert made.code == 0, made.err
+    assert chainage("verify", out, "--video", clip).code == 0
+    with zipfile.ZipFile(out) as archive:
+        assert {"CUL-7.ribx", "CUL-7-001.jpg", clip.name} <= set(archive.namelist())
 
 
 def test_what_is_wrong_in_a_bundle_is_reported_with_exit_code_1(

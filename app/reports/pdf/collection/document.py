@@ -14,8 +14,7 @@ from app.errors import InspectionNotFound
 from app.reports.collection.collected import Collected, collected
 from app.reports.content.translator import Translator
 from app.reports.pdf import story_of
-from app.reports.pdf.collection.front import OVERALL, Place, contents, inspection_list
-from app.reports.pdf.collection.front import cover as front_cover
+from app.reports.pdf.collection.front import OVERALL, Place, contents, cover, inspection_list
 from app.reports.pdf.collection.plan import plan
 from app.reports.pdf.collection.statistics import statistics
 from app.reports.pdf.flow import Title, note
@@ -74,7 +73,11 @@ def write(
             document.add_pages(replace(front, title=title), gone, level=1, key=one.id)
             facts.missing.append((one.id, one.name, str(error)))
         else:
-            document.add(report, t, title, story_of(report, t), level=1, key=one.id)
+            story = story_of(report, t)
+            for piece in story:
+                if isinstance(piece, Title):
+                    piece.bookmark = title  # several may be of one asset
+            document.add(report, t, str(one.number), story, level=1, key=one.id)
         done()
     document.close()
     return facts.missing
@@ -90,7 +93,7 @@ def _front(facts: _Facts, t: Translator) -> list[Flowable]:
         "plan": plan(found, t),
     }
     return [
-        *front_cover(found, facts.company, facts.made_at, t),
+        *cover(found, facts.company, facts.made_at, t),
         *contents(found, t),
         *(piece for name in OVERALL for piece in (Place(name), *parts[name])),
     ]
@@ -114,6 +117,7 @@ def _about(facts: _Facts, t: Translator) -> About:
 @dataclass
 class _Facts:
     company: Company
+    """Nobody where projects have different ones."""
     made_at: datetime
     inspections: list[Collected]
     missing: list[Missing]
@@ -133,6 +137,8 @@ def _facts(
             continue
         begin(report.name)
         facts = facts or _Facts(report.company, report.made_at, [], missing)
+        if report.company != facts.company:
+            facts.company = Company()
         facts.inspections.append(collected(len(facts.inspections) + 1, report))
     if facts is None:
         raise InspectionNotFound("None of these inspections is there any more.")

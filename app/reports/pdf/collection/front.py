@@ -49,6 +49,7 @@ def cover(
         defects=whole.defects,
     )
     return [
+        NextPageTemplate("page"),
         *letterhead(company, t),
         Title(t("collection.title"), TITLE, after=1 * mm, bookmark=t("collection.title")),
         Prose([(", ".join(projects)[:200], TITLE.on(INK))], after=3 * mm),
@@ -63,7 +64,6 @@ def cover(
                 (t("collection.made"), t.instant(made_at)),
             ]
         ),
-        NextPageTemplate("page"),
         PageBreak(),
     ]
 
@@ -144,10 +144,10 @@ def inspection_list(
     columns = (
         Column(t("collection.no"), 10 * mm, "right"),
         Column(t("collection.asset"), 38 * mm, is_head=True),
-        Column(t("collection.road"), WIDTH - 144 * mm),
+        Column(t("collection.road"), WIDTH - 147 * mm),
         Column(t("collection.length_in", unit=t.units), 18 * mm, "right"),
         Column(t("collection.defects"), 18 * mm, "right"),
-        Column(t("collection.worst"), 13 * mm),
+        Column(t("collection.worst"), 16 * mm),
         Column(t("collection.grade"), 20 * mm),
         Column(t("collection.date"), 17 * mm),
         Column(t("collection.page"), 10 * mm, "right"),

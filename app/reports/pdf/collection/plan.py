@@ -7,7 +7,7 @@ from functools import partial
 
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import Flowable, PageBreak
+from reportlab.platypus import Flowable, PageBreak, Spacer
 
 from app.reports.collection.collected import Collected
 from app.reports.collection.plan import Plan, plan_of
@@ -43,6 +43,7 @@ def plan(inspections: Sequence[Collected], t: Translator) -> list[Flowable]:
         parts += [
             note(t("collection.plan_note", n=len(sketch.runs), scale=_scale(sketch))),
             Figure(_HEIGHT_MM * mm, partial(_paint, sketch=sketch, units=t.units, t=t), alt=alt),
+            Spacer(0, 3 * mm),
         ]
     else:
         parts.append(note(t("collection.no_plan")))

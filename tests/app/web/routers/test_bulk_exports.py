@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
+import itertools
 import threading
 import zipfile
+from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import pypdf
 import pytest
 from builders import Client, assert_error, wait_until
 
+from app.reports.bundle.verify import verify
 from app.reports.formats import FORMATS
 from app.reports.report import Report, Written
+from app.storage.blobs import StoredBlob
 
 NOBODY = 32 * "0"
 
@@ -113,4 +120,75 @@ def test_the_next_archive_of_a_person_replaces_the_last(shared: Client, done: st
 def test_an_order_without_inspections_or_formats_is_refused(shared: Client, done: str) -> None:
     for inspections, formats in (([], ["csv"]), ([done], []), ([done], ["docx"]), (["x"], ["csv"])):
         body = {"inspections": inspections, "formats": formats}
+        assert_error(shared.post("/api/bulk-exports", json=body), 422, "invalid_request")
+
+
+def test_a_document_alone_is_the_pdf_and_beside_others_is_in_the_archive(
+    shared: Client, done: str
+) -> None:
+    alone = order(shared, [done, NOBODY], document=True, lang="ms")
+    found = ended(shared, alone)
+    assert (found["state"], found["done"], found["total"]) == ("done", 2, 2)
+    assert found["filename"] == "chainage-report.pdf"
+    assert [(one["inspection_id"], one["format"]) for one in found["not_made"]] == [
+        (NOBODY, "document")
+    ]
+    answer = shared.get(f"/api/bulk-exports/{alone}/archive")
+    assert answer.headers["Content-Type"] == "application/pdf"
+    outline = pypdf.PdfReader(io.BytesIO(answer.content)).outline
+    titles = [str(one["/Title"]) for one in outline if not isinstance(one, list)]
+    assert titles[:4] == ["Kandungan", "Pemeriksaan dan gredannya", "Statistik", "Lakaran pelan"]
+    both = order(shared, [done], "csv", document=True)
+    assert ended(shared, both)["total"] == 2
+    archive = zipfile.ZipFile(io.BytesIO(shared.get(f"/api/bulk-exports/{both}/archive").content))
+    assert archive.read("report.pdf").startswith(b"%PDF-1.7")
+    assert any(name.endswith(".csv") and "/" in name for name in archive.namelist())
+
+
+def test_deliveries_of_several_are_one_signed_archive_with_films(
+    shared: Client, done: str, tmp_path: Path
+) -> None:
+    wanted = {"exchange": "isybau", "film": True, "document": True}
+    made = order(shared, [done, NOBODY], "delivery", "csv", **wanted)
+    found = ended(shared, made)
+    assert [(one["inspection_id"], one["format"]) for one in found["not_made"]] == [
+        (NOBODY, ""), (NOBODY, "document"),
+    ]  # fmt: skip
+    path = tmp_path / "deliveries.zip"
+    path.write_bytes(shared.get(f"/api/bulk-exports/{made}/archive").content)
+    row = shared.get(f"/api/inspections/{done}").json()
+    verdict = verify(path)
+    assert verdict.is_right
+    (inspected,) = verdict.manifest.inspections
+    assert (inspected.report_id, inspected.folder[:4]) == (done, "001-")
+    with zipfile.ZipFile(path) as archive:
+        names = set(archive.namelist())
+        assert {"index.html", "README.txt", "SHA256SUMS", "inspections.csv", "report.pdf"} <= names
+        film = archive.read(f"{inspected.folder}/{row['source']['filename']}")
+        assert hashlib.sha256(film).hexdigest() == row["source"]["sha256"]
+        sums = archive.read("SHA256SUMS").decode()
+        assert hashlib.sha256(archive.read("report.pdf")).hexdigest() in sums
+
+
+def test_an_order_with_a_large_film_is_cancelled_within_the_film(
+    shared: Client, done: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    has_begun, blocks = threading.Event(), itertools.count()
+
+    def endless(_blob: StoredBlob, _first: int, _length: int) -> Iterator[bytes]:
+        for _ in blocks:
+            has_begun.set()
+            yield b"a film" * 100
+
+    monkeypatch.setattr(StoredBlob, "blocks", endless)
+    made = order(shared, [done], "delivery", film=True)
+    assert has_begun.wait(60)
+    assert shared.delete(f"/api/bulk-exports/{made}").status_code == 204
+    assert ended(shared, made)["state"] == "cancelled"
+
+
+def test_films_and_clips_are_of_a_limited_number(shared: Client) -> None:
+    many = [f"{number:032x}" for number in range(101)]
+    for extra in ("film", "clips"):
+        body = {"inspections": many, "formats": ["zip"], extra: True}
         assert_error(shared.post("/api/bulk-exports", json=body), 422, "invalid_request")

@@ -70,12 +70,16 @@ def test_a_defect_is_found_as_its_inspection_shows_it(server: Client, done: str)
     assert (defect["project"], defect["asset"]) == ("Road 7", "CUL-0041")
     assert (defect["surveyed_on"], defect["photo"]) == ("2024-03-02", True)
     assert defect["label"].startswith("Crack")
+    assert {name: label.split(":")[0] for name, label in defect["labels"].items()} == {
+        "de": "Riss", "ms": "Retak",
+    }  # fmt: skip
     for fits in (
         {"text": "RESIDUS 100 % cul-0041"}, {"severity_from": 4}, {"clock": "12"},
         {"clock": "1-5"},
         {"from_m": defect["distance_m"], "to_m": defect["distance_m"], "severity_from": 2},
         {"asset": "CUL-0041", "project": "Road 7", "sort": "severity", "limit": 1},
         {"after": "2024-03-02", "before": "2024-03-02", "text": "crack"},
+        {"text": "riss längs"}, {"text": "retak"},
     ):  # fmt: skip
         assert found(server, **fits)["defects"][:1] == [defect], fits
     for misses in (

@@ -1,0 +1,42 @@
+"""The archive file: one inspection as a ZIP, whole, so that it can move between servers.
+
+`inspection.json` is the report in JSON (`app.reports.exchange.chainage_json`), which names the
+photos and voice notes of its tags and attachments. `manifest.json` lists every other file with its
+size and SHA-256. Copies of photos with marks are not in it: they are made of photo and strokes.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+SCHEMA = "chainage-archive/1"
+MANIFEST = "manifest.json"
+REPORT = "inspection.json"
+COUNTER, READINGS, PARTS = "counter.json", "counter.csv", "parts.csv"
+"""What is known of the burnt-in counter, its readings, and where the parts of a recording begin."""
+PACK = "code-pack.csv"
+"""The table of codes, if a person has added it."""
+PHOTOS, VOICE, WALL, FILM = "photos/", "voice/", "wall/", "film/"
+
+COMPRESSED = (".json", ".csv")
+"""All other files are stored as they are, so that they can be read without unpacking the ZIP."""
+
+
+class Listed(msgspec.Struct, frozen=True):
+    """One file."""
+
+    size: int
+    sha256: str
+
+
+class Manifest(msgspec.Struct, frozen=True):
+    """The content of an archive file."""
+
+    schema: str
+    program: str
+    inspection_id: str
+    name: str
+    made_at: str
+    files: dict[str, Listed]
+    missing: list[str]
+    """Files that the report names and that no longer exist; the film if it was not wanted."""

@@ -1,0 +1,395 @@
+"""Makes an inspection again that was exported whole: as a report in JSON, or as an archive file."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from app.access.access import Principal
+from app.errors import InvalidImport, PackNotFound
+from app.imports.archive_manifest import COUNTER, FILM, PACK, PARTS, PHOTOS, READINGS, VOICE, WALL
+from app.imports.whole_inspection import (
+    Happening,
+    ImportedAttachment,
+    ImportedRemark,
+    ImportedTag,
+    MovedFile,
+    WholeInspection,
+)
+from app.inspections.keeping import Imported, Keeper, Rows, Run
+from app.inspections.packs import Packs
+from app.storage import keys
+from app.storage.attachments import AttachmentRow
+from app.storage.blobs import Blobs
+from app.storage.files import DataFolder, full_disk_reported
+from app.storage.tables import ENDED, Base, CodePack, Inspection, RemarkRow
+from app.storage.tokens import Role
+from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
+from app.survey.records import BROUGHT_IN, Event, Observation
+from app.survey.review import APPROVED, DRAFT, ReviewState
+from app.survey.stated import Stated
+from app.survey.track_rows import is_unmeasured
+from app.tracking.counter_files import KeptCounter
+from app.tracking.live import Live
+from app.tracking.media import Media
+from app.tracking.videos import NO_FILM, file_name, video_columns
+
+_BLOCK = 4 * 2**20
+_NOT_IN_THE_FILE = "This photo was not in the file that was imported."
+
+
+class MovedInspections:
+    """Stores inspections of other servers, with the files that came along."""
+
+    def __init__(
+        self,
+        keeper: Keeper,
+        folder: DataFolder,
+        blobs: Blobs,
+        media: Media,
+        packs: Packs,
+        live: Live,
+    ) -> None:
+        self._keeper = keeper
+        self._folder = folder
+        self._blobs = blobs
+        self._media = media
+        self._packs = packs
+        self._live = live
+
+    def add(
+        self, whole: WholeInspection, filename: str, who: Principal, archive: Path | None = None
+    ) -> Imported:
+        """Store an inspection, with its id if this server never had it.
+
+        Args:
+            whole: The checked inspection.
+            filename: Name of its file, for the history.
+            who: Who imports it. Only an admin's import keeps an approval: it locks the inspection,
+                and the file alone does not prove it.
+            archive: The archive file in which `whole.files` lie; None if they are in the memory.
+        Raises:
+            InvalidImport: The files do not fit the inspection.
+            UnreadableVideo, RigVideoMismatch: The film cannot be used.
+            DiskFull: There is no room for it.
+        """
+        self._folder.require_room(sum(file.size for file in whole.files.values()))
+        with self._keeper.place(whole.id) as inspection_id:
+            moved = _Moved(whole, inspection_id, filename, who)
+            files = _Files(archive)
+            film = self._put_film(moved, files)
+            self._put_files(moved, files)
+            more: list[Base] = [*moved.attachments(), *moved.remarks()]
+            header, pack = self._header(moved)
+            if pack is not None:
+                more.append(pack)
+            inspection = moved.inspection(header, film)
+            rows = Rows(moved.observations(), moved.events(), whole.labels, more)
+            run = Run(whole.track, whole.health, whole.sightings, whole.tilt, whole.stance)
+            self._keeper.keep(inspection, run, rows)
+        self._live.observations_changed(inspection_id)
+        return Imported((inspection_id,), tuple(moved.warnings))
+
+    def _header(self, moved: _Moved) -> tuple[dict[str, Any], CodePack | None]:
+        """Return the header and the code pack to add, if this server lacks that of the header."""
+        header = dict(moved.whole.header)
+        try:
+            self._packs.require(header)
+        except PackNotFound:
+            pack_id = str(header["code_pack"])
+            table = moved.whole.files.get(PACK)
+            if table is not None and table.content is not None and moved.who.role.may(Role.ADMIN):
+                name = self._packs.free_name(moved.whole.code_pack or pack_id)
+                moved.warnings.append(f"The code pack {name} came along and was added.")
+                return header, CodePack(
+                    id=pack_id,
+                    name=name,
+                    table=table.content.decode(),
+                    created_at=datetime.now(UTC),
+                    created_by=moved.who.name,
+                )
+            del header["code_pack"]
+            moved.warnings.append(
+                f"This server has no code pack {moved.whole.code_pack or pack_id}; the built-in "
+                "one is used. Import the pack, then choose it in the header."
+            )
+        return header, None
+
+    def _put_film(self, moved: _Moved, files: _Files) -> tuple[str, dict[str, Any]] | None:
+        """Store the film; return its name and what is stored of it, None without one."""
+        whole = moved.whole
+        found = [file for path, file in whole.files.items() if path.startswith(FILM)]
+        if not found:
+            return None
+        copy = self._folder.inspections / f"{moved.id}.import"
+        try:
+            files.copy(found[0], copy)
+            probed = self._media.probe(copy, whole.source_filename)
+            whole.rig.require_picture_size(probed.width, probed.height)
+            name = file_name(probed)
+            self._blobs.adopt(keys.film(moved.id, name), copy)
+        finally:
+            copy.unlink(missing_ok=True)
+        # What a browser is given comes from the film, not from the file's word.
+        shown = video_columns(probed)
+        return name, dict(whole.video) | {
+            column: shown[column] for column in ("media_type", "playable", "container", "codec")
+        }
+
+    def _put_files(self, moved: _Moved, files: _Files) -> None:
+        whole = moved.whole
+        for key, path in moved.media_keys():
+            self._blobs.put_again(key, files.read(whole.files[path]))
+        written = [key for key, _ in moved.media_keys()]
+        for path, file in whole.files.items():
+            if path.startswith(WALL):
+                index = int(path.removeprefix(WALL).removesuffix(".jpg"))
+                written.append(keys.tile(moved.id, index))
+                self._blobs.put_again(written[-1], files.read(file))
+        self._blobs.sync(written)
+        for path, key_of, check in (
+            (READINGS, keys.counter_readings, None),
+            (COUNTER, keys.counter, _require_counter),
+            (PARTS, keys.marks, None),
+        ):
+            if path in whole.files:
+                content = files.read(whole.files[path])
+                if check is not None:
+                    check(content)
+                self._blobs.put(key_of(moved.id), content)
+
+
+class _Files:
+    """Reads the files that came along, in blocks, from the one archive file."""
+
+    def __init__(self, archive: Path | None) -> None:
+        self._archive = archive
+
+    def blocks(self, file: MovedFile) -> Iterator[bytes]:
+        """Yield a file; raise InvalidImport if it is not the one that was checked."""
+        if file.content is not None:
+            yield file.content
+            return
+        assert self._archive is not None and file.at is not None  # noqa: S101, PT018  (by its reader)
+        digest, left = hashlib.sha256(), file.size
+        with self._archive.open("rb") as archive:
+            archive.seek(file.at)
+            while left and (block := archive.read(min(_BLOCK, left))):
+                digest.update(block)
+                left -= len(block)
+                yield block
+        if left or digest.hexdigest() != file.sha256:
+            raise InvalidImport("The archive file has changed while it was imported.")
+
+    def read(self, file: MovedFile) -> bytes:
+        """Return a small file."""
+        return b"".join(self.blocks(file))
+
+    def copy(self, file: MovedFile, target: Path) -> None:
+        """Copy a large file into the data folder; it is synced on return."""
+        with full_disk_reported(), target.open("wb") as copy:
+            for block in self.blocks(file):
+                copy.write(block)
+            copy.flush()
+            os.fsync(copy.fileno())
+
+
+class _Moved:
+    """The rows of one inspection under its id here; `warnings` grows while they are made."""
+
+    def __init__(
+        self, whole: WholeInspection, inspection_id: str, filename: str, who: Principal
+    ) -> None:
+        self.whole = whole
+        self.id = inspection_id
+        self.who = who
+        self._filename = filename
+        self._now = datetime.now(UTC)
+        self._has_film = any(path.startswith(FILM) for path in whole.files)
+        self.warnings: list[str] = []
+        self._review = self._review_state()
+        self._name_what_is_missing()
+
+    def _name_what_is_missing(self) -> None:
+        whole = self.whole
+        there = {path.partition("/")[0] + "/" for path in whole.files}
+        missing = [
+            word
+            for folder, word, is_wanted in (
+                (FILM, "the film", True),
+                (PHOTOS, "the photos", any(tag.photo_sha256 for tag in whole.tags)),
+                (VOICE, "the voice notes", any(a.kind == "voice" for a in whole.attachments)),
+                (WALL, "the picture of the wall", len(whole.track) > 0),
+            )
+            if is_wanted and folder not in there
+        ]
+        if missing:
+            *most, last = missing
+            named = f"{', '.join(most)} and {last}" if most else last
+            self.warnings.append(
+                f"The file does not contain {named}; everything else that was stated and measured "
+                "was imported."
+            )
+        if whole.status not in ENDED:
+            self.warnings.append("It was exported before its end; here it ends at that point.")
+
+    def _review_state(self) -> ReviewState:
+        review = self.whole.review
+        if review.state != APPROVED or self.who.role.may(Role.ADMIN):
+            return review.state
+        self.warnings.append(
+            f"{review.by or 'Somebody'} has approved it where it comes from. An approval is kept "
+            "only if an admin imports the file, so here it is submitted for review."
+        )
+        return "submitted"
+
+    def inspection(
+        self, header: dict[str, Any], film: tuple[str, dict[str, Any]] | None
+    ) -> Inspection:
+        """Return the row."""
+        whole = self.whole
+        has_ended = whole.status in ENDED
+        is_kept = self._review == whole.review.state
+        video_file, video = film or ("", dict(whole.video))
+        track = whole.track
+        return Inspection(
+            id=self.id,
+            name=whole.name,
+            status=whole.status if has_ended else "cancelled",
+            rig=whole.rig.model_dump(mode="json"),
+            header=header,
+            # The film that the distances are based on, though it may not be here.
+            source_kind=whole.source_kind,
+            source_filename=whole.source_filename,
+            source_size=whole.source_size,
+            source_sha256=whole.source_sha256,
+            video_file=video_file,
+            video=video,
+            distance_mm=float(track.distance_mm[-1]) if len(track) else None,
+            sigma_distance_mm=(
+                float(track.sigma_distance_mm[-1])
+                if len(track) and not is_unmeasured(track)
+                else None
+            ),
+            warning=whole.warning,
+            error_code=whole.error_code,
+            error_detail=whole.error,
+            corrections=whole.stated.to_json() if whole.stated != Stated() else {},
+            revision=whole.revision,
+            created_at=whole.created_at,
+            queued_at=self._now,
+            finished_at=whole.finished_at if has_ended else self._now,
+            review_state=self._review,
+            reviewed_by=whole.review.by if is_kept else self.who.name,
+            reviewed_at=whole.review.at if is_kept else self._now,
+        )
+
+    def observations(self) -> list[Observation]:
+        """Return the observations."""
+        return [self._observation(tag) for tag in self.whole.tags]
+
+    def _observation(self, tag: ImportedTag) -> Observation:
+        is_there = tag.photo in self.whole.files
+        # With the film a photo that is not in the file is made again.
+        is_made = tag.photo_sha256 is not None and (is_there or not self._has_film)
+        return Observation(
+            inspection_id=self.id,
+            id=tag.id,
+            seq=tag.seq,
+            tag=tag.stated,
+            photo_frame=tag.stated.frame if is_made else None,
+            photo_sha256=tag.photo_sha256 if is_made else None,
+            photo_error=None if is_there or self._has_film else self._why_no_photo(),
+            created_at=tag.created_at,
+            created_by=tag.created_by,
+            edited_at=tag.edited_at,
+            edited_by=tag.edited_by,
+        )
+
+    def _why_no_photo(self) -> str:
+        has_photos = any(path.startswith(PHOTOS) for path in self.whole.files)
+        return _NOT_IN_THE_FILE if has_photos else NO_FILM
+
+    def attachments(self) -> list[AttachmentRow]:
+        """Return the rows of the attachments."""
+        return [AttachmentRow.of(self._attachment(one)) for one in self.whole.attachments]
+
+    def _attachment(self, one: ImportedAttachment) -> Attachment:
+        is_there = one.file in self.whole.files
+        can_be_made = self._has_film and one.kind != "voice"
+        return Attachment(
+            inspection_id=self.id,
+            id=one.id,
+            observation_id=one.observation_id,
+            kind=one.kind,
+            rank=one.rank,
+            frame=one.frame,
+            strokes=tuple(Stroke.model_construct(None, **stroke) for stroke in one.strokes),
+            media_type=one.media_type,
+            duration_s=one.duration_s,
+            size=one.size,
+            sha256=one.sha256 if is_there or not can_be_made else None,
+            photo_error=None if is_there or can_be_made else self._why_no_photo(),
+            created_at=one.created_at,
+            created_by=one.created_by,
+        )
+
+    def remarks(self) -> list[RemarkRow]:
+        """Return the rows of the reviewers' remarks."""
+        return [self._remark(remark) for remark in self.whole.remarks]
+
+    def _remark(self, remark: ImportedRemark) -> RemarkRow:
+        return RemarkRow(inspection_id=self.id, **asdict(remark))
+
+    def media_keys(self) -> Iterator[tuple[str, str]]:
+        """Yield the key of each photo and voice note that came along, and its path in the file."""
+        for tag in self.whole.tags:
+            if tag.photo is not None and tag.photo in self.whole.files:
+                yield keys.photo(self.id, tag.id, tag.stated.frame), tag.photo
+        for one in self.whole.attachments:
+            if one.file is not None and one.file in self.whole.files:
+                if one.kind == "voice":
+                    suffix = VOICE_SUFFIXES[one.media_type or ""]
+                    yield keys.voice(self.id, one.id, suffix), one.file
+                else:
+                    yield keys.photo(self.id, one.id, one.frame), one.file
+
+    def events(self) -> Sequence[Event]:
+        """Return its history, which the import ends."""
+        is_kept = self._review == self.whole.review.state != DRAFT
+        brought_in = Event(
+            inspection_id=self.id,
+            action=BROUGHT_IN,
+            who=self.who.name,
+            at=self._now,
+            before=None,
+            after={"review": self._review} if is_kept else None,
+            remark=f"Imported from {self._filename}.",
+        )
+        return [*(self._happened(event) for event in self.whole.events), brought_in]
+
+    def _happened(self, event: Happening) -> Event:
+        return Event(
+            inspection_id=self.id,
+            observation_id=event.observation_id,
+            action=event.action,
+            who=event.who,
+            at=event.at,
+            before=None if event.before is None else dict(event.before),
+            after=None if event.after is None else dict(event.after),
+            remark=event.remark,
+        )
+
+
+def _require_counter(content: bytes) -> None:
+    try:
+        msgspec.json.decode(content, type=KeptCounter)
+    except msgspec.MsgspecError as error:
+        raise InvalidImport(f"{COUNTER} is not what Chainage writes: {error}") from error

@@ -1,0 +1,33 @@
+"""The photos and voice notes of a report, as files that travel with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from app.imports.archive_manifest import PHOTOS, VOICE
+from app.reports.report import Entry, Report
+from app.storage.blobs import Readable
+
+
+@dataclass(frozen=True)
+class MediaFile:
+    """A photo as it was taken, or a voice note."""
+
+    path: str
+    """`photos/<asset>-<number>.jpg`, or `voice/...`."""
+    stored: Readable | None
+    """A blob that may be missing; None in an import, whose photos are elsewhere."""
+    entry: Entry
+
+
+def media_of(report: Report) -> Mapping[str, MediaFile]:
+    """Return the files by the id of their observation or attachment."""
+    found = {}
+    for entry in report.entries:
+        for photo in entry.photos:
+            if photo.of:  # a photo of another program's survey has a name only
+                found[photo.of] = MediaFile(PHOTOS + photo.name, photo.jpeg, entry)
+        for note in entry.voice_notes:
+            found[note.of] = MediaFile(VOICE + note.name, note.sound, entry)
+    return found

@@ -1,0 +1,349 @@
+"""An archive file carries an inspection whole to another server, or not at all."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import io
+import json
+import re
+import uuid
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from builders import Client, assert_error, frame_number, serving, wait_until
+from small_disk import small_disk
+
+from app.access.access import create_token
+from app.errors import InvalidImport
+from app.imports import archive_file
+from app.storage.backup import back_up, restore
+from app.storage.tokens import Role, TokenFile
+
+VOICE = b"\x1aE\xdf\xa3 as a browser's recorder gives it"
+ARROW = {"kind": "arrow", "points": [[40.0, 130.0], [90.0, 60.0]], "colour": "red"}
+PACK = (
+    "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
+    "continuous_allowed,grade_s\nSCR,,,Scour at the outlet,S,no,opt,mm,no,,no,3\n"
+)
+Members = dict[str, bytes]
+
+
+def archive(client: Client, inspection_id: str, *, film: bool) -> bytes:
+    answer = client.get(f"/api/inspections/{inspection_id}/exports/archive", params={"film": film})
+    assert answer.status_code == 200, answer.text
+    return answer.content
+
+
+def bring(client: Client, content: bytes, **options: Any) -> httpx.Response:
+    upload = client.upload(content, "CUL-7.chainage.zip")
+    return client.post("/api/imports/archive", json={"upload_id": upload}, **options)
+
+
+def moved(client: Client, content: bytes) -> tuple[str, list[str]]:
+    answer = bring(client, content)
+    assert answer.status_code == 201, answer.text
+    (inspection,) = answer.json()["inspections"]
+    return str(inspection["id"]), list(answer.json()["warnings"])
+
+
+def members(content: bytes) -> Members:
+    """Read and check an archive file with nothing of the program."""
+    with zipfile.ZipFile(io.BytesIO(content)) as file:
+        assert file.testzip() is None
+        found = {name: file.read(name) for name in file.namelist()}
+    listed = json.loads(found["manifest.json"])["files"]
+    assert listed == {
+        name: {"size": len(part), "sha256": hashlib.sha256(part).hexdigest()}
+        for name, part in found.items()
+        if name != "manifest.json"
+    }
+    return found
+
+
+def but_for_dates(content: bytes) -> dict[str, Any]:
+    """Return the files of an archive but for the moment of the export."""
+    found: dict[str, Any] = dict(members(content))
+    report = json.loads(found["inspection.json"])
+    del report["exported_at"]
+    found["inspection.json"] = report
+    manifest = json.loads(found["manifest.json"])
+    del manifest["made_at"], manifest["files"]["inspection.json"]
+    found["manifest.json"] = manifest
+    return found
+
+
+@pytest.fixture(scope="module")
+def source(clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Client, str]]:
+    """A server, and an approved inspection with everything that a person can state."""
+    with serving(tmp_path_factory.mktemp("source")) as client:
+        headers = {"Content-Type": "text/csv"}
+        pack = client.post("/api/packs", params={"name": "Own"}, content=PACK, headers=headers)
+        done = client.inspect(
+            clip, name="Jalan Besar", header={"asset_id": "CUL-7", "code_pack": pack.json()["id"]}
+        )
+        client.wait(done)
+        path = f"/api/inspections/{done}"
+        tag = client.tag(done, frame=10, code="SCR", remark="deep").json()["id"]
+        client.tag(done, frame=20, pixel=[200.0, 100.0], severity=4)
+        beside = f"{path}/observations/{tag}/attachments"
+        drawing = {"kind": "drawing", "frame": 25, "rank": -1, "strokes": [ARROW]}
+        for stated in ({"kind": "photo", "frame": 30}, drawing):
+            assert client.put(f"{beside}/{uuid.uuid4()}", json=stated).is_success
+        answer = client.put(
+            f"{beside}/{uuid.uuid4()}/voice",
+            content=VOICE,
+            headers={"Content-Type": "audio/webm"},
+            params={"duration_s": 3.5},
+        )
+        assert answer.is_success, answer.text
+        client.put(f"{path}/labels", json={"labels": ["north"]})
+        said = {"observation": tag, "kind": "comment", "text": "seen", "version": None}
+        assert client.put(f"{path}/review/remarks/{uuid.uuid4()}", json=said).is_success
+        wait_until(lambda: len(photos_of(client, done)) == 4)
+        for state in ("submitted", "in_review", "approved"):
+            assert client.post(f"{path}/review", json={"state": state, "reason": None}).is_success
+        yield client, done
+
+
+def photos_of(client: Client, inspection_id: str) -> list[str]:
+    path = f"/api/inspections/{inspection_id}"
+    shown = [row["photo"] for row in client.get(f"{path}/observations").json()["observations"]]
+    attached = client.get(f"{path}/attachments").json()["attachments"]
+    shown += [row["file"] for row in attached if row["kind"] != "voice"]
+    return [photo for photo in shown if photo]
+
+
+@pytest.fixture(scope="module")
+def target(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    with serving(tmp_path_factory.mktemp("target")) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def whole(source: tuple[Client, str]) -> bytes:
+    return archive(*source, film=True)
+
+
+def test_it_goes_to_another_server_whole_and_back_out_the_same(
+    source: tuple[Client, str], whole: bytes, clip: Path, tmp_path: Path
+) -> None:
+    client, done = source
+    assert members(whole)["film/video.mp4"] == clip.read_bytes()
+    with serving(tmp_path / "other") as other:
+        back, warnings = moved(other, whole)
+        assert (back, warnings) == (done, ["The code pack Own came along and was added."])
+        here, there = (but_for_dates(each) for each in (archive(other, back, film=True), whole))
+        for part in there["inspection.json"]:
+            assert here["inspection.json"][part] == there["inspection.json"][part], part
+        assert here == there
+        shown = other.inspection(back)
+        assert shown["review"]["state"] == "approved"
+        assert (shown["video"]["playable"], shown["labels"]) == (True, ["north"])
+        review, first = (
+            each.get(f"/api/inspections/{done}/review").json() for each in (other, client)
+        )
+        assert review["remarks"] == first["remarks"]
+        assert [step["state"] for step in review["steps"]] == [
+            "submitted", "in_review", "approved",
+        ]  # fmt: skip
+        part = other.get(f"/api/inspections/{back}/video", headers={"Range": "bytes=0-99"})
+        assert part.content == clip.read_bytes()[:100]
+        numbers = sorted(frame_number(other.get(photo).content) for photo in photos_of(other, back))
+        assert numbers == [10, 20, 25, 30]
+        path = f"/api/inspections/{back}"
+        assert other.get(f"{path}/exports/csv").content == (
+            client.get(f"{path}/exports/csv").content
+        )
+        assert other.get(f"{path}/exports/pdf").status_code == 200
+        again, _ = moved(other, whole)  # beside itself, under an id of its own
+        assert again != back
+        locked = other.tag(back, frame=5)
+        assert_error(locked, 409, "inspection_locked")
+        for each in (back, again):
+            other.post(
+                f"/api/inspections/{each}/review", json={"state": "reopened", "reason": "more"}
+            )
+        assert other.tag(back, frame=5).is_success
+        assert other.post(f"{path}/retry").is_success
+        assert other.wait(back)["status"] == "done"
+        back_up(tmp_path / "other", tmp_path / "backup", lambda *_: None)
+        assert other.delete(f"/api/inspections/{again}").status_code == 204
+        assert not (tmp_path / "other" / "inspections" / again).exists()
+        left = [p.name for p in (tmp_path / "other" / "inspections").iterdir()]
+        assert (left, list((tmp_path / "other" / "uploads").iterdir())) == ([back], [])
+    restore(tmp_path / "backup", tmp_path / "restored", lambda *_: None)
+    with serving(tmp_path / "restored") as restored:
+        assert "film/video.mp4" in members(archive(restored, again, film=True))
+
+
+def test_without_the_film_the_file_says_so(
+    source: tuple[Client, str], target: Client, tmp_path: Path
+) -> None:
+    small = archive(*source, film=False)
+    manifest = json.loads(members(small)["manifest.json"])
+    assert manifest["missing"] == ["film/video.mp4"]
+    create_token(TokenFile(target.data), "Ana", Role.OPERATOR)
+    back, warnings = moved(target, small)
+    assert any("does not contain the film;" in warning for warning in warnings)
+    assert len(photos_of(target, back)) == 4
+    assert_error(target.post(f"/api/inspections/{back}/retry"), 409, "nothing_recorded")
+    again = members(archive(target, back, film=False))
+    assert json.loads(again["manifest.json"])["missing"] == []
+    photos = [name for name in again if name.startswith("photos/")]
+    assert {name: again[name] for name in photos} == {
+        name: part for name, part in members(small).items() if name in photos
+    }
+
+
+def test_only_an_admin_brings_an_approval_along(target: Client, whole: bytes) -> None:
+    secret = create_token(TokenFile(target.data), "Ben", Role.OPERATOR)
+    answer = bring(target, whole, headers={"Authorization": f"Bearer {secret}"})
+    assert answer.status_code == 201, answer.text
+    (inspection,) = answer.json()["inspections"]
+    assert inspection["review"]["state"] == "submitted"
+    assert any("approved it where it comes from" in text for text in answer.json()["warnings"])
+
+
+def test_photos_may_be_embedded_in_json(source: tuple[Client, str], target: Client) -> None:
+    client, done = source
+    path = f"/api/inspections/{done}/exports/json"
+    full = client.get(path, params={"photos": "embedded"}).json()
+    assert len(full["media"]) == 5
+    assert base64.b64decode(next(v for n, v in full["media"].items() if n.startswith("voice"))) == (
+        VOICE
+    )
+    query = {"filename": "report.json"}
+    answer = target.post("/api/imports", params=query, content=json.dumps(full).encode())
+    assert answer.status_code == 201, answer.text
+    assert "does not contain the film and the picture of the wall;" in answer.json()["warnings"][0]
+    assert len(photos_of(target, answer.json()["inspections"][0]["id"])) == 4
+    full["media"] |= dict.fromkeys(list(full["media"])[:1], base64.b64encode(b"<html>").decode())
+    answer = target.post("/api/imports", params=query, content=json.dumps(full).encode())
+    assert "no picture in JPEG" in assert_error(answer, 422, "invalid_import")
+
+
+def packed(found: Members, **forms: int) -> bytes:
+    """Write a ZIP whose manifest fits its files."""
+    files = {name: part for name, part in found.items() if name != "manifest.json"}
+    manifest = json.loads(found["manifest.json"])
+    manifest["files"] = {
+        name: {"size": len(part), "sha256": hashlib.sha256(part).hexdigest()}
+        for name, part in files.items()
+    }
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as file:
+        for name, part in {**files, "manifest.json": json.dumps(manifest).encode()}.items():
+            file.writestr(name, part, forms.get("compression", zipfile.ZIP_STORED))
+    return out.getvalue()
+
+
+def with_report(found: Members, **changed: Any) -> Members:
+    report = json.loads(found["inspection.json"])
+    report["inspection"] |= changed
+    return found | {"inspection.json": json.dumps(report).encode()}
+
+
+def _flipped(content: bytes) -> bytes:
+    at = content.index(VOICE)
+    return content[:at] + b"?" + content[at + 1 :]
+
+
+HOSTILE: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+    "truncated": (lambda whole: whole[: len(whole) // 2], "cut off or damaged"),
+    "no zip": (lambda whole: b"PK\x03\x04 hello", "cut off or damaged"),
+    "damaged": (_flipped, "damaged"),
+    "wrong digest": (
+        lambda whole: packed(members(whole)).replace(VOICE, VOICE[::-1]),
+        "damaged",
+    ),
+    "foreign": (lambda whole: packed({"manifest.json": b"{}", "a.txt": b"x"}), "'a.txt'"),
+    "no manifest": (lambda whole: _zip({"inspection.json": b"{}"}), "no manifest.json"),
+    "traversal": (
+        lambda whole: packed(members(whole) | {"photos/../../chainage.db": b"x"}),
+        "'photos/../../chainage.db'",
+    ),
+    "unlisted": (lambda whole: _added(whole, "photos/more.jpg"), "does not list"),
+    "twice": (lambda whole: _added(whole, "inspection.json"), "two files"),
+    "bomb": (lambda whole: _zip({"manifest.json": bytes(65 * 2**20)}), "may have 64"),
+    "compressed photo": (
+        lambda whole: packed(members(whole), compression=zipfile.ZIP_DEFLATED),
+        "is compressed",
+    ),
+    "no photo": (
+        lambda whole: packed(members(whole) | {"photos/CUL-7-001.jpg": b"<svg/>"}),
+        "no picture in JPEG",
+    ),
+    "another film": (
+        lambda whole: packed(members(whole) | {"film/video.mp4": b"x"}),
+        "not that of the inspection",
+    ),
+}
+
+
+def _zip(found: Members) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, part in found.items():
+            file.writestr(name, part)
+    return out.getvalue()
+
+
+def _added(whole: bytes, name: str) -> bytes:
+    out = io.BytesIO(whole)
+    with zipfile.ZipFile(out, "a") as file:
+        file.writestr(name, b"x")
+    return out.getvalue()
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+@pytest.mark.parametrize("kind", HOSTILE)
+def test_a_file_that_is_not_whole_is_refused_with_a_reason(
+    whole: bytes, kind: str, tmp_path: Path
+) -> None:
+    """In this process; that the server reads in another one is tested below."""
+    spoil, said = HOSTILE[kind]
+    path = tmp_path / "archive.zip"
+    path.write_bytes(spoil(whole))
+    with pytest.raises(InvalidImport, match=re.escape(said)):
+        archive_file.read(path)
+
+
+def test_nothing_is_stored_of_a_file_that_is_refused(target: Client, whole: bytes) -> None:
+    source = {"kind": "upload", "filename": "a.mp4", "size": 1}
+    source["sha256"] = hashlib.sha256(b"x").hexdigest()
+    no_film = with_report(members(whole) | {"film/video.mp4": b"x"}, source=source)
+    before = sorted(path.name for path in (target.data / "inspections").iterdir())
+    assert "a.mp4" in assert_error(bring(target, packed(no_film)), 422, "unreadable_video")
+    assert_error(bring(target, _flipped(whole)), 422, "invalid_import")
+    assert sorted(path.name for path in (target.data / "inspections").iterdir()) == before
+
+
+def test_a_full_disk_leaves_nothing(whole: bytes, tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk") as disk, serving(disk.place / "data") as client:
+        upload = client.upload(whole, "a.zip")
+        disk.fill()
+        body = {"upload_id": upload}
+        assert_error(client.post("/api/imports/archive", json=body), 507, "disk_full")
+        assert list((disk.place / "data" / "inspections").iterdir()) == []
+        disk.make_room()
+        assert client.post("/api/imports/archive", json=body).status_code == 201
+        assert_error(client.post("/api/imports/archive", json=body), 404, "upload_not_found")
+
+
+def test_what_a_killed_server_left_of_an_import_is_deleted_at_the_next_start(
+    whole: bytes, tmp_path: Path
+) -> None:
+    name = json.loads(members(whole)["manifest.json"])["inspection_id"]
+    left = tmp_path / "inspections" / name
+    left.mkdir(parents=True)
+    (left / "video.mp4").write_bytes(b"half")
+    for suffix in (".importing", ".import"):
+        (left.parent / f"{name}{suffix}").write_bytes(b"")
+    with serving(tmp_path) as client:
+        assert list(left.parent.iterdir()) == []
+        assert moved(client, whole)[0] == name

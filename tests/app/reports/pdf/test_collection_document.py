@@ -1,0 +1,115 @@
+"""The PDF over many inspections, read with pypdf and pypdfium2."""
+
+import io
+import re
+from dataclasses import replace
+
+import pypdf
+import pypdfium2
+import pytest
+from reports import report
+
+from app.errors import InspectionNotFound
+from app.reports.content.translator import Translator
+from app.reports.pdf.collection import document
+
+IDS = [f"{number:032x}" for number in (1, 2, 3)]
+
+
+def written(language="en", gone_at_second_look=()):
+    """The document, what is missing, and the steps that were reported."""
+    looks, steps = [], []
+
+    def report_of(inspection_id):
+        looks.append(inspection_id)
+        number = int(inspection_id, 16)
+        if number > 3 or (looks.count(inspection_id) == 2 and number in gone_at_second_look):
+            raise InspectionNotFound("There is no such inspection.")
+        made = report()
+        header = {**made.header, "road": f"Road {number % 2}", "project": "Klang"}
+        # Two reports of one asset must not be mistaken for each other.
+        header |= {"asset_id": "CUL-A"} if number < 3 else {"start_lat": None}
+        return replace(made, id=inspection_id, name=f"Run {number}", header=header,
+                       language=language)  # fmt: skip
+
+    out = io.BytesIO()
+    missing = document.write(
+        out, [*IDS, 32 * "f"], report_of, Translator(language, "m"),
+        begin=steps.append, done=lambda: steps.append(None),
+    )  # fmt: skip
+    return out.getvalue(), missing, steps
+
+
+@pytest.fixture(scope="module")
+def made():
+    return written()
+
+
+def outline(reader):
+    """Titles with their pages, and the titles below each."""
+    found = []
+    for one in reader.outline:
+        if isinstance(one, list):
+            found[-1][2].extend(below.title for below in one if not isinstance(below, list))
+        else:
+            found.append((one.title, reader.get_destination_page_number(one), []))
+    return found
+
+
+def test_every_inspection_has_its_bookmarks_below_its_own(made):
+    reader = pypdf.PdfReader(io.BytesIO(made[0]))
+    found = outline(reader)
+    titles = [title for title, _, _ in found]
+    assert titles == [
+        "Contents", "Inspections and their grades", "Statistics", "Plan sketch",
+        "1 · CUL-A", "2 · CUL-A", "3 · CUL-0041",
+    ]  # fmt: skip
+    for title, page, below in found[4:]:
+        assert title.split(" · ")[1] in reader.pages[page].extract_text()
+        assert {"Summary", "Observations", "Condition"} <= set(below)
+
+
+def test_rows_lead_to_the_page_that_they_name(made):
+    pages = {title: page for title, page, _ in outline(pypdf.PdfReader(io.BytesIO(made[0])))}
+    starts = [pages["1 · CUL-A"], pages["2 · CUL-A"], pages["3 · CUL-0041"]]
+    reader = pypdf.PdfReader(io.BytesIO(made[0]))
+    names = {name: reader.get_destination_page_number(d)
+             for name, d in reader.named_destinations.items()}  # fmt: skip
+    shown = pypdfium2.PdfDocument(made[0])
+    for title in ("Contents", "Inspections and their grades"):
+        page = reader.pages[pages[title]]
+        links = [str(annotation.get_object()["/Dest"]) for annotation in page["/Annots"]]
+        led = [names[link] for link in links if link.endswith("/title")]
+        assert led == sorted(2 * starts), title
+        text = shown[pages[title]].get_textpage().get_text_range()
+        words = " ".join(text.split())
+        for number, start in enumerate(starts, 1):
+            named = re.search(rf" {number} CUL-\w+.*?Run {number}\b(.*?) {start + 1} ", words)
+            assert named, words
+
+
+def test_what_is_missing_is_named_and_every_step_is_reported(made):
+    content, missing, steps = made
+    assert [one[0] for one in missing] == [32 * "f"]
+    assert steps.count(None) == 4
+    page = pypdf.PdfReader(io.BytesIO(content)).pages[2]
+    text = page.extract_text()
+    assert "Culvert inspections" in text  # the head
+    assert "Not in this document: ffff" in text
+
+
+def test_an_inspection_that_goes_meanwhile_has_a_page_that_says_so():
+    content, missing, steps = written("ms", gone_at_second_look=(2,))
+    assert {one[0] for one in missing} == {IDS[1], 32 * "f"}
+    assert steps.count(None) == 4
+    reader = pypdf.PdfReader(io.BytesIO(content))
+    page = {title: page for title, page, _ in outline(reader)}["2 · CUL-A"]
+    assert "Pemeriksaan ini dipadam" in reader.pages[page].extract_text()
+
+
+def test_none_at_all_is_an_error():
+    with pytest.raises(InspectionNotFound):
+        document.write(
+            io.BytesIO(), [], lambda _: report(), Translator("en", "m"),
+            begin=lambda _: None, done=lambda: None,
+        )  # fmt: skip
