@@ -40,7 +40,7 @@ def large_report(folder: Path) -> Report:
     entries = [
         replace(
             entry(n, **kinds[n % len(kinds)] | {"distance_m": float(place_m)}),
-            photo=Photo(f"CUL-0041-{n:03d}.jpg", pictures[n - 1], "ab" * 32),
+            photo=Photo(f"CUL-0041-{n:03d}.jpg", pictures[n - 1], f"{n:064x}"),
         )
         for n, place_m in enumerate(places_m, 1)
     ]

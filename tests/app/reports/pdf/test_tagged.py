@@ -4,6 +4,7 @@ import io
 import re
 from dataclasses import replace
 
+import pypdfium2
 import pytest
 from hypothesis import given, settings
 from pdf_structure import check
@@ -12,7 +13,11 @@ from random_reports import reports
 from reports import full_report, remarked, report
 
 from app.reports import pdf as document
+from app.reports.content.translator import Translator
 from app.reports.pdf import emergency
+from app.reports.pdf.flow import Column, Grid, PageOf, Title
+from app.reports.pdf.pages import Document, Running, about
+from app.reports.pdf.styles import TITLE
 
 LONG = "Retak memanjang. 钢筋外露。 ظاهر تسرب. தமிழ் சாலை. ถนนสุขุมวิท " * 160
 
@@ -102,6 +107,36 @@ def test_the_page_of_a_place_is_that_of_the_text(english):
     page = reader.get_destination_page_number(reader.named_destinations["row-3"])
 
     assert "Observations" in reader.pages[page].extract_text()
+
+
+def test_two_reports_of_one_asset_in_a_document_keep_their_links_apart(full):
+    t, out = Translator.of(full), io.BytesIO()
+    book = Document(out, about(full, "Both"))
+    rows = [[key, PageOf(f"{key}/title", "To the report")] for key in ("first", "second")]
+    columns = (Column("", 40, is_head=True), Column("", 40, "right"))
+    front = [Title("Both", TITLE, after=0, bookmark=""), Grid(columns, rows)]
+    book.add_pages(Running("", "Both", "", t), front)
+    for key in ("first", "second"):
+        book.add(full, t, "Report", document.story_of(full, t), level=1, key=key)
+    book.close()
+
+    tree = check(out.getvalue())
+    reader = PdfReader(out)
+    pages = [
+        reader.get_destination_page_number(reader.named_destinations[f"{key}/row-3"])
+        for key in ("first", "second")
+    ]
+    assert pages[0] < pages[1]
+    with pypdfium2.PdfDocument(out.getvalue()) as read:
+        contents = read[0].get_textpage().get_text_range().split()
+    starts = [
+        reader.get_destination_page_number(reader.named_destinations[f"{key}/title"]) + 1
+        for key in ("first", "second")
+    ]
+    assert contents[:5] == ["Both", "first", str(starts[0]), "second", str(starts[1])]
+    assert len(kinds_of(tree, "/Part")) == 2
+    titles = [item.title for item in reader.outline if not isinstance(item, list)]
+    assert titles == ["CUL-0041", "CUL-0041"]
 
 
 def test_shaped_letters_are_read_as_they_were_written(full):
