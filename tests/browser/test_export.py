@@ -55,7 +55,7 @@ def open_menu(page: Page) -> None:
 
 def open_format(page: Page, name: str) -> None:
     open_menu(page)
-    page.get_by_role("button", name=re.compile(f"^{name} ")).click()
+    page.get_by_role("button", name=re.compile(f"^{name} ")).first.click()  # XML comes later
     expect(page.get_by_role("dialog", name=f"Export: {name}")).to_be_visible()
 
 
