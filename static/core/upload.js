@@ -22,14 +22,17 @@ const TUS = { 'Tus-Resumable': '1.0.0' };
 
 const keyOf = (file, path) => `${REMEMBERED}${path}:${file.size}:${file.lastModified}`;
 
+/** Whether a file can only be the archive file of an inspection, which is no film. */
+export const isArchive = ({ name }) => name.toLowerCase().endsWith('.zip');
+
 /**
- * Returns uploads that were begun in this browser and not yet used: [{url, name, size, whole?, refused?}].
+ * Returns films whose upload was begun in this browser and not yet used: [{url, name, size, whole?, refused?}].
  */
-export function unfinishedUploads() {
+export function unfinishedFilms() {
   return Object.keys(localStorage)
     .filter((key) => key.startsWith(REMEMBERED))
     .map((key) => ({ key, ...recall(key, {}) }))
-    .filter(({ url }) => url);
+    .filter((upload) => upload.url && !isArchive(upload));
 }
 
 /** Removes an unfinished upload here and on the server. */

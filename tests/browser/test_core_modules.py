@@ -181,6 +181,20 @@ def test_broken_or_foreign_memories_of_a_browser_count_as_none(site: Page) -> No
     assert found == [[{}, {}, {}, [], None, {"a": 1}], usual, None, [True, False], "old"]
 
 
+def test_the_archive_file_of_an_inspection_is_no_unfinished_film(site: Page) -> None:
+    films = site.evaluate(
+        """async () => {
+          const { remember } = await import('/static/core/remembered.js');
+          const { unfinishedFilms } = await import('/static/core/upload.js');
+          const url = '/api/uploads/1';
+          remember('chainage.upload:1', { url, name: 'north/run.mp4' });
+          remember('chainage.upload:2', { url, name: 'CUL-1.chainage.ZIP' });
+          return unfinishedFilms().map(({ key, name }) => (remember(key, null), name));
+        }"""
+    )
+    assert films == ["north/run.mp4"]
+
+
 def test_a_live_message_is_split_into_header_and_picture(site: Page) -> None:
     parsed = site.evaluate(
         """async () => {

@@ -6,9 +6,11 @@ import csv
 import io
 import json
 import re
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import pypdf
 import pytest
 from clips import numbered_clip, rig_for_clip
 from looks import expect_no_fault
@@ -16,6 +18,7 @@ from playwright.sync_api import Page, Route, expect
 from receivers import Receiver, receiving
 from steps import Server, export, log_in
 
+from app.reports.bundle.verify import verify
 from app.reports.formats import FORMATS
 
 TAGS = [f"7d444840-9dc0-4d2a-8a6a-00000000000{n}" for n in range(5)]
@@ -35,13 +38,27 @@ def notifying(tmp_path_factory: pytest.TempPathFactory, receiver: Receiver) -> I
         yield running
 
 
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return numbered_clip(tmp_path_factory.mktemp("film") / "clip.mp4", "libx264", frames=20)
+
+
+@pytest.fixture(scope="module")
+def inspection(notifying: Server, film: Path) -> str:
+    """With a crack and a tag without a code, for tests that change nothing of it."""
+    return tracked(notifying, film)
+
+
 @pytest.fixture
-def inspection(notifying: Server, tmp_path: Path) -> str:
-    """With a plain tag, a crack and one without a code."""
-    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
-    made = notifying.track(clip, rig_for_clip(tmp_path / "rig.json"))
-    tag(notifying, made, 0, frame=3, code="BAB", char1="B", char2="A", severity=3)
-    tag(notifying, made, 1, frame=9)
+def own(notifying: Server, film: Path) -> str:
+    """The same, for one test."""
+    return tracked(notifying, film)
+
+
+def tracked(server: Server, film: Path) -> str:
+    made = server.track(film, rig_for_clip(film.with_suffix(".json")))
+    tag(server, made, 0, frame=3, code="BAB", char1="B", char2="A", severity=3)
+    tag(server, made, 1, frame=9)
     return made
 
 
@@ -87,21 +104,14 @@ def test_losses_and_checks_are_shown_before_and_forbid_nothing(
     expect(dialog).to_have_count(0)
     expect(page.locator("toast-stack")).to_contain_text("clip-en13508.txt is saved")
 
-
-def test_a_loss_leads_to_its_defect(page: Page, notifying: Server, inspection: str) -> None:
-    log_in(page, notifying, f"/inspections/{inspection}")
+    # A loss leads to its defect.
     open_format(page, "EN 13508-2")
-    page.get_by_role("dialog").get_by_role("button", name="Go there").first.click()
-    expect(page.get_by_role("dialog")).to_have_count(0)
+    dialog.get_by_role("button", name="Go there").first.click()
+    expect(dialog).to_have_count(0)
     expect(page.locator(".defect [aria-current=true]")).to_contain_text("No code")
 
-
-def test_a_map_without_coordinates_is_refused_in_a_sentence_that_leads_on(
-    page: Page, notifying: Server, inspection: str
-) -> None:
-    log_in(page, notifying, f"/inspections/{inspection}")
+    # A map without coordinates is refused in a sentence that leads on.
     open_format(page, "GeoJSON")
-    dialog = page.get_by_role("dialog")
     expect(dialog.get_by_role("alert")).to_contain_text("latitude and longitude of both ends")
     expect_no_fault(page)
     dialog.get_by_role("alert").get_by_role("button").click()
@@ -190,19 +200,18 @@ def test_language_and_units_are_those_of_the_person(
     notifying.ask("PUT", "/api/me/preferences", usual)
 
 
-@pytest.mark.parametrize("width", [360, 1280])
-def test_menu_and_dialog_fit_the_window(
-    page: Page, notifying: Server, inspection: str, width: int
-) -> None:
-    page.set_viewport_size({"width": width, "height": 700})
-    tag(notifying, inspection, 2, frame=12, code="BAC", char1="C", severity=5)
-    log_in(page, notifying, f"/inspections/{inspection}")
-    open_menu(page)
-    _expect_inside(page, ".menu__list--exports")
-    page.get_by_role("button", name=re.compile("^ISYBAU ")).click()
-    expect(page.get_by_role("dialog")).to_contain_text("This format cannot hold")
-    _expect_inside(page, "dialog")
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+def test_menu_and_dialog_fit_the_window(page: Page, notifying: Server, own: str) -> None:
+    tag(notifying, own, 2, frame=12, code="BAC", char1="C", severity=5)
+    log_in(page, notifying, f"/inspections/{own}")
+    for width in (360, 1280):
+        page.set_viewport_size({"width": width, "height": 700})
+        open_menu(page)
+        _expect_inside(page, ".menu__list--exports")
+        page.get_by_role("button", name=re.compile("^ISYBAU ")).click()
+        expect(page.get_by_role("dialog")).to_contain_text("This format cannot hold")
+        _expect_inside(page, "dialog")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.keyboard.press("Escape")
 
 
 def _expect_inside(page: Page, selector: str) -> None:
@@ -216,10 +225,8 @@ def _expect_inside(page: Page, selector: str) -> None:
     assert box["y"] + box["height"] <= window["height"]
 
 
-def test_the_table_holds_what_was_tagged_just_now(
-    page: Page, notifying: Server, inspection: str
-) -> None:
-    log_in(page, notifying, f"/inspections/{inspection}")
+def test_the_table_holds_what_was_tagged_just_now(page: Page, notifying: Server, own: str) -> None:
+    log_in(page, notifying, f"/inspections/{own}")
     expect(page.locator(".defect")).to_have_count(2)
     expect(page.locator(".readout__distance")).to_contain_text("0.00")
     page.keyboard.press("1")
@@ -229,10 +236,10 @@ def test_the_table_holds_what_was_tagged_just_now(
 
 
 def test_a_severity_5_is_shown_on_the_page_on_a_sheet_and_to_the_client(
-    page: Page, notifying: Server, receiver: Receiver, inspection: str
+    page: Page, notifying: Server, receiver: Receiver, own: str
 ) -> None:
     receiver.statuses = [500, 500]
-    log_in(page, notifying, f"/inspections/{inspection}")
+    log_in(page, notifying, f"/inspections/{own}")
     banner = page.get_by_role("region", name="Act now")
     expect(page.locator(".defect")).to_have_count(2)
     expect(banner).to_be_hidden()
@@ -254,18 +261,67 @@ def test_a_severity_5_is_shown_on_the_page_on_a_sheet_and_to_the_client(
     expect(page.get_by_role("button", name=re.compile("^Act-now sheet"))).to_be_visible()
 
 
-def test_the_list_shows_at_once_what_others_tag(
-    page: Page, notifying: Server, inspection: str
-) -> None:
-    for made in json.load(notifying.ask("GET", "/api/inspections"))["inspections"]:
-        if made["id"] != inspection:
-            notifying.ask("DELETE", f"/api/inspections/{made['id']}")
+def test_the_list_shows_at_once_what_others_tag(page: Page, notifying: Server, own: str) -> None:
     log_in(page, notifying)
-    row = page.locator(".inspection")
+    row = page.locator(".inspection", has=page.locator(f"a[href='/inspections/{own}']"))
     expect(row.locator(".chip")).to_have_count(1)
-    tag(notifying, inspection, 3, frame=12, code="BAC", char1="C", severity=5)
+    tag(notifying, own, 3, frame=12, code="BAC", char1="C", severity=5)
     expect(row.locator(".chip")).to_have_text(["Done", "act now"])
     expect(page.locator("toast-stack")).to_contain_text("Act now: clip")
     expect_no_fault(page)
     page.locator("toast-stack").get_by_role("button", name="Open").click()
-    page.wait_for_url(f"**/inspections/{inspection}")
+    page.wait_for_url(f"**/inspections/{own}")
+
+
+def test_a_delivery_with_its_film_then_one_document_over_all(
+    page: Page, notifying: Server, inspection: str, film: Path, tmp_path: Path
+) -> None:
+    log_in(page, notifying, f"/inspections/{inspection}")
+    open_format(page, "Delivery")
+    dialog = page.get_by_role("dialog", name="Export: Delivery")
+    dialog.get_by_label("Exchange format").select_option("RIBX")
+    dialog.get_by_label("Language of report and page").select_option("Bahasa Malaysia")
+    dialog.get_by_label("The film as well").check()
+    expect_no_fault(page, ("dark",))
+    held: list[Route] = []
+    page.route("**/api/bulk-exports", lambda route: held.append(route))
+    with page.expect_request("**/api/bulk-exports"):
+        dialog.get_by_role("button", name="Download").click()
+    page.keyboard.press("Escape")
+    stop = page.get_by_role("dialog", name="Stop making the delivery?")
+    stop.get_by_role("button", name="Cancel").click()
+    with page.expect_download() as download:
+        held[0].continue_()
+    page.unroute("**/api/bulk-exports")
+    expect(dialog).to_have_count(0)
+    assert download.value.suggested_filename == "clip-delivery.zip"
+    path = tmp_path / "delivery.zip"
+    download.value.save_as(path)
+    assert verify(path, video=film).is_right
+    with zipfile.ZipFile(path) as archive:
+        assert archive.read("clip.mp4") == film.read_bytes()
+        cited = set(re.findall(r"clip[\w.-]*\.(?:jpg|mp4)", archive.read("clip.ribx").decode()))
+        assert cited >= {"clip.mp4", "clip-001.jpg"}
+        assert cited <= set(archive.namelist())
+        assert b'lang="ms"' in archive.read("clip-report.html")[:200]
+
+    page.goto(f"{notifying.url}/")
+    row = page.locator(".inspection", has=page.locator(f"a[href='/inspections/{inspection}']"))
+    row.get_by_role("checkbox").check()
+    page.get_by_role("button", name="Export…").click()
+    dialog = page.get_by_role("dialog", name="Export 1 inspection")
+    for label in ("PDF", "XLSX"):
+        dialog.get_by_label(label, exact=True).uncheck()
+    expect(dialog.get_by_role("button", name="Make the archive")).to_be_disabled()
+    dialog.get_by_label("One document").check()
+    expect_no_fault(page, ("dark",))
+    dialog.get_by_role("button", name="Make the archive").click()
+    with page.expect_download() as download:
+        dialog.get_by_role("link", name="Download").click()
+    assert download.value.suggested_filename == "chainage-report.pdf"
+    titles = [
+        one.title
+        for one in pypdf.PdfReader(download.value.path()).outline
+        if not isinstance(one, list)
+    ]
+    assert titles[-1] == "1 · clip"

@@ -133,7 +133,7 @@ class BulkExport {
   #showMade() {
     const { making, result, cancel } = this.#parts;
     const { state, not_made: notMade, not_made_total: missing, size, detail } = this.#progress;
-    if (state === 'failed') return this.#fail(detail);
+    if (state === 'failed') return this.#fail(html`<span lang="en">${detail}</span>`);
     making.hidden = true;
     cancel.textContent = t('page.close');
     const n = this.#ids.length;

@@ -25,11 +25,15 @@ export function openExport(desk, format) {
   const { dialog, parts } = openDialog({
     title: t('export.title', { name: format.name }),
     content: markup(format, desk.inspection.value),
+    question: () => (format.isOrdered && shown.isMaking ? stop() : null),
   });
   const end = new AbortController();
   dialog.addEventListener('close', () => end.abort());
-  new ExportDialog(desk, format, dialog, parts, end.signal);
+  const shown = new ExportDialog(desk, format, dialog, parts, end.signal);
 }
+
+/** Asks before a file as large as a film is dropped. */
+const stop = () => ({ title: t('export.stop_title'), text: t('export.stop_text'), submit: t('export.stop') });
 
 class ExportDialog {
   #desk;
@@ -63,6 +67,10 @@ class ExportDialog {
     desk.checks.loadSoon();
     if (!format.isWhole) this.#askLosses();
     parts.download.focus();
+  }
+
+  get isMaking() {
+    return this.#making !== null;
   }
 
   async #askLosses() {
@@ -183,7 +191,7 @@ class ExportDialog {
     if (path === null) return null;
     if (progress.state === 'done') return { url: `${path}/archive`, name: progress.filename, size: progress.size };
     await discard(path);
-    render(fault, html`<p class="message message--error">${icon('alert')}<span>${progress.detail}</span></p>`);
+    render(fault, html`<p class="message message--error">${icon('alert')}<span lang="en">${progress.detail}</span></p>`);
     return null;
   }
 

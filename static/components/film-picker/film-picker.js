@@ -9,7 +9,7 @@ import { FilmQueue } from '../../core/film-queue.js';
 import { html, patchList, render, setText } from '../../core/html.js';
 import { Component } from '../../core/store.js';
 import { bytes, duration } from '../../core/units.js';
-import { discardUpload, unfinishedUploads } from '../../core/upload.js';
+import { discardUpload, unfinishedFilms } from '../../core/upload.js';
 import { pieces, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 
@@ -219,7 +219,7 @@ class FilmPicker extends Component {
 
   /** After a reload only the person can open the files again, so name them. */
   #showUnfinished() {
-    const waiting = this.queue.films.length ? [] : unfinishedUploads();
+    const waiting = this.queue.films.length ? [] : unfinishedFilms();
     const list = render(
       this.parts.unfinished,
       html`${waiting.map((upload, i) => html`<p class="message drop__unfinished">${icon('info')}

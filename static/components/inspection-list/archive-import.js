@@ -15,11 +15,9 @@ const stop = () => ({
   submit: t('list.archive_stop'),
 });
 
-/** Whether a chosen file can only be an archive file. */
-export const isArchive = ({ name }) => name.toLowerCase().endsWith('.zip');
-
 /**
- * Shows how far the file is; a file that was begun before is sent on.
+ * Shows how far the file is; a file that was begun before is sent on. What the server has begun to store it ends,
+ * all of it or nothing, whether or not the dialog is still there.
  * @param {File} file
  * @returns {Promise<object|null>} what the server has imported; null: it was cancelled, or refused and said so
  */
@@ -37,6 +35,8 @@ export async function importArchive(file) {
     question: () => (isBeingSent(upload) ? stop() : null),
   });
   let imported = null;
+  /** What the server stores at present. */
+  let storing = null;
 
   const show = () => {
     parts.bar.value = upload.size ? upload.offset / upload.size : 0;
@@ -46,11 +46,13 @@ export async function importArchive(file) {
   const store = async () => {
     parts.bar.removeAttribute('value');
     parts.said.textContent = t('list.archive_storing');
-    parts.cancel.disabled = true; // the server ends what it has begun, all of it or nothing
+    parts.cancel.disabled = true;
+    storing = post('/api/imports/archive', { upload_id: upload.id });
     try {
-      imported = await post('/api/imports/archive', { upload_id: upload.id });
+      imported = await storing;
       upload.forget();
     } finally {
+      storing = null;
       parts.cancel.disabled = false;
     }
   };
@@ -79,6 +81,7 @@ export async function importArchive(file) {
   parts.cancel.focus();
   run();
   await closed;
+  await storing?.catch(toastError);
   if (!imported) upload.cancel().catch(toastError);
   return imported;
 }

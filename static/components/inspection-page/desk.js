@@ -32,6 +32,7 @@ import { WallGrid } from '../../core/wall.js';
 import { errorText, t } from '../../core/words.js';
 import { followIn3d } from './in-3d.js';
 import { Large } from './large.js';
+import { Overtaken } from './overtaken.js';
 import { Measuring } from '../measure-tool/measuring.js';
 
 /**
@@ -86,8 +87,7 @@ export class Desk extends EventTarget {
   #held = { frame: -1, pointed: { id: null } };
   /** The pose of the last tag: for a live picture it is known before the track contains it. */
   #tagged = { frame: -1, row: null };
-  /** Counts the overtaken corrections of this page, so that each conflict gets a new id. */
-  #found = 0;
+  #overtaken;
 
   /** Fetches everything needed to draw the page. */
   static async open(id, signal) {
@@ -131,12 +131,8 @@ export class Desk extends EventTarget {
     /** Remarks that are being typed. */
     this.drafts = new RemarkDrafts(inspection.id);
     lock(isLocked(inspection.value));
-    outbox.addEventListener('change', () => this.#findConflicts(), { signal });
     if (mayEdit()) this.corrections.restore();
-    for (const store of [this.corrections, this.corrections.draft]) {
-      store.addEventListener('change', () => this.#findOvertakenDraft(), { signal });
-    }
-    this.#findConflicts();
+    this.#overtaken = new Overtaken(this, signal);
     this.live = new LiveFeed(`/api/inspections/${inspection.id}/live?page=${pageId}`, signal);
     followChanges(this.live, () => this.readAgain(), (error) => this.fault(errorText(error)), signal);
     followRun(this, signal);
@@ -197,7 +193,7 @@ export class Desk extends EventTarget {
       this.corrections.edit(stated);
       await this.corrections.load();
       this.corrections.wait(remark);
-      this.#overtaken();
+      this.#overtaken.stateDraft();
       return false;
     }
     const after = this.corrections.value.stated;
@@ -211,49 +207,6 @@ export class Desk extends EventTarget {
       },
     });
     return true;
-  }
-
-  /** Reports a draft that waits for a decision, also since an earlier page, until it is settled. */
-  #findOvertakenDraft() {
-    const { corrections, conflicts } = this;
-    if (!corrections.isOvertaken) conflicts.state('corrections', []);
-    else if (corrections.waiting && !conflicts.value.some(({ kind }) => kind === 'corrections')) this.#overtaken();
-  }
-
-  /** The draft waits until a person has compared it with the stored statements. */
-  #overtaken() {
-    const { corrections } = this;
-    const { stated: theirs, version } = corrections.value;
-    const { remark } = corrections.waiting;
-    this.#found += 1;
-    this.conflicts.state('corrections', [{
-      id: `corrections ${this.#found}`,
-      kind: 'corrections',
-      get mine() {
-        return corrections.draft.value; // it may be edited until then
-      },
-      theirs,
-      keepMine: async () => {
-        if (await this.correct(corrections.draft.value, remark, version)) this.done(t('corrections.applied'));
-      },
-      takeTheirs: () => corrections.discard(),
-    }]);
-  }
-
-  /** Reports changes that the server refused because somebody else changed the same observation. */
-  #findConflicts() {
-    const { outbox, observations, inspection } = this;
-    this.conflicts.state('observation', outbox.overtakenFor(inspection.id).map(
-      ({ id, observation, fields, refusal }) => ({
-        id,
-        kind: 'observation',
-        about: observation,
-        mine: fields ?? null,
-        theirs: refusal.current,
-        keepMine: () => observations.sendAgain(observation),
-        takeTheirs: () => observations.giveUp(observation),
-      }),
-    ));
   }
 
   async #state(stated, remark, replaced = this.corrections.value.version) {

@@ -191,8 +191,9 @@ class ReportTemplate extends Component {
     render(this.parts.refused, html`<p class="message message--error">${icon('alert')}<span>${text}</span></p>`);
   }
 
-  /** Goes back to the template of all others, or to the defaults; what was stored can be brought back. */
+  /** Goes back to the template of all others, or to the defaults; what was stored and what was typed can be brought back. */
   async #reset() {
+    const { value, isChanged } = this.#draft;
     const { template } = await loadTemplate(this.#project, this.signal);
     await removeTemplate(this.#project, this.#version);
     this.#take(await loadTemplate(this.#project, this.signal));
@@ -201,6 +202,7 @@ class ReportTemplate extends Component {
       run: () =>
         orToast(async () => {
           this.#take(await saveTemplate(this.#project, template, null));
+          if (isChanged) this.#draft.change(value);
           await this.#offer();
         }),
     });

@@ -10,7 +10,7 @@ import { hasFilm } from '../../core/inspection.js';
 import { withKey } from '../../core/keys.js';
 import { onThemeChange, sharpContext, typeScale } from '../../core/screen.js';
 import { Component } from '../../core/store.js';
-import { chainage, clockHour, timecode } from '../../core/units.js';
+import { timecode } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { drawSeverity } from '../severity-mark/severity-mark.js';
 import '../code-chain/code-chain.js';
@@ -24,14 +24,16 @@ import { FilmView, layoutOf, transformOf } from './film-view.js';
 import './picture-age.js';
 import './picture-look.js';
 import { BlankPlayer, FilePlayer, LivePlayer, StillPlayer } from './players.js';
+import { SPEEDS, besideSpeed } from './speeds.js';
+import { atPointer, whyNoPicture } from './words-on-film.js';
 import { toastError } from '../toast-stack/toast-stack.js';
 
-/** Times the speed of the recording; slow motion to look closely. */
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 const ZOOM_STEP = 1.5;
 const PAN_PX = 60;
 /** Room of one label, across and down: more labels would overlap. */
 const LABEL_ROOM = [56, 24];
+/** What is written at the pointer stands as much higher. */
+const POINTER_ROOM = 26;
 const BUSY_SHOWN_AFTER_MS = 250;
 
 class VideoPanel extends Component {
@@ -429,49 +431,24 @@ class VideoPanel extends Component {
     }
     const label = (text, x, y) => paintLabel(context, text, x, y, layout, styles);
     paintOnPicture(context, desk, { toStage, layout, cursor: this.#cursor, label, styles });
-    if (this.#cursor && !desk.measuring.value) this.#paintCursor(context, toStage(this.#cursor), layout, styles);
-  }
-
-  #paintCursor(context, [x, y], layout, styles) {
-    const { wall, playhead } = this.desk;
-    const mark = this.#markAt(this.#cursor);
-    const point = wall?.at(...this.#cursor, playhead.value.row);
-    if (this.desk.picking.value) paintLabel(context, t('corrections.mark_here'), x, y - 26, layout, styles);
-    else if (mark) paintLabel(context, t('video.select', { what: mark.code || t('video.tag') }), x, y - 26, layout, styles);
-    else if (point) {
-      const clock = point.clock_h === null ? '' : ` · ${clockHour(point.clock_h)}`;
-      paintLabel(context, `${chainage(point.distance_m)}${clock}`, x, y - 26, layout, styles);
-    } else paintLabel(context, t('video.no_wall'), x, y - 26, layout, styles);
+    if (this.#cursor && !desk.measuring.value) {
+      const [x, y] = toStage(this.#cursor);
+      label(atPointer(desk, this.#cursor, this.#markAt(this.#cursor)), x, y - POINTER_ROOM);
+    }
   }
 
   /** Shows a note when the picture is not (yet) the wanted one. */
   #paintNote() {
     const { parts, desk } = this;
-    const { status } = desk.inspection.value;
     const isLate = this.#player.isBusy && performance.now() - this.#busySince > BUSY_SHOWN_AFTER_MS;
     let note = '';
-    if (!hasFilm(desk.inspection.value)) note = t('video.note_no_film');
-    else if (desk.playhead.value.frame < 0) {
-      note = {
-        queued: t('video.note_queued'),
-        running: t('video.note_running'),
-        done: '',
-        failed: t('video.note_failed'),
-        cancelled: t('video.note_cancelled'),
-      }[status];
-      if (desk.track.length && status !== 'running') note = t('video.note_loading');
-    } else if (this.#mode === 'REVIEW' && this.#player.isBusy && this.#player.rate === 0) {
+    if (!hasFilm(desk.inspection.value) || desk.playhead.value.frame < 0) note = whyNoPicture(desk);
+    else if (this.#mode === 'REVIEW' && this.#player.isBusy && this.#player.rate === 0) {
       if (isLate) note = t('video.note_going', { frame: this.#player.asked });
       else setTimeout(() => this.isConnected && this.repaint(), BUSY_SHOWN_AFTER_MS);
     }
     if (parts.note.textContent !== note) parts.note.textContent = note;
   }
-}
-
-/** Returns the speed next to another, or that one at the end. */
-function besideSpeed(speed, direction) {
-  const next = SPEEDS.indexOf(speed) + direction;
-  return SPEEDS[Math.min(Math.max(next, 0), SPEEDS.length - 1)];
 }
 
 const tool = (part, sign, label, key) => html`<button class="button button--small button--icon stage__tool"

@@ -323,27 +323,24 @@ def test_nothing_is_stored_of_a_file_that_is_refused(target: Client, whole: byte
     assert sorted(path.name for path in (target.data / "inspections").iterdir()) == before
 
 
-def test_a_full_disk_leaves_nothing(whole: bytes, tmp_path: Path) -> None:
-    with small_disk(tmp_path / "disk") as disk, serving(disk.place / "data") as client:
-        upload = client.upload(whole, "a.zip")
-        disk.fill()
-        body = {"upload_id": upload}
-        assert_error(client.post("/api/imports/archive", json=body), 507, "disk_full")
-        assert list((disk.place / "data" / "inspections").iterdir()) == []
-        disk.make_room()
-        assert client.post("/api/imports/archive", json=body).status_code == 201
-        assert_error(client.post("/api/imports/archive", json=body), 404, "upload_not_found")
-
-
-def test_what_a_killed_server_left_of_an_import_is_deleted_at_the_next_start(
+def test_neither_a_killed_server_nor_a_full_disk_leaves_anything(
     whole: bytes, tmp_path: Path
 ) -> None:
     name = json.loads(members(whole)["manifest.json"])["inspection_id"]
-    left = tmp_path / "inspections" / name
-    left.mkdir(parents=True)
-    (left / "video.mp4").write_bytes(b"half")
-    for suffix in (".importing", ".import"):
-        (left.parent / f"{name}{suffix}").write_bytes(b"")
-    with serving(tmp_path) as client:
-        assert list(left.parent.iterdir()) == []
-        assert moved(client, whole)[0] == name
+    with small_disk(tmp_path / "disk") as disk:
+        inspections = disk.place / "data" / "inspections"
+        (inspections / name).mkdir(parents=True)
+        (inspections / name / "video.mp4").write_bytes(b"half")
+        for suffix in (".importing", ".import"):
+            (inspections / f"{name}{suffix}").write_bytes(b"")
+        with serving(disk.place / "data") as client:
+            assert list(inspections.iterdir()) == [], "the next start deletes it"
+            upload = client.upload(whole, "a.zip")
+            disk.fill()
+            body = {"upload_id": upload}
+            assert_error(client.post("/api/imports/archive", json=body), 507, "disk_full")
+            assert list(inspections.iterdir()) == []
+            disk.make_room()
+            made = client.post("/api/imports/archive", json=body).json()
+            assert [one["id"] for one in made["inspections"]] == [name]
+            assert_error(client.post("/api/imports/archive", json=body), 404, "upload_not_found")
