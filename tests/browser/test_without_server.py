@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from builders import wait_until
 from clips import numbered_clip, rig_for_clip
 from desks import expect_read, expect_saved, observations
 from playwright.sync_api import Browser, Page, expect
@@ -54,7 +55,7 @@ def test_an_inspection_opens_and_takes_changes_without_the_server(
     expect_read(page)
     page.get_by_role("tab", name="Header").click()
     page.get_by_role("tab", name="Defects").click()
-    page.wait_for_function(IS_KEPT, arg=inspection)
+    wait_until(lambda: page.evaluate(IS_KEPT, inspection))
 
     server.kill()
     page.reload()

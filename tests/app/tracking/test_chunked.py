@@ -14,7 +14,7 @@ from app.jobs import chunks
 from vo_core import Track
 
 TRACKER = "app.jobs.tracker"
-FRAMES, SHARED = 900, 480
+FRAMES, SHARED = 1300, 700
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import pytest
 from builders import PATIENCE_S, TOKEN, Client, assert_error, serving
 from doors import log_in, refusal
 
+from app.reports.content.words import LANGUAGES
 from app.web.routers.pages import version_of
 
 
@@ -61,6 +62,7 @@ def test_a_page_names_two_files_that_hold_all_its_modules_and_style_sheets(share
         "application/manifest+json",
         "text/javascript",
         "text/css",
+        *["application/json"] * len(LANGUAGES),
     ]
     script = shared.get(named[2]).text
     assert len(set(re.findall(r"^// ([\w./-]+\.js)$", script, re.MULTILINE))) > 100
