@@ -113,8 +113,8 @@ class Health:
         dead = [name for name, alive in parts.items() if not alive]
         if dead:
             return Check("workers", False, f"Not running: {', '.join(dead)}. Restart the server.")
-        media = "ready" if self._media.is_alive() else "ended, another starts when it is needed"
-        return Check("workers", True, f"Tracking and photos run; the media process is {media}.")
+        media = "runs" if self._media.is_alive() else "starts when it is needed"
+        return Check("workers", True, f"Tracking and photos run; the media process {media}.")
 
     def _version(self) -> Check:
         stored = self._database.dialect

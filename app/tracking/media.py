@@ -1,4 +1,6 @@
-"""The one process that opens media files for the server; replaced when it dies or hangs."""
+"""The one process that opens media files for the server: started when the first one is opened,
+replaced when it dies or hangs.
+"""
 
 from __future__ import annotations
 
@@ -46,15 +48,17 @@ class Media:
         """Number of times that the process was replaced."""
         self._turn = threading.Lock()
         self._answers = msgspec.msgpack.Decoder(FromMedia)
-        self._child = self._start()
+        self._child: Child | None = None
+        """None until the first request."""
 
     def close(self) -> None:
         """End the process."""
-        self._child.kill()
+        if self._child is not None:
+            self._child.kill()
 
     def is_alive(self) -> bool:
-        """Return whether the process runs; if not, the next request starts another."""
-        return self._child.is_alive()
+        """Return whether the process runs; if not, the next request starts one."""
+        return self._child is not None and self._child.is_alive()
 
     def probe(self, path: Path, name: str) -> Probed:
         """Return the properties of a video file whose first picture was decoded; messages call it
@@ -91,31 +95,37 @@ class Media:
         if not self._turn.acquire(timeout=_WAIT_FOR_TURN_S):
             raise Busy("Too many pictures are being read from videos; try again in a moment.")
         try:
-            if not self._child.is_alive():
-                logger.warning("The media process had ended; another is started.")
-                self._restart()
-            return self._checked(self._exchange(request), expected)
+            child = self._running()
+            return self._checked(child, self._exchange(child, request), expected)
         finally:
             self._turn.release()
 
-    def _exchange(self, request: MediaRequest) -> bytes:
+    def _running(self) -> Child:
+        if self._child is None:
+            self._child = self._start()
+        elif not self._child.is_alive():
+            logger.warning("The media process had ended; another is started.")
+            self._replace(self._child)
+        return self._child
+
+    def _exchange(self, child: Child, request: MediaRequest) -> bytes:
         try:
-            self._child.send(request)
-            return self._child.receive(_ANSWER_TIMEOUT_S)
+            child.send(request)
+            return child.receive(_ANSWER_TIMEOUT_S)
         except TimeoutError as error:
-            self._restart()
+            self._replace(child)
             raise MediaTimeout(
                 f"Reading the video took more than {_ANSWER_TIMEOUT_S:g} s and was stopped."
             ) from error
         except (EOFError, OSError) as error:
-            how = describe_exit(self._restart())
+            how = describe_exit(self._replace(child))
             raise MediaFailed(f"The media process died over this video: {how}.") from error
 
-    def _checked(self, answer: bytes, expected: type[Answer]) -> Answer:
+    def _checked(self, child: Child, answer: bytes, expected: type[Answer]) -> Answer:
         try:
             message = self._answers.decode(answer)
         except msgspec.MsgspecError as error:
-            self._restart()
+            self._replace(child)
             raise MediaFailed("The media process gave an invalid answer.") from error
         if isinstance(message, expected):
             return message
@@ -125,8 +135,9 @@ class Media:
         logger.error("Media process: %s %s", detail, getattr(message, "trace", ""))
         raise MediaFailed(detail)
 
-    def _restart(self) -> int:
-        code = self._child.kill() if self._child.is_alive() else self._child.end()
+    def _replace(self, child: Child) -> int:
+        """Start another process; return the exit code of this one."""
+        code = child.kill() if child.is_alive() else child.end()
         self._child = self._start()
         self.restarts += 1
         return code

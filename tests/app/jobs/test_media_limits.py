@@ -199,7 +199,9 @@ def test_a_child_is_there_at_once_again(tmp_path: Path) -> None:
     clip = write_clip(tmp_path / "clip.mp4")
     service = media.Media(LIMITS)
     try:
-        for pid in wait_until(lambda: children("app.jobs.media")):
+        assert not service.is_alive()  # nobody has asked
+        service.probe(clip, "clip.mp4")
+        for pid in children("app.jobs.media"):
             os.kill(pid, signal.SIGKILL)
         wait_until(lambda: not service.is_alive())
         begun_s = time.monotonic()

@@ -215,6 +215,7 @@ def test_a_tag_is_kept_when_its_photo_cannot_be_made(server: Client, done: str) 
 
 
 def test_a_media_process_that_dies_is_replaced(server: Client, done: str) -> None:
+    server.tag(done, frame=2)
     send_signal("app.jobs.media", signal.SIGKILL)
     tag = server.tag(done, frame=3).json()
     again = server.tag(done, frame=4).json()
