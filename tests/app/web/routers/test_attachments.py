@@ -172,7 +172,7 @@ def test_the_bundle_has_photos_as_taken_and_marked_and_what_was_said(
     assert plain.size == (WIDTH, HEIGHT)
     assert Image.open(io.BytesIO(server.get(path, params=query).content)).size == marked.size
     page = server.get(f"/api/inspections/{done}/exports/html").text
-    assert page.count("data:image/jpeg") == 2
+    assert page.count('<div class="photo"><img src="data:image/jpeg') == 2
 
 
 def test_a_backup_has_attachments_and_a_deleted_inspection_leaves_none(
