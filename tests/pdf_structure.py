@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
+from fontTools.ttLib import TTFont
 from lxml import etree
 from PIL import ImageCms
 from pypdf import PdfReader
@@ -76,6 +77,7 @@ def check(content: bytes, language: str = "en") -> Node:
     check_contents(reader, tree)
     check_headings(tree)
     check_tables(tree)
+    check_lists(tree)
     check_figures(tree)
     check_links(reader, tree)
     check_fonts(reader)
@@ -154,6 +156,16 @@ def check_tables(tree: Node) -> None:
         assert all(head.entry["/A"]["/Scope"] in ("/Row", "/Column") for head in heads)
 
 
+def check_lists(tree: Node) -> None:
+    """A table of contents has entries of labels and links only."""
+    for contents in (node for node in tree.walk() if node.kind == "/TOC"):
+        assert {entry.kind for entry in contents.kids} == {"/TOCI"}
+        parts = [part for entry in contents.kids for part in entry.kids]
+        assert {part.kind for part in parts} == {"/Lbl", "/Reference"}
+        links = [part.kids for part in parts if part.kind == "/Reference"]
+        assert {tuple(link.kind for link in each) for each in links} == {("/Link",)}
+
+
 def check_figures(tree: Node) -> None:
     """Every picture has a sentence and its place."""
     for figure in (node for node in tree.walk() if node.kind == "/Figure"):
@@ -197,6 +209,29 @@ def check_fonts(reader: PdfReader) -> None:
             assert bytes.fromhex(char.decode()).decode("utf-16-be") not in ("\0", "\ufeff", "")
 
 
+def check_glyphs(content: bytes) -> None:
+    """Every letter that is shown has a glyph, as wide as its font's dictionary says."""
+    reader = PdfReader(io.BytesIO(content))
+    shown: dict[str, set[int]] = {}
+    for page in reader.pages:
+        for operands, operator in ContentStream(page["/Contents"].get_object(), reader).operations:
+            if operator == b"Tf":
+                name = operands[0]
+            elif operator == b"Tj":
+                shown.setdefault(name, set()).update(operands[0].original_bytes)
+    fonts = reader.pages[0]["/Resources"]["/Font"]
+    for name, codes in shown.items():
+        font = fonts[name].get_object()
+        program = TTFont(io.BytesIO(font["/FontDescriptor"]["/FontFile2"].get_data()))
+        (table,) = program["cmap"].tables  # as a symbolic font must have
+        for code in codes:
+            glyph = table.cmap.get(code, ".notdef")
+            assert program.getGlyphID(glyph) > 0, f"{name} lacks {code}"
+            width = program["hmtx"][glyph][0] * 1000 / program["head"].unitsPerEm
+            said = font["/Widths"][code - font["/FirstChar"]]
+            assert abs(said - width) <= 1, f"{name} has another width of {code}"
+
+
 def check_catalogue(reader: PdfReader, language: str) -> None:
     """The document is marked, has a language, shows its title, and has a colour profile."""
     root = reader.trailer["/Root"]
@@ -209,8 +244,10 @@ def check_catalogue(reader: PdfReader, language: str) -> None:
     assert profile.profile.xcolor_space.strip() == "RGB"
     assert intent["/DestOutputProfile"]["/N"] == 3
     for page in reader.pages:
+        assert "/Group" not in page
         for one in page["/Resources"].get("/XObject", {}).values():
             picture = one.get_object()
+            assert "/Group" not in picture
             if picture["/Subtype"] == "/Image":
                 assert picture["/ColorSpace"] in ("/DeviceRGB", "/DeviceGray")
                 assert "/SMask" not in picture

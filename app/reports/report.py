@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal
+from urllib.parse import quote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -296,10 +297,22 @@ class Report:
         """Name of the culvert: the asset of the header, else the inspection."""
         return str(self.header.get("asset_id") or self.name)
 
+    @property
+    def date(self) -> str:
+        """The day of the inspection as it was stated, else the one when it was created."""
+        return str(self.header.get("date") or f"{self.created_at:%Y-%m-%d}")
+
     def link_to(self, entry: Entry) -> str | None:
         """Return the address of the film at an entry; None where the server's is not known."""
         server = (self.company.server or "").rstrip("/")
         return f"{server}/inspections/{self.id}?defect={entry.id}" if server else None
+
+    def film_at(self, entry: Entry) -> str | None:
+        """Return the link to an entry's place in the film beside the report; None without one."""
+        name = self.extras.film_name
+        if name is None or entry.time_s is None:
+            return None
+        return f"./{quote(name)}#t={entry.time_s:.10g}"
 
     @property
     def adjusted(self) -> Adjusted | None:

@@ -161,8 +161,7 @@ class Reports:
             self._templates.of_inspection(inspection_id).version,
             self._register.state(),
         )
-        asked = (extras.burnt_in, extras.film, extras.photos, extras.csv_style)
-        key = (inspection_id, kind, language, units, asked, state)
+        key = (inspection_id, kind, language, units, extras, state)
         with self._lock:
             known = self._kept.get(key)
         if known is not None:

@@ -86,17 +86,15 @@ class Delivery:
         kind = report.extras.exchange or _FIRST
         # First what may be refused: nothing of such an inspection is in the archive.
         exchange = self._forms[kind].write(report)
-        self.losses += [
-            Loss("in_format", loss.entry, format=kind, loss=loss) for loss in exchange.losses
-        ]
         stem = file_stem(report.asset)
         file = f"{stem}{self._forms[kind].suffix}"
-        self._archive.add_blocks(f"{folder}{file}", exchange.blocks())
+        self._add_form(folder, kind, file, exchange)
         readable = []
         linked = _linked_to_film(report, kind)
-        for form in (self._forms["pdf"], self._forms["html"]):
+        for kind_read in ("pdf", "html"):
+            form = self._forms[kind_read]
             readable.append(f"{stem}-{form.stem}{form.suffix}")
-            self._archive.add_blocks(f"{folder}{readable[-1]}", form.write(linked).blocks())
+            self._add_form(folder, kind_read, readable[-1], form.write(linked))
         photos = sum(self._add_photo(folder, entry, photo) for entry, photo in _photos(report))
         for entry in report.entries:
             for note in entry.voice_notes:
@@ -121,6 +119,12 @@ class Delivery:
         sums = "".join(f"{one.sha256}  {name}\n" for name, one in self._archive.files.items())
         self._archive.add(SUMS, sums.encode())
         self._archive.seal(*self._inspected)
+
+    def _add_form(self, folder: str, kind: str, name: str, written: Written) -> None:
+        self._archive.add_blocks(f"{folder}{name}", written.blocks())
+        self.losses += [
+            Loss("in_format", loss.entry, format=kind, loss=loss) for loss in written.losses
+        ]
 
     def _add_photo(self, folder: str, entry: Entry, photo: Photo) -> bool:
         """Add a photo as reports show it; return whether it is there."""

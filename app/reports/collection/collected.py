@@ -73,7 +73,7 @@ def collected(number: int, report: Report) -> Collected:
     defects = [entry for entry in report.defects if is_defect(entry)]
     severities = [entry.tag.severity for entry in defects if entry.tag.severity is not None]
     grade = grade_of(report)
-    date = _text(header, "date") or f"{report.created_at:%Y-%m-%d}"
+    date = " ".join(report.date.split())
     year, built = _YEAR.match(date), number_of(header.get("year"))
     return Collected(
         number=number,

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from functools import partial
 from importlib import resources
-from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -45,7 +43,7 @@ from app.reports.pdf.observations import reference_of
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.sign_off import action_of
 from app.reports.pdf.summary import opening
-from app.reports.report import Entry, Loss, Report, Written, failure
+from app.reports.report import Loss, Report, Written, failure
 from app.reports.tables.table import iso
 from app.reports.template import Section
 from app.storage.blobs import Readable
@@ -143,7 +141,6 @@ def write(report: Report) -> Written:
         },
         to_row=to_row,
         jpeg_base64=lambda photo: _jpeg_base64(photo, ENOUGH_PX),
-        film_at=partial(_film_at, report),
         scene=scene,
         header=_header(report, t),
         measured=[
@@ -174,14 +171,6 @@ def _jpeg_base64(picture: Readable | None, enough_px: int) -> Markup | None:
     """Encode a photo or a logo; None if it is missing."""
     jpeg = jpeg_of(picture, enough_px)
     return None if jpeg is None else _base64(jpeg.content)
-
-
-def _film_at(report: Report, entry: Entry) -> str | None:
-    """Return the link to the frame in the film beside this file; None without such a film."""
-    name = report.extras.film_name
-    if name is None or entry.time_s is None:
-        return None
-    return f"./{quote(name)}#t={entry.time_s:g}"
 
 
 def _header(report: Report, t: Translator) -> list[tuple[str, Rows]]:

@@ -18,18 +18,8 @@ from app.reports.content.recommendations import (
     recommended,
 )
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import (
-    BADGE,
-    Badge,
-    Cell,
-    Column,
-    Figure,
-    Grid,
-    Heading,
-    Prose,
-    draw_badge,
-    note,
-)
+from app.reports.pdf.flow import BADGE, Figure, Heading, Prose, draw_badge, note
+from app.reports.pdf.grid import Badge, Cell, Column, Grid
 from app.reports.pdf.styles import (
     ACCENT,
     BODY,
@@ -69,6 +59,8 @@ def condition(report: Report, t: Translator) -> list[Flowable]:
 
 def _overall(grade: Grade, t: Translator) -> Flowable:
     name = t("condition.overall") if grade.rule == "own" else t("grade.structural")
+    worst = grade.worst
+    deciding = f"{t.place(worst)} · {t.code(worst)}" if worst else ""
 
     def paint(canvas: Canvas) -> None:
         canvas.setFillColor(WASH)
@@ -76,13 +68,17 @@ def _overall(grade: Grade, t: Translator) -> Flowable:
         draw(canvas, 5 * mm, 17 * mm, name, CELL.soft())
         style = type(SUBHEADING)(16, 20, 600, ACCENT)
         draw(canvas, 5 * mm, 9 * mm, shortened(t(grade.word), style, _DECIDING - 8 * mm), style)
-        if grade.worst is not None:
+        if worst is not None:
             draw(canvas, _DECIDING, 17 * mm, t("condition.deciding"), CELL.soft())
-            draw_badge(canvas, _DECIDING, 9.2 * mm, grade.worst.tag.severity)
-            text = f"{t.place(grade.worst)} · {t.code(grade.worst)}"
+            draw_badge(canvas, _DECIDING, 9.2 * mm, worst.tag.severity)
+            room = WIDTH - _DECIDING - BADGE - 4 * mm
+            text = shortened(deciding, BODY.bold(), room)
             draw(canvas, _DECIDING + BADGE + 2 * mm, 9.8 * mm, text, BODY.bold())
 
-    return Figure(24 * mm, paint, alt=f"{name}: {t(grade.word)}.")
+    alt = f"{name}: {t(grade.word)}."
+    if worst is not None:
+        alt += f" {t('condition.deciding')}: {deciding}."
+    return Figure(24 * mm, paint, alt=alt)
 
 
 def _reasons(grade: Grade, t: Translator) -> list[Flowable]:

@@ -9,7 +9,8 @@ from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import Figure, Prose, Title, pairs, paragraph, say
+from app.reports.pdf.flow import Figure, Prose, Title, paragraph, say
+from app.reports.pdf.grid import pairs
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (

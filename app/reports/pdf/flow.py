@@ -1,10 +1,9 @@
-"""Parts of pages: headings, paragraphs, tables and figures that always fit."""
+"""Parts of pages: headings, paragraphs and figures that always fit; `grid` has the tables."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from itertools import zip_longest
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal, TypeVar
 
 from reportlab.lib.units import mm
@@ -18,8 +17,6 @@ from app.reports.pdf.styles import (
     CELL,
     HEADING,
     INK,
-    LINK,
-    RULE,
     SEVERITY,
     SMALL,
     SUBHEADING,
@@ -29,7 +26,7 @@ from app.reports.pdf.styles import (
     on_severity,
 )
 from app.reports.pdf.tags import Element, Kind
-from app.reports.pdf.text import Line, clean, draw, lines_of, shortened, width_of
+from app.reports.pdf.text import Line, draw, lines_of, shortened, width_of
 
 Item = TypeVar("Item")
 
@@ -42,13 +39,13 @@ _PART_ROOM, _ROOM = 50 * mm, 20 * mm
 """Least height below the heading of a part, and of what it contains."""
 
 
-class _Piece(Flowable):
+class Piece(Flowable):
     """A flowable that draws on tagged paper."""
 
     canv: Paper
 
 
-class Heading(_Piece):
+class Heading(Piece):
     """The title of a part, with its bookmark; what follows is a section of its own."""
 
     def __init__(
@@ -106,7 +103,7 @@ class Heading(_Piece):
         draw(paper, 0, self._below + 4, title, self.style)
 
 
-class Title(_Piece):
+class Title(Piece):
     """The title of a report, at its beginning: the place `title` of the report."""
 
     def __init__(self, title: str, style: Style, *, after: float, bookmark: str) -> None:
@@ -117,51 +114,51 @@ class Title(_Piece):
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
         """Return the height of the lines."""
-        return width, _height(self._lines) + self._after
+        return width, height_of(self._lines) + self._after
 
     def draw(self) -> None:
         """Draw the title; it has a bookmark where there are other reports."""
-        paper, top = self.canv, _height(self._lines) + self._after
+        paper, top = self.canv, height_of(self._lines) + self._after
         paper.place("title", 0, top)
         if paper.level:
             paper.bookmark(self.bookmark, -1, 0, top)
         with paper.element(paper.heading_kind(0)):
-            _draw_lines(paper, self._lines, 0, top, WIDTH, "left")
+            draw_lines(paper, self._lines, 0, top, WIDTH, "left")
 
 
-def _space(wanted: float, room: float) -> float:
+def space_below(wanted: float, room: float) -> float:
     """Return the space below a piece: what is left of a page must not push the piece off it."""
     return min(wanted, max(0.0, room))
 
 
-class Prose(_Piece):
+class Prose(Piece):
     """Paragraphs of any length; they continue over pages line by line."""
 
     def __init__(self, texts: Texts, *, after: float = 2 * mm) -> None:
         super().__init__()
         self._after = after
         self._paragraphs = [
-            _Paragraph(tuple(lines_of(text, style, WIDTH)), _Mark()) for text, style in texts
+            _Paragraph(tuple(lines_of(text, style, WIDTH)), Mark()) for text, style in texts
         ]
 
     def wrap(self, width: float, height: float) -> tuple[float, float]:
         """Return the height of the lines, and of the space below as far as there is any."""
-        self._below = _space(self._after, height - self._lines_height)
+        self._below = space_below(self._after, height - self._lines_height)
         return width, self._lines_height + self._below
 
     @property
     def _lines_height(self) -> float:
-        return sum(_height(paragraph.lines) for paragraph in self._paragraphs)
+        return sum(height_of(paragraph.lines) for paragraph in self._paragraphs)
 
     def split(self, width: float, height: float) -> list[Flowable]:
         """Split into the lines that fit and the others."""
         kept: list[_Paragraph] = []
         rest = list(self._paragraphs)
-        while rest and _height(rest[0].lines) <= height:
-            height -= _height(rest[0].lines)
+        while rest and height_of(rest[0].lines) <= height:
+            height -= height_of(rest[0].lines)
             kept.append(rest.pop(0))
         if rest:
-            upper, lower = _cut_lines(rest[0].lines, height)
+            upper, lower = cut_lines(rest[0].lines, height)
             if upper:
                 kept.append(replace(rest[0], lines=upper, goes_on=True))
                 rest[0] = replace(rest[0], lines=lower)
@@ -180,14 +177,14 @@ class Prose(_Piece):
             if mark.element is None:
                 mark.element = paper.tags.open("P")
             with paper.tagged(mark.element):
-                _draw_lines(paper, paragraph.lines, 0, top, WIDTH, "left")
+                draw_lines(paper, paragraph.lines, 0, top, WIDTH, "left")
             if not paragraph.goes_on:
                 paper.tags.close(mark.element)
-            top -= _height(paragraph.lines)
+            top -= height_of(paragraph.lines)
 
 
 @dataclass
-class _Mark:
+class Mark:
     """The element of something that may continue on the next page."""
 
     element: Element | None = None
@@ -198,240 +195,12 @@ class _Mark:
 @dataclass(frozen=True)
 class _Paragraph:
     lines: tuple[Line, ...]
-    mark: _Mark
+    mark: Mark
     goes_on: bool = False
     """Whether the next page has more of it."""
 
 
-@dataclass(frozen=True)
-class Column:
-    """A column of a table."""
-
-    title: str
-    width: float
-    align: Align = "left"
-    is_head: bool = False
-    """Whether its cells name what their rows hold."""
-
-
-@dataclass(frozen=True)
-class Badge:
-    """A cell that shows a severity by number and shade."""
-
-    severity: int | None
-
-
-@dataclass(frozen=True)
-class Linked:
-    """A cell that links to a place of the report."""
-
-    text: str
-    place: str
-    target: str
-    """What is there, in words."""
-
-
-@dataclass(frozen=True)
-class PageOf:
-    """A cell with the number of the page of a place; it links there."""
-
-    place: str
-    target: str
-
-
-Cell = Texts | Badge | Linked | PageOf | str
-Laid = tuple[Line, ...] | Badge | Linked | PageOf
-"""The content of a cell: lines or a field of its own."""
-
-
-@dataclass(frozen=True)
-class _Row:
-    cells: tuple[Laid, ...]
-    mark: _Mark = field(default_factory=_Mark)
-    place: str | None = None
-    """Name of the row as a target of links."""
-    goes_on: bool = False
-    """Whether the next page has more of it."""
-
-    @property
-    def height(self) -> float:
-        return max(_cell_height(cell) for cell in self.cells) + 2 * _PADDING
-
-    def cut(self, height: float) -> tuple[_Row, _Row] | None:
-        """Split into the lines that fit and the others; None if it cannot be split."""
-        halves = [_cut_cell(cell, height - 2 * _PADDING) for cell in self.cells]
-        upper = replace(self, cells=tuple(half[0] for half in halves), goes_on=True)
-        lower = replace(self, cells=tuple(half[1] for half in halves), place=None)
-        is_cut = any(isinstance(cell, tuple) and cell for cell in upper.cells)
-        return (upper, lower) if is_cut and any(lower.cells) else None
-
-
-_PADDING = 1.1 * mm
-_TALL = 60 * mm
-"""Rows above this height are split where the page ends, so that no page stays half empty."""
-
-
-class Grid(_Piece):
-    """A table: its head is repeated on every page, and any row may continue on the next."""
-
-    def __init__(
-        self,
-        columns: Sequence[Column],
-        rows: Sequence[Sequence[Cell]],
-        *,
-        after: float = 4 * mm,
-        places: Sequence[str] = (),
-    ) -> None:
-        super().__init__()
-        self._columns = columns
-        self._after = after
-        self._mark = _Mark()
-        self._is_first = self._is_last = True
-        widths = [column.width - 2 * _PADDING for column in columns]
-        self._rows = [
-            _Row(
-                tuple(_laid(cell, width) for cell, width in zip(row, widths, strict=True)),
-                place=place,
-            )
-            for row, place in zip_longest(rows, places)
-        ]
-        heads = [
-            tuple(lines_of(column.title, SMALL.bold().on(ACCENT), width))
-            for column, width in zip(columns, widths, strict=True)
-        ]
-        self._head = _Row(tuple(heads))
-        self._has_head = any(column.title for column in columns)
-
-    def wrap(self, width: float, height: float) -> tuple[float, float]:
-        """Return the height of the rows, and of the space below as far as there is any."""
-        self._below = _space(self._after, height - self._rows_height)
-        return width, self._rows_height + self._below
-
-    @property
-    def _rows_height(self) -> float:
-        return self._head_height + sum(row.height for row in self._rows)
-
-    @property
-    def _head_height(self) -> float:
-        return self._head.height if self._has_head else 0.0
-
-    def split(self, width: float, height: float) -> list[Flowable]:
-        """Split into the rows that fit and the others; a tall row is split."""
-        room = height - self._head_height
-        kept: list[_Row] = []
-        rest = list(self._rows)
-        while rest and rest[0].height <= room:
-            room -= rest[0].height
-            kept.append(rest.pop(0))
-        if rest and rest[0].height > _TALL and (halves := rest[0].cut(room)):
-            kept.append(halves[0])
-            rest[0] = halves[1]
-        if not (kept and rest):
-            return []
-        upper, lower = self._part(kept, 0), self._part(rest, self._after)
-        upper._is_first, upper._is_last = self._is_first, False
-        lower._is_first, lower._is_last = False, self._is_last
-        return [upper, lower]
-
-    def _part(self, rows: list[_Row], after: float) -> Grid:
-        part = Grid(self._columns, (), after=after)
-        part._rows, part._mark = rows, self._mark
-        return part
-
-    def draw(self) -> None:
-        """Draw the table from the top down."""
-        paper = self.canv
-        if self._mark.element is None:
-            self._mark.element = paper.tags.open("Table")
-        y = self._rows_height + self._below
-        with paper.artifact():
-            if self._has_head:
-                y = self._draw_head(paper, y)
-            for row in self._rows:
-                y = self._draw_row(paper, row, y)
-                self._rule(y, 0.3)
-        if self._is_last:
-            paper.tags.close(self._mark.element)
-
-    def _draw_head(self, paper: Paper, y: float) -> float:
-        """Draw the head; where the table continues, it is not read again."""
-        paper.setFillColor(WASH)
-        paper.rect(0, y - self._head.height, self._width, self._head.height, 0, 1)
-        if self._is_first:
-            bottom = self._draw_row(paper, self._head, y, is_head=True)
-        else:
-            for cell, x, column in self._placed(self._head):
-                _draw_cell(paper, cell, x, y, column)
-            bottom = y - self._head.height
-        self._rule(bottom, 0.8)
-        return bottom
-
-    @property
-    def _width(self) -> float:
-        return sum(column.width for column in self._columns)
-
-    def _rule(self, y: float, width: float) -> None:
-        self.canv.setStrokeColor(RULE)
-        self.canv.setLineWidth(width)
-        self.canv.line(0, y, self._width, y)
-
-    def _placed(self, row: _Row) -> Iterator[tuple[Laid, float, Column]]:
-        x = 0.0
-        for cell, column in zip(row.cells, self._columns, strict=True):
-            yield cell, x, column
-            x += column.width
-
-    def _draw_row(self, paper: Paper, row: _Row, top: float, *, is_head: bool = False) -> float:
-        mark = row.mark
-        if mark.element is None:
-            mark.element = paper.tags.open("TR", self._mark.element)
-            mark.cells = tuple(
-                _cell_element(paper, mark.element, column, is_head=is_head)
-                for column in self._columns
-            )
-        if row.place is not None:
-            paper.place(row.place, 0, top)
-        for (cell, x, column), element in zip(self._placed(row), mark.cells, strict=True):
-            if isinstance(cell, Linked | PageOf):
-                with paper.tags.element("Link", element) as link:
-                    with paper.tagged(link):
-                        _draw_cell(paper, cell, x, top, column)
-                    rect = (x, top - row.height, x + column.width, top)
-                    paper.link(cell.place, cell.target, rect, link)
-            elif cell and cell != Badge(None):
-                with paper.tagged(element):
-                    _draw_cell(paper, cell, x, top, column)
-        if not row.goes_on:
-            for element in (*mark.cells, mark.element):
-                paper.tags.close(element)
-        return top - row.height
-
-
-def _cell_element(paper: Paper, row: Element, column: Column, *, is_head: bool) -> Element:
-    if is_head:
-        return paper.tags.open("TH", row, A="<</O/Table/Scope/Column>>")
-    if column.is_head:
-        return paper.tags.open("TH", row, A="<</O/Table/Scope/Row>>")
-    return paper.tags.open("TD", row)
-
-
-def _draw_cell(paper: Paper, cell: Laid, x: float, top: float, column: Column) -> None:
-    left, y = x + _PADDING, top - _PADDING
-    room = column.width - 2 * _PADDING
-    if isinstance(cell, Badge):
-        draw_badge(paper, left, y - 3.4 * mm, cell.severity)
-    elif isinstance(cell, Linked):
-        _draw_lines(paper, (Line(cell.text, LINK),), left, y, room, column.align)
-    elif isinstance(cell, PageOf):
-        paper.saveState()
-        paper.translate(left + room, y - (CELL.leading + 0.55 * CELL.size) / 2)
-        paper.page_of(cell.place)
-        paper.restoreState()
-    else:
-        _draw_lines(paper, cell, left, y, room, column.align)
-
-
-class Figure(_Piece):
+class Figure(Piece):
     """A drawing of a given size, with its origin at the lower left.
 
     It is read aloud as its sentence; without one, only what it tags itself is read.
@@ -459,6 +228,34 @@ class Figure(_Piece):
                 self._paint(paper)
 
 
+def height_of(lines: Sequence[Line]) -> float:
+    """Return the height of lines, points."""
+    return sum(line.style.leading for line in lines)
+
+
+def cut_lines(lines: tuple[Line, ...], height: float) -> tuple[tuple[Line, ...], tuple[Line, ...]]:
+    """Split into the lines that fit into a height and the others."""
+    used, count = 0.0, 0
+    for line in lines:
+        used += line.style.leading
+        if used > height:
+            break
+        count += 1
+    return lines[:count], lines[count:]
+
+
+def draw_lines(
+    canvas: Canvas, lines: Sequence[Line], x: float, top: float, width: float, align: Align
+) -> None:
+    """Draw lines below each other, from `top` down, within a width."""
+    x += {"left": 0.0, "centre": width / 2, "right": width}[align]
+    for line in lines:
+        # The baseline is placed so that small letters are vertically centred in the line.
+        base = top - (line.style.leading + 0.55 * line.style.size) / 2
+        draw(canvas, x, base, line.text, line.style, align)
+        top -= line.style.leading
+
+
 BADGE = 4.2 * mm
 
 
@@ -472,60 +269,6 @@ def draw_badge(canvas: Canvas, x: float, y: float, severity: int | None) -> None
     canvas.roundRect(x, y, BADGE, 3.4 * mm, 0.7 * mm, 1, 1)
     style = SMALL.bold().on(on_severity(severity))
     draw(canvas, x + BADGE / 2, y + 0.9 * mm, str(severity), style, "centre")
-
-
-def pairs(rows: Sequence[tuple[str, str]], *, after: float = 4 * mm) -> Grid:
-    """Build a table of names and values."""
-    columns = (Column("", 50 * mm, is_head=True), Column("", WIDTH - 50 * mm))
-    return Grid(
-        columns,
-        [([(name, CELL.soft())], [(value, CELL)]) for name, value in rows],
-        after=after,
-    )
-
-
-def _laid(cell: Cell, width: float) -> Laid:
-    if isinstance(cell, Badge | Linked | PageOf):
-        return cell
-    texts = [(cell, CELL)] if isinstance(cell, str) else cell
-    return tuple(
-        line for text, style in texts if clean(text) for line in lines_of(text, style, width)
-    )
-
-
-def _cell_height(cell: Laid) -> float:
-    if isinstance(cell, Badge):
-        return 3.4 * mm
-    return CELL.leading if isinstance(cell, Linked | PageOf) else _height(cell)
-
-
-def _height(lines: Sequence[Line]) -> float:
-    return sum(line.style.leading for line in lines)
-
-
-def _cut_cell(cell: Laid, height: float) -> tuple[Laid, Laid]:
-    return _cut_lines(cell, height) if isinstance(cell, tuple) else (cell, ())
-
-
-def _cut_lines(lines: tuple[Line, ...], height: float) -> tuple[tuple[Line, ...], tuple[Line, ...]]:
-    used, count = 0.0, 0
-    for line in lines:
-        used += line.style.leading
-        if used > height:
-            break
-        count += 1
-    return lines[:count], lines[count:]
-
-
-def _draw_lines(
-    canvas: Canvas, lines: Sequence[Line], x: float, top: float, width: float, align: Align
-) -> None:
-    x += {"left": 0.0, "centre": width / 2, "right": width}[align]
-    for line in lines:
-        # The baseline is placed so that small letters are vertically centred in the line.
-        base = top - (line.style.leading + 0.55 * line.style.size) / 2
-        draw(canvas, x, base, line.text, line.style, align)
-        top -= line.style.leading
 
 
 def say(

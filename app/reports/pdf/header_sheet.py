@@ -10,7 +10,8 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import Column, Figure, Grid, Heading, note, pairs
+from app.reports.pdf.flow import Figure, Heading, note
+from app.reports.pdf.grid import Column, Grid, pairs
 from app.reports.pdf.styles import (
     ACCENT,
     BODY,

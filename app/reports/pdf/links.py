@@ -1,11 +1,9 @@
-"""Links between a defect, its row, its photo and its place in the film."""
+"""Links between a defect, its row and its photo."""
 
 from __future__ import annotations
 
-from urllib.parse import quote
-
 from app.reports.content.translator import Translator
-from app.reports.pdf.flow import Cell, Linked
+from app.reports.pdf.grid import Cell, Linked
 from app.reports.report import Entry, Report
 
 
@@ -32,12 +30,3 @@ def photo_of(report: Report, entry: Entry) -> str | None:
 def place_of_photo(entry: Entry) -> str:
     """Return the name of the place of an entry's first photo."""
     return f"photo-{entry.seq}"
-
-
-def film_at(report: Report, entry: Entry) -> str | None:
-    """Return the address of an entry's place in the film, relative to the report; None without
-    a film.
-    """
-    if entry.time_s is None or report.is_unmeasured or not report.source.filename:
-        return None
-    return f"{quote(report.source.filename)}#t={entry.time_s:.1f}"

@@ -6,7 +6,8 @@ from reportlab.lib.units import mm
 from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.translator import Translator
-from app.reports.pdf.flow import Badge, Cell, Column, Grid, Heading, Prose, note
+from app.reports.pdf.flow import Heading, Prose, note
+from app.reports.pdf.grid import Badge, Cell, Column, Grid
 from app.reports.pdf.links import number_of, row_of
 from app.reports.pdf.styles import CELL
 from app.reports.pdf.text import one_line

@@ -35,7 +35,6 @@ from app.reports.report import Report
 rl_config.useA85 = 0
 
 _TOTAL = "total"
-_TOTAL_DIGITS = 3
 
 
 @dataclass(frozen=True)
@@ -50,9 +49,12 @@ class Running:
     @classmethod
     def of(cls, report: Report, t: Translator, title: str) -> Running:
         """Return head and foot of a report."""
-        date = report.header.get("date") or f"{report.created_at:%Y-%m-%d}"
         foot = t(
-            "page.foot", asset=report.asset, date=date, report=report.id, revision=report.revision
+            "page.foot",
+            asset=report.asset,
+            date=report.date,
+            report=report.id,
+            revision=report.revision,
         )
         return cls(report.company.name or "", f"{title} · {report.asset}", foot, t)
 
@@ -60,8 +62,16 @@ class Running:
 class Document:
     """A PDF that is laid out report by report; finished pages are in the file, not in memory."""
 
-    def __init__(self, out: IO[bytes], about: About) -> None:
+    def __init__(self, out: IO[bytes], about: About, *, most_pages: int = 999) -> None:
+        """Begin a file.
+
+        Args:
+            out: An empty file.
+            about: What it states about itself.
+            most_pages: About how many pages there may be, for whose number the foot has room.
+        """
         self._about = about
+        self._digits = len(str(most_pages))
         self._file = File(out, about.language)
         self._paper = Paper(self._file)
         self._reports = 0
@@ -102,8 +112,8 @@ class Document:
         layout = BaseDocTemplate(
             "",
             pageTemplates=[
-                _template("cover", lambda _: None, _foot(running)),
-                _template("page", _head(running), _foot(running)),
+                _template("cover", lambda _: None, _foot(running, self._digits)),
+                _template("page", _head(running), _foot(running, self._digits)),
             ],
         )
         layout._doSave = 0  # type: ignore[attr-defined]
@@ -175,11 +185,11 @@ def _head(running: Running) -> Callable[[Paper], None]:
     return paint
 
 
-def _foot(running: Running) -> Callable[[Paper], None]:
+def _foot(running: Running, digits: int) -> Callable[[Paper], None]:
     style = SMALL.soft()
     left = shortened(running.foot, style, WIDTH - 35 * mm)
-    # The total is known only at the end: three digits are reserved.
-    x = PAGE_WIDTH - RIGHT - width_of("0" * _TOTAL_DIGITS, style)
+    # The total is known only at the end: room is reserved for its digits.
+    x = PAGE_WIDTH - RIGHT - width_of("0" * digits, style)
 
     def paint(paper: Paper) -> None:
         y = 12 * mm

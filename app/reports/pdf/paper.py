@@ -25,6 +25,8 @@ _PROPERTIES: dict[Artifact, str] = {
     "Footer": "<</Type/Pagination/Subtype/Footer>>",
     "Layout": "<</Type/Layout>>",
 }
+_MOST_SAID = 8000
+"""Characters of a sentence: PDF/A allows strings of 32,767 bytes."""
 _FORM = (-60, -20, 60, 40)
 """Bounds of a form that holds a number of a page."""
 
@@ -114,12 +116,15 @@ class Paper(Canvas):
         box = " ".join(f"{value:.2f}" for value in self._absolute(rect))
         with (
             self.tags.element(
-                "Figure", parent, Alt=self._doc.text(one_line(alt)),
+                "Figure", parent, Alt=self._said(alt),
                 A=f"<</O/Layout/Placement/Block/BBox[{box}]>>",
             ) as element,
             self.tagged(element),
         ):  # fmt: skip
             yield element
+
+    def _said(self, text: str) -> bytes:
+        return self._doc.text(one_line(text)[:_MOST_SAID])
 
     def heading_kind(self, level: int) -> Kind:
         """Return the kind of a heading: 0 for the title of the present report."""
@@ -166,7 +171,7 @@ class Paper(Canvas):
         corners = " ".join(f"{value:.2f}" for value in self._absolute(rect))
         self._doc.put(number, dictionary({
             "Type": "/Annot", "Subtype": "/Link", "Rect": f"[{corners}]", "Border": "[0 0 0]",
-            "F": 4, "StructParent": key, "Contents": self._doc.text(contents), **target,
+            "F": 4, "StructParent": key, "Contents": self._said(contents), **target,
         }))  # fmt: skip
         self._annotationrefs.append(reference(number))
 

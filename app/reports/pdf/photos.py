@@ -24,7 +24,7 @@ from app.reports.pdf.flow import (
     say,
     say_linked,
 )
-from app.reports.pdf.links import film_at, place_of_photo, row_of
+from app.reports.pdf.links import place_of_photo, row_of
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import CELL, LINK, RULE, SMALL, WASH, WIDTH
@@ -224,7 +224,7 @@ def _last_line(
     t: Translator,
 ) -> None:
     """Write details in small letters, after the time, which links to the film."""
-    time, film = t.time(entry.time_s), film_at(report, entry)
+    time, film = t.time(entry.time_s), report.film_at(entry)
     texts = [*([time] if time and film is None else []), *details]
     line = " · ".join(text for text in texts if text)
     if film is not None:

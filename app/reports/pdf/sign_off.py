@@ -8,7 +8,8 @@ from reportlab.lib.units import mm
 from reportlab.platypus import CondPageBreak, Flowable, Spacer
 
 from app.reports.content.translator import Translator
-from app.reports.pdf.flow import Column, Figure, Grid, Heading, Prose, note, say
+from app.reports.pdf.flow import Figure, Heading, Prose, note, say
+from app.reports.pdf.grid import Column, Grid
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import BODY, CELL, INK, RULE, SMALL, WIDTH
 from app.reports.pdf.text import shortened

@@ -11,7 +11,8 @@ from app.reports.content.condition import condition_of, worst_first
 from app.reports.content.grades import grade_of
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.cover import abandoned_sentence
-from app.reports.pdf.flow import Badge, Column, Figure, Grid, Heading, note, paragraph
+from app.reports.pdf.flow import Figure, Heading, note, paragraph
+from app.reports.pdf.grid import Badge, Column, Grid
 from app.reports.pdf.links import number_of
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import (

@@ -16,7 +16,7 @@ from app.reports.pdf.file import File, dictionary, reference
 
 Kind = Literal[
     "Document", "Part", "Sect", "H1", "H2", "H3", "H4", "H5", "H6", "P", "Table", "TR", "TH", "TD",
-    "Figure", "Caption", "Link", "Span", "TOC", "TOCI", "Reference",
+    "Figure", "Link", "TOC", "TOCI", "Lbl", "Reference",
 ]  # fmt: skip
 Scope = Literal["Column", "Row"]
 

@@ -29,6 +29,8 @@ _PRIVATE = 0x100000
 file; the five of plane 15 are not a whole number of bytes, about which readers complain.
 """
 _JOINERS = "\u200c\u200d"
+_NO_JOINERS = dict.fromkeys(map(ord, _JOINERS))
+"""Letters that are not shaped do not join, and not every font has joiners."""
 _RIGHT_TO_LEFT = ("R", "AL", "AN")
 _WORD = re.compile(r"\S+\s*|\s+")
 _SELECTORS = (range(0xFE00, 0xFE10), range(0xE0100, 0xE01F0))
@@ -59,7 +61,7 @@ class Run:
     """Text of one font and one direction."""
 
     text: str
-    """The written text."""
+    """The written text, without joiners where they have no effect."""
     font: TTFont
     width: float
     """Thousandths of the font size."""
@@ -292,7 +294,8 @@ def _run(text: str, face: Face, weight: Weight, is_rtl: bool) -> Run:
     if face.is_shaped or is_rtl or has_marks:
         return _shaped(text, font, is_rtl)
     is_outlined = face.is_large and weight > 400
-    return Run(text, font, font.stringWidth(text, 1000), None, is_outlined)
+    drawn = text.translate(_NO_JOINERS)
+    return Run(drawn, font, font.stringWidth(drawn, 1000), None, is_outlined)
 
 
 def _shaped(text: str, font: TTFont, is_rtl: bool) -> Run:
@@ -306,13 +309,13 @@ def _shaped(text: str, font: TTFont, is_rtl: bool) -> Run:
         scale, x = 1000 / shaper.face.upem, 0.0
         glyphs = []
         for info, place in zip(buffer.glyph_infos, buffer.glyph_positions, strict=True):
-            char = _char_of(info.codepoint, font, place.x_advance)
+            char = _char_of(info.codepoint, font)
             glyphs.append(Glyph(char, x + scale * place.x_offset, scale * place.y_offset))
             x += scale * place.x_advance
     return Run(text, font, x, tuple(glyphs), is_outlined=False)
 
 
-def _char_of(glyph: int, font: Any, advance: int) -> str:
+def _char_of(glyph: int, font: Any) -> str:
     """Return the character for which ReportLab draws a glyph; a private one if it has no other.
 
     It depends on the glyph alone, so that equal reports give equal files.
@@ -320,7 +323,6 @@ def _char_of(glyph: int, font: Any, advance: int) -> str:
     Args:
         glyph: Number of the glyph in the font.
         font: A TTFont; its types do not show what it knows about glyphs.
-        advance: Advance of the glyph, in units of the font.
     """
     face = font.face
     known = face.glyphToChar.get(glyph)
@@ -328,7 +330,8 @@ def _char_of(glyph: int, font: Any, advance: int) -> str:
         return chr(known[0])
     code = _PRIVATE + glyph
     face.charToGlyph[code] = glyph
-    face.charWidths[code] = font.pdfScale(advance)
+    # The width of the font itself, as PDF/A demands; where shaped glyphs stand is stated for each.
+    face.charWidths[code] = font.pdfScale(face.hmetrics[glyph][0])
     return chr(code)
 
 

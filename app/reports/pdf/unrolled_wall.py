@@ -50,6 +50,8 @@ _LEFT, _RIGHT = 7 * mm, 4 * mm
 """Room for the hours beside the strip, and for the last distance."""
 _HEAD, _LANE, _BADGE, _FOOT, _GAP = 5 * mm, 2.6 * mm, 4.4 * mm, 8.4 * mm, 3 * mm
 _LANES = 2
+_MOST_ROWS = 16
+"""Rows of numbers above a strip."""
 _INTRODUCTION = 32 * mm
 """Heading and notes on the first page."""
 _HALF_BOX = 1.8 * mm
@@ -72,7 +74,7 @@ def unrolled_wall(report: Report, t: Translator) -> list[Flowable]:
     notes += remarks_on(report, wall, t)
     figures = [Figure(strip.height, strip.paint, alt=strip.alt) for strip in strips]
     # The heading stays with the first strip.
-    first = CondPageBreak(strips[0].height + 45 * mm)
+    first = CondPageBreak(min(strips[0].height + 45 * mm, HEIGHT - 1))
     return [first, heading, note(" ".join(notes)), *figures]
 
 
@@ -132,7 +134,8 @@ class _Strip:
         self.high = (wall.arc_mm[1] - wall.arc_mm[0]) / 1000 * self.per_m
         self.top = _FOOT + self.high
         self.lanes = min(len(self.stretches), _LANES)
-        self.rows = math.ceil(len(self.marks) / capacity(_BADGE, _LEFT, WIDTH - _RIGHT))
+        rows = math.ceil(len(self.marks) / capacity(_BADGE, _LEFT, WIDTH - _RIGHT))
+        self.rows = min(rows, _MOST_ROWS)
 
     @property
     def height(self) -> float:
@@ -276,7 +279,9 @@ class _Strip:
         for row in range(self.rows):
             marks = self.marks[row :: self.rows]
             wanted = [self.x_of(entry.distance_m or 0.0) for entry, _ in marks]
-            places = spread(wanted, _BADGE, _LEFT, WIDTH - _RIGHT)
+            # Hundreds at one place have no room each, but the strip must fit on a page.
+            gap = min(_BADGE, (WIDTH - _RIGHT - _LEFT) / max(1, len(marks) - 1))
+            places = spread(wanted, gap, _LEFT, WIDTH - _RIGHT)
             for (entry, place), badge_x in zip(marks, places, strict=True):
                 self._mark(canvas, entry, place, badge_x, numbers + row * _BADGE)
 

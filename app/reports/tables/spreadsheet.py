@@ -1,7 +1,7 @@
 """The report as an XLSX workbook: two sheets for people, then the data for programs.
 
-The data are in the sheets observations, header, joints, corrections and dictionary. No cell is a
-formula, no cells are merged, and the row with the names of the columns stays in view.
+The data are in the sheets observations, header, joints, corrections and dictionary, where no cells
+are merged and the row with the names of the columns stays in view. No cell is a formula.
 """
 
 from __future__ import annotations

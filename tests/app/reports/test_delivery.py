@@ -15,6 +15,7 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from keys import Key
 from lxml import etree, html
+from pypdf import PdfReader
 from reports import report
 
 from app.errors import ExportNotAvailable
@@ -119,8 +120,19 @@ def test_times_of_the_page_lead_into_a_film_that_is_beside_it(surveyed):
     links = {link for link in page.xpath("//a/@href") if "#t=" in link}
     assert "./CUL-0041_20260914_0942.mp4#t=41.333" in links
     assert {link[2:].partition("#")[0] for link in links} <= set(archive.namelist())
-    without = html.fromstring(delivered(surveyed).read("CUL-0041-report.html"))
+    assert addresses(archive) <= links
+    assert addresses(archive)
+    alone = delivered(surveyed)
+    without = html.fromstring(alone.read("CUL-0041-report.html"))
     assert not [link for link in without.xpath("//a/@href") if "#t=" in link]
+    assert not addresses(alone)
+
+
+def addresses(archive):
+    """What the PDF links to outside itself."""
+    reader = PdfReader(io.BytesIO(archive.read("CUL-0041-report.pdf")))
+    links = [link.get_object() for page in reader.pages for link in page.get("/Annots", [])]
+    return {link["/A"]["/URI"] for link in links if "/A" in link}
 
 
 def test_an_inspection_that_its_format_refuses_leaves_nothing(surveyed):

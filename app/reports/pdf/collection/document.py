@@ -25,6 +25,9 @@ from app.reports.pdf.text import one_line
 from app.reports.report import Company, Report
 from vo_core.errors import ChainageError
 
+_PAGES_OF_ONE = 50
+"""Pages that hardly any report exceeds."""
+
 Missing = tuple[str, str, str]
 """Id and name of an inspection that is not in the document, and why."""
 
@@ -56,7 +59,8 @@ def write(
     """
     facts = _facts(ids, report_of, begin)
     front = Running(facts.company.name or "", t("collection.title"), _foot(facts, t), t)
-    document = Document(out, _about(facts, t))
+    most_pages = _PAGES_OF_ONE * len(facts.inspections)
+    document = Document(out, _about(facts, t), most_pages=most_pages)
     document.add_pages(front, _front(facts, t))
     for _ in facts.missing:
         done()

@@ -12,19 +12,8 @@ from app.reports.collection.collected import Collected
 from app.reports.collection.statistics import total
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.cover import Warned, band, letterhead
-from app.reports.pdf.flow import (
-    Badge,
-    Cell,
-    Column,
-    Grid,
-    Heading,
-    Linked,
-    PageOf,
-    Prose,
-    Title,
-    note,
-    pairs,
-)
+from app.reports.pdf.flow import Heading, Prose, Title, note
+from app.reports.pdf.grid import Badge, Cell, Column, Contents, Grid, Linked, PageOf, pairs
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import BODY, CELL, INK, LINK, TITLE, WIDTH
 from app.reports.pdf.text import shortened
@@ -94,7 +83,7 @@ def contents(inspections: Sequence[Collected], t: Translator) -> list[Flowable]:
     """Build the contents: the parts over all inspections, then each inspection."""
     columns = (
         Column(t("collection.no"), 14 * mm, "right"),
-        Column(t("collection.asset"), WIDTH - 32 * mm, is_head=True),
+        Column(t("collection.asset"), WIDTH - 32 * mm),
         Column(t("collection.page"), 18 * mm, "right"),
     )
     parts: list[Sequence[Cell]] = []
@@ -107,7 +96,7 @@ def contents(inspections: Sequence[Collected], t: Translator) -> list[Flowable]:
         parts.append(
             (str(one.number), Linked(shown, _begin(one), title), PageOf(_begin(one), title))
         )
-    return [Heading(t("collection.contents")), Grid(columns, parts), PageBreak()]
+    return [Heading(t("collection.contents")), Contents(columns, parts), PageBreak()]
 
 
 class Place(Flowable):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pypdfium2
 import pytest
 from hypothesis import given, settings
-from pdf_structure import check
+from pdf_structure import check, check_glyphs
 from pypdf import PdfReader
 from random_reports import reports
 from reports import full_report, remarked, report
@@ -15,11 +15,13 @@ from reports import full_report, remarked, report
 from app.reports import pdf as document
 from app.reports.content.translator import Translator
 from app.reports.pdf import emergency
-from app.reports.pdf.flow import Column, Grid, PageOf, Title
+from app.reports.pdf.flow import Title
+from app.reports.pdf.grid import Column, Contents, PageOf
 from app.reports.pdf.pages import Document, Running, about
 from app.reports.pdf.styles import TITLE
+from app.reports.report import Extras
 
-LONG = "Retak memanjang. 钢筋外露。 ظاهر تسرب. தமிழ் சாலை. ถนนสุขุมวิท " * 160
+LONG = "Retak memanjang. 钢\u200d筋外露。 ظاهر تسرب. தமிழ் சாலை. ถนนสุขุมวิท " * 160
 
 
 @pytest.fixture(scope="module")
@@ -40,9 +42,9 @@ def kinds_of(tree, *kinds):
 def test_a_full_report_with_every_script_is_tagged(full, language):
     entries = (remarked(full.entries[0], LONG), *full.entries[1:])
 
-    tree = check(
-        document.write(replace(full, entries=entries, language=language)).content, language
-    )
+    content = document.write(replace(full, entries=entries, language=language)).content
+    tree = check(content, language)
+    check_glyphs(content)
 
     assert {"/H1", "/H2", "/H3", "/Table", "/Figure", "/Link"} <= {n.kind for n in tree.walk()}
 
@@ -84,8 +86,10 @@ def test_parts_are_sections_in_the_order_of_the_bookmarks(english):
     assert all(part.kids[0].kind == "/H2" for part in parts)
 
 
-def test_links_lead_from_a_defect_to_its_photo_and_back_and_to_the_film(full, english):
-    reader = PdfReader(io.BytesIO(english))
+def test_links_lead_from_a_defect_to_its_photo_and_back_and_to_the_film_beside_it(full, english):
+    assert b"/URI" not in english
+    filmed = replace(full, extras=Extras(film_name="my film.mp4"))
+    reader = PdfReader(io.BytesIO(document.write(filmed).content))
     targets, films = set(), set()
     for page in reader.pages:
         for link in page.get("/Annots", []):
@@ -99,7 +103,7 @@ def test_links_lead_from_a_defect_to_its_photo_and_back_and_to_the_film(full, en
     assert {f"photo-{entry.seq}" for entry in with_photo} <= targets
     assert {f"row-{entry.seq}" for entry in with_photo} <= targets
     timed = [entry for entry in with_photo if entry.time_s is not None]
-    assert {f"CUL-0041_20260914_0942.mp4#t={entry.time_s:.1f}" for entry in timed} == films
+    assert {f"./my%20film.mp4#t={entry.time_s:g}" for entry in timed} == films
 
 
 def test_the_page_of_a_place_is_that_of_the_text(english):
@@ -113,8 +117,8 @@ def test_two_reports_of_one_asset_in_a_document_keep_their_links_apart(full):
     t, out = Translator.of(full), io.BytesIO()
     book = Document(out, about(full, "Both"))
     rows = [[key, PageOf(f"{key}/title", "To the report")] for key in ("first", "second")]
-    columns = (Column("", 40, is_head=True), Column("", 40, "right"))
-    front = [Title("Both", TITLE, after=0, bookmark=""), Grid(columns, rows)]
+    columns = (Column("", 40), Column("", 40, "right"))
+    front = [Title("Both", TITLE, after=0, bookmark=""), Contents(columns, rows)]
     book.add_pages(Running("", "Both", "", t), front)
     for key in ("first", "second"):
         book.add(full, t, "Report", document.story_of(full, t), level=1, key=key)
@@ -135,6 +139,7 @@ def test_two_reports_of_one_asset_in_a_document_keep_their_links_apart(full):
     ]
     assert contents[:5] == ["Both", "first", str(starts[0]), "second", str(starts[1])]
     assert len(kinds_of(tree, "/Part")) == 2
+    assert len(kinds_of(tree, "/TOCI")) == 2
     titles = [item.title for item in reader.outline if not isinstance(item, list)]
     assert titles == ["CUL-0041", "CUL-0041"]
 

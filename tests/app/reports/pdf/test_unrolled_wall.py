@@ -138,6 +138,11 @@ def test_a_sector_lies_on_the_wall_cut_at_the_crown(full, first, last, hours):
     assert found == pytest.approx(np.array(hours, float))
 
 
+def test_thousands_of_observations_at_one_place_fit_on_a_page(full):
+    crowd = tuple(replace(full.entries[0], seq=n, distance_m=1.0) for n in range(2100))
+    assert "at scale 1 : 10 along" in Sheets(replace(full, entries=crowd)).text
+
+
 def test_without_a_readable_tile_there_is_no_wall(full, tmp_path):
     broken = tmp_path / "broken.jpg"
     broken.write_bytes(b"\xff\xd8 no picture")
