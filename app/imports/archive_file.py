@@ -11,6 +11,7 @@ import re
 import stat
 import struct
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -48,6 +49,16 @@ _EXPECTED = re.compile(
 _LOCAL_HEAD = struct.Struct("<4s22xHH")
 """Of a file in a ZIP: signature, then the lengths of its name and of the extra field."""
 _ENCRYPTED = 1
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    struct.error,
+    EOFError,
+    NotImplementedError,
+    UnicodeDecodeError,  # a name that is not in UTF-8
+    OverflowError,  # a place far beyond the file
+)
+"""How `zipfile` fails at a file that is no ZIP, or damaged."""
 
 
 def read(path: Path) -> WholeInspection:
@@ -59,7 +70,7 @@ def read(path: Path) -> WholeInspection:
     try:
         with path.open("rb") as file, zipfile.ZipFile(file) as archive:
             return _Reader(file, archive).inspection()
-    except (zipfile.BadZipFile, EOFError, NotImplementedError, struct.error) as error:
+    except _DAMAGED as error:
         raise InvalidImport(
             f"The file is no ZIP, or was cut off or damaged on its way: {error}."
         ) from error

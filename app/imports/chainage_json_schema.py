@@ -17,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from app.imports.archive_manifest import VOICE
 from app.imports.whole_inspection import (
     ImportedAttachment,
     ImportedRemark,
@@ -65,8 +66,10 @@ _ObservationId = Annotated[
 ]
 
 
-_Path = Annotated[str, StringConstraints(pattern=r"^(photos|voice)/[A-Za-z0-9_.-]{1,150}$")]
-"""Path of a file that comes along."""
+_PhotoPath = Annotated[str, StringConstraints(pattern=r"^photos/[A-Za-z0-9_.-]{1,150}$")]
+"""Path of a picture that comes along, which `app.imports.moved_media` decodes."""
+_VoicePath = Annotated[str, StringConstraints(pattern=r"^voice/[A-Za-z0-9_.-]{1,150}$")]
+_Path = _PhotoPath | _VoicePath
 
 
 class _Source(_Part):
@@ -142,7 +145,7 @@ class _Tag(_Part):
     created_at: _Instant
     edited_by: _Who | None = None
     edited_at: _Instant | None = None
-    photo: _Path | None = None
+    photo: _PhotoPath | None = None
 
     def to_imported(self) -> ImportedTag:
         """Return the tag with its fields as they are stored."""
@@ -175,9 +178,12 @@ class _Attachment(_Part):
     created_at: _Instant
 
     @model_validator(mode="after")
-    def _voice_has_a_type(self) -> _Attachment:
-        if (self.kind == "voice") != (self.media_type is not None):
+    def _is_a_voice_or_a_picture(self) -> _Attachment:
+        is_voice = self.kind == "voice"
+        if is_voice != (self.media_type is not None):
             raise ValueError("a voice note has a media type, and nothing else has one")
+        if self.file is not None and is_voice != self.file.startswith(VOICE):
+            raise ValueError(f"a {self.kind} cannot be the file {self.file}")
         return self
 
     def to_imported(self) -> ImportedAttachment:

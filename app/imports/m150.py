@@ -173,9 +173,9 @@ def _observation(row: Element, notes: Notes) -> ImportedObservation | None:
     for label, code in (("quantity 2", "HZ004"), ("quantity 1", "HZ003")):
         exact, value = german.more_exact(exact, label, quantity(row.value(code)))
         quantities.insert(0, value)
-    rest, distance_m = german.more_exact(
-        exact.removesuffix(" m"), "station", number(row.value("HZ001"))
-    )
+    rest, distance_m = german.more_exact(exact.removesuffix(" m"), "station", None)
+    if distance_m is None:  # a free text of another program
+        rest, distance_m = exact, number(row.value("HZ001"))
     if distance_m is None:
         read = row.value("HZ001")
         notes.add(f"No distance can be read from {read!r:.40}; it is left out.", row.line)

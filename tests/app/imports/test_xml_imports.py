@@ -135,7 +135,7 @@ M150 = """<?xml version="1.0" encoding="ISO-8859-1"?>
 <HZ><HZ001>9.8</HZ001><HZ002>BAJ</HZ002><HZ003>18.0</HZ003><HZ008>00:02:01</HZ008>
 <HZ010>l\u00e4ngs</HZ010><HZ011>A</HZ011><HZ206>3</HZ206>
 <HZ999>station 9.75 m, quantity 1 18.04</HZ999></HZ>
-<HZ><HZ001>12,5</HZ001><HZ002>BAB</HZ002></HZ></HI><HI/></HG></DATA>"""
+<HZ><HZ001>12,5</HZ001><HZ002>BAB</HZ002><HZ999>breit 2 m</HZ999></HZ></HI><HI/></HG></DATA>"""
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_m150_is_read_with_all_four_letters_of_the_direction(letter: str, direct
     joint, later = survey.observations
     assert (joint.distance_m, joint.quant1, joint.time_s) == (9.75, 18.04, 121.0)
     assert (joint.at_joint, joint.remark) == (True, "l\u00e4ngs, class 3")
-    assert later.distance_m == 12.5
+    assert (later.distance_m, later.remark) == (12.5, "breit 2 m")
     known = {name: survey.header[name] for name in ("date", "weather", "asset_type", "video_files")}
     assert known == {
         "date": "2026-09-14", "weather": "frost", "asset_type": "combined", "video_files": "d.mpg",

@@ -20,7 +20,7 @@ from small_disk import small_disk
 
 from app.access.access import create_token
 from app.errors import InvalidImport
-from app.imports import archive_file
+from app.imports import archive_file, chainage_json
 from app.storage.backup import back_up, restore
 from app.storage.tokens import Role, TokenFile
 
@@ -222,6 +222,12 @@ def test_photos_may_be_embedded_in_json(source: tuple[Client, str], target: Clie
     assert answer.status_code == 201, answer.text
     assert "does not contain the film and the picture of the wall;" in answer.json()["warnings"][0]
     assert len(photos_of(target, answer.json()["inspections"][0]["id"])) == 4
+    voice = next(name for name in full["media"] if name.startswith("voice"))
+    for part, row in (("tags", 0), ("attachments", 0)):
+        changed = json.loads(json.dumps(full))
+        changed[part][row] |= {"photo": voice, "file": voice, "kind": "photo", "media_type": None}
+        with pytest.raises(InvalidImport, match=rf"{part}\.{row}"):
+            chainage_json.read(json.dumps(changed).encode())
     full["media"] |= dict.fromkeys(list(full["media"])[:1], base64.b64encode(b"<html>").decode())
     answer = target.post("/api/imports", params=query, content=json.dumps(full).encode())
     assert "no picture in JPEG" in assert_error(answer, 422, "invalid_import")
@@ -253,10 +259,26 @@ def _flipped(content: bytes) -> bytes:
     return content[:at] + b"?" + content[at + 1 :]
 
 
+def _torn(whole: bytes) -> bytes:
+    """Damage the stream of the report within the ZIP."""
+    content = bytearray(whole)
+    at = content.index(b"inspection.json") + len("inspection.json")
+    content[at : at + 40] = 40 * b"\xff"
+    return bytes(content)
+
+
+def _misnamed(whole: bytes) -> bytes:
+    """Name a file in bytes that are no UTF-8, though the ZIP says so."""
+    zipped = _zip({"\u00e9.json": b"{}"})
+    return zipped.replace("\u00e9".encode(), b"\xff\xff")
+
+
 HOSTILE: dict[str, tuple[Callable[[bytes], bytes], str]] = {
     "truncated": (lambda whole: whole[: len(whole) // 2], "cut off or damaged"),
     "no zip": (lambda whole: b"PK\x03\x04 hello", "cut off or damaged"),
     "damaged": (_flipped, "damaged"),
+    "a torn stream": (_torn, "damaged"),
+    "letters of no name": (_misnamed, "damaged"),
     "wrong digest": (
         lambda whole: packed(members(whole)).replace(VOICE, VOICE[::-1]),
         "damaged",
