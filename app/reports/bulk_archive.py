@@ -19,7 +19,7 @@ from functools import partial
 from typing import IO, Protocol
 
 from app.errors import DiskFull, InspectionNotFound
-from app.reports.bundle.delivery import Delivery
+from app.reports.bundle.delivery import Delivery, wanted_film
 from app.reports.content.naming import safe_file_name
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
@@ -271,8 +271,8 @@ class _Order:
 
     def _deliver(self, delivery: Delivery, inspection_id: str, folder: str) -> list[str]:
         report = self._report(inspection_id, extras=self._extras(inspection_id))
-        if report.extras.film and report.film is not None:
-            self._sources.folder.require_room(report.film.about().size)
+        if film := wanted_film(report):
+            self._sources.folder.require_room(film.about().size)
         return delivery.add(report, folder)
 
     def _report(self, inspection_id: str, *, extras: Extras) -> Report:

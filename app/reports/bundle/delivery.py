@@ -23,7 +23,7 @@ from app.reports.content.naming import file_stem
 from app.reports.exchange.survey import film as film_name
 from app.reports.exchange.survey import film_in_ascii
 from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, Written
-from app.storage.blobs import Readable
+from app.storage.blobs import Readable, StoredBlob
 
 SUMS = "SHA256SUMS"
 _ASCII = ("en13508", "en13508xml", "ribx")
@@ -150,14 +150,18 @@ class Delivery:
         name = _cited_film(report, kind)
         if not name:
             return None
-        source, is_there = report.source, False
-        if report.extras.film and report.film is not None:
-            size = report.film.about().size
-            self._archive.add_blocks(folder + name, report.film.blocks(0, size))
-            is_there = True
+        source, film = report.source, wanted_film(report)
+        if film is not None:
+            self._archive.add_blocks(folder + name, film.blocks(0, film.about().size))
         elif report.extras.film:
             self.losses.append(Loss("film_elsewhere", name=name))
-        return Film(name, source.filename, source.size, source.sha256, is_there)
+        return Film(name, source.filename, source.size, source.sha256, film is not None)
+
+
+def wanted_film(report: Report) -> StoredBlob | None:
+    """Return the film, if a delivery is to hold it and it is there."""
+    film = report.film if report.extras.film else None
+    return film if film is not None and film.exists() else None
 
 
 def _cited_film(report: Report, kind: str) -> str:
@@ -168,7 +172,7 @@ def _cited_film(report: Report, kind: str) -> str:
 def _linked_to_film(report: Report, kind: str) -> Report:
     """Return the report with the name of the film beside it, if the film is there."""
     name = _cited_film(report, kind)
-    if not name or not report.extras.film or report.film is None:
+    if not name or wanted_film(report) is None:
         return report
     return replace(report, extras=replace(report.extras, film_name=name))
 

@@ -16,7 +16,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from keys import Key
 from lxml import etree, html
 from pypdf import PdfReader
-from reports import report
+from reports import report, said
 
 from app.errors import ExportNotAvailable
 from app.reports.bundle.delivery import Delivery
@@ -126,6 +126,15 @@ def test_times_of_the_page_lead_into_a_film_that_is_beside_it(surveyed):
     without = html.fromstring(alone.read("CUL-0041-report.html"))
     assert not [link for link in without.xpath("//a/@href") if "#t=" in link]
     assert not addresses(alone)
+
+
+def test_a_film_that_is_lost_is_named_and_costs_nothing_else(surveyed, tmp_path):
+    lost = StoredBlob(FolderBlobs(tmp_path), "gone.mp4")
+    written = FORMATS["delivery"].write(replace(surveyed, film=lost, extras=Extras(film=True)))
+    assert any("The film CUL-0041_20260914_0942.mp4 is not" in it for it in said(written.losses))
+    archive = zipfile.ZipFile(io.BytesIO(b"".join(written.blocks())))
+    assert "CUL-0041-report.pdf" in archive.namelist()
+    assert not addresses(archive)
 
 
 def addresses(archive):
