@@ -191,6 +191,7 @@ EVERYWHERE: dict[int, tuple[str, ...]] = {
     400: ("bad_request", "unknown_host"),
     401: ("unauthenticated",),
     403: ("cross_origin", "forbidden"),
+    404: ("not_found",),
     408: ("request_timeout",),
     413: ("body_too_large",),
     422: ("invalid_request",),

@@ -77,7 +77,7 @@ def test_the_language_is_that_of_the_browser_and_german_fits(
     expect(page.get_by_label("Zugangstoken")).to_be_visible()
     log_in(page, server, f"/inspections/{inspection}")
     expect(page.locator("html")).to_have_attribute("lang", "de")
-    expect(page.locator(".defect")).to_contain_text("Riss: klaffend, längs")
+    expect(page.locator(".defect", has_text="Riss: klaffend, längs")).to_be_visible()
     tabs = page.get_by_role("tablist")
     assert tabs.evaluate("(list) => list.scrollWidth <= list.clientWidth")
     assert page.evaluate(TOO_WIDE) == []

@@ -106,7 +106,7 @@ def export(
     units: Units = "m",
     burnt_in: bool = False,
     clips: bool = False,
-    exchange: ExchangeKind = "en13508",
+    exchange: ExchangeKind | None = None,
     film: bool = False,
     photos: Literal["embedded"] | None = None,
     csv: CsvStyle = "standard",
@@ -115,9 +115,9 @@ def export(
 
     `burnt_in` puts distance and code below each photo of a format that shows photos; `clips` adds
     the seconds around each observation to the bundle. `exchange` is the exchange format of a
-    delivery, `film` adds the film to it, or to the archive file; `POST /api/bulk-exports` makes a
-    delivery with progress. `photos` adds photos and voice notes to the JSON report. `csv=german`
-    writes a CSV with semicolons and decimal commas.
+    delivery (EN 13508-2 text unless stated), `film` adds the film to it, or to the archive file;
+    `POST /api/bulk-exports` makes a delivery with progress. `photos` adds photos and voice notes to
+    the JSON report. `csv=german` writes a CSV with semicolons and decimal commas.
     """
     extras = Extras(
         burnt_in=burnt_in,
