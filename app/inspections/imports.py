@@ -3,7 +3,7 @@
 There is no film, so an imported survey is `done` at once. The track of a survey that another
 program measured has one row for each observation, so that a tag stays anchored to a frame and its
 distance is derived as usual. Such a track has neither sigma nor quality, as both are unknown
-(`app.inspections.observations.is_unmeasured`).
+(`app.survey.track_rows.is_unmeasured`).
 """
 
 from __future__ import annotations
@@ -58,7 +58,8 @@ class Imports:
         A report in JSON is restored unchanged, with its id if this server never had it.
 
         Args:
-            content: EN 13508-2 text, a WinCan .db3, or a report in JSON of this program.
+            content: EN 13508-2 (text or XML), RIBX, ISYBAU, DWA-M 150, a WinCan .db3, or a
+                report in JSON of this program.
             filename: Name given by the user.
             who: Who imports it.
 

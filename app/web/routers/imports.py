@@ -27,8 +27,8 @@ def add(
         bytes,
         Body(
             media_type="application/octet-stream",
-            description="EN 13508-2 text, WinCan .db3 or the JSON report; the content determines "
-            "the format.",
+            description="EN 13508-2 (text or XML), RIBX, ISYBAU, DWA-M 150, WinCan .db3 or the "
+            "JSON report; the content determines the format.",
         ),
     ],
     services: ServicesDep,
