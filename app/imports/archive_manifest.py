@@ -23,7 +23,7 @@ COMPRESSED = (".json", ".csv")
 
 
 class Listed(msgspec.Struct, frozen=True):
-    """One file."""
+    """A file of the ZIP as the manifest lists it: it must be there, and have this digest."""
 
     size: int
     sha256: str

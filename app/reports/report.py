@@ -204,7 +204,7 @@ class Company:
     logo: Readable | None = None
     """PNG or JPEG."""
     address: str = ""
-    """Lines."""
+    """One or more lines, printed below the name."""
     server: str | None = None
     """Address at which people open its server; None where it is not set."""
 

@@ -37,7 +37,7 @@ class Delivered:
     name: str
     asset: str
     kind: str
-    """Exchange format."""
+    """Name of its exchange format in `FORMATS`."""
     exchange: str
     report: str
     page: str

@@ -24,7 +24,7 @@ class Found:
     """Its meaning in the language of the report; empty for a code that no table has."""
     count: int
     worst: int | None
-    """Highest severity."""
+    """Highest severity, 0 to 5; None if no defect was rated."""
     stretches_m: float
     """Length of those that are stretches, together."""
 

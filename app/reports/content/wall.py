@@ -47,7 +47,7 @@ class Wall:
     """The part of the wall that was seen."""
 
     tiles: tuple[SeenTile, ...]
-    """By distance."""
+    """Pictures of the wall in the order of their distances, without those that show nothing."""
     span_m: Span
     arc_mm: Span
     """The seen part around the wall; 0 at the invert or the middle of a floor, to the right."""

@@ -47,13 +47,13 @@ class _Format:
     pipe: tuple[int, int]
     labels: int
     longest_label: int
-    """In characters."""
+    """Characters after which a label is cut."""
     is_short: bool
     """Whether labels have number, place and code only."""
 
     @property
     def middle(self) -> float:
-        """The invert."""
+        """Place of the invert, px: the wall is cut along its crown."""
         return (self.pipe[0] + self.pipe[1]) / 2
 
     @property

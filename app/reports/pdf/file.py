@@ -90,7 +90,7 @@ class File(PDFDocument):
 
     @property
     def page_count(self) -> int:
-        """Finished pages."""
+        """Number of pages that are written; the one being drawn is not among them."""
         return len(self._pages)
 
     def picture(self, jpeg: Jpeg) -> str:

@@ -50,7 +50,7 @@ class _Column:
 
     title: str
     width: float
-    """In characters."""
+    """Characters of the sheet's font, as Excel measures columns."""
     value: Callable[[Entry], str | float | None]
     look: tuple[tuple[str, Any], ...] = ()
     kind: Literal["plain", "severity", "photo", "time"] = "plain"

@@ -80,7 +80,7 @@ class BulkExportOut(BaseModel):
     done: int
     """Steps that are done: each inspection in the archive, and each in the document."""
     total: int
-    """All steps."""
+    """Steps in all: an inspection counts once for the archive and once for the document."""
     present: str | None
     """Name of the inspection whose reports are being made."""
     not_made: list[NotMadeOut]
