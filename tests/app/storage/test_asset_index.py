@@ -51,7 +51,7 @@ class Archive:
         """Add an inspection with at most one defect; return its id."""
         number = next(NUMBERS)
         row = Inspection(
-            id=f"{number:032x}", name=f"Survey {number}", rig=clip_rig(), header={}, video={},
+            id=f"{number:032x}", name=f"Survey {number:04}", rig=clip_rig(), header={}, video={},
             source_kind="upload", source_filename="film.mp4", source_size=1, source_sha256="",
             frames_done=0, created_at=NOW, queued_at=NOW,
             **{"status": "done", "video_file": "video.mp4"} | columns,
