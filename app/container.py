@@ -417,7 +417,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         packs=records.packs,
         rigs=Rigs(RigStore(database)),
         register=register,
-        lenses=Lenses(uploads, Limits(settings.child_memory_bytes, LENS_CPU_S, reads=())),
+        lenses=Lenses(uploads, Limits(settings.child_memory_bytes, LENS_CPU_S)),
         preferences=Preferences(PreferenceStore(database)),
         samples=samples,
         reports=records.reports,

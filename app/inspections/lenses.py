@@ -9,7 +9,13 @@ import msgspec
 
 from app.errors import Busy, InvalidCalibration, MediaFailed, MediaTimeout
 from app.inspections.uploads import Uploads
-from app.jobs.messages import Calibrated, CalibrationRequest, FromCalibrator, Limits
+from app.jobs.messages import (
+    Calibrated,
+    CalibrationRequest,
+    FilmedBoard,
+    FromCalibrator,
+    Limits,
+)
 from app.jobs.process import Child, describe_exit
 
 logger = logging.getLogger(__name__)
@@ -29,8 +35,8 @@ class Lenses:
         self._turn = threading.Lock()
         self._answers = msgspec.msgpack.Decoder(FromCalibrator)
 
-    def calibrate(self, upload_id: str, board: CalibrationRequest) -> Calibrated:
-        """Measure the camera that filmed a board; `board.video` is filled in here.
+    def calibrate(self, upload_id: str, board: FilmedBoard) -> Calibrated:
+        """Measure the camera that filmed a board.
 
         Raises:
             UploadNotFound, UploadIncomplete, UploadBusy: There is no complete file.
@@ -42,14 +48,13 @@ class Lenses:
             raise Busy("Another camera is being calibrated; try again in a moment.")
         try:
             with self._uploads.held(upload_id) as (path, _):
-                return self._measured(msgspec.structs.replace(board, video=str(path)))
+                return self._measured(CalibrationRequest(str(path), board, self._limits))
         finally:
             self._turn.release()
 
     def _measured(self, request: CalibrationRequest) -> Calibrated:
         child = Child("app.jobs.calibrator")
         try:
-            child.send(self._limits)
             child.send(request)
             answer = self._answers.decode(child.receive(_ANSWER_TIMEOUT_S))
         except TimeoutError as error:

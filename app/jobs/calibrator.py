@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from multiprocessing.connection import Connection
 
-import msgspec
-
-from app.jobs import limits
-from app.jobs.confinement import confine
-from app.jobs.failures import failure_of
+from app.jobs import one_request
 from app.jobs.messages import (
     Calibrated,
     CalibrationRequest,
     Failed,
     FromCalibrator,
-    Limits,
     encode,
 )
-from app.jobs.process import connection_from_arguments
 from vo_core.types import ByteImage
 
 STEP_S = 0.5
@@ -27,18 +22,8 @@ MOST_PICTURES = 60
 """More pictures make no better camera, and each takes some tenths of a second."""
 
 
-def main() -> None:
-    """Receive limits and the request, send the camera, then end."""
-    with connection_from_arguments() as connection:
-        allowed = msgspec.msgpack.decode(connection.recv_bytes(), type=Limits)
-        request = msgspec.msgpack.decode(connection.recv_bytes(), type=CalibrationRequest)
-        limits.apply(allowed)
-        confine(reads=[*allowed.reads, request.video])
-        try:
-            answer = _answer(request)
-        except Exception as error:
-            answer = failure_of(error, "The calibration")
-        connection.send_bytes(encode(answer))
+def _calibrate(request: CalibrationRequest, connection: Connection) -> None:
+    connection.send_bytes(encode(_answer(request)))
 
 
 def _answer(request: CalibrationRequest) -> FromCalibrator:
@@ -46,9 +31,10 @@ def _answer(request: CalibrationRequest) -> FromCalibrator:
     from app.lab.calibration import Board, UnusableBoards, calibrate, find_boards
     from vo_core.errors import UnreadableVideo
 
+    filmed = request.board
+    board = Board(filmed.columns, filmed.rows, filmed.square_mm, filmed.marker_mm)
     try:
-        board = Board(request.columns, request.rows, request.square_mm, request.marker_mm)
-        found = calibrate(find_boards(_pictures(request.video), board), request.model)
+        found = calibrate(find_boards(_pictures(request.video), board), filmed.model)
     except (UnusableBoards, UnreadableVideo) as error:
         return Failed("invalid_calibration", str(error))
     return Calibrated(
@@ -74,6 +60,16 @@ def _pictures(video: str) -> Iterator[tuple[str, ByteImage]]:
             taken, next_s = taken + 1, frame.t_s + STEP_S
             if taken == MOST_PICTURES:
                 return
+
+
+def main() -> None:
+    """Handle the one request on the pipe, then end."""
+    one_request.serve(
+        CalibrationRequest,
+        _calibrate,
+        named="The calibration",
+        reads=lambda request: [request.video],
+    )
 
 
 if __name__ == "__main__":

@@ -53,7 +53,7 @@ def main() -> None:
         except (ConnectionError, EOFError):
             return  # the server has gone; it will find the closed recording when it is back
         except Exception as error:
-            connection.send_bytes(encode(failure_of(error)))
+            connection.send_bytes(encode(failure_of(error, "Tracking")))
 
 
 def _confine(request: LiveRequest) -> None:

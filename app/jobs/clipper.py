@@ -8,16 +8,11 @@ from __future__ import annotations
 
 import io
 import itertools
-from contextlib import suppress
 from fractions import Fraction
+from multiprocessing.connection import Connection
 
-import msgspec
-
-from app.jobs import limits
-from app.jobs.confinement import confine
-from app.jobs.failures import failure_of
+from app.jobs import one_request
 from app.jobs.messages import Clip, ClipRequest, encode
-from app.jobs.process import connection_from_arguments
 
 MOST_PX = 1280
 """Longest side of the picture: a clip is for looking at, and is sent by mail."""
@@ -26,21 +21,7 @@ _TICK_S = Fraction(1, 90_000)
 _OPTIONS = {"preset": "veryfast", "crf": "21"}
 
 
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    with connection_from_arguments() as connection:
-        request = msgspec.msgpack.decode(connection.recv_bytes(), type=ClipRequest)
-        limits.apply(request.limits)
-        confine(reads=[request.video])
-        try:
-            answer = encode(Clip(_cut(request)))
-        except Exception as error:
-            answer = encode(failure_of(error, "Cutting the clip"))
-        with suppress(BrokenPipeError):  # nobody wants the clip any more
-            connection.send_bytes(answer)
-
-
-def _cut(request: ClipRequest) -> bytes:
+def _cut(request: ClipRequest, connection: Connection) -> None:
     # Imported here so that the decoders are loaded under the limits.
     import av
 
@@ -71,12 +52,22 @@ def _cut(request: ClipRequest) -> bytes:
         if stream is None:
             raise UnreadableVideo(f"The film has no frame at {request.start_s:.2f} s.")
         container.mux(stream.encode())
-    return out.getvalue()
+    connection.send_bytes(encode(Clip(out.getvalue())))
 
 
 def _even(px: float) -> int:
     """Return the nearest even number: H.264 halves the colours in both directions."""
     return max(2, 2 * round(px / 2))
+
+
+def main() -> None:
+    """Handle the one request on the pipe, then end."""
+    one_request.serve(
+        ClipRequest,
+        _cut,
+        named="Cutting the clip",
+        reads=lambda request: [request.video],
+    )
 
 
 if __name__ == "__main__":

@@ -8,11 +8,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
-
-from app.jobs import limits
-from app.jobs.confinement import confine
-from app.jobs.failures import failure_of
+from app.jobs import one_request
 from app.jobs.messages import (
     CounterAt,
     CounterFound,
@@ -21,7 +17,6 @@ from app.jobs.messages import (
     CounterRequest,
     encode,
 )
-from app.jobs.process import connection_from_arguments
 
 if TYPE_CHECKING:  # loaded under the limits
     from app.burnt_in.box import Box
@@ -31,21 +26,13 @@ _REPORT_EVERY_S = 0.5
 _LEAST_PRIORITY = 19
 
 
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    with connection_from_arguments() as connection:
-        request = msgspec.msgpack.decode(connection.recv_bytes(), type=CounterRequest)
-        if not request.is_search:  # nobody waits for it, and tracking must not be slowed down
-            os.nice(_LEAST_PRIORITY)
-        limits.apply(request.limits)
-        confine(reads=[request.video])
-        try:
-            answer = _found(request) if request.is_search else _read(request, connection)
-            connection.send_bytes(encode(answer))
-        except BrokenPipeError:
-            return  # the server has gone; the counter is read when it is back
-        except Exception as error:
-            connection.send_bytes(encode(failure_of(error, "Reading the counter")))
+def _handle(request: CounterRequest, connection: Connection) -> None:
+    if request.is_search:
+        answer: CounterFound | CounterRead = _found(request)
+    else:  # nobody waits for it, and tracking must not be slowed down
+        os.nice(_LEAST_PRIORITY)
+        answer = _read(request, connection)
+    connection.send_bytes(encode(answer))
 
 
 def _found(request: CounterRequest) -> CounterFound:
@@ -91,6 +78,16 @@ def _at(place: CounterPlace | None) -> CounterAt | None:
     box = place.box
     corners_px = (box.left, box.top, box.right, box.bottom)
     return CounterAt(corners_px, place.decimals, place.unit, place.has_fields)
+
+
+def main() -> None:
+    """Handle the one request on the pipe, then end."""
+    one_request.serve(
+        CounterRequest,
+        _handle,
+        named="Reading the counter",
+        reads=lambda request: [request.video],
+    )
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ _CV2_NO_MEMORY = -4
 _TOLD_PLAINLY = {"UnreadableVideo": "unreadable_video", "InvalidRig": "invalid_rig"}
 
 
-def failure_of(error: Exception, work: str = "Tracking") -> Failed:
+def failure_of(error: Exception, work: str) -> Failed:
     """Return code and sentence about some work; unexpected exceptions carry a trace for the log."""
     # By name and number: when memory is too short even to load a module, its classes do not exist.
     code = _TOLD_PLAINLY.get(type(error).__name__)

@@ -85,5 +85,15 @@ def _times_ms(path: Path) -> list[int]:
         ]
 
 
+def main() -> None:
+    """Handle the one request on the pipe, then end."""
+    one_request.serve(
+        FinaliseRequest,
+        _finalise,
+        named="Finalising the recording",
+        writes=lambda request: [str(Path(request.recording).parent)],
+    )
+
+
 if __name__ == "__main__":
-    one_request.serve(FinaliseRequest, _finalise)
+    main()

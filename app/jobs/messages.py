@@ -477,16 +477,23 @@ class FirstPicture(msgspec.Struct, frozen=True, tag="first"):
     """Pixel of the axis of the pipe along which the camera looks; None if it does not show."""
 
 
-class CalibrationRequest(msgspec.Struct, frozen=True, tag="calibrate"):
-    """Parent to calibrator: measure the camera that filmed a board."""
+class FilmedBoard(msgspec.Struct, frozen=True):
+    """The printed board of a film, and the lens that filmed it."""
 
-    video: str
     columns: int
     rows: int
     square_mm: float
     marker_mm: float | None
     """Side of a ChArUco board's markers; None for a checkerboard."""
     model: Literal["pinhole", "fisheye"]
+
+
+class CalibrationRequest(msgspec.Struct, frozen=True, tag="calibrate"):
+    """Parent to calibrator: measure the camera that filmed a board."""
+
+    video: str
+    board: FilmedBoard
+    limits: Limits
 
 
 class Calibrated(msgspec.Struct, frozen=True, tag="calibrated"):

@@ -33,5 +33,16 @@ def _reopen(request: ReopenRequest, connection: Connection) -> None:
     connection.send_bytes(encode(Done(None)))
 
 
+def main() -> None:
+    """Handle the one request on the pipe, then end."""
+    one_request.serve(
+        ReopenRequest,
+        _reopen,
+        named="Going on with the recording",
+        reads=lambda request: [request.video],
+        writes=lambda request: [str(Path(request.recording).parent)],
+    )
+
+
 if __name__ == "__main__":
-    one_request.serve(ReopenRequest, _reopen, reads=lambda request: [request.video])
+    main()

@@ -15,9 +15,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from app.jobs import limits, parts
-from app.jobs.confinement import confine
-from app.jobs.failures import failure_of
+from app.jobs import one_request, parts
 from app.jobs.messages import (
     MAX_MESSAGE_BYTES,
     Checkpoint,
@@ -28,7 +26,6 @@ from app.jobs.messages import (
     encode,
 )
 from app.jobs.parts import Numbered
-from app.jobs.process import connection_from_arguments
 
 if TYPE_CHECKING:
     from app.jobs.follow import Follower
@@ -46,20 +43,6 @@ _REDONE = 1 / 20
 _CHECKPOINT_COST = 1 / 100
 """Largest share of time spent on checkpoints."""
 _MOST_STATE_BYTES = MAX_MESSAGE_BYTES - 1024
-
-
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    with connection_from_arguments() as connection:
-        request = msgspec.msgpack.decode(connection.recv_bytes(), type=TrackRequest)
-        limits.apply(request.limits)
-        confine(reads=filter(None, (request.video, request.checkpoint)))
-        try:
-            _track(request, connection)
-        except BrokenPipeError:
-            return  # the server has gone; unfinished work is repeated when it is back
-        except Exception as error:
-            connection.send_bytes(encode(failure_of(error)))
 
 
 def _track(request: TrackRequest, connection: Connection) -> None:
@@ -191,6 +174,16 @@ class _Pace:
         begun_s, first_s = self._first = self._first or (now, t_s)
         ahead_s = (t_s - first_s) / self._pace - (now - begun_s)
         time.sleep(min(max(ahead_s, 0.0), _LONGEST_PAUSE_S))
+
+
+def main() -> None:
+    """Handle the one request on the pipe, then end."""
+    one_request.serve(
+        TrackRequest,
+        _track,
+        named="Tracking",
+        reads=lambda request: [request.video, *filter(None, [request.checkpoint])],
+    )
 
 
 if __name__ == "__main__":

@@ -5,27 +5,8 @@ from __future__ import annotations
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-import msgspec
-
-from app.jobs import limits
-from app.jobs.confinement import confine
-from app.jobs.failures import failure_of
+from app.jobs import one_request
 from app.jobs.messages import Batch, Done, JoinWallsRequest, encode
-from app.jobs.process import connection_from_arguments
-
-
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    with connection_from_arguments() as connection:
-        request = msgspec.msgpack.decode(connection.recv_bytes(), type=JoinWallsRequest)
-        limits.apply(request.limits)
-        confine(reads=request.folders)
-        try:
-            _join(request, connection)
-        except BrokenPipeError:
-            return  # nobody wants the wall any more
-        except Exception as error:
-            connection.send_bytes(encode(failure_of(error)))
 
 
 def _join(request: JoinWallsRequest, connection: Connection) -> None:
@@ -43,6 +24,16 @@ def _join(request: JoinWallsRequest, connection: Connection) -> None:
     for tile in join_walls(request.placed, Rig.parse(request.rig), indices, read):
         connection.send_bytes(encode(Batch([], b"", tiles=[tile])))
     connection.send_bytes(encode(Done(None)))
+
+
+def main() -> None:
+    """Handle the one request on the pipe, then end."""
+    one_request.serve(
+        JoinWallsRequest,
+        _join,
+        named="Joining the walls",
+        reads=lambda request: request.folders,
+    )
 
 
 if __name__ == "__main__":

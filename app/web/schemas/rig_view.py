@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, Field
 
-from app.jobs.messages import Calibrated, CalibrationRequest
+from app.jobs.messages import Calibrated, FilmedBoard
 from app.survey.given import Given
 from app.web.schemas.aiming import line_out
 from vo_core.advice import Advice
@@ -98,9 +98,9 @@ class BoardIn(Given):
     )
     model: Literal["pinhole", "fisheye"] = Field(description="Lens.")
 
-    def request(self) -> CalibrationRequest:
-        """Convert it for the calibrator; the service names the film."""
-        return CalibrationRequest(video="", **self.model_dump())
+    def filmed(self) -> FilmedBoard:
+        """Convert it for the calibrator."""
+        return FilmedBoard(**self.model_dump())
 
 
 class CalibratedOut(BaseModel):

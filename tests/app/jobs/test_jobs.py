@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from builders import HEIGHT, PATIENCE_S, WIDTH, clip_rig, frame_number, make_clip, wait_until
+from builders import HEIGHT, PATIENCE_S, WIDTH, clip_rig, frame_number, make_clip
 
 from app.jobs.messages import (
     Batch,
@@ -106,7 +106,8 @@ def test_a_child_ends_when_its_parent_does(long_clip: Path) -> None:
     assert child.end() == 0
     idle = Child("app.jobs.media")
     idle.send(Limits(768 * 2**20))
-    wait_until(idle.is_alive)
+    idle.send(ProbeRequest(str(long_clip)))
+    idle.receive(PATIENCE_S)
     assert idle.end() == 0
 
 
