@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from urllib.parse import urlsplit
 
 import pytest
 from desks import WITHOUT_WEBGL
@@ -11,6 +12,8 @@ from steps import Server
 
 PATIENCE_MS = 60_000
 """Other workers of the same test run may have both cores."""
+STORES = "local_storage,indexeddb,cache_storage"
+"""What a page keeps in the browser, beside cookies."""
 
 expect.set_options(timeout=PATIENCE_MS)
 
@@ -42,14 +45,31 @@ def page(window: BrowserContext, request: pytest.FixtureRequest) -> Iterator[Pag
     if request.node.get_closest_marker("webgl") is None:
         page.add_init_script(WITHOUT_WEBGL)
     faults: list[str] = []
+    seen: set[str] = set()
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("console", lambda message: faults.extend(_faults_in(message)))
+    page.on("framenavigated", lambda frame: seen.add(frame.url))
     yield page
     for opened in window.pages:
         opened.close()
     window.set_offline(False)
-    window.set_storage_state({"cookies": [], "origins": []})
+    _forget(window, seen)
     assert not faults, faults
+
+
+def _forget(window: BrowserContext, urls: Iterable[str]) -> None:
+    """Make the next visitor a first-time one, whose browser has the files of the page already.
+
+    Playwright's own `set_storage_state` drops these files, and visits each origin without a limit.
+    """
+    window.clear_cookies()
+    blank = window.new_page()
+    session = window.new_cdp_session(blank)
+    for origin in {url._replace(path="", query="", fragment="") for url in map(urlsplit, urls)}:
+        if origin.netloc:
+            stores = {"origin": origin.geturl(), "storageTypes": STORES}
+            session.send("Storage.clearDataForOrigin", stores)
+    blank.close()
 
 
 def _faults_in(message: ConsoleMessage) -> list[str]:
