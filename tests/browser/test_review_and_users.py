@@ -7,9 +7,9 @@ import re
 from pathlib import Path
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from clips import numbered_clip, rig_for_clip
 from desks import WITHOUT_WEBGL, expect_read, expect_saved, observations
+from looks import expect_no_fault
 from playwright.sync_api import Browser, Page, expect
 from steps import Server, log_in
 
@@ -44,11 +44,6 @@ def take_step(page: Page, name: str, reason: str | None = None) -> None:
     expect(dialog).to_have_count(0)
 
 
-def expect_accessible(page: Page) -> None:
-    found = Axe().run(page).response["violations"]
-    assert found == [], json.dumps([(each["id"], each["nodes"][0]["html"]) for each in found])
-
-
 def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopened(
     page: Page, server: Server, inspection: str
 ) -> None:
@@ -64,7 +59,7 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     expect(page.locator(".remark")).to_have_text(
         [re.compile("Question.*Crack or root?", re.DOTALL), re.compile("Accepted")]
     )
-    expect_accessible(page)
+    expect_no_fault(page, ("dark",))
     page.keyboard.press("Escape")
     expect(page.locator(".defect").nth(1)).to_contain_text("1 open question")
     page.keyboard.press("u")  # the acceptance
@@ -91,7 +86,7 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     assert observations(server, inspection) == before
 
     page.get_by_role("tab", name="Review").click()
-    expect_accessible(page)
+    expect_no_fault(page, ("dark",))
     press(page, "Reopen")
     press(page.get_by_role("dialog"), "Reopen")  # type: ignore[arg-type]
     expect(page.get_by_role("dialog")).to_contain_text("State why")
@@ -135,7 +130,7 @@ def test_two_people_see_each_other_and_nothing_that_is_typed_or_accepted_is_lost
     page.wait_for_function(
         "() => document.querySelector('inspection-page').desk.inspection.value.header.client"
     )
-    expect_accessible(page)
+    expect_no_fault(page, ("dark",))
 
     # An acceptance of what is no longer stored is refused, and asked for again.
     page.evaluate(
@@ -226,7 +221,7 @@ def test_an_admin_makes_a_token_changes_its_role_and_revokes_it(page: Page, serv
     page.get_by_label("Name").fill("Ana")
     press(page, "Create")
     ana = {"Authorization": f"Bearer {page.get_by_label('Token to hand over').input_value()}"}
-    expect_accessible(page)
+    expect_no_fault(page, ("dark",))
     page.keyboard.press("Escape")
     page.get_by_label("Role of Ana").select_option("viewer")
     expect(page.locator("toast-stack")).to_contain_text("Ana has the role viewer now.")
@@ -235,4 +230,4 @@ def test_an_admin_makes_a_token_changes_its_role_and_revokes_it(page: Page, serv
     press(page, "Revoke")
     expect(page.get_by_text("1 revoked token")).to_be_visible()
     expect(page.get_by_label("Role of Ana")).to_have_count(0)
-    expect_accessible(page)
+    expect_no_fault(page, ("dark",))
