@@ -6,9 +6,12 @@ from collections.abc import Iterable, Iterator
 from urllib.parse import urlsplit
 
 import pytest
+from clip_surveys import clip_survey
+from clips import rig_for_clip, wide_rig
 from desks import WITHOUT_WEBGL
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect
 from steps import Server
+from surveys import Survey
 
 PATIENCE_MS = 60_000
 """Other workers of the same test run may have both cores."""
@@ -79,3 +82,15 @@ def _faults_in(message: ConsoleMessage) -> list[str]:
     is_network = "Failed to load resource" in message.text or "net::ERR_" in message.text
     is_fault = message.type == "error" and not is_network
     return [message.text] if is_ours and is_fault else []
+
+
+@pytest.fixture(scope="session")
+def narrow(tmp_path_factory: pytest.TempPathFactory) -> Survey:
+    """A tracked clip in a pipe of 300 mm."""
+    return clip_survey(tmp_path_factory, "narrow", rig_for_clip)
+
+
+@pytest.fixture(scope="session")
+def wide(tmp_path_factory: pytest.TempPathFactory) -> Survey:
+    """A tracked clip in a culvert so wide that it drives two metres."""
+    return clip_survey(tmp_path_factory, "wide", wide_rig)

@@ -154,7 +154,8 @@ def log_in(page: Page, server: Server, path: str = "/", token: str = TOKEN) -> N
 
 def start_inspection(page: Page, server: Server, video: Path, rig: Path, name: str) -> str:
     """Upload a video, load its rig file, start tracking; return the id of the inspection."""
-    page.goto(server.url + "/new")
+    if page.url != server.url + "/new":
+        page.goto(server.url + "/new")
     page.locator("input[type=file]").first.set_input_files(video)
     page.get_by_label("Name", exact=True).fill(name)
     page.locator("rig-form input[type=file]").set_input_files(rig)

@@ -4,31 +4,46 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from clips import numbered_clip, rig_for_clip
 from desks import WITHOUT_WEBGL, expect_read, expect_saved, observations
 from looks import expect_no_fault
 from playwright.sync_api import Browser, Page, expect
 from steps import Server, log_in
+from surveys import Survey
 
 TAGS = [f"0123abcd-0000-4000-8000-00000000000{n}" for n in range(2)]
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    return tracked(server, tmp_path_factory.mktemp("clip"))
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with with_two_defects(narrow, tmp_path_factory.mktemp("data")) as running:
+        yield running
 
 
-def tracked(server: Server, folder: Path) -> str:
-    """An inspection with two defects."""
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=12)
-    inspection = server.track(clip, rig_for_clip(folder / "rig.json"))
-    for n, tag in enumerate(TAGS):
-        path = f"/api/inspections/{inspection}/observations/{tag}"
-        server.ask("PUT", path, {"frame": 2 + 5 * n, "code": "BAB", "severity": 2})
-    return inspection
+@pytest.fixture(scope="module")
+def inspection(narrow: Survey) -> str:
+    return narrow.id
+
+
+@pytest.fixture
+def own_server(narrow: Survey, tmp_path: Path) -> Iterator[Server]:
+    """For a test whose reviews and changes no other one may meet."""
+    with with_two_defects(narrow, tmp_path / "data") as running:
+        yield running
+
+
+@contextmanager
+def with_two_defects(survey: Survey, data: Path) -> Iterator[Server]:
+    """A server whose only inspection has two defects."""
+    with Server(survey.copied_to(data)) as server:
+        for n, tag in enumerate(TAGS):
+            path = f"/api/inspections/{survey.id}/observations/{tag}"
+            server.ask("PUT", path, {"frame": 2 + 5 * n, "code": "BAB", "severity": 2})
+        yield server
 
 
 def press(page: Page, name: str) -> None:
@@ -102,9 +117,9 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
 
 
 def test_two_people_see_each_other_and_nothing_that_is_typed_or_accepted_is_lost(
-    page: Page, server: Server, tmp_path: Path, browser: Browser
+    page: Page, own_server: Server, inspection: str, browser: Browser
 ) -> None:
-    inspection = tracked(server, tmp_path)
+    server = own_server
     path = f"/api/inspections/{inspection}"
     there = browser.new_context()
     there.add_init_script(WITHOUT_WEBGL)
