@@ -71,7 +71,7 @@ from app.web.routers import (
     uploads,
     viewer,
 )
-from app.web.schemas.failures import failures
+from app.web.schemas.failures import describe, failures
 
 logger = logging.getLogger(__name__)
 
@@ -104,6 +104,7 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
     )
     app.state.is_insecure = settings.insecure_lan and not settings.has_tls
+    describe(app)
     answers.install(app)
     # Mounted before the routes, because the first match answers.
     app.mount("/static", pages.Assets(directory=pages.static_folder()))

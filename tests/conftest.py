@@ -55,6 +55,8 @@ CHROMIUM_FLAGS = [
     "--disable-gpu",
     "--enable-unsafe-swiftshader",
     f"--disable-features={','.join(NOT_WANTED)}",
+    # The pages of a window share a process.
+    "--process-per-site",
 ]
 
 

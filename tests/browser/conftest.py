@@ -6,9 +6,12 @@ from collections.abc import Iterable, Iterator
 from urllib.parse import urlsplit
 
 import pytest
+from clip_surveys import clip_survey, several_clips
+from clips import rig_for_clip, wide_rig
 from desks import WITHOUT_WEBGL
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect
 from steps import Server
+from surveys import Survey
 
 PATIENCE_MS = 60_000
 """Other workers of the same test run may have both cores."""
@@ -35,8 +38,19 @@ def window(browser: Browser) -> Iterator[BrowserContext]:
     context.close()
 
 
+@pytest.fixture(scope="module")
+def keeper(window: BrowserContext) -> Page:
+    """An empty page, open as long as the window: the pages of all tests share its process, which
+    has compiled their scripts and need not be started again.
+    """
+    page = window.new_page()
+    page.route("**/*", lambda route: route.fulfill(body=""))
+    page.goto("http://127.0.0.1/")
+    return page
+
+
 @pytest.fixture
-def page(window: BrowserContext, request: pytest.FixtureRequest) -> Iterator[Page]:
+def page(window: BrowserContext, keeper: Page, request: pytest.FixtureRequest) -> Iterator[Page]:
     """A page of a first-time visitor; a script error or a violated policy fails the test.
 
     Without the mark `webgl` it cannot draw in 3D, for which software takes a core.
@@ -51,25 +65,25 @@ def page(window: BrowserContext, request: pytest.FixtureRequest) -> Iterator[Pag
     page.on("framenavigated", lambda frame: seen.add(frame.url))
     yield page
     for opened in window.pages:
-        opened.close()
+        if opened is not keeper:
+            opened.close()
     window.set_offline(False)
-    _forget(window, seen)
+    _forget(keeper, seen)
     assert not faults, faults
 
 
-def _forget(window: BrowserContext, urls: Iterable[str]) -> None:
+def _forget(keeper: Page, urls: Iterable[str]) -> None:
     """Make the next visitor a first-time one, whose browser has the files of the page already.
 
     Playwright's own `set_storage_state` drops these files, and visits each origin without a limit.
     """
-    window.clear_cookies()
-    blank = window.new_page()
-    session = window.new_cdp_session(blank)
+    keeper.context.clear_cookies()
+    session = keeper.context.new_cdp_session(keeper)
     for origin in {url._replace(path="", query="", fragment="") for url in map(urlsplit, urls)}:
         if origin.netloc:
             stores = {"origin": origin.geturl(), "storageTypes": STORES}
             session.send("Storage.clearDataForOrigin", stores)
-    blank.close()
+    session.detach()
 
 
 def _faults_in(message: ConsoleMessage) -> list[str]:
@@ -79,3 +93,21 @@ def _faults_in(message: ConsoleMessage) -> list[str]:
     is_network = "Failed to load resource" in message.text or "net::ERR_" in message.text
     is_fault = message.type == "error" and not is_network
     return [message.text] if is_ours and is_fault else []
+
+
+@pytest.fixture(scope="session")
+def narrow(tmp_path_factory: pytest.TempPathFactory) -> Survey:
+    """A tracked clip in a pipe of 300 mm."""
+    return clip_survey(tmp_path_factory, "narrow", rig_for_clip)
+
+
+@pytest.fixture(scope="session")
+def wide(tmp_path_factory: pytest.TempPathFactory) -> Survey:
+    """A tracked clip in a culvert so wide that it drives two metres."""
+    return clip_survey(tmp_path_factory, "wide", wide_rig)
+
+
+@pytest.fixture(scope="session")
+def several(tmp_path_factory: pytest.TempPathFactory) -> Survey:
+    """Tracked inspections of one short clip."""
+    return several_clips(tmp_path_factory)

@@ -6,9 +6,6 @@ import base64
 import json
 import os
 import re
-import subprocess
-import sys
-import urllib.error
 import urllib.request
 from collections.abc import Mapping
 from http.client import HTTPResponse
@@ -17,24 +14,14 @@ from time import monotonic, sleep
 from typing import Self
 from urllib.parse import urlsplit
 
+from forks import Fork
 from playwright.sync_api import Page, expect
 from ports import free_port
 
 TOKEN = "a-token-for-browser-tests-0123456789"  # noqa: S105
-START_LIMIT_S = 60
 TRACK_LIMIT_S = 120
 ASK_AGAIN_S = 0.05
 """Polling without a pause would take the polled server's time."""
-
-_PROGRAM = """
-import sys
-from pathlib import Path
-from app.main import serve
-from app.settings import Settings
-
-settings = Settings(data=Path(sys.argv[1]), token=sys.argv[3])
-serve(settings, "127.0.0.1", int(sys.argv[2]), lambda url, services: None)
-"""
 
 
 class Server:
@@ -44,7 +31,8 @@ class Server:
         """Use a data folder; settings as in the environment, without their prefix."""
         self._data = data
         self._settings = {f"CHAINAGE_{name.upper()}": value for name, value in settings.items()}
-        self._process: subprocess.Popen[bytes] | None = None
+        self._settings["CHAINAGE_TOKEN"] = TOKEN
+        self._process: Fork | None = None
         self._port = free_port()
 
     @property
@@ -69,22 +57,16 @@ class Server:
         return str(made["secret"])
 
     def start(self) -> None:
-        """Start it and wait until it answers."""
-        arguments = [str(self._data), str(self._port), TOKEN]
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", _PROGRAM, *arguments], env=os.environ | self._settings
-        )
-        deadline = monotonic() + START_LIMIT_S
-        while not self._answers():
-            assert self._process.poll() is None, "The server ended while it was starting."
-            assert monotonic() < deadline, "The server did not answer in time."
-            sleep(ASK_AGAIN_S)
+        """Start it and wait until it answers; what it says is added to a file beside its data."""
+        log = self._data.with_name(f"{self._data.name}.log")
+        words = ["serve", "--port", str(self._port), "--data", str(self._data)]
+        self._process = Fork(words, os.environ | self._settings, log)
+        assert self._process.stdout.readline().startswith("Open http"), log.read_text()
 
     def kill(self) -> None:
         """Kill it without a chance to tidy up."""
         assert self._process is not None
-        self._process.kill()
-        self._process.wait()
+        self._process.end()
 
     def ask(
         self,
@@ -133,13 +115,6 @@ class Server:
         assert now["status"] == "done", now["error"]
         return str(made["id"])
 
-    def _answers(self) -> bool:
-        try:
-            with urllib.request.urlopen(f"{self.url}/healthz", timeout=0.5) as response:  # noqa: S310
-                return response.status == 200
-        except (urllib.error.URLError, TimeoutError, ConnectionError):
-            return False
-
 
 def log_in(page: Page, server: Server, path: str = "/", token: str = TOKEN) -> None:
     """Start a session and open a page; the log-in page has its own tests."""
@@ -154,7 +129,8 @@ def log_in(page: Page, server: Server, path: str = "/", token: str = TOKEN) -> N
 
 def start_inspection(page: Page, server: Server, video: Path, rig: Path, name: str) -> str:
     """Upload a video, load its rig file, start tracking; return the id of the inspection."""
-    page.goto(server.url + "/new")
+    if page.url != server.url + "/new":
+        page.goto(server.url + "/new")
     page.locator("input[type=file]").first.set_input_files(video)
     page.get_by_label("Name", exact=True).fill(name)
     page.locator("rig-form input[type=file]").set_input_files(rig)

@@ -9,6 +9,7 @@ from clips import numbered_clip, rig_for_clip
 from looks import expect_no_fault
 from playwright.sync_api import Browser, Page, expect
 from steps import TOKEN, Server, log_in
+from surveys import Survey
 
 ARCHIVE = [
     f"/archive{part}"
@@ -19,10 +20,14 @@ GLOVE_PX = 43.9
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=30)
-    return server.track(clip, rig_for_clip(folder / "rig.json"))
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def inspection(narrow: Survey) -> str:
+    return narrow.id
 
 
 @pytest.fixture(scope="module")
@@ -198,13 +203,19 @@ def test_every_target_is_large_enough_for_a_glove(
         assert touched.evaluate(TOO_SMALL, GLOVE_PX) == []
 
 
-@pytest.mark.parametrize("width", [360, 800, 1440, 3840])
-def test_no_page_is_wider_than_its_window(
-    page: Page, server: Server, inspection: str, width: int
-) -> None:
-    page.set_viewport_size({"width": width, "height": 900})
+WIDTHS = {360: (360,), 3840: (3840, 1440, 800)}
+"""Of the window as it is opened, and then."""
+FITS = "width => document.documentElement.scrollWidth <= width"
+
+
+def test_no_page_is_wider_than_its_window(page: Page, server: Server, inspection: str) -> None:
+    """As it is opened in a narrow one, and in a wide one that is made narrower step by step."""
     log_in(page, server)
-    for path in ("/", "/new", *ARCHIVE, f"/inspections/{inspection}"):
-        page.goto(server.url + path)
-        expect(page.locator("main")).to_be_visible()
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
+    for opened in WIDTHS:
+        for path in ("/", "/new", *ARCHIVE, f"/inspections/{inspection}"):
+            page.set_viewport_size({"width": opened, "height": 900})
+            page.goto(server.url + path)
+            expect(page.locator("main")).to_be_visible()
+            for width in WIDTHS[opened]:
+                page.set_viewport_size({"width": width, "height": 900})
+                page.wait_for_function(FITS, arg=width)

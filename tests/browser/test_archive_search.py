@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import uuid
-from pathlib import Path
+from collections.abc import Iterator
 
 import pytest
-from clips import numbered_clip, rig_for_clip
+from clip_surveys import ids_of
 from desks import expect_frame
 from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
+from surveys import Survey
 
 FRAME = 13
 THUMBNAILS_SHOWN = """(n) => [...document.querySelectorAll('.thumbnail img')]
@@ -21,23 +22,29 @@ YEARS = {"2019-05-02": 2, "2024-05-02": 4}
 
 
 @pytest.fixture(scope="module")
-def surveys(server: Server, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+def server(several: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(several.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def surveys(server: Server) -> list[str]:
     """Two surveys of one culvert, whose crack has grown."""
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=20)
-    rig = rig_for_clip(folder / "rig.json")
-    return [tagged(server, clip, rig, day, severity) for day, severity in YEARS.items()]
+    ids = ids_of(server)
+    for left in ids[len(YEARS) :]:
+        server.ask("DELETE", f"/api/inspections/{left}")
+    for inspection, (day, severity) in zip(ids, YEARS.items(), strict=False):
+        tag(server, inspection, day, severity)
+    return ids[: len(YEARS)]
 
 
-def tagged(server: Server, clip: Path, rig: Path, day: str, severity: int) -> str:
-    inspection = server.track(clip, rig)
+def tag(server: Server, inspection: str, day: str, severity: int) -> None:
     header = {"asset_id": "CUL-0041", "project": "North", "date": day, "direction": "with_flow"}
     server.ask("PATCH", f"/api/inspections/{inspection}", {"name": day, "header": header})
-    tag = {"frame": FRAME, "pixel": [160, 150], "code": "BAB", "char1": "B", "char2": "A"}
+    crack = {"frame": FRAME, "pixel": [160, 150], "code": "BAB", "char1": "B", "char2": "A"}
     remark = f"longitudinal, seen in {day[:4]}"
     path = f"/api/inspections/{inspection}/observations/{uuid.uuid4()}"
-    server.ask("PUT", path, tag | {"severity": severity, "remark": remark})
-    return inspection
+    server.ask("PUT", path, crack | {"severity": severity, "remark": remark})
 
 
 def test_a_defect_is_found_by_its_words_and_opened_at_its_frame(

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from math import degrees, radians, sin
-from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
 import pytest
-from clips import SIZE, numbered_clip, rig_for_clip
+from clip_surveys import FRAMES
+from clips import SIZE
 from playwright.sync_api import APIResponse, Page, Route
 from steps import Server, log_in
+from surveys import Survey
 from tracks import straight_track
 
 from app.lab.simulation import SCENARIOS
@@ -29,6 +31,12 @@ from vo_core.geometry.wall import wall_point
 
 TOLERANCE_MM = 2.0
 """The table is interpolated for a read-out in whole centimetres."""
+
+
+@pytest.fixture(scope="module")
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
 
 
 @pytest.fixture
@@ -215,13 +223,11 @@ def test_a_live_message_is_split_into_header_and_picture(site: Page) -> None:
 
 
 def test_the_wall_under_the_cursor_is_the_one_that_the_server_states(
-    site: Page, server: Server, tmp_path: Path
+    site: Page, server: Server, narrow: Survey
 ) -> None:
-    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
-    inspection = server.track(clip, rig_for_clip(tmp_path / "rig.json"))
-    path = f"/api/inspections/{inspection}"
+    path = f"/api/inspections/{narrow.id}"
     width, height = SIZE
-    for frame in (0, 19):
+    for frame in (0, FRAMES - 1):
         for u, v in ((1, 1), (width / 2, height / 2), (width - 2, 20), (37.5, height - 2)):
             exact = json.load(server.ask("GET", f"{path}/wall?u={u}&v={v}&frame={frame}"))
             shown = site.evaluate(
@@ -387,10 +393,10 @@ class SlowLine:
 
 
 @pytest.fixture
-def tracked(site: Page, server: Server, tmp_path: Path) -> str:
+def tracked(site: Page, server: Server, narrow: Survey) -> str:
     """The address of an inspection in the API, whose track is `track` in the page."""
-    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
-    inspection = server.track(clip, rig_for_clip(tmp_path / "rig.json"))
+    path = f"/api/inspections/{narrow.id}"
+    server.ask("PUT", f"{path}/corrections", {"zero": None})
     site.evaluate(
         """async (id) => {
           const { Track } = await import('/static/core/track.js');
@@ -398,9 +404,9 @@ def tracked(site: Page, server: Server, tmp_path: Path) -> str:
           globalThis.asked = [];
           await track.extend();
         }""",
-        inspection,
+        narrow.id,
     )
-    return f"/api/inspections/{inspection}"
+    return path
 
 
 def ask_for_all_rows(site: Page, server: Server, path: str, line: SlowLine, zero_m: float) -> None:

@@ -12,11 +12,12 @@ from pathlib import Path
 
 import pypdf
 import pytest
-from clips import numbered_clip, rig_for_clip
+from clip_surveys import ids_of, short_clip
 from looks import expect_no_fault
 from playwright.sync_api import Page, Route, expect
 from receivers import Receiver, receiving
 from steps import Server, export, log_in
+from surveys import Survey
 
 from app.reports.bundle.verify import verify
 from app.reports.formats import FORMATS
@@ -31,35 +32,37 @@ def receiver() -> Iterator[Receiver]:
 
 
 @pytest.fixture(scope="module")
-def notifying(tmp_path_factory: pytest.TempPathFactory, receiver: Receiver) -> Iterator[Server]:
+def notifying(
+    several: Survey, tmp_path_factory: pytest.TempPathFactory, receiver: Receiver
+) -> Iterator[Server]:
     """A server with a client who is notified of severity 5."""
     settings = {"webhook_url": receiver.url, "webhook_secret": "a secret of sixteen or more"}
-    with Server(tmp_path_factory.mktemp("data"), **settings) as running:
+    with Server(several.copied_to(tmp_path_factory.mktemp("data")), **settings) as running:
         yield running
 
 
 @pytest.fixture(scope="module")
-def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return numbered_clip(tmp_path_factory.mktemp("film") / "clip.mp4", "libx264", frames=20)
+def untouched(notifying: Server) -> Iterator[str]:
+    """The ids of inspections that no test has taken."""
+    return iter(ids_of(notifying))
 
 
 @pytest.fixture(scope="module")
-def inspection(notifying: Server, film: Path) -> str:
+def inspection(notifying: Server, untouched: Iterator[str]) -> str:
     """With a crack and a tag without a code, for tests that change nothing of it."""
-    return tracked(notifying, film)
+    return tagged(notifying, next(untouched))
 
 
 @pytest.fixture
-def own(notifying: Server, film: Path) -> str:
+def own(notifying: Server, untouched: Iterator[str]) -> str:
     """The same, for one test."""
-    return tracked(notifying, film)
+    return tagged(notifying, next(untouched))
 
 
-def tracked(server: Server, film: Path) -> str:
-    made = server.track(film, rig_for_clip(film.with_suffix(".json")))
-    tag(server, made, 0, frame=3, code="BAB", char1="B", char2="A", severity=3)
-    tag(server, made, 1, frame=9)
-    return made
+def tagged(server: Server, inspection: str) -> str:
+    tag(server, inspection, 0, frame=3, code="BAB", char1="B", char2="A", severity=3)
+    tag(server, inspection, 1, frame=9)
+    return inspection
 
 
 def tag(server: Server, inspection: str, number: int, **fields: object) -> None:
@@ -274,8 +277,9 @@ def test_the_list_shows_at_once_what_others_tag(page: Page, notifying: Server, o
 
 
 def test_a_delivery_with_its_film_then_one_document_over_all(
-    page: Page, notifying: Server, inspection: str, film: Path, tmp_path: Path
+    page: Page, notifying: Server, inspection: str, tmp_path: Path
 ) -> None:
+    film = short_clip(tmp_path / "clip.mp4")
     log_in(page, notifying, f"/inspections/{inspection}")
     open_format(page, "Delivery")
     dialog = page.get_by_role("dialog", name="Export: Delivery")

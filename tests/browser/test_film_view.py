@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
-from clips import numbered_clip, rig_for_clip
+from clip_surveys import FRAMES
 from desks import (
     DRAWN_AND_STATED,
     delete_observations,
@@ -13,15 +15,18 @@ from desks import (
 )
 from playwright.sync_api import Locator, Page, expect
 from steps import Server, log_in
-
-FRAMES = 30
+from surveys import Survey
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=FRAMES)
-    return server.track(clip, rig_for_clip(folder / "rig.json"))
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def inspection(narrow: Survey) -> str:
+    return narrow.id
 
 
 @pytest.fixture

@@ -2,30 +2,37 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from clips import numbered_clip, rig_for_clip
+from clip_surveys import ids_of
 from looks import expect_no_fault
 from playwright.sync_api import Page, Route, expect
 from steps import Server, log_in
+from surveys import Survey
 
 NAMES = ("Jalan Ampang", "Sungai Besi", "Bukit Jalil")
 
 
 @pytest.fixture
-def inspections(server: Server, tmp_path: Path) -> Iterator[dict[str, str]]:
-    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
-    made = {name: server.track(clip, rig_for_clip(tmp_path / "rig.json")) for name in NAMES}
+def server(several: Survey, tmp_path: Path) -> Iterator[Server]:
+    """One for each test, which renames and deletes."""
+    with Server(several.copied_to(tmp_path / "data")) as running:
+        yield running
+
+
+@pytest.fixture
+def inspections(server: Server) -> dict[str, str]:
+    ids = ids_of(server)
+    for left in ids[len(NAMES) :]:
+        server.ask("DELETE", f"/api/inspections/{left}")
+    made = dict(zip(NAMES, ids, strict=False))
     for name, inspection in made.items():
         change = {"name": name, "header": {"client": f"Client of {name}"}}
         server.ask("PATCH", f"/api/inspections/{inspection}", change)
-    yield made
-    for left in json.load(server.ask("GET", "/api/inspections"))["inspections"]:
-        server.ask("DELETE", f"/api/inspections/{left['id']}")
+    return made
 
 
 def test_an_inspection_is_found_by_its_name_or_client(

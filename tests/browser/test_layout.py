@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 
 import pytest
-from clips import numbered_clip, rig_for_clip
 from playwright.sync_api import Page, Route, ViewportSize, expect
 from steps import Server, log_in
+from surveys import Survey
 
 SIZES: tuple[ViewportSize, ...] = (
     {"width": 1440, "height": 900},
@@ -55,13 +56,16 @@ CONTRAST = """(element) => {
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=10)
-    tracked = server.track(clip, rig_for_clip(folder / "rig.json"))
-    tag = f"/api/inspections/{tracked}/observations/7d444840-9dc0-4d2a-8a6a-000000000001"
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def inspection(server: Server, narrow: Survey) -> str:
+    tag = f"/api/inspections/{narrow.id}/observations/7d444840-9dc0-4d2a-8a6a-000000000001"
     server.ask("PUT", tag, {"frame": 0, "code": "BAC", "pixel": [160, 120]})
-    return tracked
+    return narrow.id
 
 
 def test_nothing_that_is_clicked_moves_when_a_notice_comes_or_goes(

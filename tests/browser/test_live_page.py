@@ -10,9 +10,9 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from builders import clip_rig
 from cameras import MjpegCamera
+from looks import faults
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
@@ -111,11 +111,6 @@ def begin_by_program(page: Page, server: Server, camera: MjpegCamera) -> None:
     wait_for_frame_after(page, -1)
 
 
-def expect_no_fault(page: Page) -> None:
-    results = Axe().run(page, options={"iframes": False})
-    assert results.violations_count == 0, results.generate_report()
-
-
 def inspections(server: Server) -> list[str]:
     return [each["id"] for each in json.load(server.ask("GET", "/api/inspections"))["inspections"]]
 
@@ -144,7 +139,7 @@ def test_a_live_inspection_from_its_start_through_two_drop_outs_to_its_review(
     begin(form, camera)
     page, bar, age = form, form.locator("live-bar"), form.locator("picture-age")
     expect(age).to_have_text(re.compile(r"\d+\.\d\d s old"))
-    expect_no_fault(page)
+    assert faults(page) == []
     for count in (1, 2):
         camera.drop_out()
         expect(bar).to_contain_text("Camera gone for")
@@ -263,4 +258,4 @@ def test_an_empty_list_of_sources_says_what_to_do(form: Page) -> None:
     expect(form.get_by_text("Plug a camera in")).to_be_visible()
     form.get_by_role("button", name="Look again").click()
     expect(form.get_by_text("Plug a camera in")).to_be_visible()
-    expect_no_fault(form)
+    assert faults(form) == []

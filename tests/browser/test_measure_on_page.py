@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 import uuid
+from collections.abc import Iterator
 
 import pytest
-from clips import SIZE, numbered_clip, rig_for_clip
+from clips import SIZE
 from desks import expect_frame, expect_read, expect_saved, observations
 from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
+from surveys import Survey
 
 MM_PER_PX = 230 / 600
 """At the invert: height of the camera over the focal length."""
@@ -23,10 +25,14 @@ ON_STRIP = """([along, arc]) => {
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=40)
-    return server.track(clip, rig_for_clip(folder / "rig.json"))
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def inspection(narrow: Survey) -> str:
+    return narrow.id
 
 
 def click_picture(page: Page, u: float, v: float) -> None:

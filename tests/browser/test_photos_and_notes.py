@@ -6,18 +6,19 @@ import io
 import json
 import re
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from clips import numbered_clip, rig_for_clip
+from clip_surveys import FRAMES
 from desks import expect_frame, expect_read, expect_saved
 from looks import expect_no_fault
 from playwright.sync_api import Locator, Page, expect
 from steps import Server, log_in
+from surveys import Survey
 
 TAG = "7d444840-9dc0-4d2a-8a6a-000000000001"
-FRAMES = 30
 
 # A machine of a test has no microphone: the tone is real sound, and so is the recorder.
 MICROPHONE = """navigator.mediaDevices.getUserMedia = async () => {
@@ -30,13 +31,16 @@ MICROPHONE = """navigator.mediaDevices.getUserMedia = async () => {
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=FRAMES)
-    made = server.track(clip, rig_for_clip(folder / "rig.json"))
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def inspection(server: Server, narrow: Survey) -> str:
     fields = {"frame": 9, "code": "BAB", "char1": "B", "char2": "A", "severity": 3}
-    server.ask("PUT", f"/api/inspections/{made}/observations/{TAG}", fields)
-    return made
+    server.ask("PUT", f"/api/inspections/{narrow.id}/observations/{TAG}", fields)
+    return narrow.id
 
 
 def attachments(server: Server, inspection: str) -> list[dict[str, Any]]:

@@ -8,18 +8,22 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from clips import numbered_clip, rig_for_clip
 from playwright.sync_api import Browser, Page, Route, expect
 from steps import TOKEN, Server, log_in
+from surveys import Survey
 
 AS_AT_FIRST = {"language": None, "units": "m", "quick_codes": [], "pack": None}
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=30)
-    return server.track(clip, rig_for_clip(folder / "rig.json"))
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def inspection(narrow: Survey) -> str:
+    return narrow.id
 
 
 @pytest.fixture(autouse=True)

@@ -66,7 +66,7 @@ def culvert(tmp_path_factory: pytest.TempPathFactory) -> SimulatedRun:
 
 def test_a_past_video_is_reviewed(page: Page, server: Server, culvert: SimulatedRun) -> None:
     true_m = _true_distances_m(culvert.truth)
-    log_in(page, server)
+    log_in(page, server, "/new")
     inspection = start_inspection(page, server, culvert.video, culvert.rig, "Past culvert")
     wait_until_done(page)
     desk = Desk(page, server, f"/api/inspections/{inspection}/observations")

@@ -4,26 +4,28 @@ from __future__ import annotations
 
 import re
 import uuid
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from builders import TOKEN, serving
-from clips import numbered_clip, rig_for_clip
 from desks import expect_frame, expect_saved, observations
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
-
-FRAMES = 20
+from surveys import Survey
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=FRAMES)
-    inspection = server.track(clip, rig_for_clip(folder / "rig.json"))
-    path = f"/api/inspections/{inspection}/observations/{uuid.uuid4()}"
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def inspection(server: Server, narrow: Survey) -> str:
+    path = f"/api/inspections/{narrow.id}/observations/{uuid.uuid4()}"
     server.ask("PUT", path, {"frame": 5, "code": "BAB", "remark": "crack", "severity": 2})
-    return inspection
+    return narrow.id
 
 
 @pytest.fixture(scope="module")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 import pytest
-from clips import numbered_clip, rig_for_clip
 from desks import expect_frame, expect_read, expect_saved, observations
 from playwright.sync_api import Page, Route, expect
 from steps import Server, log_in
+from surveys import Survey
 
 ON_WALL = """([along, arc]) => {
   const strip = document.querySelector('wall-strip');
@@ -19,10 +20,14 @@ BACK = "Bring the unrolled wall back"
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=40)
-    return server.track(clip, rig_for_clip(folder / "rig.json"))
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def inspection(narrow: Survey) -> str:
+    return narrow.id
 
 
 def press(page: Page, name: str) -> None:

@@ -5,29 +5,32 @@ from __future__ import annotations
 import json
 import re
 import uuid
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from clip_surveys import FRAMES
 from clips import numbered_clip, wide_rig
 from desks import delete_observations, expect_frame, expect_saved, observations
 from looks import expect_no_fault
 from playwright.sync_api import Page, Route, expect
 from steps import Server, log_in, start_inspection
+from surveys import Survey
 
-FRAMES = 40
 STEP_M = 4 * 8.0 / 600
 """The clip moves by 4 px a frame; its wall is 8 m away at a focal length of 600 px."""
 TAG = {"pixel": [159.5, 119.5]}
 
 
 @pytest.fixture(scope="module")
-def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return numbered_clip(tmp_path_factory.mktemp("clip") / "clip.mp4", "libx264", frames=FRAMES)
+def server(wide: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(wide.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, clip: Path) -> str:
-    return server.track(clip, wide_rig(clip.parent / "rig.json"))
+def inspection(wide: Survey) -> str:
+    return wide.id
 
 
 @pytest.fixture
@@ -38,8 +41,13 @@ def empty(server: Server, inspection: str) -> str:
 
 
 @pytest.fixture
-def desk(page: Page, server: Server, inspection: str, empty: str) -> Page:
+def desk(page: Page, server: Server, empty: str) -> Page:
     """The page of an inspection without any tag, at its first frame."""
+    return opened(page, server, empty)
+
+
+def opened(page: Page, server: Server, inspection: str) -> Page:
+    """Open the page of an inspection, at its first frame."""
     log_in(page, server, f"/inspections/{inspection}")
     expect_frame(page, 0)
     return page
@@ -69,7 +77,7 @@ def test_keys_tag_the_moving_picture_without_stopping_it(
     page: Page, server: Server, tmp_path: Path
 ) -> None:
     clip = numbered_clip(tmp_path / "long.mp4", "libx264", frames=240)
-    log_in(page, server)
+    log_in(page, server, "/new")
     inspection = start_inspection(page, server, clip, wide_rig(tmp_path / "rig.json"), "Live")
     expect(page.locator(".stage__badge")).to_be_visible()
     page.wait_for_function(
@@ -128,8 +136,7 @@ def test_a_proposal_of_the_project_becomes_the_recommendation_of_a_defect(
     template = {"recommendations": proposals, "costs": True, "currency": "MYR"}
     server.ask("PUT", "/api/report-templates/", template)
     put(server, empty, frame=0, code="BAC", char1="B", severity=4)
-    log_in(page, server, f"/inspections/{empty}")
-    expect_frame(page, 0)
+    opened(page, server, empty)
     page.get_by_role("button", name="Edit BAC").click()
     advice = page.get_by_label("Recommendation", exact=True)
     proposed = page.get_by_label("Proposed recommendations")
@@ -243,11 +250,11 @@ def test_a_stretch_without_a_length_is_asked_about(desk: Page, server: Server, e
 
 
 def test_two_like_points_far_apart_are_offered_as_a_stretch(
-    desk: Page, server: Server, empty: str
+    page: Page, server: Server, empty: str
 ) -> None:
     put(server, empty, frame=2, code="BBA", char1="A")
     put(server, empty, frame=30, code="BBA", char1="A")
-    desk.reload()
+    desk = opened(page, server, empty)
     desk.locator(".defect__main").last.click()
     desk.keyboard.press("e")
     desk.get_by_role("button", name="Make it a stretch from 0.11 m").click()
@@ -322,11 +329,11 @@ def test_what_somebody_else_has_changed_is_not_undone_in_silence(
 
 
 def test_a_change_of_the_header_is_undone_field_by_field(
-    desk: Page, server: Server, inspection: str
+    page: Page, server: Server, empty: str
 ) -> None:
-    path = f"/api/inspections/{inspection}"
+    path = f"/api/inspections/{empty}"
     server.ask("PATCH", path, {"header": {"client": "Town"}})
-    desk.reload()
+    desk = opened(page, server, empty)
     desk.get_by_role("tab", name="Header").click()
     operator = desk.get_by_role("textbox", name="Operator", exact=True)
     operator.fill("Aisyah")
@@ -339,59 +346,55 @@ def test_a_change_of_the_header_is_undone_field_by_field(
     assert json.load(server.ask("GET", path))["header"] == {"client": "County"}
 
 
-@pytest.mark.parametrize(
-    ("place", "frame"),
-    [("frame=12", 12), ("d=1.07", 20), ("t=0.5", None), ("frame=9999", FRAMES - 1)],
-)
-def test_an_address_shows_its_place(
-    page: Page, server: Server, inspection: str, empty: str, place: str, frame: int | None
-) -> None:
-    log_in(page, server, f"/inspections/{inspection}?{place}")
-    if frame is None:
-        expect(page.locator(".transport__clock")).to_have_text(re.compile(r"^0:00\.(4[3-9]|50)"))
-    else:
-        expect_frame(page, frame)
+def test_an_address_shows_its_place(page: Page, server: Server, empty: str) -> None:
+    log_in(page, server, f"/inspections/{empty}?frame=12")
+    expect_frame(page, 12)
+    page.goto(f"{server.url}/inspections/{empty}?d=1.07")
+    expect_frame(page, 20)
+    page.goto(f"{server.url}/inspections/{empty}?t=0.5")
+    expect(page.locator(".transport__clock")).to_have_text(re.compile(r"^0:00\.(4[3-9]|50)"))
+    page.goto(f"{server.url}/inspections/{empty}?frame=9999")
+    expect_frame(page, FRAMES - 1)
 
 
 def test_the_address_follows_the_selection_and_leads_back_to_it(
-    desk: Page, server: Server, inspection: str, empty: str
+    page: Page, server: Server, empty: str
 ) -> None:
     one = put(server, empty, frame=7, code="BAB")
     put(server, empty, frame=9, code="BAC")
-    desk.reload()
+    desk = opened(page, server, empty)
     row = desk.locator(".defect__main").first
-    expect(row).to_have_attribute("href", f"/inspections/{inspection}?defect={one}")
+    expect(row).to_have_attribute("href", f"/inspections/{empty}?defect={one}")
     row.click()
-    expect(desk).to_have_url(f"{server.url}/inspections/{inspection}?defect={one}")
+    expect(desk).to_have_url(f"{server.url}/inspections/{empty}?defect={one}")
     desk.context.grant_permissions(["clipboard-read", "clipboard-write"])
     desk.keyboard.press("y")
     expect(desk.locator(".toast")).to_contain_text("Link copied")
     link = desk.evaluate("navigator.clipboard.readText()")
     desk.keyboard.press("Escape")
-    expect(desk).to_have_url(f"{server.url}/inspections/{inspection}")
+    expect(desk).to_have_url(f"{server.url}/inspections/{empty}")
     desk.goto(link)
     expect(row).to_have_attribute("aria-current", "true")
     expect_frame(desk, 7)
 
 
 def test_of_marks_on_one_spot_of_the_picture_the_gravest_is_taken(
-    desk: Page, server: Server, inspection: str, empty: str
+    page: Page, server: Server, empty: str
 ) -> None:
     put(server, empty, frame=0, severity=1)
     grave = put(server, empty, frame=0, severity=4)
     put(server, empty, frame=0, severity=2)
-    desk.reload()
+    desk = opened(page, server, empty)
     expect(desk.locator(".defect")).to_have_count(3)
-    expect_frame(desk, 0)
     desk.locator(".stage__overlay").click()
-    expect(desk).to_have_url(f"{server.url}/inspections/{inspection}?defect={grave}")
+    expect(desk).to_have_url(f"{server.url}/inspections/{empty}?defect={grave}")
 
 
-def test_the_list_is_filtered_and_walked_by_keys(desk: Page, server: Server, empty: str) -> None:
+def test_the_list_is_filtered_and_walked_by_keys(page: Page, server: Server, empty: str) -> None:
     put(server, empty, frame=3, code="BAB", char1="B", char2="A", quant1=0.5, severity=5)
     put(server, empty, frame=9, code="BBA", char1="A", remark="by the headwall")
     put(server, empty, frame=15)
-    desk.reload()
+    desk = opened(page, server, empty)
     rows = desk.locator(".defect__main")
     expect(desk.locator(".defect__lacks")).to_have_text(["", "quantity missing", "no code"])
     rows.first.focus()
@@ -459,11 +462,10 @@ def test_a_tag_that_the_server_refuses_stays_and_says_why(
 
 
 def test_tags_are_sent_from_memory_when_the_browser_keeps_nothing(
-    page: Page, server: Server, inspection: str, empty: str
+    page: Page, server: Server, empty: str
 ) -> None:
     page.add_init_script("Object.defineProperty(window, 'indexedDB', { value: undefined })")
-    log_in(page, server, f"/inspections/{inspection}")
-    expect_frame(page, 0)
+    opened(page, server, empty)
     expect(page.get_by_text("gives the page no storage")).to_be_visible()
     page.keyboard.press("1")
     expect_saved(page)

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 
 import pytest
-from clips import numbered_clip, wide_rig
+from clip_surveys import FRAMES
 from desks import delete_observations, expect_frame, expect_read, expect_saved, observations
 from lines import Line
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
+from surveys import Survey
 
 
 @pytest.fixture(scope="module")
-def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=30)
-    return server.track(clip, wide_rig(folder / "rig.json"))
+def server(wide: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(wide.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def inspection(wide: Survey) -> str:
+    return wide.id
 
 
 @pytest.fixture
@@ -148,7 +154,7 @@ def test_a_closed_form_gives_the_keys_back_to_the_film(desk: Page) -> None:
     desk.keyboard.press("ArrowRight")
     expect_frame(desk, 1)
     desk.keyboard.press(" ")
-    expect_frame(desk, 29)
+    expect_frame(desk, FRAMES - 1)
 
 
 def test_a_tag_does_not_scroll_the_page_away_from_the_picture(desk: Page) -> None:
@@ -217,10 +223,10 @@ def test_a_stretch_starts_where_the_robot_is_and_says_so(
     desk.keyboard.press("u")
     expect(desk.locator("open-stretches li")).to_have_count(0)
     desk.keyboard.press("End")
-    expect_frame(desk, 29)
+    expect_frame(desk, FRAMES - 1)
     desk.keyboard.press("s")
-    expect(toast).to_contain_text(re.compile(r"Stretch A\d+ starts at 1\.5\d m"))
-    assert starts() == [(0, "BBA", False), (29, None, True)]
+    expect(toast).to_contain_text(re.compile(r"Stretch A\d+ starts at 2\.0\d m"))
+    assert starts() == [(0, "BBA", False), (FRAMES - 1, None, True)]
     desk.get_by_role("button", name="Start it at 0.00 m instead").click()
     expect(toast).to_contain_text(re.compile(r"Stretch A\d+ starts at 0\.00 m"))
     assert starts() == [(0, "BBA", True)]
@@ -255,7 +261,7 @@ def test_a_clicked_tag_gets_the_code_of_the_next_key(
     assert tags() == [("", False)]
     # Elsewhere the key means what is seen there.
     desk.keyboard.press("End")
-    expect_frame(desk, 29)
+    expect_frame(desk, FRAMES - 1)
     desk.keyboard.press("2")
     assert tags() == [("", False), ("BAC", True)]
     desk.locator(".defect__main").first.click()

@@ -47,8 +47,7 @@ def _wait_for_share(page: Page, percent: int) -> None:
 def test_upload_goes_on_after_the_server_was_killed_and_after_a_reload(
     page: Page, server: Server, large_video: Path
 ) -> None:
-    log_in(page, server)
-    page.goto(server.url + "/new")
+    log_in(page, server, "/new")
     _slow_down(page, BYTES_PER_S)
     file_input = page.locator("input[type=file]").first
     file_input.set_input_files(large_video)

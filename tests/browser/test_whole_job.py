@@ -34,7 +34,7 @@ def test_a_video_becomes_an_exported_inspection(
     page: Page, server: Server, culvert: SimulatedRun
 ) -> None:
     truth_m = _true_distances_m(culvert.truth)
-    log_in(page, server)
+    log_in(page, server, "/new")
     inspection = start_inspection(page, server, culvert.video, culvert.rig, "Culvert under test")
 
     # While it is tracked the distance rises, and a tag of the moving picture is taken at once.

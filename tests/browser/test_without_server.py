@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import pytest
 from builders import wait_until
-from clips import numbered_clip, rig_for_clip
 from desks import expect_read, expect_saved, observations
 from playwright.sync_api import Browser, Page, expect
 from steps import Server, log_in
+from surveys import Survey
 
 # The page, its two bundles and its words are kept, and so is what an inspection consists of.
 IS_KEPT = """async (id) => {
@@ -26,6 +26,12 @@ IS_KEPT = """async (id) => {
 NAMES = "async () => (await caches.keys()).sort()"
 
 
+@pytest.fixture(scope="module")
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
 @pytest.fixture
 def installed(browser: Browser) -> Iterator[Page]:
     """A page whose service worker may keep it."""
@@ -37,11 +43,9 @@ def installed(browser: Browser) -> Iterator[Page]:
 
 
 def test_an_inspection_opens_and_takes_changes_without_the_server(
-    installed: Page, server: Server, tmp_path_factory: pytest.TempPathFactory
+    installed: Page, server: Server, narrow: Survey
 ) -> None:
-    folder = tmp_path_factory.mktemp("clip")
-    clip = numbered_clip(folder / "clip.mp4", "libx264", frames=10)
-    inspection = server.track(clip, rig_for_clip(folder / "rig.json"))
+    inspection = narrow.id
     path = f"/inspections/{inspection}"
     server.ask(
         "PUT",
