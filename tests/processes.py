@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import os
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from builders import TOKEN, Client
-
-_COMMAND = [sys.executable, "-c", "from app.cli.main import main; main()", "serve", "--port", "0"]
+from forks import Fork
 
 
 class Process:
@@ -21,15 +17,11 @@ class Process:
     def __init__(self, data: Path, log: Path, **settings: str) -> None:
         self.log = log
         given = {"TOKEN": TOKEN, "DISK_RESERVE_BYTES": "0"} | settings
-        with log.open("ab") as errors:
-            self._process = subprocess.Popen(
-                [*_COMMAND, "--data", str(data)],
-                env=os.environ | {f"CHAINAGE_{name}": value for name, value in given.items()},
-                stdout=subprocess.PIPE,
-                stderr=errors,
-                text=True,
-            )
-        assert self._process.stdout is not None
+        self._process = Fork(
+            ["serve", "--port", "0", "--data", str(data)],
+            os.environ | {f"CHAINAGE_{name}": value for name, value in given.items()},
+            log,
+        )
         line = self._process.stdout.readline()
         assert line.startswith("Open http"), log.read_text()
         self.url = line.split()[1].partition("/login")[0]
@@ -41,15 +33,11 @@ class Process:
 
     def terminate(self, patience_s: float = 30) -> int:
         """Terminate it like a service manager; return the exit code."""
-        self._process.send_signal(signal.SIGTERM)
-        return self._process.wait(patience_s)
+        return self._process.terminate(patience_s)
 
     def end(self) -> None:
         """End it in whatever state it is."""
-        self._process.kill()
-        self._process.wait()
-        assert self._process.stdout is not None
-        self._process.stdout.close()
+        self._process.end()
 
 
 @contextmanager

@@ -1,8 +1,5 @@
 import json
-import signal
 import sqlite3
-import subprocess
-import sys
 import threading
 import uuid
 from collections.abc import Callable, Iterator
@@ -15,6 +12,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from builders import TOKEN, clip_rig, make_clip, serving, wait_until
 from postgres import ON_BOTH
+from processes import Process
 from sqlalchemy import text
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
@@ -125,36 +123,20 @@ def test_a_file_is_replaced_as_a_whole(tmp_path: Path) -> None:
     assert list(path.parent.iterdir()) == [path]
 
 
-PROGRAM = """
-import sys
-from pathlib import Path
-from app.main import serve
-from app.settings import Settings
-
-serve(
-    Settings(data=Path(sys.argv[1]), token=sys.argv[2], disk_reserve_bytes=0),
-    "127.0.0.1", 0, lambda url, services: print(url, flush=True),
-)
-"""
-
-
 def test_what_was_acknowledged_survives_a_kill(tmp_path: Path) -> None:
     data = tmp_path / "data"
     with serving(data) as client:
         inspection_id = client.tracked(make_clip(tmp_path / "clip.mp4", 30))
     acknowledged: dict[str, int] = {}
     for _ in range(3):
-        process = subprocess.Popen(
-            [sys.executable, "-c", PROGRAM, str(data), TOKEN], stdout=subprocess.PIPE, text=True
+        process = Process(data, tmp_path / "log")
+        writer = threading.Thread(
+            target=tag_until_killed, args=(process.url, inspection_id, acknowledged)
         )
-        assert process.stdout is not None
-        url = process.stdout.readline().strip().removesuffix("/login")
-        writer = threading.Thread(target=tag_until_killed, args=(url, inspection_id, acknowledged))
         before = len(acknowledged)
         writer.start()
         wait_until(lambda before=before: len(acknowledged) > before + 5)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+        process.end()
         writer.join()
     with serving(data) as client:
         kept = client.get(f"/api/inspections/{inspection_id}/observations").json()["observations"]

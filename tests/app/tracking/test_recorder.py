@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +14,6 @@ import numpy as np
 import pytest
 from builders import (
     PATIENCE_S,
-    TOKEN,
     Client,
     assert_error,
     children,
@@ -28,6 +24,7 @@ from builders import (
     wait_until,
 )
 from cameras import Camera, MjpegCamera, RtspCamera
+from processes import process
 from surveys import Survey
 from websockets.sync.client import ClientConnection
 
@@ -212,44 +209,12 @@ def test_a_stopped_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: 
             assert client.wait(inspection_id)["warning"] is None
 
 
-_SERVER = """
-import signal
-import sys
-from pathlib import Path
-from builders import LiveServer
-from app.main import create_app
-from app.settings import Settings
-
-settings = Settings(data=Path(sys.argv[1]), token=sys.argv[2], disk_reserve_bytes=0,
-                    camera_networks="127.0.0.0/8")
-print(LiveServer(create_app(settings)).url, flush=True)
-signal.pause()
-"""
-
-
 def test_a_killed_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: Path) -> None:
-    tests = Path(__file__).parents[2]
-    with RtspCamera() as camera:
-        server = subprocess.Popen(
-            [sys.executable, "-c", _SERVER, str(tmp_path), TOKEN],
-            stdout=subprocess.PIPE,
-            text=True,
-            env=os.environ | {"PYTHONPATH": f"{tests}{os.pathsep}{tests.parent}"},
-        )
-        assert server.stdout is not None
-        url = server.stdout.readline().strip()
-        headers = {"Authorization": f"Bearer {TOKEN}"}
-        with httpx.Client(base_url=url, headers=headers, timeout=PATIENCE_S) as client:
-            inspection_id = begin(client, camera)
-            path = f"/api/inspections/{inspection_id}"
-            wait_until(lambda: client.get(path).json()["progress"]["frames_done"] > 20)
-            client.put(
-                f"{path}/observations/6f1c2a34-0000-4000-8000-000000000001", json={"frame": 18}
-            )
-        server.kill()
-        server.wait()
-        server.stdout.close()
-    with serving(tmp_path) as client:
+    data = tmp_path / "data"
+    with RtspCamera() as camera, process(data, CAMERA_NETWORKS=LOOPBACK[0]) as client:
+        inspection_id = recorded(client, camera, 21)
+        client.tag(inspection_id, frame=18)
+    with serving(data) as client:
         done = client.wait(inspection_id)
         assert done["status"] == "done", done
         assert "server ended during the recording" in done["warning"]
