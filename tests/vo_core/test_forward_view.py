@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from films import film
+from films import film, half_sized
 from worlds import follow
 
 from app.lab.simulation import SCENARIOS
@@ -23,7 +23,8 @@ TURNED = Pose(0.0, 12.0, np.radians(-9), -16.0, np.radians(11), np.radians(3))
 
 
 def tracked(scenario):
-    """The track of a scenario and the true distances of its frames."""
+    """The track of a scenario in small pictures, and the true distances of its frames."""
+    scenario = half_sized(scenario)
     frames = film(scenario)
     track = follow(scenario.rig, [f.image for f in frames], [f.t_s for f in frames])
     return track, np.array([f.x_mm for f in frames])
@@ -116,7 +117,7 @@ def test_looking_around_holds_the_distance_and_is_named():
     )
     track, x_mm = tracked(scenario)
     assert np.abs(track.distance_mm - x_mm).max() < 5.0
-    yaw_deg = np.array([f.yaw_deg for f in film(scenario)])
+    yaw_deg = np.array([f.yaw_deg for f in film(half_sized(scenario))])
     turned = np.abs(yaw_deg) > 15
     assert track.looking_around[turned].mean() > 0.95
     assert not track.looking_around[np.abs(yaw_deg) < 3].any()
