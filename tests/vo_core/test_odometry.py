@@ -42,7 +42,9 @@ ACCURACY = {
 }
 
 
-FULL_SIZE = {"dirty_lens", "tiled_floor", "interlaced", "late_start", "bounce", "climb"}
+FULL_SIZE = {
+    "dirty_lens", "tiled_floor", "interlaced", "late_start", "bounce", "climb", "weak_spot_light",
+}  # fmt: skip
 """Scenarios that are harder in small pictures, whose noise weighs more: they have less margin."""
 
 
