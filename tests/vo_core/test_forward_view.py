@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from films import film
+from films import film, half_sized
 from worlds import follow
 
 from app.lab.simulation import SCENARIOS
@@ -99,7 +99,7 @@ def test_a_camera_that_stands_masks_nothing():
 
 def test_a_crooked_camera_is_placed_by_the_wall():
     scenario = replace(SCENARIOS["forward_crooked"], length_mm=1500.0, crf=18)
-    track, x_mm = tracked(scenario)
+    track, x_mm = tracked(half_sized(scenario))
     assert percent(track, x_mm) < 0.5
     assert np.count_nonzero(track.status == "lost") == 0
     within = np.abs(track.distance_mm - x_mm) <= 3 * track.sigma_distance_mm + 1e-6
@@ -114,9 +114,9 @@ def test_looking_around_holds_the_distance_and_is_named():
         frames_per_s=15,
         looks=(Look(yaw_deg=50.0, pitch_deg=10.0),),
     )
-    track, x_mm = tracked(scenario)
+    track, x_mm = tracked(half_sized(scenario))
     assert np.abs(track.distance_mm - x_mm).max() < 5.0
-    yaw_deg = np.array([f.yaw_deg for f in film(scenario)])
+    yaw_deg = np.array([f.yaw_deg for f in film(half_sized(scenario))])
     turned = np.abs(yaw_deg) > 15
     assert track.looking_around[turned].mean() > 0.95
     assert not track.looking_around[np.abs(yaw_deg) < 3].any()
@@ -131,7 +131,7 @@ def test_a_camera_that_stands_and_tilts_a_little_drives_nowhere():
         frames_per_s=10,
         looks=(Look(yaw_deg=6.0, pitch_deg=12.0, hold_s=4.0),),
     )
-    track, x_mm = tracked(scenario)
+    track, x_mm = tracked(half_sized(scenario))
     stands = np.flatnonzero(np.diff(x_mm) == 0)
     assert len(stands) > 80
     assert np.ptp(track.distance_mm[stands]) < 3.0
@@ -145,7 +145,7 @@ def test_a_drive_in_and_out_again_closes():
         rest_s=0.5,
         frames_per_s=15,
     )
-    track, x_mm = tracked(scenario)
+    track, x_mm = tracked(half_sized(scenario))
     # The film ends where it began; 6 % of the way in are allowed in the field.
     assert abs(x_mm[-1]) < 1.0
     assert abs(track.distance_mm[-1]) < 0.02 * x_mm.max()
@@ -161,7 +161,7 @@ def test_one_picture_a_second_is_enough():
 
 def test_a_pipe_without_texture_gives_no_certain_distance():
     blank = replace(SCENARIOS["forward"], contrast=0.0, first_joint_mm=9000.0, length_mm=600.0)
-    track, x_mm = tracked(blank)
+    track, x_mm = tracked(half_sized(blank))
     assert "ok" not in track.status[1:]
     assert track.sigma_distance_mm[-1] > 150.0
     assert x_mm[-1] == pytest.approx(600.0, abs=5)
@@ -192,6 +192,6 @@ def test_after_a_cut_to_a_turned_camera_the_axis_shows_how_it_looks():
 def test_a_film_may_begin_with_the_camera_turned_far_aside():
     turned = RIG.model_copy(update={"mount": RIG.mount.model_copy(update={"pitch_deg": -25.0})})
     scenario = replace(SCENARIOS["forward"], true_rig=turned, seed=3, length_mm=400.0)
-    track, x_mm = tracked(scenario)
+    track, x_mm = tracked(half_sized(scenario))
     assert np.count_nonzero(track.status == "lost") == 0
     assert percent(track, x_mm) < 3.0

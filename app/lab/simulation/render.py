@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import ceil, degrees
 
 import cv2
@@ -71,13 +72,23 @@ def render(scenario: Scenario) -> Iterator[RenderedFrame]:
 
 
 @dataclass(frozen=True)
+class _LevelWeight:
+    """Where a level of the wall shows in the picture."""
+
+    level: int
+    rows: slice
+    columns: slice
+    weight: FloatImage | None
+    """In each pixel of those rows and columns; None where the level has the whole weight."""
+
+
+@dataclass(frozen=True)
 class _Shot:
     """What the sensor gets of the wall from one pose, whatever the wall shows."""
 
     light: FloatImage
     """(H, W) grey level of a perfect reflector."""
-    level_weights: Sequence[tuple[int, FloatImage | None]]
-    """Levels of the wall with their weight in each pixel; None where one has the whole weight."""
+    level_weights: Sequence[_LevelWeight]
 
 
 class _Scene:
@@ -87,6 +98,8 @@ class _Scene:
         self._scenario = scenario
         self._trajectory = trajectory
         self._caster = WallCaster(scenario.rendered_rig, scenario.silt)
+        # Light and picture of a short exposure are those of one pose.
+        self._cast = lru_cache(maxsize=1)(self._caster.cast)
         ahead_mm, arc_mm, range_mm = self._caster.cast(NOMINAL)
         pixel_mm = _pixel_size_mm(ahead_mm, arc_mm, self._caster.radius_mm)
         lit = range_mm < REACH_MM
@@ -94,6 +107,7 @@ class _Scene:
         self._full_light_mm = np.float32(np.percentile(range_mm, 5))
         self._texel_mm = max(_MIN_TEXEL_MM, 0.8 * finest_mm)
         self._wall = self._visible_wall(self._texel_mm)
+        self._beam = _beam(scenario)
         self._nominal = self._shot(NOMINAL)
         self._ripples = _ripples(scenario) if scenario.water else None
         # Sub-exposures are at most about 1.2 px apart.
@@ -116,10 +130,10 @@ class _Scene:
 
     def _shot(self, pose: Pose) -> _Shot:
         """Work out light and resolution of each pixel from a pose."""
-        ahead_mm, arc_mm, range_mm = self._caster.cast(pose)
+        ahead_mm, arc_mm, range_mm = self._cast(pose)
         pixel_mm = _pixel_size_mm(ahead_mm, arc_mm, self._caster.radius_mm)
         return _Shot(
-            light=_lamp(self._scenario, range_mm, self._full_light_mm)
+            light=_lamp(self._beam, range_mm, self._full_light_mm)
             * (_FULL_LIGHT_GREY * self._scenario.brightness),
             level_weights=_level_weights(pixel_mm / self._texel_mm, len(self._wall.levels)),
         )
@@ -128,7 +142,7 @@ class _Scene:
         """Sample the reflectance under each pixel at one moment."""
         at = {delay_s: self._trajectory.pose(t_s + delay_s) for delay_s in set(self._row_delays_s)}
         poses = [at[delay_s] for delay_s in self._row_delays_s]
-        ahead_mm, arc_mm, _ = self._caster.cast(*poses)
+        ahead_mm, arc_mm, _ = self._cast(*poses)
         x_mm = np.array([[pose.x_mm] for pose in poses])
         if self._ripples is None:
             return self._look_up(shot, x_mm, ahead_mm, arc_mm)
@@ -149,17 +163,17 @@ class _Scene:
         rows -= np.float32(wall.arc0_mm / wall.texel_arc_mm)
         width = int(columns.max()) + 2 * coarsest
         total = np.zeros_like(columns)
-        for level, weight in shot.level_weights:
+        for shown in shot.level_weights:
+            level, place = shown.level, (shown.rows, shown.columns)
             scale = np.float32(0.5**level)
-            window = wall.levels[level][:, first >> level : (first + width) >> level]
             seen = cv2.remap(
-                window,
-                columns * scale if level else columns,
-                rows * scale if level else rows,
+                wall.levels[level][:, first >> level : (first + width) >> level],
+                columns[place] * scale,
+                rows[place] * scale,
                 cv2.INTER_LINEAR,
                 borderMode=cv2.BORDER_REPLICATE,
             )
-            total += seen if weight is None else seen * weight
+            total[place] += seen if shown.weight is None else seen * shown.weight
         return total
 
     def _through_water(
@@ -236,33 +250,47 @@ def _row_delays_s(scenario: Scenario) -> list[float]:
 def _pixel_size_mm(ahead_mm: FloatImage, arc_mm: FloatImage, radius_mm: float | None) -> FloatImage:
     """Larger side of each pixel's footprint on the wall."""
 
-    def steepness(values: FloatImage) -> FloatImage:
+    def squared_steepness(values: FloatImage) -> FloatImage:
         rows, columns = np.gradient(values)
-        return np.asarray(np.hypot(rows, columns), np.float32)
+        rows *= rows
+        columns *= columns
+        rows += columns
+        return np.asarray(rows, np.float32)
 
     if radius_mm is None:
-        across = steepness(arc_mm)
+        across = squared_steepness(arc_mm)
     else:  # over the chord: the arc itself jumps at the crown
         phi = arc_mm / np.float32(radius_mm)
-        across = np.hypot(steepness(np.sin(phi)), steepness(np.cos(phi))) * np.float32(radius_mm)
-    return np.maximum(np.maximum(steepness(ahead_mm), across), np.float32(1e-3))
+        across = squared_steepness(np.sin(phi))
+        across += squared_steepness(np.cos(phi))
+        across *= np.float32(radius_mm**2)
+    size = np.sqrt(np.maximum(squared_steepness(ahead_mm), across))
+    return np.maximum(size, np.float32(1e-3))
 
 
-def _level_weights(pixel_texels: FloatImage, levels: int) -> list[tuple[int, FloatImage | None]]:
-    """Weight of each level of the wall in each pixel; None where a level has the whole weight."""
+def _level_weights(pixel_texels: FloatImage, levels: int) -> list[_LevelWeight]:
+    """Weight of each level of the wall in the pixels that show it."""
     level = np.clip(np.log2(pixel_texels), 0, levels - 1).astype(np.float32)
-    weights: list[tuple[int, FloatImage | None]] = []
+    weights = []
     for number in range(levels):
-        weight = np.clip(1 - np.abs(level - number), 0, 1)
-        if float(weight.min()) == 1:
-            weights.append((number, None))
-        elif float(weight.max()) > 0:
-            weights.append((number, weight))
+        is_shown = np.abs(level - number) < 1
+        rows, columns = (_extent(is_shown.any(axis)) for axis in (1, 0))
+        weight = 1 - np.abs(level[rows, columns] - number)
+        np.maximum(weight, 0, out=weight)
+        if weight.size:
+            whole = float(weight.min()) == 1
+            weights.append(_LevelWeight(number, rows, columns, None if whole else weight))
     return weights
 
 
-def _lamp(scenario: Scenario, range_mm: FloatImage, full_light_mm: np.float32) -> FloatImage:
-    """Light on the wall times the lens's fall-off, at most 1; wall nearer than this has all."""
+def _extent(is_in: NDArray[np.bool_]) -> slice:
+    """From the first to the last true value; nothing if there is none."""
+    places = np.flatnonzero(is_in)
+    return slice(places[0], places[-1] + 1) if places.size else slice(0)
+
+
+def _beam(scenario: Scenario) -> FloatImage:
+    """Light of the lamp in each pixel times the lens's fall-off, at most 1."""
     camera = scenario.rendered_rig.camera
     half_diagonal = np.hypot(camera.width, camera.height) / 2
     u, v = np.meshgrid(
@@ -273,9 +301,15 @@ def _lamp(scenario: Scenario, range_mm: FloatImage, full_light_mm: np.float32) -
     v /= np.float32(half_diagonal)
     beam = np.exp(-0.5 * ((u - 0.08) ** 2 + (v + 0.05) ** 2) / scenario.lamp_width**2)
     vignette = 1 - 0.22 * (u**2 + v**2)
-    fall_off = np.minimum(1, full_light_mm / range_mm) ** np.float32(1.5)
-    fall_off *= np.clip((REACH_MM - range_mm) / (0.2 * REACH_MM), 0, 1)
-    light: FloatImage = ((0.05 + 0.95 * beam) * vignette * fall_off).astype(np.float32)
+    return np.asarray((0.05 + 0.95 * beam) * vignette, np.float32)
+
+
+def _lamp(beam: FloatImage, range_mm: FloatImage, full_light_mm: np.float32) -> FloatImage:
+    """Light on the wall, at most 1; wall nearer than `full_light_mm` has all of the beam."""
+    light = np.minimum(1, full_light_mm / range_mm)
+    light *= np.sqrt(light)  # to the power of 1.5
+    light *= np.clip((REACH_MM - range_mm) / np.float32(0.2 * REACH_MM), 0, 1)
+    light *= beam
     return light
 
 

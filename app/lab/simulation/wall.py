@@ -7,6 +7,7 @@ from math import pi
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from app.lab.simulation.camera import FloatImage
 from app.lab.simulation.defects import draw_defects
@@ -194,9 +195,9 @@ def _scatter(sheet: _Sheet, per_mm2: float) -> tuple[FloatImage, FloatImage, int
 _SUBPIXEL_BITS = 4
 
 
-def _fixed(*values: float) -> tuple[int, ...]:
-    """Convert to the fixed-point numbers of OpenCV's drawing functions."""
-    return tuple(round(value * (1 << _SUBPIXEL_BITS)) for value in values)
+def _fixed(*columns: NDArray[np.floating]) -> list[list[int]]:
+    """Rows of values as the fixed-point numbers of OpenCV's drawing functions."""
+    return np.rint(np.stack(columns, axis=-1) * (1 << _SUBPIXEL_BITS)).astype(int).tolist()
 
 
 def _scatter_stones(tone: FloatImage, sheet: _Sheet) -> None:
@@ -204,22 +205,21 @@ def _scatter_stones(tone: FloatImage, sheet: _Sheet) -> None:
     faces = np.zeros(sheet.shape, np.float32)
     us, vs, count = _scatter(sheet, 1 / 60)
     radii = sheet.rng.lognormal(np.log(0.9), 0.45, count) / sheet.texel_mm
-    for u, v, radius, shade, turn in zip(
-        us,
-        vs,
-        radii,
-        sheet.rng.normal(0, 1.1, count),
-        sheet.rng.uniform(0, 180, count),
+    for centre, axes, shade, turn in zip(
+        _fixed(us, vs),
+        _fixed(radii, 0.65 * radii),
+        sheet.rng.normal(0, 1.1, count).tolist(),
+        sheet.rng.uniform(0, 180, count).tolist(),
         strict=True,
     ):
         cv2.ellipse(
             faces,
-            _fixed(u, v),
-            _fixed(radius, 0.65 * radius),
+            centre,
+            axes,
             turn,
             0,
             360,
-            float(shade),
+            shade,
             -1,
             cv2.LINE_8,
             _SUBPIXEL_BITS,
@@ -232,9 +232,9 @@ def _pits(sheet: _Sheet) -> FloatImage:
     depth = np.zeros(sheet.shape, np.float32)
     us, vs, count = _scatter(sheet, 1 / 110)
     radii = np.minimum(sheet.rng.lognormal(np.log(0.45), 0.7, count), 5.0) / sheet.texel_mm
-    for u, v, radius in zip(us, vs, radii, strict=True):
-        deep = min(1.2 + 0.25 * radius * sheet.texel_mm, 2.4)
-        cv2.circle(depth, _fixed(u, v), _fixed(radius)[0], deep, -1, cv2.LINE_8, _SUBPIXEL_BITS)
+    deep = np.minimum(1.2 + 0.25 * radii * sheet.texel_mm, 2.4).tolist()
+    for centre, (radius,), grey in zip(_fixed(us, vs), _fixed(radii), deep, strict=True):
+        cv2.circle(depth, centre, radius, grey, -1, cv2.LINE_8, _SUBPIXEL_BITS)
     return _blurred(depth, 0.3 / sheet.texel_mm)
 
 

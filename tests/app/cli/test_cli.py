@@ -14,6 +14,7 @@ import httpx
 import pytest
 from boards import PINHOLE, Studio, checkerboard, poses
 from builders import PATIENCE_S
+from films import half_sized
 
 from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core import Rig, Track
@@ -493,7 +494,7 @@ def test_calibrate_alone_writes_the_camera_part_of_a_rig(
 
 
 def test_calibrate_makes_a_rig_from_a_film(chainage, tmp_path):
-    forward = replace(SCENARIOS["forward"], length_mm=400.0)
+    forward = half_sized(replace(SCENARIOS["forward"], length_mm=400.0))
     film = simulate(forward, tmp_path / "film").video
     out, report = tmp_path / "rig.json", tmp_path / "grid.png"
     done = chainage(
@@ -509,12 +510,10 @@ def test_calibrate_makes_a_rig_from_a_film(chainage, tmp_path):
     assert report.read_bytes().startswith(b"\x89PNG")
 
 
-def test_calibrate_of_a_film_without_a_pipe_says_so_and_writes_nothing(chainage, sample, tmp_path):
-    """The sample's camera looks down."""
+def test_calibrate_of_a_film_without_a_pipe_says_so_and_writes_nothing(chainage, tmp_path):
+    film = simulate(half_sized(SHORT), tmp_path / "down").video  # the camera looks down
     out = tmp_path / "rig.json"
-    done = chainage(
-        "calibrate", "--from-video", sample.video, "--diameter-mm", "300", "--out", out
-    )  # fmt: skip
+    done = chainage("calibrate", "--from-video", film, "--diameter-mm", "300", "--out", out)
     assert done.code == 1
     assert "does not show the wall of a pipe" in done.err
     assert not out.exists()

@@ -26,7 +26,7 @@ from surveys import Survey
 from app.main import create_app
 from app.settings import Settings
 
-EXAMPLES = settings().max_examples // 10
+EXAMPLES = settings().max_examples // 16
 Way = tuple[str | int, ...]
 OBSERVATION, NO_OBSERVATION = (f"00000000-0000-4000-8000-00000000000{n}" for n in (1, 2))
 NO_INSPECTION = "0" * 32
@@ -63,8 +63,8 @@ class Api:
 def api(tmp_path_factory: pytest.TempPathFactory, survey: Survey) -> Iterator[Api]:
     data = survey.copied_to(tmp_path_factory.mktemp("data"))
     with (
-        MjpegCamera(rate_hz=5) as camera,
-        MjpegCamera(rate_hz=5, size_wh=(320, 200)) as other,
+        MjpegCamera(rate_hz=2) as camera,
+        MjpegCamera(rate_hz=2, size_wh=(320, 200)) as other,
         serving(data, camera_networks=("127.0.0.0/8",)) as client,
     ):
         ids = Inspections(survey.id, live(client, camera), live(client, other))
