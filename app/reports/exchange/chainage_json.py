@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 
 from app.errors import ExportNotAvailable
+from app.reports.content.text import iso
 from app.reports.exchange.media_files import MediaFile, media_of
 from app.reports.report import Entry, Loss, Report, Written
 from app.reports.tables import table
-from app.reports.tables.table import iso
 from app.settings import MIB
 from app.survey.corrected import result_of
 from app.survey.records import BROUGHT_IN

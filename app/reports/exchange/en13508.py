@@ -10,8 +10,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
+from app.reports.content.ascii import transliterate
 from app.reports.exchange import lists
-from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import ends_of
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.losses import left_out, transliterated

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element
 
-from app.reports.exchange.ascii import transliterate
+from app.reports.content.ascii import transliterate
 from app.reports.exchange.en13508 import (
     columns,
     coordinates,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.errors import ExportNotAvailable
-from app.reports.exchange.ascii import one_line
+from app.reports.content.ascii import one_line
 from app.reports.exchange.losses import ONE_LINE
 from app.reports.report import Entry, Loss, Report, Stretch, Written
 from app.reports.tables import table

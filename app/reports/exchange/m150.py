@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element
 
+from app.reports.content.ascii import one_line
 from app.reports.exchange import lists
-from app.reports.exchange.ascii import one_line
 from app.reports.exchange.coordinates import Ends, ends_of
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.german import (

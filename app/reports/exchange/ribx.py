@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import PurePath
 from xml.etree.ElementTree import Element
 
+from app.reports.content.ascii import transliterate
 from app.reports.exchange import lists
-from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import NAMES, ends_of, rd_m
 from app.reports.exchange.en13508 import MADE_OF, columns, header_fields, losses_in_ascii
 from app.reports.exchange.en13508_xml import DECLARATION

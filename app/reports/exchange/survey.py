@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
 
+from app.reports.content.ascii import one_line, transliterate
 from app.reports.content.naming import ascii_file_name
-from app.reports.exchange.ascii import one_line, transliterate
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.losses import attached, coarser
 from app.reports.report import Entry, Loss, Report

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from app.reports.exchange.ascii import one_line
+from app.reports.content.ascii import one_line
 
 
 def child(parent: Element, name: str, text: object = None, **attributes: str) -> Element:

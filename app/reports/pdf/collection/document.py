@@ -13,6 +13,7 @@ from reportlab.platypus import Flowable
 from app.errors import InspectionNotFound
 from app.reports.collection.collected import Collected, collected
 from app.reports.content.translator import Translator
+from app.reports.content.typesetting import one_line
 from app.reports.pdf import story_of
 from app.reports.pdf.collection.front import OVERALL, Place, contents, cover, inspection_list
 from app.reports.pdf.collection.plan import plan
@@ -21,7 +22,6 @@ from app.reports.pdf.flow import Title, note
 from app.reports.pdf.metadata import About
 from app.reports.pdf.pages import Document, Running
 from app.reports.pdf.styles import TITLE
-from app.reports.pdf.text import one_line
 from app.reports.report import Company, Report
 from vo_core.errors import ChainageError
 
