@@ -188,7 +188,7 @@ class _Order:
         name = self._sources.inspections.get(inspection_id).name
         self._watcher.begin(name)
         delivery = self._delivery(archive)
-        self._deliver(delivery, inspection_id, "")
+        self._deliver(delivery, inspection_id)
         delivery.close()
         self._watcher.done()
         return safe_file_name(f"{name}-delivery.zip")
@@ -228,7 +228,7 @@ class _Order:
         for kind in self._wanted.kinds:
             self._watcher.begin(row.name)
             self._sources.folder.require_room(0)
-            found = self._made(archive, delivery, inspection_id, kind, folder)
+            found = self._made(archive, delivery, inspection_id, kind, folder, number)
             if isinstance(found, _Missing):
                 missing.append(f"{kind}: {found.detail}")
                 self._watcher.miss(NotMade(inspection_id, row.name, kind, found.detail))
@@ -243,13 +243,14 @@ class _Order:
         inspection_id: str,
         kind: str,
         folder: str,
-    ) -> list[str] | _Missing:
+        number: int,
+    ) -> Sequence[str] | _Missing:
         """Add the files of a format, or return why there are none: one of them must not cost all
         the others.
         """
         try:
             if kind == DELIVERY and delivery is not None:
-                return self._deliver(delivery, inspection_id, f"{folder}/")
+                return self._deliver(delivery, inspection_id, f"{folder}/", number)
             export = self._sources.reports.export(
                 inspection_id,
                 kind,
@@ -269,11 +270,13 @@ class _Order:
             return _Missing("The server could not make this file; its log says why.")
         return [export.filename]
 
-    def _deliver(self, delivery: Delivery, inspection_id: str, folder: str) -> list[str]:
+    def _deliver(
+        self, delivery: Delivery, inspection_id: str, folder: str = "", number: int = 1
+    ) -> tuple[str, ...]:
         report = self._report(inspection_id, extras=self._extras(inspection_id))
         if film := wanted_film(report):
             self._sources.folder.require_room(film.about().size)
-        return delivery.add(report, folder)
+        return delivery.add(report, folder, number).names
 
     def _report(self, inspection_id: str, *, extras: Extras) -> Report:
         return self._sources.reports.report(

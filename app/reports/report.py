@@ -91,8 +91,11 @@ class Extras:
     """Distance and code below each photo."""
     clip_of: Callable[[str], bytes] | None = None
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
-    film_name: str | None = None
-    """Name of the film that lies beside the report, whose times are then links; None: no film."""
+    film_path: str | None = None
+    """Path of the film from the report's folder, such as `./film.mp4`: times of the report are then
+    links; None: no film."""
+    film_called: str | None = None
+    """What exchange files call the film; None for its own name."""
     exchange: str | None = None
     """Exchange format of a delivery; None for EN 13508-2 text."""
     film: bool = False
@@ -308,11 +311,11 @@ class Report:
         return f"{server}/inspections/{self.id}?defect={entry.id}" if server else None
 
     def film_at(self, entry: Entry) -> str | None:
-        """Return the link to an entry's place in the film beside the report; None without one."""
-        name = self.extras.film_name
-        if name is None or entry.time_s is None:
+        """Return the link to an entry's place in the film of the delivery; None without one."""
+        path = self.extras.film_path
+        if path is None or entry.time_s is None:
             return None
-        return f"./{quote(name)}#t={entry.time_s:.10g}"
+        return f"{quote(path)}#t={entry.time_s:.10g}"
 
     @property
     def adjusted(self) -> Adjusted | None:

@@ -24,6 +24,22 @@ def children(parent: Element, values: Mapping[str, object]) -> Element:
     return parent
 
 
+class Shared:
+    """Elements that several inspections of a file refer to by a name; each is written once."""
+
+    def __init__(self) -> None:
+        self._elements: dict[str, Element] = {}
+
+    def add(self, name: str, element: Element) -> bool:
+        """Add an element unless its name is there; return whether the one there differs."""
+        known = self._elements.setdefault(name, element)
+        return tostring(known) != tostring(element)
+
+    def append_to(self, parent: Element) -> None:
+        """Append them to an element of the file, in the order of their first inspection."""
+        parent.extend(self._elements.values())
+
+
 def to_bytes(root: Element, declaration: str, encoding: str) -> bytes:
     """Return the document with CRLF; letters missing in the encoding become character
     references.

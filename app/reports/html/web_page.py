@@ -154,6 +154,11 @@ def write(report: Report) -> Written:
     return Written(page.encode(), losses)
 
 
+def losses(report: Report) -> tuple[Loss, ...]:
+    """Return what the page lacks, without writing it."""
+    return _scene(report)[1] if "scene" in report.template.sections else ()
+
+
 def _asset(name: str) -> Markup:
     return Markup(resources.files("app.reports.html").joinpath(name).read_text("utf-8"))  # noqa: S704
 
