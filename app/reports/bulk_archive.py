@@ -224,7 +224,8 @@ class _Order:
             self._watcher.miss(NotMade(inspection_id, "", "", str(error)))
             return ("", inspection_id, "", "", "", "", "", str(error))
         folder = safe_file_name(f"{number:03d}-{asset_of(row.header) or row.name}")
-        made, missing = [], []
+        made: list[str] = []
+        missing = []
         for kind in self._wanted.kinds:
             self._watcher.begin(row.name)
             self._sources.folder.require_room(0)

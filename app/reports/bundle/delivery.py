@@ -168,8 +168,10 @@ class Delivery:
         self._inspected.append(inspected(report, folder.rstrip("/")))
         self._stems.add((project_of(report.header) or _SEVERAL) if folder else report.asset)
         film = self._add_film(report)
-        paths = (folder + name for name in names)
-        self._delivered.append(Delivered(report.name, report.asset, *paths, photos, film))
+        paths = [folder + name for name in names]
+        self._delivered.append(
+            Delivered(report.name, report.asset, paths[0], paths[1], photos, film)
+        )
         return Added(tuple(names), (*losses, *_missing(report)))
 
     def add_file(self, name: str, blocks: Iterable[bytes]) -> None:

@@ -164,7 +164,10 @@ def test_deliveries_of_several_are_one_signed_archive_with_films(
     with zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())
         assert {"index.html", "README.txt", "SHA256SUMS", "inspections.csv", "report.pdf"} <= names
-        film = archive.read(f"{inspected.folder}/{row['source']['filename']}")
+        exchange = archive.read("inspections.xml").decode("iso-8859-1")
+        name = row["source"]["filename"]
+        assert f"<Filmname>{name}</Filmname>" in exchange
+        film = archive.read(name)
         assert hashlib.sha256(film).hexdigest() == row["source"]["sha256"]
         sums = archive.read("SHA256SUMS").decode()
         assert hashlib.sha256(archive.read("report.pdf")).hexdigest() in sums
