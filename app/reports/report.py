@@ -13,7 +13,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from app.errors import code_of
+from app.errors import ExportNotAvailable, code_of
 from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
 from app.reports.content.words import Language
@@ -399,8 +399,26 @@ class Loss:
         self.values = values
 
 
+class FormatNeeds(ExportNotAvailable):
+    """The inspection lacks what the format needs, which is said in every language."""
+
+    code = code_of(ExportNotAvailable)
+
+    def __init__(self, sentence: str, reason: Phrase) -> None:
+        """Name what is lacking.
+
+        Args:
+            sentence: For programs, in English.
+            reason: The same for people.
+        """
+        super().__init__(sentence)
+        self.reason = reason
+
+
 def failure(error: ChainageError) -> Phrase:
     """Return why something could not be made; in English where its code has no words."""
+    if isinstance(error, FormatNeeds):
+        return error.reason
     return Phrase(f"failure.{code_of(type(error))}", otherwise=str(error))
 
 

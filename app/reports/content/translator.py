@@ -64,6 +64,10 @@ class Translator:
         number = {"seq": loss.entry.seq} if loss.entry else {}
         return self(f"loss.{loss.key}", **number, **self._spoken(loss.values))
 
+    def phrase(self, phrase: Phrase) -> str:
+        """Return the words of a phrase."""
+        return self._said(phrase)
+
     def _spoken(self, values: Mapping[str, object]) -> dict[str, str]:
         return {name: self._said(value) for name, value in values.items()}
 
