@@ -170,7 +170,7 @@ FORMS = {
     "pdf": set(),
     "html": set(),
     "tables": {"exchange"},
-    "exchange": {"bundle"},
+    "exchange": {"bundle", "content"},  # grades read materials by the lists of exchange formats
     "bundle": set(),
 }
 """The formats of the report, each with those that are made of it."""

@@ -137,6 +137,26 @@ def test_a_film_that_is_lost_is_named_and_costs_nothing_else(surveyed, tmp_path)
     assert not addresses(archive)
 
 
+def test_losses_are_known_without_a_file_and_are_those_of_the_file(surveyed, tmp_path):
+    lost = StoredBlob(FolderBlobs(tmp_path), "gone.mp4")
+    first, *others = surveyed.entries
+    gone = replace(first, photo=replace(first.photo, jpeg=tmp_path / "gone.jpg"))
+    elsewhere = replace(others[0], photo=replace(others[0].photo, jpeg=None))
+    made = replace(
+        surveyed,
+        film=lost,
+        entries=(gone, elsewhere, *others[1:]),
+        extras=Extras(exchange="ribx", film=True),
+    )
+    form = FORMATS["delivery"]
+    written = form.write(made)
+    written.file.close()
+    found = said(form.losses(made))
+    assert found == said(written.losses)
+    assert {"The photo CUL-0041-001.jpg is gone.",
+            "The photo CUL-0041-002.jpg is not on this server."} <= set(found)  # fmt: skip
+
+
 def addresses(archive):
     """What the PDF links to outside itself."""
     reader = PdfReader(io.BytesIO(archive.read("CUL-0041-report.pdf")))
