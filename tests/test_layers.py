@@ -178,8 +178,8 @@ FORMS = {
 
 @pytest.mark.parametrize("kind", FORMS)
 def test_what_several_formats_of_the_report_say_lies_in_their_content(kind):
-    folders = ("content", "collection", *(set(FORMS) - {kind} - FORMS[kind]))
-    found = importers(f"app.reports.{kind}", *(f"app/reports/{folder}" for folder in folders))
+    others = {"content", "collection", *FORMS} - {kind, *FORMS[kind]}
+    found = importers(f"app.reports.{kind}", *(f"app/reports/{folder}" for folder in others))
     assert found == set()
 
 

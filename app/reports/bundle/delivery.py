@@ -213,6 +213,8 @@ class Delivery:
         if not name:
             return None
         source, film = report.source, wanted_film(report)
+        if source.kind == "import":  # whose file is not the film
+            return Film(name, "", 0, "", is_there=False)
         if film is not None and name not in self._archive.files:
             self._archive.add_blocks(name, film.blocks(0, film.about().size))
         return Film(name, source.filename, source.size, source.sha256, film is not None)

@@ -157,6 +157,15 @@ def test_losses_are_known_without_a_file_and_are_those_of_the_file(surveyed, tmp
             "The photo CUL-0041-002.jpg is not on this server."} <= set(found)  # fmt: skip
 
 
+def test_the_film_of_an_import_is_not_taken_for_the_file_that_was_imported(surveyed):
+    source = replace(surveyed.source, kind="import", filename="old.xml", video={})
+    header = {**surveyed.header, "video_files": "survey.mp4"}
+    archive = delivered(replace(surveyed, source=source, film=None, header=header))
+    text = archive.read("README.txt").decode()
+    assert "The film survey.mp4 is not on the server that made this delivery." in text
+    assert "old.xml" not in text
+
+
 def addresses(archive):
     """What the PDF links to outside itself."""
     reader = PdfReader(io.BytesIO(archive.read("CUL-0041-report.pdf")))
