@@ -166,6 +166,23 @@ def test_a_room_does_not_bring_strangers_along(room, strangers):
     assert found == set()
 
 
+FORMS = {
+    "pdf": set(),
+    "html": set(),
+    "tables": {"exchange"},
+    "exchange": {"bundle", "content"},  # grades read materials by the lists of exchange formats
+    "bundle": set(),
+}
+"""The formats of the report, each with those that are made of it."""
+
+
+@pytest.mark.parametrize("kind", FORMS)
+def test_what_several_formats_of_the_report_say_lies_in_their_content(kind):
+    others = {"content", "collection", *FORMS} - {kind, *FORMS[kind]}
+    found = importers(f"app.reports.{kind}", *(f"app/reports/{folder}" for folder in others))
+    assert found == set()
+
+
 def test_routers_reach_the_database_and_the_children_through_services_only():
     found = importers("app.storage", "app/web/routers") | importers("app.jobs", "app/web/routers")
     assert found == set()

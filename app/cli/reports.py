@@ -18,8 +18,9 @@ _BLOCK = 2**20
 if TYPE_CHECKING:
     # slow to import, and few commands need it
     from app.data_folder import Records
+    from app.reports.bulk_archive import NotMade
     from app.reports.content.translator import Translator
-    from app.reports.report import Loss
+    from app.reports.report import Extras, Loss
     from app.storage.tables import Inspection
 
 
@@ -38,12 +39,12 @@ def export(
         list[str] | None,
         typer.Argument(
             metavar="[INSPECTION]...",
-            help="Id of the inspection, its beginning, or the exact name; a PDF may be over "
-            "several.",
+            help="Id of the inspection, its beginning, or the exact name; several make one PDF, "
+            "one delivery, or a ZIP with a folder for each.",
         ),
     ] = None,
     project: Annotated[
-        str | None, typer.Option(help="All inspections of this project, as one PDF.")
+        str | None, typer.Option(help="All inspections of this project, likewise.")
     ] = None,
     data: Data = None,
     lang: Annotated[
@@ -65,8 +66,12 @@ def export(
             help="german: a CSV with semicolons and decimal commas, as Excel there opens."
         ),
     ] = "standard",
+    photos: Annotated[
+        Literal["embedded"] | None,
+        typer.Option(help="embedded: photos and voice notes are in the JSON report, too."),
+    ] = None,
 ) -> None:
-    """Write the report of an inspection, or one PDF over several, with or without a running server.
+    """Write the report of an inspection, or of several, with or without a running server.
 
     What the format cannot hold is reported on standard error.
     """
@@ -91,22 +96,20 @@ def export(
     wanted = inspections or []
     if not wanted and project is None:
         raise typer.BadParameter("name an inspection, or --project", param_hint="INSPECTION")
-    is_document = len(wanted) > 1 or project is not None
-    if is_document and format != "pdf":
-        raise typer.BadParameter(f"{format} is of one inspection only", param_hint="--format")
+    is_several = len(wanted) > 1 or project is not None
     if exchange not in EXCHANGE:
         raise typer.BadParameter(
             f"there is no {exchange!r}; there are {', '.join(EXCHANGE)}", param_hint="--exchange"
         )
     settings = settings_of(data)
     company = Company(settings.company_name, settings.company_logo, server=settings.public_url)
-    extras = Extras(exchange=exchange, film=film, csv_style=csv)
+    extras = Extras(exchange=exchange, film=film, photos=photos == "embedded", csv_style=csv)
     try:
         with reading(settings.data, company, settings.database_url, settings.store) as reader:
             rows = [_the_one(reader.named(name), name) for name in wanted]
-            if is_document:
+            if is_several:
                 rows += _of_project(reader, project)
-                _write_document(reader, rows, file, Translator(lang, units))
+                _write_several(reader, rows, file, format, Translator(lang, units), extras)
                 return
             (row,) = rows
             written = reader.reports.export(
@@ -141,25 +144,58 @@ def _of_project(reader: Records, project: str | None) -> list[Inspection]:
     return sorted(found, key=lambda row: (row.name, row.id))
 
 
-def _write_document(reader: Records, rows: list[Inspection], file: Path, t: Translator) -> None:
-    """Write one PDF over several inspections, each once."""
-    from app.reports.pdf.collection import document
+def _write_several(
+    reader: Records,
+    rows: list[Inspection],
+    file: Path,
+    kind: str,
+    t: Translator,
+    extras: Extras,
+) -> None:
+    """Write one PDF over several inspections, each once, or a ZIP with this format of each."""
+    from app.reports.bulk_archive import Sources, Wanted, write
 
-    ids = list(dict.fromkeys(row.id for row in rows))
+    is_document = kind == "pdf"
+    wanted = Wanted(
+        tuple(dict.fromkeys(row.id for row in rows)),
+        () if is_document else (kind,),
+        t.language,
+        t.units,
+        burnt_in=False,
+        clips=False,
+        document=is_document,
+        exchange=extras.exchange,
+        film=extras.film,
+        photos=extras.photos,
+        csv_style=extras.csv_style,
+    )
+    missed = _Missed()
     with tempfile.TemporaryFile(dir=file.parent) as part:
-        missing = document.write(
-            part,
-            ids,
-            partial(reader.reports.report, language=t.language, units=t.units),
-            t,
-            begin=lambda _name: None,
-            done=lambda: None,
-        )
+        sources = Sources(reader.inspection_store, reader.reports, file.parent, lambda _bytes: None)
+        write(wanted, sources, part, missed)
         part.seek(0)
         write_whole(file, iter(partial(part.read, _BLOCK), b""))
-    for inspection_id, name, detail in missing:
-        err.print(f"not in the document: {name or inspection_id}: {detail}", style="yellow")
-    out.print(f"{file}: {len(ids) - len(missing)} inspections")
+    for one in missed.found:
+        err.print(f"not made: {one.name or one.inspection_id}: {one.detail}", style="yellow")
+    made = set(wanted.inspections) - {one.inspection_id for one in missed.found}
+    out.print(f"{file}: {len(made)} inspections")
+
+
+class _Missed:
+    """Keeps what could not be made."""
+
+    def __init__(self) -> None:
+        self.found: list[NotMade] = []
+
+    def begin(self, name: str) -> None:
+        """Nobody waits for it."""
+
+    def done(self) -> None:
+        """Nobody waits for it."""
+
+    def miss(self, missing: NotMade) -> None:
+        """Keep it."""
+        self.found.append(missing)
 
 
 def verify(

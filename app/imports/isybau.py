@@ -175,7 +175,9 @@ def _header(
     edge = pipe.first("Kante") or NOTHING
     basics = edge.values() | (edge.first("Profil") or edge).values() | _values(run, "RGrunddaten")
     order = known.orders.get(inspection.value("Auftragskennung"), NOTHING)
-    film = known.films.get(f"#{inspection.value('Videoablagereferenz')}") or known.films.get(name)
+    film = known.films.get(f"#{inspection.value('Videoablagereferenz')}")
+    if not film and run.value("ArtVideoreferenz") != _NO_VIDEO:
+        film = known.films.get(name)
     header: dict[str, Any] = {
         "asset_id": name,
         "date": iso_date(inspection.value("Inspektionsdatum")),

@@ -19,6 +19,7 @@ from typing import IO, Literal, cast
 
 from app.errors import BulkExportNotFound, Busy
 from app.reports.bulk_archive import Made, NotMade, Sources, Stopped, Wanted, write
+from app.reports.report import Phrase, failure
 from app.reports.reports import Reports
 from app.storage.files import DataFolder, full_disk_reported
 from app.storage.inspections import InspectionStore
@@ -59,7 +60,7 @@ class Progress:
     written: int
     """Bytes that are written so far."""
     detail: str | None
-    """Why it failed."""
+    """Why it failed, in the language of the order."""
 
 
 @dataclass
@@ -87,7 +88,7 @@ class BulkExports(Worker):
         folder: DataFolder,
     ) -> None:
         super().__init__("bulk-export", stop_timeout_s=_STOP_TIMEOUT_S)
-        self._sources = Sources(inspections, reports, clip_of, folder)
+        self._sources = Sources(inspections, reports, folder.root, folder.require_room, clip_of)
         self._orders: dict[str, _Order] = {}
         self._waiting: deque[_Order] = deque()
 
@@ -192,12 +193,13 @@ class BulkExports(Worker):
             try:
                 self._make(order)
             except ChainageError as error:
-                self._fail(order, str(error))
+                self._fail(order, failure(error))
             except Exception:
                 logger.exception("A bulk export failed.")
-                self._fail(order, "The server could not make this archive; its log says why.")
+                self._fail(order, Phrase("failure.internal_error"))
 
-    def _fail(self, order: _Order, detail: str) -> None:
+    def _fail(self, order: _Order, reason: Phrase) -> None:
+        detail = order.wanted.words.phrase(reason)
         with self._changed:
             order.progress = replace(order.progress, detail=detail)
             _end(order, "failed")
@@ -207,7 +209,7 @@ class BulkExports(Worker):
             order.progress = replace(order.progress, state="running")
         with full_disk_reported():
             # Not where temporary files usually go: that may be memory.
-            file = tempfile.TemporaryFile(dir=self._sources.folder.root)  # noqa: SIM115  (kept open)
+            file = tempfile.TemporaryFile(dir=self._sources.scratch)  # noqa: SIM115  (kept open)
             order.file = file
             watched = _Watched(order, self._changed, lambda: self._stopping)
             try:

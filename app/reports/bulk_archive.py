@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
+from pathlib import Path
 from typing import IO, Protocol
 
 from app.errors import DiskFull, InspectionNotFound
@@ -25,9 +26,9 @@ from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.reports.formats import FORMATS
 from app.reports.pdf.collection import document
-from app.reports.report import Extras, Report, Units
+from app.reports.report import CsvStyle, Extras, Report, Units, failure
 from app.reports.reports import Reports
-from app.storage.files import DataFolder, raise_if_full
+from app.storage.files import raise_if_full
 from app.storage.inspections import InspectionStore
 from app.storage.tables import Inspection
 from app.survey.catalogue.header import asset_of, project_of
@@ -65,7 +66,15 @@ class Wanted:
     exchange: str | None = None
     """Exchange format of deliveries."""
     film: bool = False
-    """Films in deliveries."""
+    """Films in deliveries, and in archive files."""
+    photos: bool = False
+    """Photos and voice notes in JSON reports."""
+    csv_style: CsvStyle = "standard"
+
+    @property
+    def words(self) -> Translator:
+        """The language and the units of what people read."""
+        return Translator(self.language, self.units)
 
     @property
     def steps(self) -> int:
@@ -94,6 +103,7 @@ class NotMade:
     """Its format, by the name in `FORMATS`, or `document`; empty if the whole inspection is
     missing."""
     detail: str
+    """Why, in the language of the order."""
 
 
 @dataclass(frozen=True)
@@ -127,9 +137,12 @@ class Sources:
 
     inspections: InspectionStore
     reports: Reports
-    clip_of: Callable[[str, str], bytes]
-    """Cuts a clip: of an inspection, around an observation."""
-    folder: DataFolder
+    scratch: Path
+    """Folder on a disk for large files that are being written."""
+    require_room: Callable[[int], None]
+    """Raises DiskFull where so many bytes have no room."""
+    clip_of: Callable[[str, str], bytes] | None = None
+    """Cuts a clip: of an inspection, around an observation; None where nobody orders clips."""
 
 
 def write(wanted: Wanted, sources: Sources, file: IO[bytes], watcher: Watcher) -> Made:
@@ -174,7 +187,7 @@ class _Order:
                 self._watcher.done()
         put = partial(_put, archive, delivery)
         if wanted.document:
-            with tempfile.TemporaryFile(dir=self._sources.folder.root) as file:
+            with tempfile.TemporaryFile(dir=self._sources.scratch) as file:
                 self.write_document(file)
                 file.seek(0)
                 put(_DOCUMENT, iter(partial(file.read, _BLOCK), b""))
@@ -188,7 +201,7 @@ class _Order:
         name = self._sources.inspections.get(inspection_id).name
         self._watcher.begin(name)
         delivery = self._delivery(archive)
-        self._deliver(delivery, inspection_id, "")
+        self._deliver(delivery, inspection_id)
         delivery.close()
         self._watcher.done()
         return safe_file_name(f"{name}-delivery.zip")
@@ -200,7 +213,7 @@ class _Order:
             file,
             wanted.inspections,
             partial(self._report, extras=Extras(burnt_in=wanted.burnt_in)),
-            Translator(wanted.language, wanted.units),
+            wanted.words,
             begin=self._watcher.begin,
             done=self._watcher.done,
         )
@@ -221,14 +234,16 @@ class _Order:
         try:
             row = self._sources.inspections.get(inspection_id)
         except InspectionNotFound as error:
-            self._watcher.miss(NotMade(inspection_id, "", "", str(error)))
-            return ("", inspection_id, "", "", "", "", "", str(error))
+            why = self._wanted.words.phrase(failure(error))
+            self._watcher.miss(NotMade(inspection_id, "", "", why))
+            return ("", inspection_id, "", "", "", "", "", why)
         folder = safe_file_name(f"{number:03d}-{asset_of(row.header) or row.name}")
-        made, missing = [], []
+        made: list[str] = []
+        missing = []
         for kind in self._wanted.kinds:
             self._watcher.begin(row.name)
-            self._sources.folder.require_room(0)
-            found = self._made(archive, delivery, inspection_id, kind, folder)
+            self._sources.require_room(0)
+            found = self._made(archive, delivery, inspection_id, kind, folder, number)
             if isinstance(found, _Missing):
                 missing.append(f"{kind}: {found.detail}")
                 self._watcher.miss(NotMade(inspection_id, row.name, kind, found.detail))
@@ -243,13 +258,14 @@ class _Order:
         inspection_id: str,
         kind: str,
         folder: str,
-    ) -> list[str] | _Missing:
+        number: int,
+    ) -> Sequence[str] | _Missing:
         """Add the files of a format, or return why there are none: one of them must not cost all
         the others.
         """
         try:
             if kind == DELIVERY and delivery is not None:
-                return self._deliver(delivery, inspection_id, f"{folder}/")
+                return self._deliver(delivery, inspection_id, f"{folder}/", number)
             export = self._sources.reports.export(
                 inspection_id,
                 kind,
@@ -261,19 +277,21 @@ class _Order:
         except (DiskFull, Stopped):
             raise
         except ChainageError as error:
-            return _Missing(str(error))
+            return _Missing(self._wanted.words.phrase(failure(error)))
         except Exception as error:
             if isinstance(error, OSError):
                 raise_if_full(error)
             logger.exception("The %s of %s could not be made.", kind, inspection_id)
-            return _Missing("The server could not make this file; its log says why.")
+            return _Missing(self._wanted.words("failure.internal_error"))
         return [export.filename]
 
-    def _deliver(self, delivery: Delivery, inspection_id: str, folder: str) -> list[str]:
+    def _deliver(
+        self, delivery: Delivery, inspection_id: str, folder: str = "", number: int = 1
+    ) -> tuple[str, ...]:
         report = self._report(inspection_id, extras=self._extras(inspection_id))
         if film := wanted_film(report):
-            self._sources.folder.require_room(film.about().size)
-        return delivery.add(report, folder)
+            self._sources.require_room(film.about().size)
+        return delivery.add(report, folder, number).names
 
     def _report(self, inspection_id: str, *, extras: Extras) -> Report:
         return self._sources.reports.report(
@@ -281,12 +299,14 @@ class _Order:
         )
 
     def _extras(self, inspection_id: str) -> Extras:
-        wanted = self._wanted
+        wanted, clip_of = self._wanted, self._sources.clip_of
         return Extras(
             burnt_in=wanted.burnt_in,
-            clip_of=partial(self._sources.clip_of, inspection_id) if wanted.clips else None,
+            clip_of=partial(clip_of, inspection_id) if wanted.clips and clip_of else None,
             exchange=wanted.exchange,
             film=wanted.film,
+            photos=wanted.photos,
+            csv_style=wanted.csv_style,
         )
 
 

@@ -9,9 +9,11 @@ from app.reports import pdf as document
 from app.reports.bundle import bundle, delivery
 from app.reports.exchange import archive_file, en13508, en13508_xml, geojson, isybau, m150, ribx
 from app.reports.exchange import chainage_json as json_report
+from app.reports.exchange.survey_file import SurveyFile
 from app.reports.html import web_page
 from app.reports.pdf import emergency
-from app.reports.report import Report, Written
+from app.reports.pdf.glyphs import missing_glyphs
+from app.reports.report import Loss, Report, Written
 from app.reports.tables import spreadsheet, table
 
 
@@ -24,11 +26,30 @@ class Format:
     suffix: str
     media_type: str
     write: Callable[[Report], Written]
+    survey_file: Callable[[], SurveyFile] | None = None
+    """Begins an exchange file of one inspection or several; None for other formats."""
+    losses_of: Callable[[Report], tuple[Loss, ...]] | None = None
+    """Finds what the format cannot hold, where that takes less than writing it."""
+
+    def losses(self, report: Report) -> tuple[Loss, ...]:
+        """Return what the format cannot hold.
+
+        Raises:
+            ExportNotAvailable: The inspection lacks what the format needs.
+        """
+        if self.losses_of is not None:
+            return self.losses_of(report)
+        written = self.write(report)
+        if written.file is not None:
+            written.file.close()
+        return written.losses
 
 
 _FORMS: Mapping[str, Format] = {
-    "pdf": Format("report", ".pdf", "application/pdf", document.write),
-    "html": Format("report", ".html", "text/html; charset=utf-8", web_page.write),
+    "pdf": Format("report", ".pdf", "application/pdf", document.write, losses_of=missing_glyphs),
+    "html": Format(
+        "report", ".html", "text/html; charset=utf-8", web_page.write, losses_of=web_page.losses
+    ),
     "emergency": Format("act-now", ".pdf", "application/pdf", emergency.write),
     "csv": Format("defects", ".csv", "text/csv; charset=utf-8", table.write),
     "json": Format("defects", ".json", "application/json", json_report.write),
@@ -38,11 +59,15 @@ _FORMS: Mapping[str, Format] = {
         "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
         spreadsheet.write,
     ),
-    "en13508": Format("en13508", ".txt", "text/plain; charset=us-ascii", en13508.write),
-    "en13508xml": Format("en13508", ".xml", "application/xml", en13508_xml.write),
-    "ribx": Format("ribx", ".ribx", "application/xml", ribx.write),
-    "isybau": Format("isybau", ".xml", "application/xml", isybau.write),
-    "m150": Format("m150", ".xml", "application/xml", m150.write),
+    "en13508": Format(
+        "en13508", ".txt", "text/plain; charset=us-ascii", en13508.write, en13508.TextFile
+    ),
+    "en13508xml": Format(
+        "en13508", ".xml", "application/xml", en13508_xml.write, en13508_xml.XmlFile
+    ),
+    "ribx": Format("ribx", ".ribx", "application/xml", ribx.write, ribx.RibxFile),
+    "isybau": Format("isybau", ".xml", "application/xml", isybau.write, isybau.IsybauFile),
+    "m150": Format("m150", ".xml", "application/xml", m150.write, m150.M150File),
     "geojson": Format("map", ".geojson", "application/geo+json", geojson.write),
 }
 _IN_BUNDLE = ("pdf", "html", "csv", "xlsx", "json")
@@ -59,9 +84,15 @@ def _delivery(report: Report) -> Written:
     return delivery.write(report, _FORMS)
 
 
+def _delivery_losses(report: Report) -> tuple[Loss, ...]:
+    return delivery.losses(report, _FORMS)
+
+
 FORMATS: Mapping[str, Format] = {
     **_FORMS,
     "archive": Format("archive", ".chainage.zip", "application/zip", archive_file.write),
     "zip": Format("evidence", ".zip", "application/zip", _bundle),
-    "delivery": Format("delivery", ".zip", "application/zip", _delivery),
+    "delivery": Format(
+        "delivery", ".zip", "application/zip", _delivery, losses_of=_delivery_losses
+    ),
 }

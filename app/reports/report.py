@@ -13,7 +13,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from app.errors import code_of
+from app.errors import ExportNotAvailable, code_of
 from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
 from app.reports.content.words import Language
@@ -91,8 +91,11 @@ class Extras:
     """Distance and code below each photo."""
     clip_of: Callable[[str], bytes] | None = None
     """Cuts the clip around an entry, by its id, as MP4; raises a ChainageError if it cannot."""
-    film_name: str | None = None
-    """Name of the film that lies beside the report, whose times are then links; None: no film."""
+    film_path: str | None = None
+    """Path of the film from the report's folder, such as `./film.mp4`: times of the report are then
+    links; None: no film."""
+    film_called: str | None = None
+    """What exchange files call the film; None for its own name."""
     exchange: str | None = None
     """Exchange format of a delivery; None for EN 13508-2 text."""
     film: bool = False
@@ -308,11 +311,11 @@ class Report:
         return f"{server}/inspections/{self.id}?defect={entry.id}" if server else None
 
     def film_at(self, entry: Entry) -> str | None:
-        """Return the link to an entry's place in the film beside the report; None without one."""
-        name = self.extras.film_name
-        if name is None or entry.time_s is None:
+        """Return the link to an entry's place in the film of the delivery; None without one."""
+        path = self.extras.film_path
+        if path is None or entry.time_s is None:
             return None
-        return f"./{quote(name)}#t={entry.time_s:.10g}"
+        return f"{quote(path)}#t={entry.time_s:.10g}"
 
     @property
     def adjusted(self) -> Adjusted | None:
@@ -396,8 +399,26 @@ class Loss:
         self.values = values
 
 
+class FormatNeeds(ExportNotAvailable):
+    """The inspection lacks what the format needs, which is said in every language."""
+
+    code = code_of(ExportNotAvailable)
+
+    def __init__(self, sentence: str, reason: Phrase) -> None:
+        """Name what is lacking.
+
+        Args:
+            sentence: For programs, in English.
+            reason: The same for people.
+        """
+        super().__init__(sentence)
+        self.reason = reason
+
+
 def failure(error: ChainageError) -> Phrase:
     """Return why something could not be made; in English where its code has no words."""
+    if isinstance(error, FormatNeeds):
+        return error.reason
     return Phrase(f"failure.{code_of(type(error))}", otherwise=str(error))
 
 

@@ -32,6 +32,7 @@ from app.reports.report import (
     Company,
     Entry,
     Extras,
+    Loss,
     Report,
     Role,
     Source,
@@ -175,6 +176,29 @@ class Reports:
             with self._lock:
                 self._kept[key] = export
         return export
+
+    def losses(
+        self,
+        inspection_id: str,
+        kind: str,
+        *,
+        language: Language = "en",
+        units: Units = "m",
+    ) -> tuple[Loss, ...]:
+        """Return what a format cannot hold; where finding that takes as long as writing it, the
+        written report is cached as by `export`.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            ExportNotAvailable: The format does not exist, or the inspection lacks what it needs.
+        """
+        form = FORMATS.get(kind)
+        if form is not None and form.losses_of is not None:
+            return form.losses_of(self.report(inspection_id, language=language, units=units))
+        written = self.export(inspection_id, kind, language=language, units=units).written
+        if written.file is not None:
+            written.file.close()
+        return written.losses
 
     def photo(
         self, inspection_id: str, photo_of: str, *, language: Language, units: Units, burnt_in: bool

@@ -15,9 +15,12 @@ const QUERY = new URLSearchParams({ lang: language, units: lengthUnit });
 /** Extras that are a choice; the others are switched on by `true`. */
 const CHOICES = { csv_german: ['csv', 'german'], photos: ['photos', 'embedded'] };
 
+/** Returns the fields of a request for these extras. */
+export const extraFields = (extras) => Object.fromEntries(extras.map((name) => CHOICES[name] ?? [name, true]));
+
 /** Returns the address of a report, for a link. */
 export const exportPath = (inspection, kind, extras = []) =>
-  `${pathOf(inspection, kind)}?${new URLSearchParams([...QUERY, ...extras.map((name) => CHOICES[name] ?? [name, 'true'])])}`;
+  `${pathOf(inspection, kind)}?${new URLSearchParams([...QUERY, ...Object.entries(extraFields(extras))])}`;
 
 /**
  * Returns what the format cannot hold.

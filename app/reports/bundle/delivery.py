@@ -1,37 +1,57 @@
 """The delivery: what the software of a client reads in, and what its people read.
 
-The exchange file is at the top, beside it the photos and the film under exactly the names that it
-cites, since it cites names without a folder. Report, page, index, checksums and a signed manifest
-complete it. A delivery of several inspections has a folder of this kind for each.
+One exchange file with all inspections is at the top, beside it the photos and the films under
+exactly the names that it cites, since it cites names without a folder. Report and page of each
+inspection, an index, checksums and a signed manifest complete it. With several inspections each
+has a folder for what people read of it.
 """
 
 from __future__ import annotations
 
 import tempfile
 import zipfile
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import IO, cast
+from typing import IO, Protocol, cast
 
 from app.errors import ExportNotAvailable
 from app.reports.bundle.bundle import Form
-from app.reports.bundle.guide import Delivered, Film, page, text
-from app.reports.bundle.signed_archive import Inspected, SignedArchive, inspected
+from app.reports.bundle.cited_names import CitedNames
+from app.reports.bundle.guide import Delivered, Exchange, Film, page, text
+from app.reports.bundle.signed_archive import (
+    MANIFEST,
+    SIGNATURE,
+    Inspected,
+    SignedArchive,
+    inspected,
+)
 from app.reports.bundle.signing import Signer
 from app.reports.content.naming import file_stem
-from app.reports.exchange.survey import film as film_name
-from app.reports.exchange.survey import film_in_ascii
+from app.reports.exchange.survey_file import SurveyFile
 from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, Written
 from app.storage.blobs import Readable, StoredBlob
+from app.survey.catalogue.header import project_of
 
-SUMS = "SHA256SUMS"
-_ASCII = ("en13508", "en13508xml", "ribx")
-"""Formats whose names of films are in ASCII."""
+SUMS, INDEX, README = "SHA256SUMS", "index.html", "README.txt"
 _FIRST = "en13508"
+_READABLE = ("pdf", "html")
+_SEVERAL = "inspections"
+"""Stem of an exchange file over several projects."""
 
 
-def write(report: Report, forms: Mapping[str, Form]) -> Written:
+class DeliveredForm(Form, Protocol):
+    """A format of the report that may be in a delivery."""
+
+    @property
+    def survey_file(self) -> Callable[[], SurveyFile] | None:
+        """Begins an exchange file of this format; None for all other formats."""
+
+    def losses(self, report: Report, /) -> tuple[Loss, ...]:
+        """Return what this format cannot hold, without writing it where that is possible."""
+
+
+def write(report: Report, forms: Mapping[str, DeliveredForm]) -> Written:
     """Write the delivery of one inspection to a temporary file.
 
     Raises:
@@ -45,13 +65,56 @@ def write(report: Report, forms: Mapping[str, Form]) -> Written:
     try:
         with zipfile.ZipFile(file, "w") as archive:
             delivery = Delivery(archive, report.made_at, report.signer, forms)
-            delivery.add(report)
+            added = delivery.add(report)
             delivery.close()
     except BaseException:
         file.close()
         raise
     file.seek(0)
-    return Written(b"", tuple(delivery.losses), file)
+    return Written(b"", added.losses, file)
+
+
+def losses(report: Report, forms: Mapping[str, DeliveredForm]) -> tuple[Loss, ...]:
+    """Return what the delivery of an inspection lacks; no file of it is written.
+
+    Args:
+        report: The report of the inspection.
+        forms: The formats by their names.
+    """
+    kinds = (_kind_of(report), *_READABLE)
+    found = [loss for kind in kinds for loss in _said_by(kind, forms[kind].losses(report))]
+    return (*found, *_missing(CitedNames(()).apart(report, _kind_of(report), 1)))
+
+
+def _said_by(kind: str, losses: Iterable[Loss]) -> list[Loss]:
+    """Return the losses of a format with its name."""
+    return [Loss("in_format", loss.entry, format=kind, loss=loss) for loss in losses]
+
+
+def _missing(report: Report) -> list[Loss]:
+    """Return the photos, voice notes and film that should be beside the exchange file."""
+    found = []
+    for entry, photo in _photos(report):
+        if photo.shown is None:
+            found.append(Loss("photo_elsewhere", entry, name=photo.name))
+        elif not photo.shown.exists():
+            found.append(Loss("photo_gone", entry, name=photo.name))
+    for entry, note in _voice_notes(report):
+        if not note.sound.exists():
+            found.append(Loss("voice_gone", entry, name=note.name))
+    film = report.extras.film_called
+    if film and report.extras.film and wanted_film(report) is None:
+        found.append(Loss("film_elsewhere", name=film))
+    return found
+
+
+@dataclass(frozen=True)
+class Added:
+    """What a delivery has of an inspection."""
+
+    names: tuple[str, ...]
+    """Names of report and page in its folder."""
+    losses: tuple[Loss, ...]
 
 
 class Delivery:
@@ -62,50 +125,54 @@ class Delivery:
         archive: zipfile.ZipFile,
         made_at: datetime,
         signer: Signer,
-        forms: Mapping[str, Form],
+        forms: Mapping[str, DeliveredForm],
     ) -> None:
         self._archive = SignedArchive(archive, made_at, signer)
         self._forms = forms
+        self._names = CitedNames((SUMS, INDEX, README, MANIFEST, SIGNATURE))
+        self._exchange: SurveyFile | None = None
+        self._kind = _FIRST
         self._inspected: list[Inspected] = []
         self._delivered: list[Delivered] = []
-        self.losses: list[Loss] = []
+        self._stems: set[str] = set()
+        """What the exchange file may be named after."""
 
-    def add(self, report: Report, folder: str = "") -> list[str]:
+    def add(self, report: Report, folder: str = "", number: int = 1) -> Added:
         """Add an inspection.
 
         Args:
-            report: Its report.
+            report: Its report; the first one names the exchange format of the delivery.
             folder: Its folder, with a slash; empty if it is the only one.
-
-        Returns:
-            The names of exchange file, report and page.
+            number: Its number in the delivery, for names that another inspection has.
 
         Raises:
             ExportNotAvailable: It lacks what the exchange format needs.
         """
-        kind = report.extras.exchange or _FIRST
-        # First what may be refused: nothing of such an inspection is in the archive.
-        exchange = self._forms[kind].write(report)
+        if self._exchange is None:
+            self._kind = _kind_of(report)
+            self._exchange = _begun(self._forms[self._kind])
+        report = self._names.apart(report, self._kind, number)
         stem = file_stem(report.asset)
-        file = f"{stem}{self._forms[kind].suffix}"
-        self._add_form(folder, kind, file, exchange)
-        readable = []
-        linked = _linked_to_film(report, kind)
-        for kind_read in ("pdf", "html"):
-            form = self._forms[kind_read]
-            readable.append(f"{stem}-{form.stem}{form.suffix}")
-            self._add_form(folder, kind_read, readable[-1], form.write(linked))
-        photos = sum(self._add_photo(folder, entry, photo) for entry, photo in _photos(report))
-        for entry in report.entries:
-            for note in entry.voice_notes:
-                self._add_stored(folder, "voice", entry, note, note.sound)
+        linked = _linked_to_film(report, folder)
+        written = {kind: self._forms[kind].write(linked) for kind in _READABLE}
+        # What may be refused comes first: nothing of such an inspection is in the archive.
+        losses = _said_by(self._kind, self._exchange.add(report))
+        names = []
+        for kind, readable in written.items():
+            names.append(f"{stem}-{self._forms[kind].stem}{self._forms[kind].suffix}")
+            self._archive.add_blocks(folder + names[-1], readable.blocks())
+            losses += _said_by(kind, readable.losses)
+        photos = sum(self._add_photo(photo) for _, photo in _photos(report))
+        for _, note in _voice_notes(report):
+            self._add_stored(folder + note.name, note.sound)
         self._inspected.append(inspected(report, folder.rstrip("/")))
-        film = self._add_film(report, folder, kind)
+        self._stems.add((project_of(report.header) or _SEVERAL) if folder else report.asset)
+        film = self._add_film(report)
+        paths = [folder + name for name in names]
         self._delivered.append(
-            Delivered(folder, report.name, report.asset, kind, file, readable[0], readable[1],
-                      photos, film)
-        )  # fmt: skip
-        return [file, *readable]
+            Delivered(report.name, report.asset, paths[0], paths[1], photos, film)
+        )
+        return Added(tuple(names), (*losses, *_missing(report)))
 
     def add_file(self, name: str, blocks: Iterable[bytes]) -> None:
         """Add another file, such as the report over all inspections, unless it is there."""
@@ -113,48 +180,43 @@ class Delivery:
             self._archive.add_blocks(name, blocks)
 
     def close(self) -> None:
-        """Add index, checksums and signature."""
-        self._archive.add("index.html", page(self._delivered).encode())
-        self._archive.add("README.txt", text(self._delivered).encode())
+        """Add the exchange file, index, checksums and signature."""
+        exchange = None
+        if self._exchange is not None and self._delivered:
+            form = self._forms[self._kind]
+            stem = file_stem(self._stems.pop() if len(self._stems) == 1 else _SEVERAL)
+            name = self._names.free(f"{stem}{form.suffix}", f"{_SEVERAL}-")
+            self._archive.add(name, self._exchange.content())
+            exchange = Exchange(name, self._kind, len(self._delivered))
+        self._archive.add(INDEX, page(exchange, self._delivered).encode())
+        self._archive.add(README, text(exchange, self._delivered).encode())
         sums = "".join(f"{one.sha256}  {name}\n" for name, one in self._archive.files.items())
         self._archive.add(SUMS, sums.encode())
         self._archive.seal(*self._inspected)
 
-    def _add_form(self, folder: str, kind: str, name: str, written: Written) -> None:
-        self._archive.add_blocks(f"{folder}{name}", written.blocks())
-        self.losses += [
-            Loss("in_format", loss.entry, format=kind, loss=loss) for loss in written.losses
-        ]
-
-    def _add_photo(self, folder: str, entry: Entry, photo: Photo) -> bool:
+    def _add_photo(self, photo: Photo) -> bool:
         """Add a photo as reports show it; return whether it is there."""
-        if photo.shown is None:
-            self.losses.append(Loss("photo_elsewhere", entry, name=photo.name))
-            return False
-        return self._add_stored(folder, "photo", entry, photo, photo.shown)
+        return photo.shown is not None and self._add_stored(photo.name, photo.shown)
 
-    def _add_stored(
-        self, folder: str, what: str, entry: Entry, named: Photo | VoiceNote, stored: Readable
-    ) -> bool:
+    def _add_stored(self, name: str, stored: Readable) -> bool:
         try:
             content = stored.read_bytes()
         except FileNotFoundError:
-            self._archive.missing.append(folder + named.name)
-            self.losses.append(Loss(f"{what}_gone", entry, name=named.name))
+            self._archive.missing.append(name)
             return False
-        self._archive.add(folder + named.name, content)
+        self._archive.add(name, content)
         return True
 
-    def _add_film(self, report: Report, folder: str, kind: str) -> Film | None:
+    def _add_film(self, report: Report) -> Film | None:
         """Add the film if it is wanted; return what the file calls it, wherever it is."""
-        name = _cited_film(report, kind)
+        name = report.extras.film_called
         if not name:
             return None
         source, film = report.source, wanted_film(report)
-        if film is not None:
-            self._archive.add_blocks(folder + name, film.blocks(0, film.about().size))
-        elif report.extras.film:
-            self.losses.append(Loss("film_elsewhere", name=name))
+        if source.kind == "import":  # whose file is not the film
+            return Film(name, "", 0, "", is_there=False)
+        if film is not None and name not in self._archive.files:
+            self._archive.add_blocks(name, film.blocks(0, film.about().size))
         return Film(name, source.filename, source.size, source.sha256, film is not None)
 
 
@@ -164,17 +226,24 @@ def wanted_film(report: Report) -> StoredBlob | None:
     return film if film is not None and film.exists() else None
 
 
-def _cited_film(report: Report, kind: str) -> str:
-    """Return the name of the film in the exchange file; empty if there is none."""
-    return (film_in_ascii if kind in _ASCII else film_name)(report)
+def _kind_of(report: Report) -> str:
+    """Return the name of the exchange format."""
+    return report.extras.exchange or _FIRST
 
 
-def _linked_to_film(report: Report, kind: str) -> Report:
-    """Return the report with the name of the film beside it, if the film is there."""
-    name = _cited_film(report, kind)
+def _begun(form: DeliveredForm) -> SurveyFile:
+    if form.survey_file is None:
+        raise ExportNotAvailable(f"A delivery cannot have {form.stem}{form.suffix} at its top.")
+    return form.survey_file()
+
+
+def _linked_to_film(report: Report, folder: str) -> Report:
+    """Return the report with the path of the film at the top, if the film is there."""
+    name = report.extras.film_called
     if not name or wanted_film(report) is None:
         return report
-    return replace(report, extras=replace(report.extras, film_name=name))
+    path = f"../{name}" if folder else f"./{name}"
+    return replace(report, extras=replace(report.extras, film_path=path))
 
 
 def _photos(report: Report) -> Iterator[tuple[Entry, Photo]]:
@@ -185,3 +254,9 @@ def _photos(report: Report) -> Iterator[tuple[Entry, Photo]]:
             if photo.name not in seen:
                 seen.add(photo.name)
                 yield entry, photo
+
+
+def _voice_notes(report: Report) -> Iterator[tuple[Entry, VoiceNote]]:
+    for entry in report.entries:
+        for note in entry.voice_notes:
+            yield entry, note

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from app.reports.content.ascii import one_line
 from app.reports.content.text import legible
 from app.reports.content.translator import Translator
 from app.reports.content.words import LANGUAGES
-from app.reports.exchange.ascii import one_line
 
 
 @dataclass(frozen=True)
@@ -29,17 +29,31 @@ class Film:
 
 
 @dataclass(frozen=True)
+class Exchange:
+    """The exchange file."""
+
+    name: str
+    kind: str
+    """Name of its format in `FORMATS`."""
+    inspections: int
+    """How many inspections it has."""
+
+    def sentence(self, t: Translator) -> str:
+        """Say what it is."""
+        kind = t.one_of("format", self.kind)
+        if self.inspections == 1:
+            return t("delivery.exchange", kind=kind)
+        return t("delivery.exchange_of_all", kind=kind, n=self.inspections)
+
+
+@dataclass(frozen=True)
 class Delivered:
     """One inspection of a delivery, and the names of its files."""
 
-    folder: str
-    """Its folder with a slash; empty in a delivery of one inspection."""
     name: str
     asset: str
-    kind: str
-    """Name of its exchange format in `FORMATS`."""
-    exchange: str
     report: str
+    """Path of the report; that of the page follows."""
     page: str
     photos: int
     """Number of photos and drawings."""
@@ -61,17 +75,21 @@ _TEMPLATES = Environment(
 )
 
 
-def page(delivered: Sequence[Delivered]) -> str:
+def page(exchange: Exchange | None, delivered: Sequence[Delivered]) -> str:
     """Return the page, in every language of the reports."""
     template = _TEMPLATES.get_template("guide.html")
-    return template.render(delivered=delivered, guides=_translators(), sentence=film_sentence)
+    return template.render(
+        exchange=exchange, delivered=delivered, guides=_translators(), sentence=film_sentence
+    )
 
 
-def text(delivered: Sequence[Delivered]) -> str:
+def text(exchange: Exchange | None, delivered: Sequence[Delivered]) -> str:
     """Return the plain text, in every language of the reports; lines end as Windows wants it."""
     lines: list[str] = []
     for t in _translators():
         lines += [t("delivery.title"), "", t("delivery.exchange_help"), t("delivery.check"), ""]
+        if exchange is not None:
+            lines += [f"{exchange.name}: {exchange.sentence(t)}", ""]
         for one in delivered:
             lines += [*_lines(one, t), ""]
         lines += ["-" * 70, ""]
@@ -95,8 +113,8 @@ def film_sentence(film: Film, t: Translator) -> str:
 
 def _lines(one: Delivered, t: Translator) -> Iterator[str]:
     yield one.title
-    for name, file in (("exchange", one.exchange), ("report", one.report), ("page", one.page)):
-        yield f"  {one.folder}{file}: {t(f'delivery.{name}', kind=t.one_of('format', one.kind))}"
+    for name, file in (("report", one.report), ("page", one.page)):
+        yield f"  {file}: {t(f'delivery.{name}')}"
     yield f"  {t('delivery.photos', n=one.photos)}"
     if one.film is not None:
         yield f"  {film_sentence(one.film, t)}"

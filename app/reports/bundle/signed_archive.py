@@ -17,8 +17,8 @@ from importlib.metadata import version
 import msgspec
 
 from app.reports.bundle.signing import Signer, fingerprint
+from app.reports.content.text import iso
 from app.reports.report import Report
-from app.reports.tables.table import iso
 
 SCHEMA = "chainage-bundle/1"
 MANIFEST = "manifest.json"

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 from PIL import Image, ImageDraw, ImageFont
 
-from app.reports.pdf.styles import Style
-from app.reports.pdf.text import Line, lines_of, one_line, visual_pieces
+from app.reports.content.typesetting import lines_of, one_line, visual_pieces
 from app.storage.blobs import Readable
 from app.survey.attachments import Stroke
 
@@ -129,13 +128,13 @@ def _captioned(picture: Image.Image, caption: str) -> Image.Image:
     top = picture.height + (strip - leading * len(lines)) / 2
     for n, line in enumerate(lines):
         middle = (_margin_px(picture.width), top + (n + 0.5) * leading)
-        _write(pen, middle, line.text, line.style.size, _INK, anchor="lm")
+        _write(pen, middle, line, _text_px(picture.width), _INK, anchor="lm")
     return whole
 
 
-def _lines(caption: str, picture_px: int) -> list[Line]:
+def _lines(caption: str, picture_px: int) -> list[str]:
     size = _text_px(picture_px)
-    return lines_of(caption, Style(size, size), picture_px - 2 * _margin_px(picture_px))
+    return lines_of(caption, size, 400, picture_px - 2 * _margin_px(picture_px))
 
 
 def _write(

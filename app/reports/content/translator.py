@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 from app.reports.content.sizes import figure_text
+from app.reports.content.typesetting import one_line
 from app.reports.content.words import Language, words_of
-from app.reports.pdf.text import one_line
 from app.reports.report import Entry, Loss, Phrase, Report, Units
 from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.checks import Issue
@@ -63,6 +63,10 @@ class Translator:
         """Return the sentence about something that a format cannot hold."""
         number = {"seq": loss.entry.seq} if loss.entry else {}
         return self(f"loss.{loss.key}", **number, **self._spoken(loss.values))
+
+    def phrase(self, phrase: Phrase) -> str:
+        """Return the words of a phrase."""
+        return self._said(phrase)
 
     def _spoken(self, values: Mapping[str, object]) -> dict[str, str]:
         return {name: self._said(value) for name, value in values.items()}
@@ -188,6 +192,16 @@ class Translator:
         return self(
             "review.by", state=state, who=report.reviewed_by, at=self.instant(report.reviewed_at)
         )
+
+    def reference(self, report: Report) -> str:
+        """Return the reference point of distances."""
+        value = report.header.get("reference_point")
+        return str(value) if value else self("observations.no_reference")
+
+    def action(self, event: Event) -> str:
+        """Return what an event did."""
+        subject = "inspection" if event.observation_id is None else "observation"
+        return self.one_of("action", f"{subject}_{event.action}")
 
     def severity(self, severity: int | None) -> str:
         """Return the word for a severity."""

@@ -28,10 +28,10 @@ from app.imports.archive_manifest import (
     Listed,
     Manifest,
 )
+from app.reports.content.text import iso
 from app.reports.exchange import chainage_json
 from app.reports.exchange.media_files import media_of
 from app.reports.report import Entry, Loss, Report, Written
-from app.reports.tables.table import iso
 from app.storage.blobs import Readable
 
 

@@ -21,11 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from app.errors import ExportNotAvailable
+from app.reports.content.text import iso
 from app.reports.exchange.media_files import MediaFile, media_of
-from app.reports.report import Entry, Loss, Report, Written
+from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Written
 from app.reports.tables import table
-from app.reports.tables.table import iso
 from app.settings import MIB
 from app.survey.corrected import result_of
 from app.survey.records import BROUGHT_IN
@@ -45,7 +44,7 @@ def write(report: Report) -> Written:
     """Write everything, with the version of the schema; one line for each part.
 
     Raises:
-        ExportNotAvailable: The photos are wanted, and too large for a text.
+        FormatNeeds: The photos are wanted, and too large for a text.
     """
     media = media_of(report)
     parts: dict[str, Any] = {
@@ -241,9 +240,11 @@ def _embedded(media: Mapping[str, MediaFile], losses: list[Loss]) -> Mapping[str
             continue
         size += len(content)
         if size > _MOST_EMBEDDED_BYTES:
-            raise ExportNotAvailable(
-                f"The photos have more than {_MOST_EMBEDDED_BYTES // MIB} MiB, which is too much "
-                "for a JSON file; the archive file has them beside it."
+            most = _MOST_EMBEDDED_BYTES // MIB
+            raise FormatNeeds(
+                f"The photos have more than {most} MiB, which is too much "
+                "for a JSON file; the archive file has them beside it.",
+                Phrase("failure.photos_too_large", most=most),
             )
         found[file.path] = base64.b64encode(content).decode()
     return found

@@ -10,14 +10,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
+from app.reports.content.ascii import transliterate
 from app.reports.exchange import lists
-from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import ends_of
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.losses import left_out, transliterated
 from app.reports.exchange.survey import (
     END,
     START,
+    FileNames,
     Names,
     Row,
     day_of,
@@ -32,6 +33,7 @@ from app.reports.exchange.survey import (
     standard_of,
     unit_length_m,
 )
+from app.reports.exchange.survey_file import of_one
 from app.reports.report import Loss, Report, Written
 
 STANDARD = "EN 13508-2:2003+A1:2011"
@@ -47,25 +49,45 @@ _COLUMNS = ("I", "J", "A", "B", "C", "D", "E", "G", "H", "K", "M", "N", "F")
 
 
 def write(report: Report) -> Written:
-    """Write one inspection: file header, `#B01`, `#C`, one row for each entry, `#Z`."""
-    fields = Fields(report.header)
-    rows, losses = rows_of(report)
-    names, lost = names_of(report, fields, _name)
-    losses += lost
-    header, lost = header_fields(report, fields, names, rows)
-    losses += lost
-    header |= coordinates(fields, names)
-    codes = sorted({*_ALWAYS, *(code for code, value in header.items() if value)})
-    lines = [
-        *_FILE,
-        f"#B01={';'.join(codes)}",
-        _line(header.get(code, "") for code in codes),
-        f"#C={';'.join(_COLUMNS)}",
-        *(_line(_values(row, names)) for row in rows),
-        "#Z",
-    ]
-    losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
-    return Written("".join(f"{line}\r\n" for line in lines).encode("ascii"), tuple(losses))
+    """Write one inspection."""
+    return of_one(TextFile(), report)
+
+
+class TextFile:
+    """File header, then `#B01`, `#C`, a row for each entry and `#Z` for each inspection."""
+
+    def __init__(self) -> None:
+        self._names = FileNames()
+        self._surveys: list[tuple[dict[str, str], list[str]]] = []
+        """Values of `#B01` by their codes, and the lines of the rows."""
+
+    def add(self, report: Report) -> tuple[Loss, ...]:
+        """Add an inspection."""
+        fields = Fields(report.header)
+        rows, losses = rows_of(report)
+        names, lost = names_of(report, fields, _name, self._names)
+        losses += lost
+        header, lost = header_fields(report, fields, names, rows)
+        losses += lost
+        header |= coordinates(fields, names)
+        losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
+        self._surveys.append((header, [_line(_values(row, names)) for row in rows]))
+        return tuple(losses)
+
+    def content(self) -> bytes:
+        """Return the text; readers want the same list of fields in every inspection."""
+        filled = {code for header, _ in self._surveys for code, value in header.items() if value}
+        codes = sorted({*_ALWAYS, *filled})
+        lines = [*_FILE]
+        for header, rows in self._surveys:
+            lines += [
+                f"#B01={';'.join(codes)}",
+                _line(header.get(code, "") for code in codes),
+                f"#C={';'.join(_COLUMNS)}",
+                *rows,
+                "#Z",
+            ]
+        return "".join(f"{line}\r\n" for line in lines).encode("ascii")
 
 
 _KEPT = re.compile(r"en13508_([a-z]{3})")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element
 
-from app.reports.exchange.ascii import transliterate
+from app.reports.content.ascii import transliterate
 from app.reports.exchange.en13508 import (
     columns,
     coordinates,
@@ -15,9 +15,10 @@ from app.reports.exchange.en13508 import (
     losses_in_ascii,
 )
 from app.reports.exchange.fields import Fields
-from app.reports.exchange.survey import names_of, rows_of
+from app.reports.exchange.survey import FileNames, names_of, rows_of
+from app.reports.exchange.survey_file import of_one
 from app.reports.exchange.tree import child, children, to_bytes
-from app.reports.report import Report, Written
+from app.reports.report import Loss, Report, Written
 
 DECLARATION = '<?xml version="1.0" encoding="UTF-8"?>'
 _FORMAT = "EN 13508-2"
@@ -25,18 +26,34 @@ _EDITION = "2010"
 
 
 def write(report: Report) -> Written:
-    """Write UTF-8 that contains only ASCII, as the text of the standard does."""
-    fields = Fields(report.header)
-    rows, losses = rows_of(report)
-    names, lost = names_of(report, fields, transliterate)
-    losses += lost
-    header, lost = header_fields(report, fields, names, rows)
-    losses += lost
-    root = Element("DATA")
-    children(child(root, "ZA"), {"A2": "en", "A6": _EDITION})
-    pipe = child(root, "ZB")
-    children(pipe, dict(sorted((header | coordinates(fields, names)).items())))
-    for row in rows:
-        children(child(pipe, "ZC"), dict(sorted(columns(row, names).items())))
-    losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
-    return Written(to_bytes(root, DECLARATION, "ascii"), tuple(losses))
+    """Write one inspection."""
+    return of_one(XmlFile(), report)
+
+
+class XmlFile:
+    """UTF-8 that contains only ASCII, as the text of the standard does."""
+
+    def __init__(self) -> None:
+        self._names = FileNames()
+        self._root = Element("DATA")
+        children(child(self._root, "ZA"), {"A2": "en", "A6": _EDITION})
+
+    def add(self, report: Report) -> tuple[Loss, ...]:
+        """Add an inspection."""
+        fields = Fields(report.header)
+        rows, losses = rows_of(report)
+        names, lost = names_of(report, fields, transliterate, self._names)
+        losses += lost
+        header, lost = header_fields(report, fields, names, rows)
+        losses += lost
+        pipe = Element("ZB")
+        children(pipe, dict(sorted((header | coordinates(fields, names)).items())))
+        for row in rows:
+            children(child(pipe, "ZC"), dict(sorted(columns(row, names).items())))
+        losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
+        self._root.append(pipe)
+        return tuple(losses)
+
+    def content(self) -> bytes:
+        """Return the document."""
+        return to_bytes(self._root, DECLARATION, "ascii")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from datetime import date
 from typing import Any
 
-from app.reports.exchange.ascii import one_line
+from app.reports.content.ascii import one_line
 from app.reports.report import Loss, Phrase
 from app.survey.catalogue.header import FIELDS, is_empty, number_of
 from app.survey.catalogue.in_words import TECHNICAL, in_words

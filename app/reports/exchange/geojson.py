@@ -13,10 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from app.errors import ExportNotAvailable
-from app.reports.exchange.ascii import one_line
+from app.reports.content.ascii import one_line
+from app.reports.exchange.fields import field_name
 from app.reports.exchange.losses import ONE_LINE
-from app.reports.report import Entry, Loss, Report, Stretch, Written
+from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Stretch, Written
 from app.reports.tables import table
 from app.reports.tables.table import Cell
 from app.survey.alignment import Alignment, alignment_of, missing_of
@@ -50,7 +50,7 @@ def write(report: Report) -> Written:
     them.
 
     Raises:
-        ExportNotAvailable: The coordinates of the ends, or the length between them, are unknown.
+        FormatNeeds: The coordinates of the ends, or the length between them, are unknown.
     """
     header = report.header
     course = _Course(
@@ -97,12 +97,14 @@ def _alignment(report: Report) -> Alignment:
         return found
     missing = missing_of(report.header)
     if missing and len(report.line) < 2:
-        raise ExportNotAvailable(
+        raise FormatNeeds(
             f"GeoJSON needs the coordinates of both ends. Fill in {', '.join(missing)} "
-            "of the header, in degrees."
+            "of the header, in degrees.",
+            Phrase("failure.no_ends", fields=tuple(map(field_name, missing))),
         )
-    raise ExportNotAvailable(
-        "GeoJSON needs the length between the ends. Fill in known_length_m of the header."
+    raise FormatNeeds(
+        "GeoJSON needs the length between the ends. Fill in known_length_m of the header.",
+        Phrase("failure.no_length", field=field_name("known_length_m")),
     )
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
+from app.reports.content.ascii import one_line
 from app.reports.exchange import lists
-from app.reports.exchange.ascii import one_line
 from app.reports.exchange.coordinates import Ends, ends_of
 from app.reports.exchange.fields import Fields, field_name
 from app.reports.exchange.german import (
@@ -24,6 +24,7 @@ from app.reports.exchange.german import (
 from app.reports.exchange.losses import NO_GEOMETRY, left_out
 from app.reports.exchange.survey import (
     ABANDONED,
+    FileNames,
     Names,
     Row,
     film,
@@ -35,7 +36,8 @@ from app.reports.exchange.survey import (
     rows_of,
     standard_of,
 )
-from app.reports.exchange.tree import child, children, to_bytes
+from app.reports.exchange.survey_file import of_one
+from app.reports.exchange.tree import Shared, child, children, to_bytes
 from app.reports.report import Loss, Phrase, Report, Written
 from app.survey.rounding import decimals
 
@@ -55,44 +57,97 @@ _ZONES = (31, 32, 33)
 
 
 def write(report: Report) -> Written:
-    """Write ISO-8859-1 with character references, CRLF."""
-    fields = Fields(report.header)
-    rows, losses = rows_of(report)
-    names, lost = names_of(
-        report, fields, one_line, longest_asset=_LONGEST_NAME, longest_node=_LONGEST_NAME
-    )
-    losses += lost + standard_of(fields)
-    root = Element("Identifikation", _NAMESPACES)
-    child(root, "Version", "2017-07")
-    child(root, "Admindaten")
-    made_on = fields.day() or report.created_at.date().isoformat()
-    collectives = children(
-        child(root, "Datenkollektive"), {"Datenstatus": "1", "Erstellungsdatum": made_on}
-    )
-    _identifiers(collectives, made_on, has_film=bool(film(report)))
-    culvert = _Culvert(
-        names=names,
-        pipe=pipe_of(report, fields, lists.SHAPES_ISYBAU, _LENGTHS),
-        system=fields.choice("asset_type", lists.SYSTEMS_ISYBAU) or "KR",
-        road=_cut(fields.text("road"), _LONGEST_ROAD, field_name("road"), losses),
-        ends=ends_of(fields),
-    )
-    losses += _master_data(collectives, culvert)
-    losses += _survey(collectives, culvert, report, fields, rows)
-    is_named = not fields.text("job_ref")
-    losses += [
-        *renamed(report, film(report)),
-        left_out(report, is_named=is_named),
-        *fields.losses(_FORMAT),
-    ]
-    declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="yes"?>'
-    return Written(to_bytes(root, declaration, "iso-8859-1"), tuple(losses))
+    """Write one inspection."""
+    return of_one(IsybauFile(), report)
+
+
+class IsybauFile:
+    """ISO-8859-1 with character references, CRLF; an order and an inspected pipe for each
+    inspection, and nodes and pipes once each.
+    """
+
+    def __init__(self) -> None:
+        self._names = FileNames()
+        self._made_on = ""
+        """The day of the newest inspection."""
+        self._nodes, self._pipes = Shared(), Shared()
+        self._orders, self._films = Element("Auftraege"), Element("Filme")
+        self._assets: list[Element] = []
+
+    def add(self, report: Report) -> tuple[Loss, ...]:
+        """Add an inspection."""
+        fields = Fields(report.header)
+        rows, losses = rows_of(report)
+        names, lost = names_of(
+            report,
+            fields,
+            one_line,
+            self._names,
+            longest_asset=_LONGEST_NAME,
+            longest_node=_LONGEST_NAME,
+        )
+        losses += lost + standard_of(fields)
+        culvert = _Culvert(
+            number=str(self._names.inspections),
+            names=names,
+            pipe=pipe_of(report, fields, lists.SHAPES_ISYBAU, _LENGTHS),
+            system=fields.choice("asset_type", lists.SYSTEMS_ISYBAU) or "KR",
+            road=_cut(fields.text("road"), _LONGEST_ROAD, field_name("road"), losses),
+            ends=ends_of(fields),
+        )
+        places, lost = _map(culvert)
+        losses += lost
+        survey, lost = survey_of(report, fields, lists.DIRECTIONS_ISYBAU)
+        losses += lost
+        order = _order(culvert, report, fields, losses)
+        asset = _inspected(culvert, survey, report, fields, rows, losses)
+        entry = _film(culvert, survey, report, losses)
+        losses += [
+            *renamed(report, film(report)),
+            left_out(report, is_named=not fields.text("job_ref")),
+            *fields.losses(_FORMAT),
+        ]
+        self._made_on = max(self._made_on, fields.day() or report.created_at.date().isoformat())
+        shared = [(self._nodes, name, _node(culvert, name, places)) for name in names.nodes]
+        shared.append((self._pipes, names.asset, _pipe(culvert, places)))
+        for elements, name, element in shared:
+            if elements.add(name, element):
+                losses.append(Loss("written_once", name=name))
+        self._orders.append(order)
+        self._assets.append(asset)
+        self._films.extend(entry)
+        return tuple(losses)
+
+    def content(self) -> bytes:
+        """Return the document."""
+        root = Element("Identifikation", _NAMESPACES)
+        child(root, "Version", "2017-07")
+        child(root, "Admindaten")
+        collectives = children(
+            child(root, "Datenkollektive"),
+            {"Datenstatus": "1", "Erstellungsdatum": self._made_on},
+        )
+        _identifiers(collectives, self._made_on, has_film=len(self._films) > 0)
+        master = child(collectives, "Stammdatenkollektiv")
+        children(master, {"Kennung": _MASTER, "Beschreibung": "nodes and pipe"})
+        self._nodes.append_to(master)
+        self._pipes.append_to(master)
+        state = child(collectives, "Zustandsdatenkollektiv")
+        children(state, {"Kennung": _STATE, "Beschreibung": "culvert inspection"})
+        state.append(self._orders)
+        state.extend(self._assets)
+        if len(self._films):
+            state.append(self._films)
+        declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="yes"?>'
+        return to_bytes(root, declaration, "iso-8859-1")
 
 
 @dataclass(frozen=True)
 class _Culvert:
     """The culvert as described by both master data and survey."""
 
+    number: str
+    """Of the inspection in the file: its order and its film are named by it."""
     names: Names
     pipe: Pipe
     system: str
@@ -117,22 +172,22 @@ def _identifiers(collectives: Element, made_on: str, *, has_film: bool) -> None:
         children(collective, {"Regelwerk": "6", "Bearbeitungsstand": made_on})
 
 
-def _master_data(collectives: Element, culvert: _Culvert) -> list[Loss]:
+def _node(culvert: _Culvert, name: str, map_data: _Map | None) -> Element:
+    node = _asset(name, "2", culvert.system)
+    kind = child(node, "Knoten")
+    child(kind, "KnotenTyp", "0")
+    child(child(kind, "Schacht"), "SchachtFunktion", "1")
+    if map_data:
+        place = Element("Knoten")
+        _point(place, "Punkt", map_data.points[name])
+        _geometry(node, "1", "P", place, map_data.system)
+    return node
+
+
+def _pipe(culvert: _Culvert, map_data: _Map | None) -> Element:
     names, pipe = culvert.names, culvert.pipe
-    map_data, losses = _map(culvert)
-    master = child(collectives, "Stammdatenkollektiv")
-    children(master, {"Kennung": _MASTER, "Beschreibung": "nodes and pipe"})
-    for name in dict.fromkeys((names.upstream, names.downstream)):
-        node = _asset(master, name, "2", culvert.system)
-        kind = child(node, "Knoten")
-        child(kind, "KnotenTyp", "0")
-        child(child(kind, "Schacht"), "SchachtFunktion", "1")
-        if map_data:
-            place = Element("Knoten")
-            _point(place, "Punkt", map_data.points[name])
-            _geometry(node, "1", "P", place, map_data.system)
     year = None if pipe.year is None else f"{pipe.year:04.0f}"
-    asset = _asset(master, names.asset, "1", culvert.system, year)
+    asset = _asset(names.asset, "1", culvert.system, year)
     edge = child(asset, "Kante")
     children(edge, {"KantenTyp": "0"} | _nodes(names))
     children(edge, {"Laenge": pipe.length, "Material": pipe.material})
@@ -148,12 +203,12 @@ def _master_data(collectives: Element, culvert: _Culvert) -> list[Loss]:
         _point(line, "Start", map_data.points[names.upstream])
         _point(line, "Ende", map_data.points[names.downstream])
         _geometry(asset, "4", "L", lines, map_data.system)
-    return losses
+    return asset
 
 
-def _asset(master: Element, name: str, kind: str, system: str, year: str | None = None) -> Element:
+def _asset(name: str, kind: str, system: str, year: str | None = None) -> Element:
     return children(
-        child(master, "AbwassertechnischeAnlage"),
+        Element("AbwassertechnischeAnlage"),
         {
             "Objektbezeichnung": name,
             "Objektart": kind,
@@ -208,21 +263,19 @@ def _point(parent: Element, name: str, point: tuple[float, float]) -> None:
     )
 
 
-def _survey(
-    collectives: Element, culvert: _Culvert, report: Report, fields: Fields, rows: list[Row]
-) -> list[Loss]:
-    names = culvert.names
-    survey, losses = survey_of(report, fields, lists.DIRECTIONS_ISYBAU)
-    state = child(collectives, "Zustandsdatenkollektiv")
-    children(state, {"Kennung": _STATE, "Beschreibung": "culvert inspection"})
-    order = child(child(state, "Auftraege"), "Auftrag")
+def _order(culvert: _Culvert, report: Report, fields: Fields, losses: list[Loss]) -> Element:
+    order = Element("Auftrag")
     job = _cut(fields.text("job_ref") or report.name, _LONGEST_ORDER, field_name("job_ref"), losses)
     number = _cut(
         fields.text("client_job_ref"), _LONGEST_NUMBER, field_name("client_job_ref"), losses
     )
     children(
         order,
-        {"Auftragsbezeichnung": job or "1", "Auftragsnummer": number, "Auftragskennung": "1"},
+        {
+            "Auftragsbezeichnung": job or "1",
+            "Auftragsnummer": number,
+            "Auftragskennung": culvert.number,
+        },
     )
     purpose = fields.choice("purpose", lists.PURPOSES_ISYBAU)
     contractor = _cut(fields.text("contractor"), _LONGEST_ORDER, field_name("contractor"), losses)
@@ -235,19 +288,29 @@ def _survey(
             "Auftragnehmer": contractor,
         },
     )
-    asset = child(state, "InspizierteAbwassertechnischeAnlage")
-    children(asset, {"Objektbezeichnung": names.asset, "Anlagentyp": "1"})
+    return order
+
+
+def _inspected(
+    culvert: _Culvert,
+    survey: Survey,
+    report: Report,
+    fields: Fields,
+    rows: list[Row],
+    losses: list[Loss],
+) -> Element:
+    asset = Element("InspizierteAbwassertechnischeAnlage")
+    children(asset, {"Objektbezeichnung": culvert.names.asset, "Anlagentyp": "1"})
     if culvert.road:
         child(child(asset, "Lage"), "Strassenname", culvert.road)
     inspection = child(asset, "OptischeInspektion")
     temperature_c = fields.number_within("temperature_c", -99, 99)
-    name = film(report)
     operator = _cut(fields.text("operator"), _LONGEST_PERSON, field_name("operator"), losses)
     method = fields.choice("method", lists.METHODS_ISYBAU)
     children(
         inspection,
         {
-            "Auftragskennung": "1",
+            "Auftragskennung": culvert.number,
             "Inspektionsdatum": survey.day,
             "Inspektionsverfahren": method or lists.METHODS_ISYBAU["camera"],
             "NameUntersucher": operator,
@@ -256,19 +319,12 @@ def _survey(
             "Temperatur": None if temperature_c is None else decimals(temperature_c, 0),
             "Reinigung": {True: "1", False: "0", None: None}[survey.is_cleaned],
             "Wasserhaltung": survey.flow_control or report.header.get("isybau_wasserhaltung"),
-            "Videoablagereferenz": "1" if name else None,
+            "Videoablagereferenz": culvert.number if film(report) else None,
             "Bemerkung": general_remark(report, fields, rows),
         },
     )
     losses += _run(inspection, culvert, survey, report, rows)
-    if name:
-        _film(
-            state,
-            _cut(name, _LONGEST_FILM, Phrase("part.film"), losses),
-            names.asset,
-            survey.direction,
-        )
-    return losses
+    return asset
 
 
 def _run(
@@ -344,13 +400,30 @@ def _row(row: Row, grounds: str | None) -> dict[str, object]:
     }
 
 
-def _film(state: Element, name: str, asset: str, direction: str) -> None:
-    entry = child(child(state, "Filme"), "Film")
-    children(entry, {"Filmname": name, "Auftragskennung": "1", "Videoablagereferenz": "1"})
+def _film(
+    culvert: _Culvert, survey: Survey, report: Report, losses: list[Loss]
+) -> tuple[Element, ...]:
+    """Describe the film, if there is one."""
+    if not film(report):
+        return ()
+    name = _cut(film(report), _LONGEST_FILM, Phrase("part.film"), losses)
+    entry = children(
+        Element("Film"),
+        {
+            "Filmname": name,
+            "Auftragskennung": culvert.number,
+            "Videoablagereferenz": culvert.number,
+        },
+    )
     children(
         child(child(entry, "FilmObjekte"), "FilmObjekt"),
-        {"Objektbezeichnung": asset, "Typ": "1", "Inspektionsrichtung": direction},
+        {
+            "Objektbezeichnung": culvert.names.asset,
+            "Typ": "1",
+            "Inspektionsrichtung": survey.direction,
+        },
     )
+    return (entry,)
 
 
 def _cut(text: str, longest: int, what: Phrase, losses: list[Loss]) -> str:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from app.reports.exchange.ascii import one_line
+from app.reports.content.ascii import one_line
 from app.reports.report import Loss, Phrase, Report
 from app.survey.rounding import decimals
 from app.survey.stated import Stated

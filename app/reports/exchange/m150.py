@@ -5,10 +5,10 @@ Elements are in rising order. A station has one decimal, so HZ999 states the exa
 
 from __future__ import annotations
 
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, tostring
 
+from app.reports.content.ascii import one_line
 from app.reports.exchange import lists
-from app.reports.exchange.ascii import one_line
 from app.reports.exchange.coordinates import Ends, ends_of
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.german import (
@@ -21,6 +21,7 @@ from app.reports.exchange.german import (
 )
 from app.reports.exchange.losses import NO_GEOMETRY, left_out
 from app.reports.exchange.survey import (
+    FileNames,
     Names,
     Row,
     film,
@@ -33,7 +34,8 @@ from app.reports.exchange.survey import (
     rows_of,
     standard_of,
 )
-from app.reports.exchange.tree import child, children, to_bytes
+from app.reports.exchange.survey_file import of_one
+from app.reports.exchange.tree import Shared, child, children, to_bytes
 from app.reports.report import Loss, Report, Written
 from app.survey.rounding import decimals
 
@@ -50,40 +52,72 @@ _MIN_QUANTITY = -9999.9
 
 
 def write(report: Report) -> Written:
-    """Write ISO-8859-1 with character references, CRLF."""
-    fields = Fields(report.header)
-    rows, losses = rows_of(report)
-    names, lost = names_of(
-        report, fields, one_line, longest_asset=_LONGEST_ASSET, longest_node=_LONGEST_NODE
-    )
-    losses += lost + standard_of(fields)
-    root = Element("DATA")
-    children(child(root, "FD"), {"FD001": "04-2010", "FD002": "B"})
-    ends = ends_of(fields)
-    places = points_of(ends, names)
-    if not places:
-        losses.append(NO_GEOMETRY)
-    system = fields.choice("asset_type", lists.SYSTEMS_M150) or "R"
-    for name in dict.fromkeys((names.upstream, names.downstream)):
-        node = child(root, "KG")
-        children(node, {"KG001": name, "KG301": "K", "KG302": system, "KG305": "S"})
+    """Write one inspection."""
+    return of_one(M150File(), report)
+
+
+class M150File:
+    """ISO-8859-1 with character references, CRLF; inspections of one pipe stand in it together."""
+
+    def __init__(self) -> None:
+        self._names = FileNames()
+        self._nodes = Shared()
+        self._pipes: dict[bytes, Element] = {}
+        """By all that is written of a pipe, apart from its inspections."""
+
+    def add(self, report: Report) -> tuple[Loss, ...]:
+        """Add an inspection."""
+        fields = Fields(report.header)
+        rows, losses = rows_of(report)
+        names, lost = names_of(
+            report,
+            fields,
+            one_line,
+            self._names,
+            longest_asset=_LONGEST_ASSET,
+            longest_node=_LONGEST_NODE,
+        )
+        losses += lost + standard_of(fields)
+        ends = ends_of(fields)
+        places = points_of(ends, names)
+        if not places:
+            losses.append(NO_GEOMETRY)
+        system = fields.choice("asset_type", lists.SYSTEMS_M150) or "R"
+        nodes = {name: _node(name, system, places) for name in names.nodes}
+        pipe = _pipe(report, fields, names, system)
         if places:
-            _geometry(node, name, "B", "Pkt", {name: places[name]})
-    pipe = _pipe(root, report, fields, names, system)
+            _geometry(pipe, names.asset, "H", "L", places)
+        run = Element("HI")
+        losses += _run(run, report, fields, rows, _zone(ends) if ends and places else "")
+        for row in rows:
+            if row.distance_m > _MAX_STATION_M:
+                losses.append(Loss("too_far", row.entry, format=_FORMAT, most=_MAX_STATION_M))
+            else:
+                held, lost = fitted(row)
+                losses += lost
+                children(child(run, "HZ"), _row(held))
+        losses += [*renamed(report, film(report)), left_out(report), *fields.losses(_FORMAT)]
+        for name, node in nodes.items():
+            if self._nodes.add(name, node):
+                losses.append(Loss("written_once", name=name))
+        self._pipes.setdefault(tostring(pipe), pipe).append(run)
+        return tuple(losses)
+
+    def content(self) -> bytes:
+        """Return the document."""
+        root = Element("DATA")
+        children(child(root, "FD"), {"FD001": "04-2010", "FD002": "B"})
+        self._nodes.append_to(root)
+        root.extend(self._pipes.values())
+        declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="no"?>'
+        return to_bytes(root, declaration, "iso-8859-1")
+
+
+def _node(name: str, system: str, places: dict[str, tuple[float, float]]) -> Element:
+    node = children(Element("KG"), {"KG001": name, "KG301": "K", "KG302": system, "KG305": "S"})
     if places:
-        _geometry(pipe, names.asset, "H", "L", places)
-    run = child(pipe, "HI")
-    losses += _run(run, report, fields, rows, _zone(ends) if ends and places else "")
-    for row in rows:
-        if row.distance_m > _MAX_STATION_M:
-            losses.append(Loss("too_far", row.entry, format=_FORMAT, most=_MAX_STATION_M))
-        else:
-            held, lost = fitted(row)
-            losses += lost
-            children(child(run, "HZ"), _row(held))
-    losses += [*renamed(report, film(report)), left_out(report), *fields.losses(_FORMAT)]
-    declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="no"?>'
-    return Written(to_bytes(root, declaration, "iso-8859-1"), tuple(losses))
+        _geometry(node, name, "B", "Pkt", {name: places[name]})
+    return node
 
 
 def _zone(ends: Ends) -> str:
@@ -108,10 +142,10 @@ def _geometry(
         )
 
 
-def _pipe(root: Element, report: Report, fields: Fields, names: Names, system: str) -> Element:
+def _pipe(report: Report, fields: Fields, names: Names, system: str) -> Element:
     pipe = pipe_of(report, fields, lists.SHAPES_M150, _LENGTHS)
     return children(
-        child(root, "HG"),
+        Element("HG"),
         {
             "HG001": names.asset,
             "HG003": names.upstream,

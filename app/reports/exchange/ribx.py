@@ -5,14 +5,15 @@ from __future__ import annotations
 from pathlib import PurePath
 from xml.etree.ElementTree import Element
 
+from app.reports.content.ascii import transliterate
 from app.reports.exchange import lists
-from app.reports.exchange.ascii import transliterate
 from app.reports.exchange.coordinates import NAMES, ends_of, rd_m
 from app.reports.exchange.en13508 import MADE_OF, columns, header_fields, losses_in_ascii
 from app.reports.exchange.en13508_xml import DECLARATION
 from app.reports.exchange.fields import Fields, field_name
 from app.reports.exchange.losses import NO_GEOMETRY
-from app.reports.exchange.survey import Names, Row, film_in_ascii, names_of, rows_of
+from app.reports.exchange.survey import FileNames, Names, Row, film_in_ascii, names_of, rows_of
+from app.reports.exchange.survey_file import of_one
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Phrase, Report, Written
 
@@ -30,21 +31,36 @@ _NEEDED = {
 
 
 def write(report: Report) -> Written:
-    """Write UTF-8 that contains only ASCII, since one of the readers accepts nothing else."""
-    fields = Fields(report.header)
-    rows, losses = rows_of(report)
-    names, lost = names_of(report, fields, transliterate)
-    losses += lost
-    root = Element("DATA", {"xmlns:gml": _GML})
-    children(child(root, "ZA"), {"A2": "nl", "A6": "RIBX 1.5.1"})
-    pipe = child(root, "ZB_A")
-    losses += _header(pipe, report, fields, names, rows)
-    name = film_in_ascii(report)
-    for row in rows:
-        children(child(pipe, "ZC"), _row(row, names, name))
-    losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
-    content = to_bytes(root, DECLARATION, "ascii")
-    return Written(content, tuple(losses))
+    """Write one inspection."""
+    return of_one(RibxFile(), report)
+
+
+class RibxFile:
+    """UTF-8 that contains only ASCII, since one of the readers accepts nothing else."""
+
+    def __init__(self) -> None:
+        self._names = FileNames()
+        self._root = Element("DATA", {"xmlns:gml": _GML})
+        children(child(self._root, "ZA"), {"A2": "nl", "A6": "RIBX 1.5.1"})
+
+    def add(self, report: Report) -> tuple[Loss, ...]:
+        """Add an inspection."""
+        fields = Fields(report.header)
+        rows, losses = rows_of(report)
+        names, lost = names_of(report, fields, transliterate, self._names)
+        losses += lost
+        pipe = Element("ZB_A")
+        losses += _header(pipe, report, fields, names, rows)
+        name = film_in_ascii(report)
+        for row in rows:
+            children(child(pipe, "ZC"), _row(row, names, name))
+        losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
+        self._root.append(pipe)
+        return tuple(losses)
+
+    def content(self) -> bytes:
+        """Return the document."""
+        return to_bytes(self._root, DECLARATION, "ascii")
 
 
 def _header(

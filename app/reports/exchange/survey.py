@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
 
+from app.reports.content.ascii import one_line, transliterate
 from app.reports.content.naming import ascii_file_name
-from app.reports.exchange.ascii import one_line, transliterate
 from app.reports.exchange.fields import Fields
 from app.reports.exchange.losses import attached, coarser
 from app.reports.report import Entry, Loss, Report
@@ -229,11 +229,33 @@ class Names:
     """Node of the start, or of the end in a survey against the flow."""
     downstream: str
 
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """The nodes, the upstream one first, each once."""
+        return tuple(dict.fromkeys((self.upstream, self.downstream)))
+
+
+class FileNames:
+    """The names that stand in a file so far: those of its further inspections are told apart."""
+
+    def __init__(self) -> None:
+        self.inspections = 0
+        self.assets: dict[str, str] = {}
+        """Each as it is written; the same holds for the nodes."""
+        self.nodes: dict[str, str] = {}
+
+    def made_up(self, name: str) -> str:
+        """Return a stand-in for a missing name, with the number of a further inspection: two
+        culverts do not meet because nobody named their ends.
+        """
+        return name if self.inspections < 2 else f"{name}-{self.inspections}"
+
 
 def names_of(
     report: Report,
     fields: Fields,
     clean: Clean,
+    known: FileNames,
     *,
     longest_asset: int | None = None,
     longest_node: int | None = None,
@@ -244,24 +266,26 @@ def names_of(
         report: The report.
         fields: Its header.
         clean: Converts a text for the format.
+        known: The names of the file, to which those of this inspection are added.
         longest_asset: Most characters; None for any number. The same holds for `longest_node`.
 
     Returns:
         The names, and losses for those that were shortened or invented.
     """
     losses = []
+    known.inspections += 1
     stated = {name: fields.text(name) for name in ("start_node", "end_node")}
-    made_up = {"start_node": "START", "end_node": "END"}
+    made_up = {"start_node": known.made_up("START"), "end_node": known.made_up("END")}
     for name, standing_in in made_up.items():
         if not clean(stated[name]):
             losses.append(Loss(f"no_{name}", written=standing_in))
             stated[name] = standing_in
     asset = fields.text("asset_id") or report.asset
     if not clean(asset):
-        asset = "ASSET"
+        asset = known.made_up("ASSET")
         losses.append(Loss("no_asset_name", written=asset))
-    nodes = _fitting(list(stated.values()), longest_node, clean)
-    assets = _fitting([asset], longest_asset, clean)
+    nodes = _fitting(list(stated.values()), longest_node, clean, known.nodes)
+    assets = _fitting([asset], longest_asset, clean, known.assets)
     for name, short in (nodes | assets).items():
         if short != name:
             losses.append(Loss("renamed", name=one_line(name), written=short))
@@ -274,17 +298,20 @@ def names_of(
     return Names(assets[asset], start, end, up, down), losses
 
 
-def _fitting(names: Sequence[str], longest: int | None, clean: Clean) -> dict[str, str]:
+def _fitting(
+    names: Sequence[str], longest: int | None, clean: Clean, known: dict[str, str]
+) -> dict[str, str]:
     """Fit each name to the format; a shortened or ambiguous one ends with its checksum."""
-    fitting: dict[str, str] = {}
     for name in dict.fromkeys(names):
+        if name in known:
+            continue
         short = clean(name)
-        if (longest is not None and len(short) > longest) or short in fitting.values():
+        if (longest is not None and len(short) > longest) or short in known.values():
             digest = hashlib.sha256(name.encode("utf-8", "surrogatepass")).hexdigest()
             room = None if longest is None else longest - _CHECKSUM - 1
             short = f"{short[:room]}-{digest[:_CHECKSUM]}"
-        fitting[name] = short
-    return fitting
+        known[name] = short
+    return {name: known[name] for name in names}
 
 
 def day_of(report: Report, fields: Fields) -> tuple[str | None, list[Loss]]:
@@ -306,6 +333,8 @@ def standard_of(fields: Fields) -> list[Loss]:
 
 def film(report: Report) -> str:
     """Return the name of the film without a folder; empty if there is no file."""
+    if report.extras.film_called is not None:
+        return report.extras.film_called
     if report.source.kind == "import":
         names = _film_names(str(report.header.get("video_files") or ""))
         return names[0] if names else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from app.reports.exchange.ascii import one_line
+from app.reports.content.ascii import one_line
 
 
 def child(parent: Element, name: str, text: object = None, **attributes: str) -> Element:
@@ -22,6 +22,22 @@ def children(parent: Element, values: Mapping[str, object]) -> Element:
         if value is not None and value != "":
             child(parent, name, value)
     return parent
+
+
+class Shared:
+    """Elements that several inspections of a file refer to by a name; each is written once."""
+
+    def __init__(self) -> None:
+        self._elements: dict[str, Element] = {}
+
+    def add(self, name: str, element: Element) -> bool:
+        """Add an element unless its name is there; return whether the one there differs."""
+        known = self._elements.setdefault(name, element)
+        return tostring(known) != tostring(element)
+
+    def append_to(self, parent: Element) -> None:
+        """Append them to an element of the file, in the order of their first inspection."""
+        parent.extend(self._elements.values())
 
 
 def to_bytes(root: Element, declaration: str, encoding: str) -> bytes:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from app.reports.content.axis import Axis, tick_step_m
+from app.reports.content.cut_pipe import clock_spans, water_share
 from app.reports.content.placement import spread
 from app.reports.content.translator import Translator
 from app.reports.html.links import to_row
@@ -22,7 +23,6 @@ from app.reports.html.svg import (
     severity_fill,
     text_at,
 )
-from app.reports.pdf.pipe_graphic import clock_spans, water_share
 from app.reports.report import Entry, Report
 
 _TOP, _BOTTOM = 24, 24

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from app.reports.content.axis import Axis, tick_step_m
+from app.reports.content.pictures import jpeg_of
 from app.reports.content.placement import capacity, spread
 from app.reports.content.translator import Translator
 from app.reports.content.wall import (
@@ -26,7 +27,6 @@ from app.reports.content.wall import (
 )
 from app.reports.html.links import to_row
 from app.reports.html.svg import INK, SOFT, escaped, line, rect, severity_fill, text_at
-from app.reports.pdf.pictures import jpeg_of
 from app.reports.report import Entry, Report
 from app.survey.rounding import decimals
 

@@ -14,8 +14,19 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from app.reports.content.condition import ACT_NOW, condition_of
+from app.reports.content.cover import cover_rows, warnings_of
 from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
 from app.reports.content.grades import grade_of
+from app.reports.content.header import GROUPS, header_row
+from app.reports.content.measurement import (
+    correction_rows,
+    counter_rows,
+    joint_table,
+    result_rows,
+    rig_rows,
+    video_rows,
+)
+from app.reports.content.pictures import jpeg_of
 from app.reports.content.recommendations import (
     costs_of,
     count_without,
@@ -24,27 +35,13 @@ from app.reports.content.recommendations import (
     recommended,
 )
 from app.reports.content.shown_photos import shown_photos
-from app.reports.content.text import legible
+from app.reports.content.summary import opening
+from app.reports.content.text import iso, legible
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.html.links import to_row
 from app.reports.html.pipe_strip import pipe_strip
 from app.reports.html.wall_strip import wall_strips
-from app.reports.pdf.cover import cover_rows, warnings_of
-from app.reports.pdf.header_sheet import GROUPS, header_row
-from app.reports.pdf.measurement import (
-    correction_rows,
-    counter_rows,
-    joint_table,
-    result_rows,
-    rig_rows,
-    video_rows,
-)
-from app.reports.pdf.observations import reference_of
-from app.reports.pdf.pictures import jpeg_of
-from app.reports.pdf.sign_off import action_of
-from app.reports.pdf.summary import opening
 from app.reports.report import Loss, Report, Written, failure
-from app.reports.tables.table import iso
 from app.reports.template import Section
 from app.storage.blobs import Readable
 from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
@@ -133,7 +130,7 @@ def write(report: Report) -> Written:
         money=money,
         ACT_NOW=ACT_NOW,
         strip=pipe_strip(report, t),
-        reference=reference_of(report, t),
+        reference=t.reference(report),
         wall=wall_strips(report, t) if "wall" in chosen else None,
         shown=(shown := shown_photos(report)),
         photographed={
@@ -152,10 +149,14 @@ def write(report: Report) -> Written:
         ],
         joints=joint_table(report.joint_evidence, t),
         entry_of={entry.id: entry for entry in report.entries},
-        action_of=action_of,
         iso=iso,
     )
     return Written(page.encode(), losses)
+
+
+def losses(report: Report) -> tuple[Loss, ...]:
+    """Return what the page lacks, without writing it."""
+    return _scene(report)[1] if "scene" in report.template.sections else ()
 
 
 def _asset(name: str) -> Markup:

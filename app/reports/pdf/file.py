@@ -21,7 +21,7 @@ from reportlab.pdfbase.pdfdoc import (
 )
 from reportlab.pdfbase.pdfdoc import format as formatted
 
-from app.reports.pdf.pictures import Jpeg
+from app.reports.content.pictures import Jpeg
 
 _STREAM_END = b"endstream\n"
 _CMAP = "toUnicodeCMap:"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.reports.pdf.text import without_glyph
+from app.reports.content.typesetting import without_glyph
 from app.reports.report import Loss, Phrase, Report
 
 _NAMED = 20

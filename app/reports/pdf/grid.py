@@ -10,6 +10,7 @@ from itertools import zip_longest
 from reportlab.lib.units import mm
 from reportlab.platypus import Flowable
 
+from app.reports.content.typesetting import clean
 from app.reports.pdf.flow import (
     Align,
     Mark,
@@ -24,7 +25,7 @@ from app.reports.pdf.flow import (
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import ACCENT, CELL, LINK, RULE, SMALL, WASH, WIDTH
 from app.reports.pdf.tags import Element, Kind
-from app.reports.pdf.text import Line, clean, lines_of
+from app.reports.pdf.text import Line, lines_of
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable
 
+from app.reports.content.header import GROUPS, header_row
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.pdf.flow import Figure, Heading, note
 from app.reports.pdf.grid import Column, Grid, pairs
@@ -26,32 +26,6 @@ from app.reports.pdf.styles import (
 from app.reports.pdf.text import draw, shortened
 from app.reports.report import Report
 from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
-
-GROUPS: Sequence[tuple[str, Sequence[str]]] = (
-    ("asset", (
-        "asset_id", "asset_type", "start_node", "end_node", "upstream_node", "downstream_node",
-        "shape", "height_mm", "width_mm", "material", "lining_type", "lining_material",
-        "unit_length_m", "known_length_m", "known_length_source", "expected_length_m", "year",
-    )),
-    ("place", (
-        "road", "road_chainage", "road_chainage_end", "location_text", "start_lat", "start_lon",
-        "end_lat", "end_lon",
-    )),
-    ("survey", (
-        "date", "time", "purpose", "method", "direction", "reference_point", "camera_offset_m",
-        "end_condition", "abandon_reason", "reverse_of", "standard", "edition", "code_pack",
-    )),
-    ("people", (
-        "client", "client_job_ref", "contractor", "job_ref", "operator", "operator_certificate",
-        "reviewer",
-    )),
-    ("state", (
-        "cleaned", "cleaned_on", "weather", "temperature_c", "flow_control", "water_level_pct",
-    )),
-    ("equipment", ("camera", "lens", "tether", "rig_id", "calibration_id", "video_files")),
-    ("remarks", ("remarks",)),
-)  # fmt: skip
-"""Every field of the header, grouped under headings."""
 
 
 def header_sheet(report: Report, t: Translator) -> list[Flowable]:
@@ -88,16 +62,6 @@ def header_sheet(report: Report, t: Translator) -> list[Flowable]:
     if not report.header:
         parts.append(note(t("header.empty")))
     return parts
-
-
-def header_row(
-    report: Report, t: Translator, name: str, is_missing: bool
-) -> tuple[str, str] | None:
-    """Return name and value of a field; None for an optional empty one."""
-    value = report.header.get(name)
-    if not is_empty(value):
-        return t.field(name), t.value(name, value)
-    return (t.field(name), t("header.missing")) if is_missing else None
 
 
 def _two_up(rows: list[tuple[str, str]]) -> Grid:

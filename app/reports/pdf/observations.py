@@ -6,11 +6,11 @@ from reportlab.lib.units import mm
 from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.translator import Translator
+from app.reports.content.typesetting import one_line
 from app.reports.pdf.flow import Heading, Prose, note
 from app.reports.pdf.grid import Badge, Cell, Column, Grid
 from app.reports.pdf.links import number_of, row_of
 from app.reports.pdf.styles import CELL
-from app.reports.pdf.text import one_line
 from app.reports.report import Entry, Report
 
 _LONG = 500
@@ -39,7 +39,7 @@ def observations(report: Report, t: Translator) -> list[Flowable]:
     rows = [_row(report, entry, t) for entry in report.entries]
     return [
         heading,
-        note(t("observations.help", reference=reference_of(report, t), pack=report.pack)),
+        note(t("observations.help", reference=t.reference(report), pack=report.pack)),
         Grid(columns, rows, places=[row_of(entry) for entry in report.entries]),
         *_long_remarks(report, t),
     ]
@@ -87,9 +87,3 @@ def _long_remarks(report: Report, t: Translator) -> list[Flowable]:
     ]  # fmt: skip
     title = t("observations.remarks")
     return [CondPageBreak(30 * mm), Heading(title, level=1, bookmark=False), *texts]
-
-
-def reference_of(report: Report, t: Translator) -> str:
-    """Return the reference point of distances."""
-    value = report.header.get("reference_point")
-    return str(value) if value else t("observations.no_reference")

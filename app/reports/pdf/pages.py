@@ -13,6 +13,7 @@ from reportlab.lib.units import mm
 from reportlab.platypus import BaseDocTemplate, Flowable, Frame, PageTemplate
 
 from app.reports.content.translator import Translator
+from app.reports.content.typesetting import one_line
 from app.reports.pdf.file import File
 from app.reports.pdf.metadata import About
 from app.reports.pdf.paper import Paper
@@ -28,7 +29,7 @@ from app.reports.pdf.styles import (
     SMALL,
     WIDTH,
 )
-from app.reports.pdf.text import draw, one_line, shortened, width_of
+from app.reports.pdf.text import draw, shortened, width_of
 from app.reports.report import Report
 
 # Streams as bytes, not as text: a fifth smaller.

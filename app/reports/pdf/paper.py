@@ -9,12 +9,13 @@ from typing import Any, Literal
 from reportlab.lib.colors import Color
 from reportlab.pdfgen.canvas import Canvas
 
+from app.reports.content.fonts import LATIN, font_of
+from app.reports.content.pictures import Jpeg
+from app.reports.content.typesetting import one_line
 from app.reports.pdf.file import File, dictionary, reference
-from app.reports.pdf.fonts import LATIN, font_of
-from app.reports.pdf.pictures import Jpeg
 from app.reports.pdf.styles import ACCENT, CELL, PAGE_HEIGHT, PAGE_WIDTH, Style
 from app.reports.pdf.tags import DEEPEST, Element, Kind, Tags
-from app.reports.pdf.text import draw, one_line
+from app.reports.pdf.text import draw
 
 Rect = tuple[float, float, float, float]
 """Left, bottom, right, top."""

@@ -11,6 +11,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable
 
+from app.reports.content.pictures import jpeg_of
 from app.reports.content.shown_photos import ShownPhoto, shown_photos
 from app.reports.content.sizes import Outline
 from app.reports.content.translator import Translator
@@ -26,7 +27,6 @@ from app.reports.pdf.flow import (
 )
 from app.reports.pdf.links import place_of_photo, row_of
 from app.reports.pdf.paper import Paper
-from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import CELL, LINK, RULE, SMALL, WASH, WIDTH
 from app.reports.pdf.text import draw, lines_of, shortened, width_of
 from app.reports.report import Entry, Photo, Report

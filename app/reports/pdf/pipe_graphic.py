@@ -12,8 +12,10 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.axis import Axis, tick_step_m
+from app.reports.content.cut_pipe import clock_spans, water_share
 from app.reports.content.placement import capacity, spread
 from app.reports.content.translator import NOTHING, Translator
+from app.reports.content.typesetting import one_line
 from app.reports.pdf.flow import Figure, Heading, batches, draw_badge
 from app.reports.pdf.styles import (
     ACCENT,
@@ -29,7 +31,7 @@ from app.reports.pdf.styles import (
     WATER,
     WIDTH,
 )
-from app.reports.pdf.text import draw, lines_of, one_line, shortened, width_of
+from app.reports.pdf.text import draw, lines_of, shortened, width_of
 from app.reports.report import Entry, Report, Stretch
 
 SCALES = (
@@ -402,34 +404,6 @@ class _Painter:
             hints.append(t("graphic.untracked", n=untracked))
         for n, line in enumerate(lines_of(" ".join(hints), TINY.soft(), WIDTH)[:2]):
             draw(canvas, 0, (3.6 - 2.6 * n) * mm, line.text, line.style)
-
-
-def clock_spans(first: int | None, last: int | None) -> list[tuple[float, float]]:
-    """Return the parts of the strip, from 0 (left) to 1, that a clock position or sector covers.
-
-    The strip is the wall cut along its crown: 12 at both edges, 9 at a quarter, 3 at three.
-    A single position has no width; a sector runs clockwise, 12 to 12 all round.
-    """
-    if first is None:
-        return []
-    if last is None or (first == last and first % 12):
-        at = 1 - (first % 12) / 12
-        return [(at, at)]
-    if first % 12 == last % 12 == 0:
-        return [(0.0, 1.0)]
-    start, end = first % 12, last % 12 or 12
-    if start < end:
-        return [(1 - end / 12, 1 - start / 12)]
-    spans = [(0.0, 1 - start / 12), (1 - end / 12, 1.0)]
-    return [(low, high) for low, high in spans if high > low]
-
-
-def water_share(report: Report) -> float:
-    """Return the share of a circular pipe's wall below the header's water level."""
-    level = report.header.get("water_level_pct")
-    if not isinstance(level, int | float) or isinstance(level, bool) or not 0 < level <= 100:
-        return 0.0
-    return math.acos(1 - 2 * level / 100) / math.pi
 
 
 def _in_lanes(stretches: Sequence[Stretch]) -> list[tuple[int, Stretch]]:

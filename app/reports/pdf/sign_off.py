@@ -14,7 +14,6 @@ from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import BODY, CELL, INK, RULE, SMALL, WIDTH
 from app.reports.pdf.text import shortened
 from app.reports.report import Report
-from app.survey.records import Event
 
 _EVENTS = 12
 
@@ -60,27 +59,18 @@ def _checks(report: Report, t: Translator) -> list[Flowable]:
 def _history(report: Report, t: Translator) -> list[Flowable]:
     if not report.events:
         return [note(t("sign.no_history"))]
-    counts = Counter((event.who, action_of(event)) for event in report.events)
+    counts = Counter((event.who, t.action(event)) for event in report.events)
     columns = (
         Column(t("sign.who"), 60 * mm),
         Column(t("sign.what"), WIDTH - 80 * mm),
         Column(t("sign.times"), 20 * mm, "right"),
     )
-    rows = [
-        (who, t.one_of("action", action), str(count))
-        for (who, action), count in counts.most_common(_EVENTS)
-    ]
+    rows = [(who, action, str(count)) for (who, action), count in counts.most_common(_EVENTS)]
     last = report.events[-1]
     return [
         Grid(columns, rows, after=1 * mm),
         note(t("sign.last", at=t.instant(last.at), who=last.who, n=len(report.events))),
     ]
-
-
-def action_of(event: Event) -> str:
-    """Return the key of the word for an event."""
-    subject = "inspection" if event.observation_id is None else "observation"
-    return f"{subject}_{event.action}"
 
 
 def _signatures(canvas: Paper, report: Report, t: Translator) -> None:

@@ -8,7 +8,7 @@ from reportlab.lib.colors import Color, HexColor, white
 from reportlab.lib.pagesizes import A4
 from reportlab.lib.units import mm
 
-from app.reports.pdf.fonts import Weight
+from app.reports.content.fonts import Weight
 
 PAGE_WIDTH, PAGE_HEIGHT = A4
 LEFT = RIGHT = 18 * mm

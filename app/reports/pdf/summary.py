@@ -9,8 +9,8 @@ from reportlab.platypus import Flowable
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.condition import condition_of, worst_first
 from app.reports.content.grades import grade_of
+from app.reports.content.summary import opening
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.cover import abandoned_sentence
 from app.reports.pdf.flow import Figure, Heading, note, paragraph
 from app.reports.pdf.grid import Badge, Column, Grid
 from app.reports.pdf.links import number_of
@@ -58,26 +58,6 @@ def summary(report: Report, t: Translator) -> list[Flowable]:
     if len(worst) > _SHOWN:
         parts.append(note(t("summary.more", n=len(worst) - _SHOWN)))
     return parts
-
-
-def opening(report: Report, t: Translator) -> list[str]:
-    """Return the first sentences: that the survey was abandoned, if it was, and what is worst."""
-    said = (abandoned_sentence(report, t), worst_sentence(report, t))
-    return [text for text in said if text]
-
-
-def worst_sentence(report: Report, t: Translator) -> str:
-    """Name the worst defect, or say that nothing was rated."""
-    worst = next(iter(worst_first(report)), None)
-    if worst is None:
-        return t("summary.no_worst")
-    return t(
-        "summary.worst_at",
-        label=t.label(worst),
-        place=t.place(worst),
-        severity=worst.tag.severity,
-        word=t.severity(worst.tag.severity),
-    )
 
 
 def _figures(paper: Paper, report: Report, t: Translator) -> None:

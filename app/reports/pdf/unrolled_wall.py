@@ -11,6 +11,7 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.axis import Axis, tick_step_m
+from app.reports.content.pictures import jpeg_of
 from app.reports.content.placement import capacity, spread
 from app.reports.content.translator import Translator
 from app.reports.content.wall import (
@@ -26,7 +27,6 @@ from app.reports.content.wall import (
     wall_of,
 )
 from app.reports.pdf.flow import Figure, Heading, note
-from app.reports.pdf.pictures import jpeg_of
 from app.reports.pdf.styles import (
     HEIGHT,
     INK,

@@ -16,7 +16,7 @@ from app.reports.content.grades import grade_of
 from app.reports.content.recommendations import costs_of, money
 from app.reports.content.text import legible
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.text import one_line
+from app.reports.content.typesetting import one_line
 from app.reports.report import Entry, Photo, Report
 from app.reports.tables.cells import LINE_PT, Cells, lines_of
 from app.survey.catalogue.header import project_of

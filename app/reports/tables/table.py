@@ -6,10 +6,9 @@ import csv
 import io
 from collections.abc import Iterable
 from dataclasses import dataclass
-from datetime import datetime
 
 from app.reports.content.sizes import figure_text
-from app.reports.content.text import legible
+from app.reports.content.text import iso, legible
 from app.reports.report import Entry, Loss, Report, Written
 from app.survey.rounding import decimals
 from vo_core.csv_rows import plain
@@ -107,11 +106,6 @@ def illegible(texts: Iterable[str]) -> list[Loss]:
 def rows(report: Report) -> list[dict[str, Cell]]:
     """Return one mapping of COLUMNS for each entry; None means unknown."""
     return [_row(report, entry) for entry in report.entries]
-
-
-def iso(instant: datetime | None) -> str | None:
-    """Format to the second, with the time zone."""
-    return None if instant is None else instant.isoformat(timespec="seconds")
 
 
 def _row(report: Report, entry: Entry) -> dict[str, Cell]:

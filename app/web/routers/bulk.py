@@ -25,9 +25,10 @@ def order(body: BulkExportIn, services: ServicesDep, principal: PrincipalDep) ->
     """Have an archive made, with a folder for each inspection; its progress has its own address.
 
     `document` adds one PDF over all inspections: list with grades, statistics, plan sketch and
-    every report. With `delivery` among the formats the archive is a delivery, with checksums and
-    a signature. An order for the document alone is that PDF, one for the delivery of one inspection
-    is that delivery.
+    every report. With `delivery` among the formats the archive is a delivery: one exchange file
+    with all inspections, photos and films beside it, checksums and a signature. An order for the
+    document alone is that PDF, one for the delivery of one inspection is that delivery. `photos`
+    and `csv` are as for one inspection.
 
     An inspection that lacks what a format needs is listed as `not_made` and in `inspections.csv`
     of the archive; all others are in it.

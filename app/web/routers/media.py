@@ -150,7 +150,5 @@ def losses(
     units: Units = "m",
 ) -> LossesOut:
     """Return what the format cannot hold, to be shown before the file is sent to anybody."""
-    written = services.reports.export(inspection_id, kind, language=lang, units=units).written
-    if written.file is not None:
-        written.file.close()
-    return LossesOut.of(written, Translator(lang, units))
+    losses = services.reports.losses(inspection_id, kind, language=lang, units=units)
+    return LossesOut.of(losses, Translator(lang, units))

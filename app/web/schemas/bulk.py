@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
@@ -10,7 +10,7 @@ from app.reports.bulk import Progress, State
 from app.reports.bulk_archive import Wanted
 from app.reports.content.words import Language
 from app.reports.formats import EXCHANGE, FORMATS
-from app.reports.report import Units
+from app.reports.report import CsvStyle, Units
 from app.survey.given import Given
 
 _MOST_SHOWN = 200
@@ -37,7 +37,13 @@ class BulkExportIn(Given):
     burnt_in: bool = Field(False, description="Distance and code below each photo.")
     clips: bool = Field(False, description="The seconds around each observation, in the bundle.")
     exchange: ExchangeKind = Field("en13508", description="Exchange format of deliveries.")
-    film: bool = Field(False, description="The films in deliveries.")
+    film: bool = Field(False, description="The films in deliveries and in archive files.")
+    photos: Literal["embedded"] | None = Field(
+        None, description="Photos and voice notes in JSON reports."
+    )
+    csv: CsvStyle = Field(
+        "standard", description="`german` writes CSV with semicolons and decimal commas."
+    )
 
     @model_validator(mode="after")
     def _something_of_a_size(self) -> Self:
@@ -59,6 +65,8 @@ class BulkExportIn(Given):
             self.document,
             self.exchange,
             self.film,
+            self.photos == "embedded",
+            self.csv,
         )
 
 
@@ -70,6 +78,7 @@ class NotMadeOut(BaseModel):
     """Of the inspection; empty if it was deleted."""
     format: str
     detail: str
+    """Why, in the language of the order."""
 
 
 class BulkExportOut(BaseModel):
@@ -93,7 +102,7 @@ class BulkExportOut(BaseModel):
     written: int
     """Bytes that are written so far."""
     detail: str | None
-    """Why it failed."""
+    """Why it failed, in the language of the order."""
 
     @classmethod
     def of(cls, progress: Progress) -> Self:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from datetime import datetime
 from typing import Any, Literal
 
 from pydantic import BaseModel
 
 from app.reports.content.translator import Translator
-from app.reports.report import Written
+from app.reports.report import Loss
 from app.storage.tables import Alert
 from app.survey.checks import Issue
 from app.survey.records import NOT_NOTIFIED, Event
@@ -55,12 +56,12 @@ class LossesOut(BaseModel):
     losses: list[LossOut]
 
     @classmethod
-    def of(cls, written: Written, t: Translator) -> LossesOut:
-        """Convert the result of the format, in the words of the translator."""
+    def of(cls, losses: Iterable[Loss], t: Translator) -> LossesOut:
+        """Convert the losses of a format, in the words of the translator."""
         return cls(
             losses=[
                 LossOut(detail=t.loss(loss), observation_id=loss.entry.id if loss.entry else None)
-                for loss in written.losses
+                for loss in losses
             ]
         )
 

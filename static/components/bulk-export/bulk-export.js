@@ -1,7 +1,7 @@
 /** Reports of many inspections as one archive: which formats, how far it is, what could not be made. */
 
 import { ApiError } from '../../core/api.js';
-import { discard, order } from '../../core/exports.js';
+import { discard, extraFields, order } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
 import { bytes, count, lengthUnit } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
@@ -10,7 +10,9 @@ import { openDialog } from '../dialog/dialog.js';
 import { GROUPS, deliveryChoices, formatOf } from '../export-dialog/formats.js';
 import { icon } from '../icon/icon.js';
 
-const EXTRAS = ['burnt_in', 'clips', 'film'];
+const EXTRAS = ['burnt_in', 'clips', 'film', 'csv_german', 'photos'];
+/** What only one format has, so that it is named. */
+const OF_ONE = { csv_german: 'csv', photos: 'json' };
 /** These make an order large. */
 const LARGE = ['clips', 'film'];
 /** What most clients want of many inspections. */
@@ -91,7 +93,7 @@ class BulkExport {
       lang: lang.value,
       units: lengthUnit,
       exchange: exchange.value,
-      ...Object.fromEntries(EXTRAS.map((extra) => [extra, this.#has(extra)])),
+      ...extraFields(EXTRAS.filter((extra) => this.#has(extra))),
     };
   }
 
@@ -133,7 +135,8 @@ class BulkExport {
   #showMade() {
     const { making, result, cancel } = this.#parts;
     const { state, not_made: notMade, not_made_total: missing, size, detail } = this.#progress;
-    if (state === 'failed') return this.#fail(html`<span lang="en">${detail}</span>`);
+    const lang = this.#parts.lang.value;
+    if (state === 'failed') return this.#fail(html`<span lang="${lang}">${detail}</span>`);
     making.hidden = true;
     cancel.textContent = t('page.close');
     const n = this.#ids.length;
@@ -144,7 +147,7 @@ class BulkExport {
         ${missing > 0 && html`<h3>${t('bulk.not_made', { n: missing, count: count(missing) })}</h3>
           <p class="help">${t('bulk.not_made_help')}</p>
           <ul class="export__list bulk__missing" tabindex="0">${notMade.map(({ name, format, detail: why }) => html`<li class="export__row">${icon('alert')}
-            <span><b>${name || t('bulk.deleted')}</b> ${format && nameOf(format)}: <span lang="en">${why}</span></span></li>`)}
+            <span><b>${name || t('bulk.deleted')}</b> ${format && nameOf(format)}: <span lang="${lang}">${why}</span></span></li>`)}
             ${missing > notMade.length && html`<li class="dim">${t('finish.and_more', { n: missing - notMade.length })}</li>`}</ul>`}`,
     );
     parts.download.focus();
@@ -162,6 +165,11 @@ class BulkExport {
   }
 }
 
+const extraName = (extra) => {
+  const words = wordFor('export.extra', extra);
+  return OF_ONE[extra] ? `${words} (${nameOf(OF_ONE[extra])})` : words;
+};
+
 const nameOf = (kind) => (kind === 'document' ? t('bulk.document') : formatOf(kind).name);
 
 const markup = () => html`<div class="export bulk">
@@ -172,7 +180,7 @@ const markup = () => html`<div class="export bulk">
       <div class="bulk__extras"><h3>${t('bulk.whole')}</h3><label class="switch"><input type="checkbox" data-part="document" />${t('bulk.document')}</label>
         <p class="help">${t('bulk.document_help')}</p></div>
       <div class="bulk__extras">${EXTRAS.map((name) => html`<label class="switch"><input type="checkbox"
-        data-part="${name}" />${wordFor('export.extra', name)}</label>`)}</div>
+        data-part="${name}" />${extraName(name)}</label>`)}</div>
       ${deliveryChoices()}
       <p class="message bulk__limit" role="status" data-part="limit"></p>
     </fieldset></div>

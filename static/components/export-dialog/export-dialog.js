@@ -1,7 +1,7 @@
 /** Before a report is sent to anybody: what its format cannot hold, and the open issues. */
 
 import { ApiError } from '../../core/api.js';
-import { discard, exportPath, follow, lossesOf, makeExport, order, save } from '../../core/exports.js';
+import { discard, exportPath, extraFields, follow, lossesOf, makeExport, order, save } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
 import { bytes, lengthUnit } from '../../core/units.js';
@@ -179,7 +179,7 @@ class ExportDialog {
       lang: lang.value,
       units: lengthUnit,
       exchange: exchange.value,
-      ...Object.fromEntries(this.#extras.map((name) => [name, true])),
+      ...extraFields(this.#extras),
     };
     let progress = null;
     const show = (present) => {
@@ -191,7 +191,7 @@ class ExportDialog {
     if (path === null) return null;
     if (progress.state === 'done') return { url: `${path}/archive`, name: progress.filename, size: progress.size };
     await discard(path);
-    render(fault, html`<p class="message message--error">${icon('alert')}<span lang="en">${progress.detail}</span></p>`);
+    render(fault, html`<p class="message message--error">${icon('alert')}<span lang="${lang.value}">${progress.detail}</span></p>`);
     return null;
   }
 

@@ -170,16 +170,20 @@ def fingerprint_of(bundle):
         return json.loads(archive.read("manifest.json"))["fingerprint"]
 
 
-def test_a_project_is_one_pdf_and_nothing_else(chainage, shared, tagged, tmp_path):
+def test_a_project_is_one_pdf_or_an_archive(chainage, shared, tagged, tmp_path):
     out = tmp_path / "ring.pdf"
     words = ["export", "--project", "Ring", "--data", shared.data, "--out", out]
     made = chainage(*words, "--format", "pdf")
     assert (made.code, f"{out}: 1 inspections" in made.out) == (0, True), made.err
     titles = [one["/Title"] for one in pypdf.PdfReader(out).outline if isinstance(one, dict)]
     assert titles[-1] == "1 · CUL-7"
-    for kind, project in (("csv", "Ring"), ("pdf", "none")):
-        refused = chainage(*words, "--format", kind, "--project", project)
-        assert refused.code == 2
+    assert chainage(*words, "--format", "pdf", "--project", "none").code == 2
+    made = chainage(*words, "--format", "csv", "--csv", "german", "--lang", "de", tagged)
+    assert made.code == 0, made.err
+    with zipfile.ZipFile(out) as archive:
+        (table,) = [name for name in archive.namelist() if name.startswith("001-CUL-7/")]
+        served = shared.get(f"/api/inspections/{tagged}/exports/csv?csv=german").content
+        assert archive.read(table) == served
 
 
 def test_a_delivery_is_verified(chainage, shared, tagged, clip, tmp_path):

@@ -137,6 +137,35 @@ def test_a_film_that_is_lost_is_named_and_costs_nothing_else(surveyed, tmp_path)
     assert not addresses(archive)
 
 
+def test_losses_are_known_without_a_file_and_are_those_of_the_file(surveyed, tmp_path):
+    lost = StoredBlob(FolderBlobs(tmp_path), "gone.mp4")
+    first, *others = surveyed.entries
+    gone = replace(first, photo=replace(first.photo, jpeg=tmp_path / "gone.jpg"))
+    elsewhere = replace(others[0], photo=replace(others[0].photo, jpeg=None))
+    made = replace(
+        surveyed,
+        film=lost,
+        entries=(gone, elsewhere, *others[1:]),
+        extras=Extras(exchange="ribx", film=True),
+    )
+    form = FORMATS["delivery"]
+    written = form.write(made)
+    written.file.close()
+    found = said(form.losses(made))
+    assert found == said(written.losses)
+    assert {"The photo CUL-0041-001.jpg is gone.",
+            "The photo CUL-0041-002.jpg is not on this server."} <= set(found)  # fmt: skip
+
+
+def test_the_film_of_an_import_is_not_taken_for_the_file_that_was_imported(surveyed):
+    source = replace(surveyed.source, kind="import", filename="old.xml", video={})
+    header = {**surveyed.header, "video_files": "survey.mp4"}
+    archive = delivered(replace(surveyed, source=source, film=None, header=header))
+    text = archive.read("README.txt").decode()
+    assert "The film survey.mp4 is not on the server that made this delivery." in text
+    assert "old.xml" not in text
+
+
 def addresses(archive):
     """What the PDF links to outside itself."""
     reader = PdfReader(io.BytesIO(archive.read("CUL-0041-report.pdf")))
@@ -148,19 +177,20 @@ def test_an_inspection_that_its_format_refuses_leaves_nothing(surveyed):
     out = io.BytesIO()
     forms = dict(FORMATS)
 
-    def refuse(_report):
+    def refuse(_file, _report):
         raise ExportNotAvailable("It lacks something.")
 
-    forms["m150"] = replace(forms["m150"], write=refuse)
+    class Refusing:
+        add = refuse
+
+    forms["m150"] = replace(forms["m150"], survey_file=Refusing)
     with zipfile.ZipFile(out, "w") as archive:
         delivery = Delivery(archive, datetime.now(UTC), KEY, forms)
         with pytest.raises(ExportNotAvailable):
             delivery.add(replace(surveyed, extras=Extras(exchange="m150")), "001-a/")
-        delivery.add(replace(surveyed, extras=Extras(exchange="ribx")), "002-b/")
         delivery.close()
-    tops = {name.split("/")[0] for name in archive.namelist()}
-    assert tops == {
-        "002-b", "index.html", "README.txt", "SHA256SUMS", "manifest.json", "manifest.json.sig",
+    assert set(archive.namelist()) == {
+        "index.html", "README.txt", "SHA256SUMS", "manifest.json", "manifest.json.sig",
     }  # fmt: skip
 
 

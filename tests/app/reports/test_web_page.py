@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from lxml import html
 from playwright.sync_api import expect
 from random_reports import reports
-from reports import OBSERVATIONS, advised, full_report, measured, report, said
+from reports import EVERY_FIELD, OBSERVATIONS, advised, full_report, measured, report, said
 
 from app.errors import NoScene
 from app.reports.html.web_page import write
@@ -281,3 +281,10 @@ def test_pictures_of_the_wall_are_reduced_where_they_are_too_many(walled, monkey
     assert len(reduced) < len(whole) - 500_000
     assert b"of their resolution" in reduced
     assert b"of their resolution" not in whole
+
+
+def test_cover_and_summary_say_that_the_survey_was_abandoned() -> None:
+    page = write(report(header=EVERY_FIELD)).content.decode()
+    sentence = "The survey was abandoned before the far end: robot stuck in silt"
+    assert page.count(sentence) == 2
+    assert "abandoned" not in write(report()).content.decode()

@@ -13,6 +13,7 @@ from reportlab.platypus import Flowable
 from app.errors import InspectionNotFound
 from app.reports.collection.collected import Collected, collected
 from app.reports.content.translator import Translator
+from app.reports.content.typesetting import one_line
 from app.reports.pdf import story_of
 from app.reports.pdf.collection.front import OVERALL, Place, contents, cover, inspection_list
 from app.reports.pdf.collection.plan import plan
@@ -21,15 +22,14 @@ from app.reports.pdf.flow import Title, note
 from app.reports.pdf.metadata import About
 from app.reports.pdf.pages import Document, Running
 from app.reports.pdf.styles import TITLE
-from app.reports.pdf.text import one_line
-from app.reports.report import Company, Report
+from app.reports.report import Company, Report, failure
 from vo_core.errors import ChainageError
 
 _PAGES_OF_ONE = 50
 """Pages that hardly any report exceeds."""
 
 Missing = tuple[str, str, str]
-"""Id and name of an inspection that is not in the document, and why."""
+"""Id and name of an inspection that is not in the document, and why, in its language."""
 
 
 def write(
@@ -57,7 +57,7 @@ def write(
     Raises:
         ChainageError: None of the inspections can be read.
     """
-    facts = _facts(ids, report_of, begin)
+    facts = _facts(ids, report_of, t, begin)
     front = Running(facts.company.name or "", t("collection.title"), _foot(facts, t), t)
     most_pages = _PAGES_OF_ONE * len(facts.inspections)
     document = Document(out, _about(facts, t), most_pages=most_pages)
@@ -75,7 +75,7 @@ def write(
                 note(t("collection.gone")),
             ]
             document.add_pages(replace(front, title=title), gone, level=1, key=one.id)
-            facts.missing.append((one.id, one.name, str(error)))
+            facts.missing.append((one.id, one.name, t.phrase(failure(error))))
         else:
             story = story_of(report, t)
             for piece in story:
@@ -128,7 +128,10 @@ class _Facts:
 
 
 def _facts(
-    ids: Sequence[str], report_of: Callable[[str], Report], begin: Callable[[str], None]
+    ids: Sequence[str],
+    report_of: Callable[[str], Report],
+    t: Translator,
+    begin: Callable[[str], None],
 ) -> _Facts:
     """Read every inspection once, and keep its facts only: the list precedes the reports."""
     facts: _Facts | None = None
@@ -137,7 +140,7 @@ def _facts(
         try:
             report = report_of(inspection_id)
         except ChainageError as error:
-            missing.append((inspection_id, "", str(error)))
+            missing.append((inspection_id, "", t.phrase(failure(error))))
             continue
         begin(report.name)
         facts = facts or _Facts(report.company, report.made_at, [], missing)

@@ -10,8 +10,9 @@ from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.collection.collected import Collected
 from app.reports.collection.statistics import total
+from app.reports.content.cover import Warned
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.cover import Warned, band, letterhead
+from app.reports.pdf.cover import band, letterhead
 from app.reports.pdf.flow import Heading, Prose, Title, note
 from app.reports.pdf.grid import Badge, Cell, Column, Contents, Grid, Linked, PageOf, pairs
 from app.reports.pdf.paper import Paper

@@ -20,11 +20,12 @@ from app.reports.collection.statistics import (
     total,
 )
 from app.reports.content.translator import NOTHING, Translator
+from app.reports.content.typesetting import one_line
 from app.reports.pdf.collection.front import grades_of
 from app.reports.pdf.flow import Figure, Heading, note
 from app.reports.pdf.grid import Badge, Cell, Column, Grid, pairs
 from app.reports.pdf.styles import ACCENT, CELL, SEVERITY, WASH, WIDTH
-from app.reports.pdf.text import draw, one_line, shortened
+from app.reports.pdf.text import draw, shortened
 from app.survey.rounding import decimals
 
 _BARS = 12

@@ -13,9 +13,9 @@ from pypdf import PdfReader
 from reports import HEADER, entry, full_report, measured, remarked, report, said
 
 from app.reports import pdf as document
+from app.reports.content import fonts
 from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
-from app.reports.pdf import fonts
 from app.reports.tables.table import rows
 from app.reports.template import DEFAULT_TEMPLATE
 from app.survey.rounding import decimals

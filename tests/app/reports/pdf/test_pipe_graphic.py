@@ -1,13 +1,12 @@
 """Which entries stand on which page of the pipe graphic, and where on the wall."""
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reportlab.lib.units import mm
 from reports import LENGTH_M, report
 
 from app.reports.content.placement import capacity
-from app.reports.pdf.pipe_graphic import LABEL, clock_spans, laid_out
+from app.reports.pdf.pipe_graphic import LABEL, laid_out
 
 HEIGHT = 205 * mm
 PLACES = st.lists(st.floats(-1, 300), max_size=120).map(sorted)
@@ -58,21 +57,3 @@ def test_an_entry_without_a_distance_is_on_no_page():
     made = report(observations=[{"distance_m": None, "code": "BAB"}])
 
     assert [sheet.entries for sheet in laid_out(made, HEIGHT)[1]] == [()]
-
-
-@pytest.mark.parametrize(
-    ("first", "last", "spans"),
-    [
-        (None, None, []),
-        (6, None, [(0.5, 0.5)]),
-        (3, None, [(0.75, 0.75)]),
-        (9, None, [(0.25, 0.25)]),
-        (3, 6, [(0.5, 0.75)]),
-        (9, 12, [(0.0, 0.25)]),
-        (12, 3, [(0.75, 1.0)]),
-        (9, 3, [(0.0, 0.25), (0.75, 1.0)]),
-        (12, 12, [(0.0, 1.0)]),
-    ],
-)
-def test_a_clock_sector_lies_where_the_wall_is_cut_at_the_crown(first, last, spans):
-    assert clock_spans(first, last) == spans

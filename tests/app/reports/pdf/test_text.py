@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.reports.pdf.fonts import FACES, face_of, font_of
+from app.reports.content.fonts import FACES, face_of, font_of
+from app.reports.content.typesetting import clean, one_line, visual_runs
 from app.reports.pdf.styles import BODY
-from app.reports.pdf.text import clean, lines_of, one_line, shortened, visual_runs, width_of
+from app.reports.pdf.text import lines_of, shortened, width_of
 
 SCRIPTS = {
     "Latin": "Größe Việt Łódź", "Greek": "Ωμέγα", "Cyrillic": "Ключ", "Arabic": "قرية ڠ ڤ",

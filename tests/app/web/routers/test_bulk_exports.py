@@ -6,6 +6,7 @@ import csv
 import hashlib
 import io
 import itertools
+import json
 import threading
 import zipfile
 from collections.abc import Iterator
@@ -56,8 +57,9 @@ def test_every_inspection_has_a_folder_and_what_is_missing_is_named(
     assert archive.testzip() is None
     here, gone = csv.DictReader(io.StringIO(archive.read("inspections.csv").decode("utf-8-sig")))
     assert here["inspection_id"] == done
-    assert gone["not_made"] == "There is no such inspection."
-    assert here["not_made"].startswith("geojson: ")
+    assert gone["not_made"] == "tiada pemeriksaan sedemikian; mungkin ia telah dipadam."
+    assert here["not_made"].startswith("geojson: GeoJSON memerlukan koordinat kedua-dua hujung")
+    assert found["not_made"][1]["detail"] == gone["not_made"]
     files = {f"{here['folder']}/{name}" for name in here["files"].split(" ")}
     assert files == set(archive.namelist()) - {"inspections.csv"}
     report = next(name for name in files if name.endswith(".pdf"))
@@ -77,7 +79,27 @@ def test_one_file_that_cannot_be_made_costs_no_other(
     assert found["state"] == "done"
     (missing,) = found["not_made"]
     assert missing["format"] == "m150"
-    assert missing["detail"] == "The server could not make this file; its log says why."
+    assert missing["detail"] == "the server could not make it; its log says why."
+
+
+def test_csv_and_json_are_as_for_one_inspection(shared: Client, done: str) -> None:
+    made = order(shared, [done, done[::-1]], "csv", "json", csv="german", photos="embedded")
+    assert ended(shared, made)["state"] == "done"
+    content = shared.get(f"/api/bulk-exports/{made}/archive").content
+    archive = zipfile.ZipFile(io.BytesIO(content))
+    found = {name.rpartition(".")[2]: name for name in archive.namelist() if "/" in name}
+    path = f"/api/inspections/{done}/exports"
+    assert archive.read(found["csv"]) == shared.get(f"{path}/csv?csv=german").content
+    alone = shared.get(f"{path}/json?photos=embedded").json()
+    assert json.loads(archive.read(found["json"])).keys() == alone.keys()
+    body = {"inspections": [done], "formats": ["csv"], "csv": "french"}
+    assert_error(shared.post("/api/bulk-exports", json=body), 422, "invalid_request")
+
+
+def test_an_order_that_fails_says_why_in_its_language(shared: Client) -> None:
+    found = ended(shared, order(shared, [NOBODY], "delivery", lang="de"))
+    assert found["state"] == "failed"
+    assert found["detail"] == "diese Inspektion gibt es nicht; vielleicht wurde sie gelöscht."
 
 
 def test_an_archive_is_cancelled_while_it_waits_is_made_or_is_there(
@@ -164,7 +186,10 @@ def test_deliveries_of_several_are_one_signed_archive_with_films(
     with zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())
         assert {"index.html", "README.txt", "SHA256SUMS", "inspections.csv", "report.pdf"} <= names
-        film = archive.read(f"{inspected.folder}/{row['source']['filename']}")
+        exchange = archive.read("inspections.xml").decode("iso-8859-1")
+        name = row["source"]["filename"]
+        assert f"<Filmname>{name}</Filmname>" in exchange
+        film = archive.read(name)
         assert hashlib.sha256(film).hexdigest() == row["source"]["sha256"]
         sums = archive.read("SHA256SUMS").decode()
         assert hashlib.sha256(archive.read("report.pdf")).hexdigest() in sums

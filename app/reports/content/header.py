@@ -1,0 +1,45 @@
+"""The fields of the header, in their groups."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from app.reports.content.translator import Translator
+from app.reports.report import Report
+from app.survey.catalogue.header import is_empty
+
+GROUPS: Sequence[tuple[str, Sequence[str]]] = (
+    ("asset", (
+        "asset_id", "asset_type", "start_node", "end_node", "upstream_node", "downstream_node",
+        "shape", "height_mm", "width_mm", "material", "lining_type", "lining_material",
+        "unit_length_m", "known_length_m", "known_length_source", "expected_length_m", "year",
+    )),
+    ("place", (
+        "road", "road_chainage", "road_chainage_end", "location_text", "start_lat", "start_lon",
+        "end_lat", "end_lon",
+    )),
+    ("survey", (
+        "date", "time", "purpose", "method", "direction", "reference_point", "camera_offset_m",
+        "end_condition", "abandon_reason", "reverse_of", "standard", "edition", "code_pack",
+    )),
+    ("people", (
+        "client", "client_job_ref", "contractor", "job_ref", "operator", "operator_certificate",
+        "reviewer",
+    )),
+    ("state", (
+        "cleaned", "cleaned_on", "weather", "temperature_c", "flow_control", "water_level_pct",
+    )),
+    ("equipment", ("camera", "lens", "tether", "rig_id", "calibration_id", "video_files")),
+    ("remarks", ("remarks",)),
+)  # fmt: skip
+"""Every field of the header, grouped under headings."""
+
+
+def header_row(
+    report: Report, t: Translator, name: str, is_missing: bool
+) -> tuple[str, str] | None:
+    """Return name and value of a field; None for an optional empty one."""
+    value = report.header.get(name)
+    if not is_empty(value):
+        return t.field(name), t.value(name, value)
+    return (t.field(name), t("header.missing")) if is_missing else None
