@@ -197,7 +197,8 @@ _SUBPIXEL_BITS = 4
 
 def _fixed(*columns: NDArray[np.floating]) -> list[list[int]]:
     """Rows of values as the fixed-point numbers of OpenCV's drawing functions."""
-    return np.rint(np.stack(columns, axis=-1) * (1 << _SUBPIXEL_BITS)).astype(int).tolist()
+    fixed = np.rint(np.stack(columns, axis=-1) * (1 << _SUBPIXEL_BITS)).astype(int)
+    return [list(map(int, row)) for row in fixed.tolist()]
 
 
 def _scatter_stones(tone: FloatImage, sheet: _Sheet) -> None:
