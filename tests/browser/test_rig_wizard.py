@@ -147,7 +147,7 @@ def make(page: Page, server: Server) -> Request:
         page.get_by_role("button", name="Start tracking").click()
     assert made.value.ok
     page.wait_for_url("**/inspections/*", wait_until="commit")
-    server.ask("DELETE", f"/api/inspections/{made.value.json()['id']}")
+    server.ask("DELETE", f"/api{page.url.removeprefix(server.url)}")
     return made.value.request
 
 

@@ -37,6 +37,15 @@ LOST_FRAME = 43_210
 """The only lost one of the long run."""
 TILE_M = 0.5
 
+IS_DRAWN = """(count) => {
+  const { marks, parts: { ground } } = document.querySelector('wall-strip');
+  const size = [ground.clientWidth, ground.clientHeight];
+  const drawn = [ground.width, ground.height];
+  return marks.length === count
+    && size.every((side, n) => drawn[n] === Math.round(side * devicePixelRatio));
+}"""
+"""Whether the wall is drawn at its present size, with so many marks."""
+
 
 @pytest.fixture(scope="module")
 def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
@@ -108,13 +117,12 @@ def test_the_wall_has_the_whole_circle_at_every_size(
     selected = desk.locator(".defect [aria-current=true]")
     for width, height in ((1440, 900), (1366, 768), (1024, 768), (390, 844)):
         desk.set_viewport_size({"width": width, "height": height})
-        desk.reload()
-        _wait_for_wall(desk)
+        if width == 390:  # so small it is not only made, but opened
+            desk.reload()
+            _wait_for_wall(desk)
         wall = desk.locator(".wall__track")
         wall.scroll_into_view_if_needed()
-        desk.wait_for_function(
-            "n => document.querySelector('wall-strip').marks?.length === n", arg=len(hours)
-        )
+        desk.wait_for_function(IS_DRAWN, arg=len(hours))
         for item in observations(server, inspection):
             hour, box = item["clock_from"], _box(wall)
             across = _x_of(desk, wall, 1000 * item["distance_m"]) / box["width"]
