@@ -146,8 +146,10 @@ def make(page: Page, server: Server) -> Request:
     with page.expect_response(lambda answer: answer.url.endswith("/api/inspections")) as made:
         page.get_by_role("button", name="Start tracking").click()
     assert made.value.ok
-    page.wait_for_url("**/inspections/*", wait_until="commit")
-    server.ask("DELETE", f"/api{page.url.removeprefix(server.url)}")
+    page.wait_for_url("**/inspections/*")
+    path = page.url.removeprefix(server.url)
+    page.goto("about:blank")  # a page of what is deleted says so
+    server.ask("DELETE", f"/api{path}")
     return made.value.request
 
 
