@@ -6,11 +6,13 @@ import json
 import math
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 from uuid import uuid4
 
 import numpy as np
 import pytest
+from builders import half_size
 from desks import delete_observations, expect_saved, observations
 from numpy.typing import NDArray
 from playwright.sync_api import Locator, Page, Route, expect
@@ -19,6 +21,7 @@ from steps import Server, log_in
 
 from app.lab.simulation import SCENARIOS, simulate
 from app.web.columns import MEDIA_TYPE, packed
+from vo_core.rig import Rig
 
 LENGTH_MM = 1600.0
 RADIUS_MM = 150.0
@@ -34,10 +37,21 @@ LOST_FRAME = 43_210
 """The only lost one of the long run."""
 TILE_M = 0.5
 
+IS_DRAWN = """(count) => {
+  const { marks, parts: { ground } } = document.querySelector('wall-strip');
+  const size = [ground.clientWidth, ground.clientHeight];
+  const drawn = [ground.width, ground.height];
+  return marks.length === count
+    && size.every((side, n) => drawn[n] === Math.round(side * devicePixelRatio));
+}"""
+"""Whether the wall is drawn at its present size, with so many marks."""
+
 
 @pytest.fixture(scope="module")
 def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
-    run = simulate(SCENARIOS["nominal"].shortened(LENGTH_MM), tmp_path_factory.mktemp("culvert"))
+    nominal = SCENARIOS["nominal"].shortened(LENGTH_MM)
+    small = replace(nominal, rig=Rig.parse(half_size(nominal.rig)))
+    run = simulate(small, tmp_path_factory.mktemp("culvert"))
     tracked = server.track(run.video, run.rig)
     # One joint alone cannot be counted: from the zero the next ones are expected.
     zero = {"zero": {"frame": 0, "offset_m": ZERO_M}}
@@ -82,7 +96,7 @@ def test_a_click_on_the_wall_tags_that_place(desk: Page, server: Server, inspect
     slack_mm = 1000 * item["distance_u95_m"] + unit_mm
     assert 1000 * item["distance_m"] == pytest.approx(wanted_mm, abs=slack_mm)
     # Below the middle of the strip is right of the invert: a little before 6 o'clock.
-    assert item["pixel"][1] > 239.5
+    assert item["pixel"][1] > 119.5
 
     # The mark lies where the click was: another click there selects it and tags nothing.
     desk.keyboard.press("Escape")
@@ -103,13 +117,12 @@ def test_the_wall_has_the_whole_circle_at_every_size(
     selected = desk.locator(".defect [aria-current=true]")
     for width, height in ((1440, 900), (1366, 768), (1024, 768), (390, 844)):
         desk.set_viewport_size({"width": width, "height": height})
-        desk.reload()
-        _wait_for_wall(desk)
+        if width == 390:  # so small it is not only made, but opened
+            desk.reload()
+            _wait_for_wall(desk)
         wall = desk.locator(".wall__track")
         wall.scroll_into_view_if_needed()
-        desk.wait_for_function(
-            "n => document.querySelector('wall-strip').marks?.length === n", arg=len(hours)
-        )
+        desk.wait_for_function(IS_DRAWN, arg=len(hours))
         for item in observations(server, inspection):
             hour, box = item["clock_from"], _box(wall)
             across = _x_of(desk, wall, 1000 * item["distance_m"]) / box["width"]
