@@ -158,7 +158,7 @@ def test_losses_are_known_without_a_file_and_are_those_of_the_file(surveyed, tmp
 
 
 def test_the_film_of_an_import_is_not_taken_for_the_file_that_was_imported(surveyed):
-    source = replace(surveyed.source, kind="import", filename="old.xml", video={})
+    source = replace(surveyed.source, kind="import", filename="old.xml")
     header = {**surveyed.header, "video_files": "survey.mp4"}
     archive = delivered(replace(surveyed, source=source, film=None, header=header))
     text = archive.read("README.txt").decode()
