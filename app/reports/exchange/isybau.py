@@ -240,7 +240,7 @@ def _survey(
     if culvert.road:
         child(child(asset, "Lage"), "Strassenname", culvert.road)
     inspection = child(asset, "OptischeInspektion")
-    temperature_c = fields.number_within("temperature_c", -99, 99)
+    temperature = fields.rounded("temperature_c", 0, -99, 99)
     name = film(report)
     operator = _cut(fields.text("operator"), _LONGEST_PERSON, field_name("operator"), losses)
     method = fields.choice("method", lists.METHODS_ISYBAU)
@@ -253,7 +253,7 @@ def _survey(
             "NameUntersucher": operator,
             "Uhrzeit": survey.clock,
             "Wetter": survey.weather,
-            "Temperatur": None if temperature_c is None else decimals(temperature_c, 0),
+            "Temperatur": temperature,
             "Reinigung": {True: "1", False: "0", None: None}[survey.is_cleaned],
             "Wasserhaltung": survey.flow_control or report.header.get("isybau_wasserhaltung"),
             "Videoablagereferenz": "1" if name else None,
