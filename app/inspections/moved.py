@@ -23,12 +23,13 @@ from app.imports.whole_inspection import (
     MovedFile,
     WholeInspection,
 )
-from app.inspections.keeping import Imported, Keeper, Rows, Run
+from app.inspections.keeping import Imported, Keeper, Run
 from app.inspections.packs import Packs
 from app.storage import keys
 from app.storage.attachments import AttachmentRow
 from app.storage.blobs import Blobs
 from app.storage.files import DataFolder, full_disk_reported
+from app.storage.imports import Rows
 from app.storage.tables import ENDED, Base, CodePack, Inspection, RemarkRow
 from app.storage.tokens import Role
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
@@ -91,9 +92,9 @@ class MovedInspections:
             if pack is not None:
                 more.append(pack)
             inspection = moved.inspection(header, film)
-            rows = Rows(moved.observations(), moved.events(), whole.labels, more)
+            rows = Rows(inspection, moved.observations(), moved.events(), whole.labels, more)
             run = Run(whole.track, whole.health, whole.sightings, whole.tilt, whole.stance)
-            self._keeper.keep(inspection, run, rows)
+            self._keeper.keep([(rows, run)])
         self._live.observations_changed(inspection_id)
         return Imported((inspection_id,), tuple(moved.warnings))
 

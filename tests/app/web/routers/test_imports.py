@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from builders import Client, assert_error, serving
 from reports import OBSERVATIONS, report
+from small_disk import small_disk
 from wincan_files import project
 
 from app.access.access import create_token
@@ -177,6 +178,19 @@ def test_a_code_pack_that_is_not_here_is_reported_and_left_out(
     answer = send(shared, json.dumps(content).encode()).json()
     assert "code_pack" not in answer["inspections"][0]["header"]
     assert any("no code pack" in line for line in answer["warnings"])
+
+
+def test_a_file_of_which_one_survey_cannot_be_stored_leaves_none(tmp_path: Path) -> None:
+    text = b"#B01=AAA;AAB;AAF\nC;N1;N2\n#C=I;A\n0;BCD\n9;BCE\n#Z\n" * 150
+    with small_disk(tmp_path / "disk") as disk, serving(disk.place / "data") as client:
+        disk.fill(leaving=2**20)
+        there = added(client)  # so there is room for some
+        assert_error(send(client, text), 507, "disk_full")
+        assert [path.name for path in (client.data / "inspections").iterdir()] == [there]
+        listed = client.get("/api/inspections").json()["inspections"]
+        assert [inspection["id"] for inspection in listed] == [there]
+        disk.make_room()
+        assert len(send(client, text).json()["inspections"]) == 150
 
 
 @pytest.mark.parametrize(
