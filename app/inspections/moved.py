@@ -14,7 +14,17 @@ import msgspec
 
 from app.access.access import Principal
 from app.errors import InvalidImport, PackNotFound
-from app.imports.archive_manifest import COUNTER, FILM, PACK, PARTS, PHOTOS, READINGS, VOICE, WALL
+from app.imports.archive_manifest import (
+    COUNTER,
+    FILM,
+    PACK,
+    PARTS,
+    PHOTOS,
+    READINGS,
+    VOICE,
+    WALL,
+    not_as_listed,
+)
 from app.imports.whole_inspection import (
     Happening,
     ImportedAttachment,
@@ -126,12 +136,12 @@ class MovedInspections:
     def _put_film(self, moved: _Moved, files: _Files) -> tuple[str, dict[str, Any]] | None:
         """Store the film; return its name and what is stored of it, None without one."""
         whole = moved.whole
-        found = [file for path, file in whole.files.items() if path.startswith(FILM)]
-        if not found:
+        path = next((path for path in whole.files if path.startswith(FILM)), None)
+        if path is None:
             return None
         copy = self._folder.inspections / f"{moved.id}.import"
         try:
-            files.copy(found[0], copy)
+            files.copy(path, whole.files[path], copy)
             probed = self._media.probe(copy, whole.source_filename)
             whole.rig.require_picture_size(probed.width, probed.height)
             name = file_name(probed)
@@ -147,13 +157,13 @@ class MovedInspections:
     def _put_files(self, moved: _Moved, files: _Files) -> None:
         whole = moved.whole
         for key, path in moved.media_keys():
-            self._blobs.put_again(key, files.read(whole.files[path]))
+            self._blobs.put_again(key, files.read(path, whole.files[path]))
         written = [key for key, _ in moved.media_keys()]
         for path, file in whole.files.items():
             if path.startswith(WALL):
                 index = int(path.removeprefix(WALL).removesuffix(".jpg"))
                 written.append(keys.tile(moved.id, index))
-                self._blobs.put_again(written[-1], files.read(file))
+                self._blobs.put_again(written[-1], files.read(path, file))
         self._blobs.sync(written)
         for path, key_of, check in (
             (READINGS, keys.counter_readings, None),
@@ -161,7 +171,7 @@ class MovedInspections:
             (PARTS, keys.marks, None),
         ):
             if path in whole.files:
-                content = files.read(whole.files[path])
+                content = files.read(path, whole.files[path])
                 if check is not None:
                     check(content)
                 self._blobs.put(key_of(moved.id), content)
@@ -173,8 +183,8 @@ class _Files:
     def __init__(self, archive: Path | None) -> None:
         self._archive = archive
 
-    def blocks(self, file: MovedFile) -> Iterator[bytes]:
-        """Yield a file; raise InvalidImport if it is not the one that was checked."""
+    def blocks(self, path: str, file: MovedFile) -> Iterator[bytes]:
+        """Yield a file; at its end raise InvalidImport if it is not what the manifest lists."""
         if file.content is not None:
             yield file.content
             return
@@ -187,16 +197,16 @@ class _Files:
                 left -= len(block)
                 yield block
         if left or digest.hexdigest() != file.sha256:
-            raise InvalidImport("The archive file has changed while it was imported.")
+            raise InvalidImport(not_as_listed(path))
 
-    def read(self, file: MovedFile) -> bytes:
+    def read(self, path: str, file: MovedFile) -> bytes:
         """Return a small file."""
-        return b"".join(self.blocks(file))
+        return b"".join(self.blocks(path, file))
 
-    def copy(self, file: MovedFile, target: Path) -> None:
+    def copy(self, path: str, file: MovedFile, target: Path) -> None:
         """Copy a large file into the data folder; it is synced on return."""
         with full_disk_reported(), target.open("wb") as copy:
-            for block in self.blocks(file):
+            for block in self.blocks(path, file):
                 copy.write(block)
             copy.flush()
             os.fsync(copy.fileno())

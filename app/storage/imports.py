@@ -45,8 +45,7 @@ class ImportStore:
 
     def add(self, made: Sequence[Rows]) -> None:
         """Commit new inspections, all or none; return when they are synced."""
-
-        # Made and added in bulk, as others wait for the writer: a file may have 20 000 observations.
+        # Made here and added in bulk, as others wait for the writer: a file may have 20 000.
         observations = [ObservationRow.of(one) for rows in made for one in rows.observations]
         events = [EventRow.of(event) for rows in made for event in rows.events]
 
