@@ -13,6 +13,7 @@ import threading
 import uuid
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -79,7 +80,7 @@ class Imports:
         found = self._reader.read(content)
         if isinstance(found, WholeInspection):
             return self._moved.add(found, name, who)
-        warnings = [str(caveat) for caveat in found.warnings]
+        warnings = list(found.warnings)
         with self._storing, ExitStack() as places:
             made = []
             for survey in found.surveys:
@@ -87,8 +88,8 @@ class Imports:
                 made.append(_kept(inspection, survey, who.name))
             self._keeper.keep(made)
         for survey in found.surveys:
-            several = f"{survey.name}: " if len(found.surveys) > 1 else ""
-            warnings += [f"{several}{caveat}" for caveat in survey.warnings]
+            name_of = survey.name if len(found.surveys) > 1 else None
+            warnings += [replace(caveat, survey=name_of) for caveat in survey.warnings]
         return Imported(tuple(rows.inspection.id for rows, _ in made), tuple(warnings))
 
     def add_archive(self, upload_id: str, who: Principal) -> Imported:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
+from app.imports.survey import Caveat
 from app.storage import keys
 from app.storage.blobs import Blobs
 from app.storage.files import DataFolder
@@ -36,9 +37,9 @@ class Imported:
     """The result of an import."""
 
     inspection_ids: tuple[str, ...]
-    """Ids in the order of the file."""
-    warnings: tuple[str, ...]
-    """Sentences about what is odd or left out."""
+    """Ids in the order of the file; none if nothing in it can be read, and the warnings say why."""
+    warnings: tuple[Caveat, ...]
+    """What is odd or left out."""
 
 
 @dataclass(frozen=True)

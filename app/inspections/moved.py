@@ -25,6 +25,7 @@ from app.imports.archive_manifest import (
     WALL,
     not_as_listed,
 )
+from app.imports.survey import Caveat
 from app.imports.whole_inspection import (
     Happening,
     ImportedAttachment,
@@ -118,7 +119,7 @@ class MovedInspections:
             table = moved.whole.files.get(PACK)
             if table is not None and table.content is not None and moved.who.role.may(Role.ADMIN):
                 name = self._packs.free_name(moved.whole.code_pack or pack_id)
-                moved.warnings.append(f"The code pack {name} came along and was added.")
+                moved.warn("pack_added", name=name)
                 return header, CodePack(
                     id=pack_id,
                     name=name,
@@ -127,10 +128,7 @@ class MovedInspections:
                     created_by=moved.who.name,
                 )
             del header["code_pack"]
-            moved.warnings.append(
-                f"This server has no code pack {moved.whole.code_pack or pack_id}; the built-in "
-                "one is used. Import the pack, then choose it in the header."
-            )
+            moved.warn("no_pack", name=moved.whole.code_pack or pack_id)
         return header, None
 
     def _put_film(self, moved: _Moved, files: _Files) -> tuple[str, dict[str, Any]] | None:
@@ -224,41 +222,37 @@ class _Moved:
         self._filename = filename
         self._now = datetime.now(UTC)
         self._has_film = any(path.startswith(FILM) for path in whole.files)
-        self.warnings: list[str] = []
+        self.warnings: list[Caveat] = []
         self._review = self._review_state()
         self._name_what_is_missing()
+
+    def warn(self, key: str, **values: str | tuple[str, ...]) -> None:
+        """Add a warning, as in `Caveat`."""
+        self.warnings.append(Caveat(key, values=values))
 
     def _name_what_is_missing(self) -> None:
         whole = self.whole
         there = {path.partition("/")[0] + "/" for path in whole.files}
-        missing = [
-            word
-            for folder, word, is_wanted in (
-                (FILM, "the film", True),
-                (PHOTOS, "the photos", any(tag.photo_sha256 for tag in whole.tags)),
-                (VOICE, "the voice notes", any(a.kind == "voice" for a in whole.attachments)),
-                (WALL, "the picture of the wall", len(whole.track) > 0),
+        missing = tuple(
+            name
+            for folder, name, is_wanted in (
+                (FILM, "film", True),
+                (PHOTOS, "photos", any(tag.photo_sha256 for tag in whole.tags)),
+                (VOICE, "voice_notes", any(a.kind == "voice" for a in whole.attachments)),
+                (WALL, "wall", len(whole.track) > 0),
             )
             if is_wanted and folder not in there
-        ]
+        )
         if missing:
-            *most, last = missing
-            named = f"{', '.join(most)} and {last}" if most else last
-            self.warnings.append(
-                f"The file does not contain {named}; everything else that was stated and measured "
-                "was imported."
-            )
+            self.warn("not_brought", named=missing)
         if whole.status not in ENDED:
-            self.warnings.append("It was exported before its end; here it ends at that point.")
+            self.warn("exported_early")
 
     def _review_state(self) -> ReviewState:
         review = self.whole.review
         if review.state != APPROVED or self.who.role.may(Role.ADMIN):
             return review.state
-        self.warnings.append(
-            f"{review.by or 'Somebody'} has approved it where it comes from. An approval is kept "
-            "only if an admin imports the file, so here it is submitted for review."
-        )
+        self.warn("approved_elsewhere", who=review.by or ("somebody",))
         return "submitted"
 
     def inspection(

@@ -206,6 +206,27 @@ def test_other_files_are_refused_with_a_sentence(shared: Client, content: bytes)
     assert len(shared.get("/api/inspections").json()["inspections"]) == before
 
 
+def test_warnings_and_what_could_not_be_read_are_in_the_language_that_is_asked_for(
+    shared: Client,
+) -> None:
+    def sent(text: bytes) -> Any:
+        query = {"filename": "alt.txt", "lang": "de"}
+        return shared.post("/api/imports", params=query, content=text)
+
+    odd = TEXT.replace(b"#Z\r\n", b"nowhere;;BAC;A;;;;;;;;;\r\n#Z\r\n")
+    (warning,) = sent(odd).json()["warnings"]
+    assert warning == (
+        "Zeile 22: Aus 'nowhere' ist keine Station zu lesen; die Feststellung entfällt."
+    )
+    refused = assert_error(sent(b"#B01=AAA\n"), 422, "invalid_import")
+    assert refused == (
+        "Die Datei hat keine Inspektion einer Leitung, die gelesen werden kann. Zeile 1: Diese "
+        "Inspektion entfällt: unter ihrer Liste der Felder fehlt die Zeile mit den Werten."
+    )
+    unknown = shared.post("/api/imports", params={"filename": "a", "lang": "xx"}, content=TEXT)
+    assert_error(unknown, 422, "invalid_request")
+
+
 def test_a_file_may_be_larger_than_other_bodies_but_not_endless(shared: Client) -> None:
     padding = b"\n" * (2 * 2**20)
     assert send(shared, TEXT + padding).status_code == 201
