@@ -214,6 +214,8 @@ def test_it_goes_to_a_server_with_an_object_store(
         assert again != back
         assert [path.name for path in (tmp_path / "data" / "inspections").iterdir()] == []
         for each in (back, again):
+            reopened = {"state": "reopened", "reason": "more"}
+            client.post(f"/api/inspections/{each}/review", json=reopened)
             assert client.delete(f"/api/inspections/{each}").status_code == 204
         assert object_store.keys(url) == empty
 
