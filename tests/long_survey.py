@@ -27,7 +27,7 @@ from app.storage import keys
 from app.storage.database import Database
 from app.storage.files import DataFolder, sha256_of
 from app.storage.folder_blobs import FolderBlobs
-from app.storage.imports import ImportStore
+from app.storage.imports import ImportStore, Rows
 from app.storage.tables import Inspection
 from app.survey.records import Event, Observation
 from app.survey.tag import StatedTag
@@ -111,7 +111,7 @@ def _add(folder: DataFolder, database: Database, defects: int, frames: int) -> s
     for row in observations:
         blobs.put(keys.photo(inspection_id, row.id, row.frame), jpeg)
     events = [_event(inspection, row) for row in (None, *observations)]
-    ImportStore(database).add(inspection, observations, events, labels=())
+    ImportStore(database).add([Rows(inspection, observations, events)])
     return inspection_id
 
 

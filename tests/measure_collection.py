@@ -41,7 +41,7 @@ def surveys(data: Path, count: int) -> list[str]:
     from app.storage.database import Database
     from app.storage.files import DataFolder
     from app.storage.folder_blobs import FolderBlobs
-    from app.storage.imports import ImportStore
+    from app.storage.imports import ImportStore, Rows
     from app.storage.inspections import InspectionStore
     from app.storage.observations import ObservationStore
 
@@ -60,7 +60,7 @@ def surveys(data: Path, count: int) -> list[str]:
         own = [replace(tag, inspection_id=inspection_id) for tag in tags]
         for seq, tag in enumerate(own):
             blobs.put(keys.photo(inspection_id, tag.id, tag.frame), photo(100 * number + seq))
-        ImportStore(database).add(Inspection(**values), own, [], labels=())
+        ImportStore(database).add([Rows(Inspection(**values), own, [])])
         ids.append(inspection_id)
     database.close()
     folder.close()

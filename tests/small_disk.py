@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,16 +14,18 @@ _PAGE = 4096
 
 
 class SmallDisk:
-    """A file system in memory; `fill` leaves no free page."""
+    """A file system in memory; `fill` leaves so many free bytes, none if it is not asked to."""
 
     def __init__(self, place: Path) -> None:
         self.place = place
         self._filler = place / "filler"
 
-    def fill(self) -> None:
+    def fill(self, *, leaving: int = 0) -> None:
         with self._filler.open("ab", buffering=0) as filler, contextlib.suppress(OSError):
             while filler.write(bytes(_PAGE)):
                 pass
+        if leaving:
+            os.truncate(self._filler, self._filler.stat().st_size - leaving)
 
     def make_room(self) -> None:
         self._filler.unlink()

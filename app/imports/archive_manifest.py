@@ -40,3 +40,8 @@ class Manifest(msgspec.Struct, frozen=True):
     files: dict[str, Listed]
     missing: list[str]
     """Files that the report names and that no longer exist; the film if it was not wanted."""
+
+
+def not_as_listed(path: str) -> str:
+    """Return the sentence about a file that differs from what the manifest says of it."""
+    return f"{path} is not the file that the manifest lists: it was damaged or changed."

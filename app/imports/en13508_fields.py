@@ -116,7 +116,7 @@ def header_of(
                 meaning = words
             if meaning is None:
                 if value.upper() != _OTHER:  # the remarks explain it
-                    notes.add(f"{code} {value!r:.40} is not known; it is kept as {_own(code)}.")
+                    notes.add("unknown_letter", code=code, value=f"{value!r:.40}", own=_own(code))
                 header[_own(code)] = value
             else:
                 header[name] = meaning
@@ -188,7 +188,7 @@ def observation_of(
     """
     distance_m = number(row.get("I", ""))
     if distance_m is None:
-        notes.add(f"No distance can be read from {row.get('I', '')!r:.40}; it is left out.", line)
+        notes.add("no_distance", line, text=f"{row.get('I', '')!r:.40}")
         return None
     said = [row.get("F", "")]
     quantities: dict[str, float | None] = {"D": None, "E": None}
@@ -203,11 +203,11 @@ def observation_of(
     for column, hour in zip(("G", "H"), clocks, strict=True):
         cell = row.get(column, "")
         if hour is None and cell.strip("0"):
-            notes.add(f"Clock {cell!r:.20} is not a whole hour; it is kept in the remark.", line)
+            notes.add("no_hour", line, text=f"{cell!r:.20}")
             said.append(f"clock {cell}")
     continuous = stretch(row.get("J", ""))
     if row.get("J") and continuous is None:
-        notes.add(f"{row['J']!r:.20} is not a stretch such as A1; it is kept in the remark.", line)
+        notes.add("no_stretch", line, text=f"{row['J']!r:.20}")
         said.append(f"stretch {row['J']}")
     time_s = video_time_s(row.get("N", ""))
     if row.get("N") and time_s is None:

@@ -10,7 +10,6 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from app.errors import InvalidImport
 from app.imports.en13508_fields import COLUMNS, header_of, nodes_of, observation_of
 from app.imports.survey import (
     MOST_OBSERVATIONS,
@@ -23,7 +22,7 @@ from app.imports.survey import (
     Notes,
     clean,
     survey_of,
-    too_many,
+    too_many_surveys,
 )
 
 _MARK = re.compile(r"^[ \t]{0,20}#(?:A1|B01|B1)[ \t]*=", re.MULTILINE)
@@ -66,11 +65,7 @@ def looks_like(content: bytes) -> bool:
 
 
 def read(content: bytes) -> ImportedFile:
-    """Read all readable inspections of the file.
-
-    Raises:
-        InvalidImport: None can be read; the text says why, with the line.
-    """
+    """Read all readable inspections of the file; the warnings say why others are left out."""
     lines = _decoded(content).splitlines()
     form = _form(lines)
     surveys: list[ImportedSurvey] = []
@@ -78,25 +73,22 @@ def read(content: bytes) -> ImportedFile:
     room = MOST_OF_FILE
     for block in _blocks(lines):
         if len(surveys) == MOST_SURVEYS:
-            warnings.append(Caveat(f"Only {MOST_SURVEYS} surveys of a file are read.", block.line))
+            warnings.append(too_many_surveys(block.line))
             break
         try:
             surveys.append(_survey(block, form, min(room, MOST_OBSERVATIONS)))
             room -= len(surveys[-1].observations)
         except _BadBlock as bad:
-            warnings.append(Caveat(f"This inspection is left out: {bad}.", bad.line))
-    if not surveys:
-        why = f" {warnings[0]}" if warnings else ""
-        raise InvalidImport(f"The file has no inspection in EN 13508-2 that can be read.{why}")
+            warnings.append(bad.caveat)
     return ImportedFile(tuple(surveys), tuple(warnings))
 
 
 class _BadBlock(Exception):
-    """The fault, without a full stop, and its line."""
+    """A block that cannot be read; the caveat says why."""
 
-    def __init__(self, line: int, what: str) -> None:
-        super().__init__(what)
-        self.line = line
+    def __init__(self, key: str, line: int, **values: str) -> None:
+        super().__init__(key)
+        self.caveat = Caveat(key, line, values)
 
 
 def _decoded(content: bytes) -> str:
@@ -163,18 +155,18 @@ def _stated(block: _Block, form: _Form, notes: Notes) -> dict[str, str]:
     stated: dict[str, str] = {}
     for line, codes, values in block.lists:
         if values is None:
-            raise _BadBlock(line, "there is no line of values below its list of fields")
+            raise _BadBlock("block_without_values", line)
         names = [name.strip().upper() for name in form.cells(codes)]
         cells = form.cells(values)
         if len(cells) != len(names):
-            notes.add(f"{len(cells)} values for {len(names)} fields.", line + 1)
+            notes.add("values_for_fields", line + 1, values=len(cells), fields=len(names))
         stated |= {
             name: clean(cell, len(cell))
             for name, cell in zip(names, cells, strict=False)
             if clean(cell, len(cell))
         }
     if not stated:
-        raise _BadBlock(block.line, "its header is empty")
+        raise _BadBlock("block_without_header", block.line)
     return stated
 
 
@@ -182,25 +174,25 @@ def _observations(
     block: _Block, form: _Form, header: Mapping[str, object], notes: Notes, room: int
 ) -> Iterator[ImportedObservation]:
     if block.columns is None:
-        notes.add("There is no list of columns (#C), so there are no observations.", block.line)
+        notes.add("no_columns", block.line)
         return
     columns = [name.strip().upper() for name in form.cells(block.columns)]
     for needed in ("I", "A"):
         if needed not in columns:
-            raise _BadBlock(block.columns_line, f"its observations have no column {needed}")
+            raise _BadBlock("block_without_column", block.columns_line, name=needed)
     for name in columns:
         if name and name not in COLUMNS:
-            notes.add(f"The column {name:.20} is unknown and is left out.", block.columns_line)
+            notes.add("unknown_column", block.columns_line, name=name[:20])
     nodes = nodes_of(header)
     for count, (line, text) in enumerate(block.rows):
         if count == room:
-            notes.add(too_many(), line)
+            notes.add_too_many(line)
             return
         cells = form.cells(text)
         if len(cells) != len(columns):
-            notes.add(f"{len(cells)} values for {len(columns)} columns.", line)
+            notes.add("values_for_columns", line, values=len(cells), columns=len(columns))
         if len(text) > _LONGEST_LINE:
-            notes.add(f"Only {_LONGEST_LINE} characters of this line are read.", line)
+            notes.add("long_line", line, most=_LONGEST_LINE)
         row = {name: clean(cell, len(cell)) for name, cell in zip(columns, cells, strict=False)}
         observation = observation_of(row, nodes, line, notes)
         if observation is not None:

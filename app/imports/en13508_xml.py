@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.errors import InvalidImport
 from app.imports.en13508_fields import (
     header_of,
     nodes_of,
@@ -23,7 +22,7 @@ from app.imports.survey import (
     clean,
     number,
     survey_of,
-    too_many,
+    too_many_surveys,
 )
 from app.imports.xml_file import Element
 from app.survey import grids
@@ -39,11 +38,7 @@ def looks_like(root: Element) -> bool:
 
 
 def read(root: Element) -> ImportedFile:
-    """Read all readable inspections of pipes in the file.
-
-    Raises:
-        InvalidImport: None can be read; the text says why, with the line.
-    """
+    """Read all readable inspections of pipes in the file; the warnings say what is left out."""
     surveys: list[ImportedSurvey] = []
     warnings: list[Caveat] = []
     room = MOST_OF_FILE
@@ -51,21 +46,15 @@ def read(root: Element) -> ImportedFile:
         if not block.name.startswith("ZB"):
             continue
         if len(surveys) == MOST_SURVEYS:
-            warnings.append(Caveat(f"Only {MOST_SURVEYS} surveys of a file are read.", block.line))
+            warnings.append(too_many_surveys(block.line))
             break
         if block.name not in _PIPES:
-            what = "is no pipe but a manhole or another structure"
-            warnings.append(
-                Caveat(f"The block {block.name:.10} {what}; it is left out.", block.line)
-            )
+            warnings.append(Caveat("block_of_no_pipe", block.line, {"name": block.name[:10]}))
         elif not block.values():
-            warnings.append(Caveat("This inspection is left out: its header is empty.", block.line))
+            warnings.append(Caveat("block_without_header", block.line))
         else:
             surveys.append(_survey(block, min(room, MOST_OBSERVATIONS)))
             room -= len(surveys[-1].observations)
-    if not surveys:
-        why = f" {warnings[0]}" if warnings else ""
-        raise InvalidImport(f"The file has no inspection of a pipe that can be read.{why}")
     return ImportedFile(tuple(surveys), tuple(warnings))
 
 
@@ -100,7 +89,7 @@ def _places(block: Element, stated: dict[str, str], notes: Notes) -> dict[str, f
         x_m, y_m = (*(number(part, 1e7) for part in position.split()), None, None)[:2]
         place = None if x_m is None or y_m is None else grids.degrees(grids.DUTCH, x_m, y_m)
         if place is None:
-            notes.add(f"{code} {position!r:.40} is no place of the Dutch grid.", block.line)
+            notes.add("not_dutch", block.line, code=code, text=f"{position!r:.40}")
             continue
         is_start = stated.get(node) == stated.get("AAB", stated.get("AAD"))
         end = "start" if is_start else "end"
@@ -114,7 +103,7 @@ def _observations(
     nodes = nodes_of(header)
     for count, row in enumerate(rows):
         if count == room:
-            notes.add(too_many(), row.line)
+            notes.add_too_many(row.line)
             return
         cells = {name.upper(): clean(text, len(text)) for name, text in row.values().items()}
         observation = observation_of(cells, nodes, row.line, notes)

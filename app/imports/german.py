@@ -14,7 +14,6 @@ from app.imports.survey import (
     number,
     severity_of,
     stretch,
-    too_many,
 )
 from app.imports.xml_file import Element
 from app.survey import grids
@@ -70,9 +69,7 @@ def listed(
         header[name] = found
         return
     header[own] = value
-    notes.add(
-        f"The {name.replace('_', ' ')} {value!r:.40} is not known; it is kept as {own}.", line
-    )
+    notes.add("unknown_value", line, field=name, value=f"{value!r:.40}", own=own)
 
 
 def grid_of(named: str, easting_m: float) -> tuple[int, float] | None:
@@ -123,7 +120,7 @@ def observations_of(
 ) -> list[ImportedObservation]:
     """Return the observations of the rows, at most `room`; `read` makes one, or warns."""
     if len(rows) > room:
-        notes.add(too_many(), rows[room].line)
+        notes.add_too_many(rows[room].line)
     return [found for row in rows[:room] if (found := read(row)) is not None]
 
 
@@ -132,7 +129,7 @@ def stretch_of(mark: str, line: int, notes: Notes) -> tuple[str | None, str]:
     found = stretch(mark)
     if not mark or found is not None:
         return found, ""
-    notes.add(f"{mark!r:.20} is not a stretch such as A1; it is kept in the remark.", line)
+    notes.add("no_stretch", line, text=f"{mark!r:.20}")
     return None, f"stretch {mark}"
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from app.errors import InvalidImport
 from app.imports import german
 from app.imports.survey import (
     MOST_OBSERVATIONS,
@@ -29,6 +28,7 @@ from app.imports.survey import (
     quantity,
     survey_of,
     time_of_day,
+    too_many_surveys,
     video_time_s,
     without_empty,
 )
@@ -83,31 +83,22 @@ def looks_like(root: Element) -> bool:
 
 
 def read(root: Element) -> ImportedFile:
-    """Read all readable inspections of pipes in the file.
-
-    Raises:
-        InvalidImport: There is none; the text says why.
-    """
+    """Read all readable inspections of pipes in the file; the warnings say what is left out."""
     known = _known(root)
     surveys: list[ImportedSurvey] = []
     warnings: list[Caveat] = []
     room = MOST_OF_FILE
     for asset, inspection in _inspections(root):
         if len(surveys) == MOST_SURVEYS:
-            more = f"Only {MOST_SURVEYS} surveys of a file are read."
-            warnings.append(Caveat(more, inspection.line))
+            warnings.append(too_many_surveys(inspection.line))
             break
         run = inspection.first("Rohrleitung")
         if run is None:
-            name = asset.value("Objektbezeichnung")
-            what = f"The inspection of {name:.60} is of no pipe; it is left out."
-            warnings.append(Caveat(what, inspection.line))
+            named = {"name": asset.value("Objektbezeichnung")[:60]}
+            warnings.append(Caveat("inspection_of_no_pipe", inspection.line, named))
             continue
         surveys.append(_survey(asset, inspection, run, known, min(room, MOST_OBSERVATIONS)))
         room -= len(surveys[-1].observations)
-    if not surveys:
-        why = f" {warnings[0]}" if warnings else ""
-        raise InvalidImport(f"The ISYBAU file has no inspection of a pipe.{why}")
     return ImportedFile(tuple(surveys), tuple(warnings))
 
 
@@ -237,8 +228,7 @@ def _observation(row: Element, notes: Notes, *, has_video: bool) -> ImportedObse
     cells = row.values()
     distance_m = number(cells.get("Station", ""))
     if distance_m is None:
-        read = cells.get("Station", "")
-        notes.add(f"No distance can be read from {read!r:.40}; it is left out.", row.line)
+        notes.add("no_distance", row.line, text=f"{cells.get('Station', '')!r:.40}")
         return None
     said = [cells.get("Kommentar", "")]
     grounds = _GROUNDS.get(cells.get("GrundAbbruch", ""), "")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from app.errors import InvalidImport
 from app.imports import german
 from app.imports.survey import (
     MOST_OBSERVATIONS,
@@ -23,6 +22,7 @@ from app.imports.survey import (
     quantity,
     survey_of,
     time_of_day,
+    too_many_surveys,
     video_time_s,
     without_empty,
 )
@@ -57,27 +57,19 @@ def looks_like(root: Element) -> bool:
 
 
 def read(root: Element) -> ImportedFile:
-    """Read all readable inspections of pipes in the file.
-
-    Raises:
-        InvalidImport: There is none.
-    """
+    """Read all inspections of pipes in the file; the warnings say what is left out."""
     surveys: list[ImportedSurvey] = []
     warnings: list[Caveat] = []
     room = MOST_OF_FILE
     if manhole := root.first("KG", "KI"):
-        what = "Inspections of manholes (KI) are left out; the file has some."
-        warnings.append(Caveat(what, manhole.line))
+        warnings.append(Caveat("manholes", manhole.line))
     for pipe in root.all("HG"):
         for run in pipe.all("HI"):
             if len(surveys) == MOST_SURVEYS:
-                more = f"Only {MOST_SURVEYS} surveys of a file are read."
-                warnings.append(Caveat(more, run.line))
+                warnings.append(too_many_surveys(run.line))
                 return ImportedFile(tuple(surveys), tuple(warnings))
             surveys.append(_survey(root, pipe, run, min(room, MOST_OBSERVATIONS)))
             room -= len(surveys[-1].observations)
-    if not surveys:
-        raise InvalidImport("The DWA-M 150 file has no inspection (HI) of a pipe (HG).")
     return ImportedFile(tuple(surveys), tuple(warnings))
 
 
@@ -156,8 +148,8 @@ def _places(root: Element, pipe: Element, header: dict[str, Any], notes: Notes) 
             found.setdefault(name, place)
         elif easting and not lost:
             lost = True
-            what = f"The place {easting:.20} {northing:.20} of {name:.40} names no known zone"
-            notes.add(f"{what}; such places are left out.", point.line)
+            place_text = f"{easting:.20} {northing:.20}"
+            notes.add("unknown_zone", point.line, place=place_text, name=name[:40])
     return german.at_ends(header, found)
 
 
@@ -177,8 +169,7 @@ def _observation(row: Element, notes: Notes) -> ImportedObservation | None:
     if distance_m is None:  # a free text of another program
         rest, distance_m = exact, number(row.value("HZ001"))
     if distance_m is None:
-        read = row.value("HZ001")
-        notes.add(f"No distance can be read from {read!r:.40}; it is left out.", row.line)
+        notes.add("no_distance", row.line, text=f"{row.value('HZ001')!r:.40}")
         return None
     continuous, words = german.stretch_of(row.value("HZ005"), row.line, notes)
     said = [row.value("HZ010"), rest, words]

@@ -44,15 +44,22 @@ _TIME = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])(?::([0-5][0-9]))?")
 
 @dataclass(frozen=True)
 class Caveat:
-    """Something odd in the file."""
+    """Something odd in the file, which `Translator.caveat` says in the language of the reader."""
 
-    detail: str
-    """A sentence for a person."""
+    key: str
+    """Key of the sentence, without its area `caveat`."""
     line: int | None = None
     """Counted from 1; None where the file has no lines."""
+    values: Mapping[str, str | int | tuple[str, ...]] = field(default_factory=dict)
+    """What the sentence contains; a tuple has keys of the words `brought`, `field` the name of a
+    field."""
+    survey: str | None = None
+    """Name of the survey that it concerns, where the file has several."""
 
-    def __str__(self) -> str:
-        return self.detail if self.line is None else f"Line {self.line}: {self.detail}"
+
+def too_many_surveys(line: int | None = None) -> Caveat:
+    """Return that the file has more surveys than are read of one."""
+    return Caveat("too_many_surveys", line, {"most": MOST_SURVEYS})
 
 
 @dataclass(frozen=True)
@@ -257,19 +264,16 @@ class Notes:
 
     said: list[Caveat] = field(default_factory=list)
 
-    def add(self, detail: str, line: int | None = None) -> None:
-        """Add a warning; beyond the limit it is dropped."""
+    def add(self, key: str, line: int | None = None, /, **values: str | int) -> None:
+        """Add a warning, as in `Caveat`; beyond the limit it is dropped."""
         if len(self.said) < MOST_WARNINGS:
-            self.said.append(Caveat(detail, line))
+            self.said.append(Caveat(key, line, values))
         elif len(self.said) == MOST_WARNINGS:
-            self.said.append(Caveat("There are more warnings; they are not listed."))
+            self.said.append(Caveat("more_warnings"))
 
-
-def too_many() -> str:
-    """Return the sentence that says why observations are left out."""
-    return (
-        f"Only {MOST_OBSERVATIONS} observations of a survey and {MOST_OF_FILE} of a file are read."
-    )
+    def add_too_many(self, line: int | None = None) -> None:
+        """Add why observations are left out."""
+        self.add("too_many_observations", line, survey=MOST_OBSERVATIONS, file=MOST_OF_FILE)
 
 
 def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation:
@@ -279,24 +283,17 @@ def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation
     for name, pattern in (("code", _CODE), ("char1", _LETTER), ("char2", _LETTER)):
         value = clean(getattr(observation, name) or "", 40).upper() or None
         if value is not None and not pattern.fullmatch(value):
-            notes.add(
-                f"{name} {value!r} is not a valid {name}; it is kept in the remark.",
-                observation.line,
-            )
+            notes.add("invalid_code", observation.line, field=name, value=repr(value))
             said.append(f"{name} {value}")
             value = None
         changes[name] = value
     remark = ", ".join(part for part in said if part)
     if len(remark) > LONGEST_IMPORTED_REMARK:
-        notes.add(
-            f"The remark has {len(remark)} characters; "
-            f"the first {LONGEST_IMPORTED_REMARK} are kept.",
-            observation.line,
-        )
+        notes.add("long_remark", observation.line, length=len(remark), most=LONGEST_IMPORTED_REMARK)
     changes["remark"] = remark[:LONGEST_IMPORTED_REMARK]
     photo = observation.photo or ""
     if len(photo) > LONGEST_PHOTO_NAME:
-        notes.add(f"The name of the photo is longer than {LONGEST_PHOTO_NAME} characters and cut.")
+        notes.add("long_photo_name", most=LONGEST_PHOTO_NAME)
     changes["photo"] = photo[:LONGEST_PHOTO_NAME] or None
     return replace(observation, **changes)
 
@@ -308,14 +305,14 @@ def fitting_header(stated: Mapping[str, Any], notes: Notes) -> dict[str, Any]:
     for name, value in stated.items():
         cleaned = clean(value) if isinstance(value, str) else value
         if isinstance(value, str) and len(value) > LONGEST_TEXT:
-            notes.add(f"Only {LONGEST_TEXT} characters of the header field {name} are kept.")
+            notes.add("long_field", field=name, most=LONGEST_TEXT)
         if cleaned is None or cleaned == "":
             continue
         if faults({name: cleaned}):
-            notes.add(f"The header field {name} cannot be {cleaned!r:.60}; the remarks say so.")
+            notes.add("impossible_field", field=name, value=f"{cleaned!r:.60}")
             outside.append(f"{name}: {cleaned}")
         elif len(kept) == _MOST_HEADER_FIELDS:
-            notes.add(f"The header has too many fields; {name} is left out.")
+            notes.add("too_many_fields", field=name)
         else:
             kept[name] = cleaned
     if outside:

@@ -31,7 +31,7 @@ from app.imports.survey import (
     quantity,
     stretch,
     time_of_day,
-    too_many,
+    too_many_surveys,
     video_time_s,
 )
 from app.survey.catalogue.header import LONGEST_TEXT
@@ -206,7 +206,7 @@ def _rows(database: sqlite3.Connection, table: str, notes: Notes) -> Iterator[_R
     selected = f"SELECT {wanted} FROM {_quoted(table)} LIMIT {_MOST_ROWS + 1}"  # noqa: S608
     for count, values in enumerate(database.execute(selected)):
         if count == _MOST_ROWS:
-            notes.add(f"Only {_MOST_ROWS} rows of a table are read; {table:.40} has more.")
+            notes.add("too_many_rows", most=_MOST_ROWS, table=table[:40])
             return
         yield _Row(
             {
@@ -228,7 +228,7 @@ def _columns(database: sqlite3.Connection, table: str, notes: Notes) -> list[str
     worked_out = [name for name, hidden in read if hidden]
     if worked_out:
         names = ", ".join(worked_out)
-        notes.add(f"The table {table:.40} computes these columns, which are not read: {names:.300}")
+        notes.add("computed_columns", table=table[:40], names=names[:300])
     return [name for name, hidden in read if not hidden]
 
 
@@ -247,9 +247,9 @@ def _file(database: sqlite3.Connection) -> ImportedFile:
                 f"are {found:.300}."
             )
     notes = Notes()
-    for name, what in ((_NODE, "nodes have no names"), (_MEDIA, "photos are not named")):
+    for name, key in ((_NODE, "no_table_of_nodes"), (_MEDIA, "no_table_of_photos")):
         if name not in tables:
-            notes.add(f"There is no table {name}: {what}.")
+            notes.add(key, table=name)
 
     def rows(name: str) -> list[_Row]:
         there = _rows(database, tables[name], notes) if name in tables else iter(())
@@ -263,18 +263,16 @@ def _file(database: sqlite3.Connection) -> ImportedFile:
         observed.setdefault(row.text("OBS_Inspection_FK"), []).append(row)
     inspections = rows(_INSPECTION)
     if len(inspections) > MOST_SURVEYS:
-        notes.add(f"Only {MOST_SURVEYS} surveys of a file are read.")
+        notes.said.append(too_many_surveys())
     surveys: list[ImportedSurvey] = []
     room = MOST_OF_FILE
     for row in inspections[:MOST_SURVEYS]:
         own = observed.pop(row.text("INS_PK"), [])
         surveys.append(_survey(row, sections, nodes, own, photos, min(room, MOST_OBSERVATIONS)))
         room -= len(surveys[-1].observations)
-    if not surveys:
-        raise InvalidImport("The WinCan project has no inspection of a pipe.")
     left = 0 if len(inspections) > MOST_SURVEYS else sum(map(len, observed.values()))
     if left:
-        notes.add(f"{left} observations belong to no inspection and are left out.")
+        notes.add("of_no_inspection", count=left)
     return ImportedFile(tuple(surveys), tuple(notes.said))
 
 
@@ -289,12 +287,12 @@ def _survey(
     notes = Notes()
     section = sections.get(inspection.text("INS_Section_FK"))
     if section is None:
-        notes.add("The inspection names no section, so nothing is known of its pipe.")
+        notes.add("no_section")
         section = _Row({})
     header = _header(inspection, section, nodes, notes)
     ordered = sorted(observed, key=_order)
     if len(ordered) > room:
-        notes.add(too_many())
+        notes.add_too_many()
     observations = tuple(
         observation
         for row in ordered[:room]
@@ -332,7 +330,7 @@ def _header(
     word = inspection.text("INS_InspectionDir").upper()
     direction = _DIRECTIONS.get(word)
     if word and direction is None:
-        notes.add(f"The direction {word!r:.20} is not known.")
+        notes.add("unknown_direction", value=f"{word!r:.20}")
     is_against = direction == "against_flow"
     header |= {
         "direction": direction or "unknown",
@@ -344,7 +342,7 @@ def _header(
 
 def _node(reference: str, nodes: Mapping[str, str], notes: Notes) -> str:
     if reference and reference not in nodes:
-        notes.add(f"The node {reference:.60} has no name; the file's own key is kept.")
+        notes.add("unnamed_node", name=reference[:60])
     return nodes.get(reference) or reference
 
 
@@ -358,7 +356,7 @@ def _profile(section: _Row, notes: Notes) -> dict[str, Any]:
     }  # fmt: skip
     shape = shapes.get(word.upper())
     if word and shape is None:
-        notes.add(f"The shape {word!r:.20} is not known; the header keeps it as wincan_shape.")
+        notes.add("unknown_value", field="shape", value=f"{word!r:.20}", own="wincan_shape")
     height = section.number("OBJ_PipeHeightOrDia", "OBJ_Size1")
     return {
         "shape": shape,
@@ -372,7 +370,7 @@ def _observation(row: _Row, photos: Mapping[str, str], notes: Notes) -> Imported
     code = row.text("OBS_OpCode").upper()
     distance_m = row.number("OBS_Distance")
     if distance_m is None:
-        notes.add(f"An observation {code or 'without a code'} has no distance and is left out.")
+        notes.add("code_without_distance" if code else "neither_code_nor_distance", code=code)
         return None
     char1, char2 = row.text("OBS_Char1"), row.text("OBS_Char2")
     is_en = code.isalpha() and code.startswith("B")

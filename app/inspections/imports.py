@@ -9,8 +9,11 @@ distance is derived as usual. Such a track has neither sigma nor quality, as bot
 from __future__ import annotations
 
 import hashlib
+import threading
 import uuid
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -18,9 +21,10 @@ from app.access.access import Principal
 from app.imports.survey import ImportedObservation, ImportedSurvey, clean
 from app.imports.whole_inspection import WholeInspection
 from app.inspections.file_reader import FileReader
-from app.inspections.keeping import Imported, Keeper, Rows, Run
+from app.inspections.keeping import Imported, Keeper, Run
 from app.inspections.moved import MovedInspections
 from app.inspections.uploads import Uploads
+from app.storage.imports import Rows
 from app.storage.tables import IMPORTED, Inspection
 from app.survey.records import Event, Observation
 from app.survey.tag import StatedTag
@@ -51,9 +55,13 @@ class Imports:
         self._keeper = keeper
         self._moved = moved
         self._uploads = uploads
+        self._storing = threading.Lock()
+        """Held while a file is stored: each of its surveys keeps a mark open until all are."""
 
     def add(self, content: bytes, filename: str, who: Principal) -> Imported:
-        """Make an inspection of every survey in the file; its content determines its format.
+        """Make an inspection of every survey in the file, or none if one cannot be stored.
+
+        The content of the file determines its format.
 
         A report in JSON is restored unchanged, with its id if this server never had it.
 
@@ -72,13 +80,17 @@ class Imports:
         found = self._reader.read(content)
         if isinstance(found, WholeInspection):
             return self._moved.add(found, name, who)
-        warnings = [str(caveat) for caveat in found.warnings]
-        ids = []
+        warnings = list(found.warnings)
+        with self._storing, ExitStack() as places:
+            made = []
+            for survey in found.surveys:
+                inspection = _inspection(places.enter_context(self._keeper.place()), name, content)
+                made.append(_kept(inspection, survey, who.name))
+            self._keeper.keep(made)
         for survey in found.surveys:
-            ids.append(self._add_survey(survey, name, content, who.name))
-            several = f"{survey.name}: " if len(found.surveys) > 1 else ""
-            warnings += [f"{several}{caveat}" for caveat in survey.warnings]
-        return Imported(tuple(ids), tuple(warnings))
+            name_of = survey.name if len(found.surveys) > 1 else None
+            warnings += [replace(caveat, survey=name_of) for caveat in survey.warnings]
+        return Imported(tuple(rows.inspection.id for rows, _ in made), tuple(warnings))
 
     def add_archive(self, upload_id: str, who: Principal) -> Imported:
         """Make an inspection of a complete upload that is an archive file, with its film if it has
@@ -96,29 +108,24 @@ class Imports:
             name = clean(info.filename, _LONGEST_FILENAME) or "file"
             return self._moved.add(whole, name, who, path)
 
-    def _add_survey(self, survey: ImportedSurvey, filename: str, content: bytes, who: str) -> str:
-        with self._keeper.place() as inspection_id:
-            inspection = _inspection(inspection_id, filename, content)
-            self._keep_survey(inspection, survey, who)
-        return inspection_id
 
-    def _keep_survey(self, inspection: Inspection, survey: ImportedSurvey, who: str) -> None:
-        rows = in_order(survey.observations)
-        run = Run(_track(rows, survey.surveyed_m))
-        has_times = any(row.time_s is not None for row in rows)
-        inspection.name, inspection.header = _name(survey.name), dict(survey.header)
-        inspection.rig = rig_of(survey.header).model_dump(mode="json")
-        inspection.video = unfilmed_columns(
-            _PICTURE_WH, float(run.track.time_s[-1]) if has_times else None
-        )
-        observations = [
-            _observation(inspection.id, seq, row.tag(seq - 1), who)
-            for seq, row in enumerate(rows, 1)
-        ]
-        events = [_created(inspection, who), *(_tagged(it, who) for it in observations)]
-        if len(run.track):
-            inspection.distance_mm = float(run.track.distance_mm[-1])
-        self._keeper.keep(inspection, run, Rows(observations, events))
+def _kept(inspection: Inspection, survey: ImportedSurvey, who: str) -> tuple[Rows, Run]:
+    """Complete the row of a survey's inspection; return it with its observations and its track."""
+    rows = in_order(survey.observations)
+    run = Run(_track(rows, survey.surveyed_m))
+    has_times = any(row.time_s is not None for row in rows)
+    inspection.name, inspection.header = _name(survey.name), dict(survey.header)
+    inspection.rig = rig_of(survey.header).model_dump(mode="json")
+    inspection.video = unfilmed_columns(
+        _PICTURE_WH, float(run.track.time_s[-1]) if has_times else None
+    )
+    observations = [
+        _observation(inspection.id, seq, row.tag(seq - 1), who) for seq, row in enumerate(rows, 1)
+    ]
+    events = [_created(inspection, who), *(_tagged(it, who) for it in observations)]
+    if len(run.track):
+        inspection.distance_mm = float(run.track.distance_mm[-1])
+    return Rows(inspection, observations, events), run
 
 
 def in_order(observations: Sequence[ImportedObservation]) -> list[ImportedObservation]:

@@ -9,13 +9,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
+from app.imports.survey import Caveat
 from app.storage import keys
 from app.storage.blobs import Blobs
 from app.storage.files import DataFolder
-from app.storage.imports import ImportStore
-from app.storage.tables import Base, Inspection
+from app.storage.imports import ImportStore, Rows
+from app.storage.tables import Inspection
 from app.storage.unfinished import Unfinished
-from app.survey.records import Event, Observation
 from app.survey.track_rows import estimate_at
 from app.tracking.runs import track_metadata
 from app.tracking.tracks import Tracks
@@ -37,9 +37,9 @@ class Imported:
     """The result of an import."""
 
     inspection_ids: tuple[str, ...]
-    """Ids in the order of the file."""
-    warnings: tuple[str, ...]
-    """Sentences about what is odd or left out."""
+    """Ids in the order of the file; none if nothing in it can be read, and the warnings say why."""
+    warnings: tuple[Caveat, ...]
+    """What is odd or left out."""
 
 
 @dataclass(frozen=True)
@@ -60,19 +60,8 @@ class Run:
             yield estimate
 
 
-@dataclass(frozen=True)
-class Rows:
-    """What the database gets beside the inspection."""
-
-    observations: Sequence[Observation]
-    events: Sequence[Event]
-    """The oldest first."""
-    labels: Sequence[str] = ()
-    more: Sequence[Base] = ()
-
-
 class Keeper:
-    """Stores one inspection at a time, or nothing of it."""
+    """Stores the inspections of a file, all of them or nothing."""
 
     def __init__(
         self,
@@ -104,21 +93,25 @@ class Keeper:
                 stack.enter_context(self._unfinished.making(inspection_id))
             yield inspection_id
 
-    def keep(self, inspection: Inspection, run: Run, rows: Rows) -> None:
-        """Write the track, then commit, in the block of its `place`.
+    def keep(self, made: Sequence[tuple[Rows, Run]]) -> None:
+        """Write the tracks, then commit, in the blocks of their places.
 
         Raises:
-            DiskFull: There is no room for it.
+            DiskFull: There is no room for them.
         """
-        inspection.frames_done = len(run.track)
-        self._folder.require_room(_BYTES_A_ROW * len(run.track))
+        self._folder.require_room(_BYTES_A_ROW * sum(len(run.track) for _, run in made))
         try:
-            self._put(inspection, run)
-            self._store.add(inspection, rows.observations, rows.events, rows.labels, rows.more)
+            for rows, run in made:
+                rows.inspection.frames_done = len(run.track)
+                self._put(rows.inspection, run)
+            self._store.add([rows for rows, _ in made])
         except BaseException:
-            self._tracks.forget(inspection.id)
+            for rows, _ in made:
+                self._tracks.forget(rows.inspection.id)
             raise
-        logger.info("Inspection %s (%s) imported.", inspection.id, inspection.name)
+        for rows, _ in made:
+            name = rows.inspection.name
+            logger.info("Inspection %s (%s) imported.", rows.inspection.id, name)
 
     def _put(self, inspection: Inspection, run: Run) -> None:
         rig = json.dumps(inspection.rig, indent=2)

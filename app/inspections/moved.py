@@ -14,7 +14,18 @@ import msgspec
 
 from app.access.access import Principal
 from app.errors import InvalidImport, PackNotFound
-from app.imports.archive_manifest import COUNTER, FILM, PACK, PARTS, PHOTOS, READINGS, VOICE, WALL
+from app.imports.archive_manifest import (
+    COUNTER,
+    FILM,
+    PACK,
+    PARTS,
+    PHOTOS,
+    READINGS,
+    VOICE,
+    WALL,
+    not_as_listed,
+)
+from app.imports.survey import Caveat
 from app.imports.whole_inspection import (
     Happening,
     ImportedAttachment,
@@ -23,12 +34,13 @@ from app.imports.whole_inspection import (
     MovedFile,
     WholeInspection,
 )
-from app.inspections.keeping import Imported, Keeper, Rows, Run
+from app.inspections.keeping import Imported, Keeper, Run
 from app.inspections.packs import Packs
 from app.storage import keys
 from app.storage.attachments import AttachmentRow
 from app.storage.blobs import Blobs
 from app.storage.files import DataFolder, full_disk_reported
+from app.storage.imports import Rows
 from app.storage.tables import ENDED, Base, CodePack, Inspection, RemarkRow
 from app.storage.tokens import Role
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
@@ -91,9 +103,9 @@ class MovedInspections:
             if pack is not None:
                 more.append(pack)
             inspection = moved.inspection(header, film)
-            rows = Rows(moved.observations(), moved.events(), whole.labels, more)
+            rows = Rows(inspection, moved.observations(), moved.events(), whole.labels, more)
             run = Run(whole.track, whole.health, whole.sightings, whole.tilt, whole.stance)
-            self._keeper.keep(inspection, run, rows)
+            self._keeper.keep([(rows, run)])
         self._live.observations_changed(inspection_id)
         return Imported((inspection_id,), tuple(moved.warnings))
 
@@ -107,7 +119,7 @@ class MovedInspections:
             table = moved.whole.files.get(PACK)
             if table is not None and table.content is not None and moved.who.role.may(Role.ADMIN):
                 name = self._packs.free_name(moved.whole.code_pack or pack_id)
-                moved.warnings.append(f"The code pack {name} came along and was added.")
+                moved.warn("pack_added", name=name)
                 return header, CodePack(
                     id=pack_id,
                     name=name,
@@ -116,21 +128,18 @@ class MovedInspections:
                     created_by=moved.who.name,
                 )
             del header["code_pack"]
-            moved.warnings.append(
-                f"This server has no code pack {moved.whole.code_pack or pack_id}; the built-in "
-                "one is used. Import the pack, then choose it in the header."
-            )
+            moved.warn("no_pack", name=moved.whole.code_pack or pack_id)
         return header, None
 
     def _put_film(self, moved: _Moved, files: _Files) -> tuple[str, dict[str, Any]] | None:
         """Store the film; return its name and what is stored of it, None without one."""
         whole = moved.whole
-        found = [file for path, file in whole.files.items() if path.startswith(FILM)]
-        if not found:
+        path = next((path for path in whole.files if path.startswith(FILM)), None)
+        if path is None:
             return None
         copy = self._folder.inspections / f"{moved.id}.import"
         try:
-            files.copy(found[0], copy)
+            files.copy(path, whole.files[path], copy)
             probed = self._media.probe(copy, whole.source_filename)
             whole.rig.require_picture_size(probed.width, probed.height)
             name = file_name(probed)
@@ -146,13 +155,13 @@ class MovedInspections:
     def _put_files(self, moved: _Moved, files: _Files) -> None:
         whole = moved.whole
         for key, path in moved.media_keys():
-            self._blobs.put_again(key, files.read(whole.files[path]))
+            self._blobs.put_again(key, files.read(path, whole.files[path]))
         written = [key for key, _ in moved.media_keys()]
         for path, file in whole.files.items():
             if path.startswith(WALL):
                 index = int(path.removeprefix(WALL).removesuffix(".jpg"))
                 written.append(keys.tile(moved.id, index))
-                self._blobs.put_again(written[-1], files.read(file))
+                self._blobs.put_again(written[-1], files.read(path, file))
         self._blobs.sync(written)
         for path, key_of, check in (
             (READINGS, keys.counter_readings, None),
@@ -160,7 +169,7 @@ class MovedInspections:
             (PARTS, keys.marks, None),
         ):
             if path in whole.files:
-                content = files.read(whole.files[path])
+                content = files.read(path, whole.files[path])
                 if check is not None:
                     check(content)
                 self._blobs.put(key_of(moved.id), content)
@@ -172,8 +181,8 @@ class _Files:
     def __init__(self, archive: Path | None) -> None:
         self._archive = archive
 
-    def blocks(self, file: MovedFile) -> Iterator[bytes]:
-        """Yield a file; raise InvalidImport if it is not the one that was checked."""
+    def blocks(self, path: str, file: MovedFile) -> Iterator[bytes]:
+        """Yield a file; at its end raise InvalidImport if it is not what the manifest lists."""
         if file.content is not None:
             yield file.content
             return
@@ -186,16 +195,16 @@ class _Files:
                 left -= len(block)
                 yield block
         if left or digest.hexdigest() != file.sha256:
-            raise InvalidImport("The archive file has changed while it was imported.")
+            raise InvalidImport(not_as_listed(path))
 
-    def read(self, file: MovedFile) -> bytes:
+    def read(self, path: str, file: MovedFile) -> bytes:
         """Return a small file."""
-        return b"".join(self.blocks(file))
+        return b"".join(self.blocks(path, file))
 
-    def copy(self, file: MovedFile, target: Path) -> None:
+    def copy(self, path: str, file: MovedFile, target: Path) -> None:
         """Copy a large file into the data folder; it is synced on return."""
         with full_disk_reported(), target.open("wb") as copy:
-            for block in self.blocks(file):
+            for block in self.blocks(path, file):
                 copy.write(block)
             copy.flush()
             os.fsync(copy.fileno())
@@ -213,41 +222,37 @@ class _Moved:
         self._filename = filename
         self._now = datetime.now(UTC)
         self._has_film = any(path.startswith(FILM) for path in whole.files)
-        self.warnings: list[str] = []
+        self.warnings: list[Caveat] = []
         self._review = self._review_state()
         self._name_what_is_missing()
+
+    def warn(self, key: str, **values: str | tuple[str, ...]) -> None:
+        """Add a warning, as in `Caveat`."""
+        self.warnings.append(Caveat(key, values=values))
 
     def _name_what_is_missing(self) -> None:
         whole = self.whole
         there = {path.partition("/")[0] + "/" for path in whole.files}
-        missing = [
-            word
-            for folder, word, is_wanted in (
-                (FILM, "the film", True),
-                (PHOTOS, "the photos", any(tag.photo_sha256 for tag in whole.tags)),
-                (VOICE, "the voice notes", any(a.kind == "voice" for a in whole.attachments)),
-                (WALL, "the picture of the wall", len(whole.track) > 0),
+        missing = tuple(
+            name
+            for folder, name, is_wanted in (
+                (FILM, "film", True),
+                (PHOTOS, "photos", any(tag.photo_sha256 for tag in whole.tags)),
+                (VOICE, "voice_notes", any(a.kind == "voice" for a in whole.attachments)),
+                (WALL, "wall", len(whole.track) > 0),
             )
             if is_wanted and folder not in there
-        ]
+        )
         if missing:
-            *most, last = missing
-            named = f"{', '.join(most)} and {last}" if most else last
-            self.warnings.append(
-                f"The file does not contain {named}; everything else that was stated and measured "
-                "was imported."
-            )
+            self.warn("not_brought", named=missing)
         if whole.status not in ENDED:
-            self.warnings.append("It was exported before its end; here it ends at that point.")
+            self.warn("exported_early")
 
     def _review_state(self) -> ReviewState:
         review = self.whole.review
         if review.state != APPROVED or self.who.role.may(Role.ADMIN):
             return review.state
-        self.warnings.append(
-            f"{review.by or 'Somebody'} has approved it where it comes from. An approval is kept "
-            "only if an admin imports the file, so here it is submitted for review."
-        )
+        self.warn("approved_elsewhere", who=review.by or ("somebody",))
         return "submitted"
 
     def inspection(

@@ -1,8 +1,9 @@
-"""Stores imported inspections with their observations, each in one transaction."""
+"""Stores imported inspections with their observations, those of a file in one transaction."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -11,6 +12,22 @@ from app.storage.database import Database
 from app.storage.labels import labelled
 from app.storage.tables import Base, EventRow, Inspection, ObservationRow
 from app.survey.records import Event, Observation
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A new inspection with all that belongs to it."""
+
+    inspection: Inspection
+    """Its row, with its own id."""
+    observations: Sequence[Observation]
+    """Numbered."""
+    events: Sequence[Event]
+    """The oldest first."""
+    labels: Sequence[str] = ()
+    """Each once."""
+    more: Sequence[Base] = ()
+    """Rows of its attachments and remarks, and of the code pack that it brings along."""
 
 
 class ImportStore:
@@ -26,30 +43,19 @@ class ImportStore:
             is_deleted = session.scalar(event) is not None
             return is_deleted or session.get(Inspection, inspection_id) is not None
 
-    def add(
-        self,
-        inspection: Inspection,
-        observations: Sequence[Observation],
-        events: Sequence[Event],
-        labels: Sequence[str] = (),
-        more: Sequence[Base] = (),
-    ) -> None:
-        """Commit a new inspection with all that belongs to it; return when it is synced.
-
-        Args:
-            inspection: The row, with its own id.
-            observations: Its observations, numbered.
-            events: Its events, oldest first.
-            labels: Its labels, each once.
-            more: Rows of its attachments and remarks, and of the code pack that it brings along.
-        """
+    def add(self, made: Sequence[Rows]) -> None:
+        """Commit new inspections, all or none; return when they are synced."""
+        # Made here and added in bulk, as others wait for the writer: a file may have 20 000.
+        observations = [ObservationRow.of(one) for rows in made for one in rows.observations]
+        events = [EventRow.of(event) for rows in made for event in rows.events]
 
         def insert(session: Session) -> None:
-            session.add(inspection)
+            session.add_all([rows.inspection for rows in made])
             session.flush()
-            session.add_all(map(ObservationRow.of, observations))
-            session.add_all(map(EventRow.of, events))
-            session.add_all(labelled(inspection.id, labels))
-            session.add_all(more)
+            session.bulk_save_objects(observations)
+            session.bulk_save_objects(events)
+            for rows in made:
+                session.add_all(labelled(rows.inspection.id, rows.labels))
+                session.add_all(rows.more)
 
         self._database.write(insert)

@@ -40,6 +40,8 @@ START_CODE = "BCD"
 """Code of EN 13508-2 for the start."""
 END_CODES = ("BCE", "BDC")
 """Codes of EN 13508-2 for the end, and for a survey that was stopped."""
+BETWEEN_CODES = "/"
+"""Stands between codes any of which would do, as `or` would be a word of one language."""
 JOINT_CODES = ("BAI", "BAJ")
 """Codes of EN 13508-2 that occur only at joints: intruding sealing material, displaced joint."""
 
@@ -122,7 +124,7 @@ def start_and_finish(case: Case) -> Iterator[Issue]:
             params={"needed": START_CODE},
         )
     if in_pack.issuperset(END_CODES) and there.isdisjoint(END_CODES):
-        needed = " or ".join(END_CODES)
+        needed = BETWEEN_CODES.join(END_CODES)
         text = f"There is no observation of the finish ({needed})."
         yield Issue("block", "no_finish", text, params={"needed": needed})
 

@@ -75,7 +75,7 @@ export function wordFor(area, name) {
 
 /** Errors whose sentence from the server says more than ours: it names the field, the file, the number. */
 const WORDED_BY_THE_SERVER = new Set([
-  'invalid_request', 'invalid_rig', 'rig_video_mismatch', 'unreadable_video', 'invalid_pack', 'invalid_import',
+  'invalid_request', 'invalid_rig', 'rig_video_mismatch', 'unreadable_video', 'invalid_pack',
   'invalid_correction', 'invalid_message', 'shape_mismatch', 'open_stretches', 'live_source_refused',
   'not_ready', 'unknown_host', 'sample_failed', 'camera_unreachable', 'export_not_available', 'invalid_table',
   'folder_not_allowed', 'no_such_film', 'film_missing', 'film_changed', 'no_rule', 'no_rig', 'rig_missing', 'invalid_header',
@@ -87,5 +87,6 @@ const WORDED_BY_THE_SERVER = new Set([
  */
 export function errorText({ code, message, detail }) {
   const sentence = detail ?? message;
-  return (WORDED_BY_THE_SERVER.has(code) ? null : wordFor('error', code ?? '')) ?? sentence;
+  const ours = WORDED_BY_THE_SERVER.has(code) ? null : wordFor('error', code ?? '');
+  return ours?.replace('{detail}', () => sentence) ?? sentence;
 }

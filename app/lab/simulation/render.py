@@ -274,7 +274,7 @@ def _level_weights(pixel_texels: FloatImage, levels: int) -> list[_LevelWeight]:
     weights = []
     for number in range(levels):
         is_shown = np.abs(level - number) < 1
-        rows, columns = (_extent(is_shown.any(axis)) for axis in (1, 0))
+        rows, columns = (_extent(np.asarray(is_shown.any(axis))) for axis in (1, 0))
         weight = 1 - np.abs(level[rows, columns] - number)
         np.maximum(weight, 0, out=weight)
         if weight.size:
@@ -309,8 +309,7 @@ def _lamp(beam: FloatImage, range_mm: FloatImage, full_light_mm: np.float32) -> 
     light = np.minimum(1, full_light_mm / range_mm)
     light *= np.sqrt(light)  # to the power of 1.5
     light *= np.clip((REACH_MM - range_mm) / np.float32(0.2 * REACH_MM), 0, 1)
-    light *= beam
-    return light
+    return np.asarray(light * beam, np.float32)
 
 
 def _ripples(scenario: Scenario) -> FloatImage:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
+from app.imports.survey import Caveat
 from app.reports.content.sizes import figure_text
 from app.reports.content.typesetting import one_line
 from app.reports.content.words import Language, words_of
@@ -67,6 +68,29 @@ class Translator:
     def phrase(self, phrase: Phrase) -> str:
         """Return the words of a phrase."""
         return self._said(phrase)
+
+    def caveat(self, caveat: Caveat) -> str:
+        """Return the sentence about something odd in an imported file."""
+        values: dict[str, object] = {
+            name: value if isinstance(value, str | int) else self._brought(value)
+            for name, value in caveat.values.items()
+        }
+        if "field" in values:
+            values["field"] = self._attribute_or_field(str(values["field"]))
+        said = self(f"caveat.{caveat.key}", **values)
+        if caveat.line is not None:
+            said = self("caveat.at_line", line=caveat.line, said=said)
+        if caveat.survey is not None:
+            said = self("caveat.of_survey", survey=caveat.survey, said=said)
+        return said
+
+    def _brought(self, names: Sequence[str]) -> str:
+        return ", ".join(self(f"brought.{name}") for name in names)
+
+    def nothing_imported(self, caveats: Sequence[Caveat]) -> str:
+        """Return why no survey of a file can be imported: the first caveat, if there is one."""
+        said = [self("caveat.nothing_imported"), *map(self.caveat, caveats[:1])]
+        return " ".join(said)
 
     def _spoken(self, values: Mapping[str, object]) -> dict[str, str]:
         return {name: self._said(value) for name, value in values.items()}
@@ -233,9 +257,7 @@ class Translator:
         entry = numbers.get(issue.observation_id or "")
         values["name"] = self._name(entry) if entry else self("check.an_observation")
         if "field" in values:
-            values["field"] = self.one_of("attribute", values["field"], "") or self.field(
-                str(values["field"])
-            )
+            values["field"] = self._attribute_or_field(str(values["field"]))
         if "complaint" in values:
             values["complaint"] = self.one_of("complaint", values["complaint"])
         for name in ("short_m", "known_length_m"):
@@ -245,6 +267,10 @@ class Translator:
             return self(key, **values)
         except KeyError:  # an older issue lacks a number of the sentence
             return issue.detail
+
+    def _attribute_or_field(self, name: str) -> str:
+        """Return the word for an attribute of an observation, else for a header field."""
+        return self.one_of("attribute", name, "") or self.field(name)
 
     def _name(self, entry: Entry) -> str:
         if entry.distance_m is None:

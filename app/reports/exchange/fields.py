@@ -11,6 +11,7 @@ from app.reports.content.ascii import one_line
 from app.reports.report import Loss, Phrase
 from app.survey.catalogue.header import FIELDS, is_empty, number_of
 from app.survey.catalogue.in_words import TECHNICAL, in_words
+from app.survey.rounding import decimals
 
 _DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
 _TIME = re.compile(r"([01][0-9]|2[0-3]):([0-5][0-9])(:([0-5][0-9]))?")
@@ -24,6 +25,7 @@ class Fields:
     def __init__(self, header: Mapping[str, Any]) -> None:
         self._header = header
         self._written = set(_NEVER_SAID)
+        self._rounded: list[Phrase] = []
 
     def text(self, name: str) -> str:
         """Return a text on one line; empty if missing, or if it is only a number where words are
@@ -51,6 +53,23 @@ class Fields:
             self._written.discard(name)
             return None
         return found
+
+    def rounded(self, name: str, digits: int, least: float, most: float) -> str | None:
+        """Return a number within inclusive bounds with so many decimals, or None."""
+        found = self.number_within(name, least, most)
+        self.note_digits(name, digits)
+        return None if found is None else decimals(found, digits)
+
+    def note_digits(self, name: str, digits: int) -> None:
+        """Note the decimals of a number that was written; `losses` names it if they change it."""
+        stated = number_of(self._header.get(name))
+        if name not in self._written or stated is None:
+            return
+        written = decimals(stated, digits)
+        if float(written) != stated:
+            self._rounded.append(
+                Phrase("part.rounded_field", field=field_name(name), stated=stated, written=written)
+            )
 
     def flag(self, name: str) -> bool | None:
         """Return true or false, or None."""
@@ -112,16 +131,19 @@ class Fields:
         return said
 
     def losses(self, format_name: str) -> list[Loss]:
-        """Return a loss that names the filled fields that were not written."""
+        """Return losses that name the rounded fields, and the filled ones that were not written."""
+        found = []
+        if self._rounded:
+            found.append(Loss("rounded_fields", format=format_name, fields=tuple(self._rounded)))
         left = sorted(
             str(name)
             for name, value in self._header.items()
             if name not in self._written and value is not None and value != ""
         )
-        if not left:
-            return []
-        named = tuple(field_name(name) for name in left)
-        return [Loss("no_place", format=format_name, fields=named)]
+        if left:
+            named = tuple(field_name(name) for name in left)
+            found.append(Loss("no_place", format=format_name, fields=named))
+        return found
 
 
 def field_name(name: str) -> Phrase:

@@ -75,23 +75,32 @@ def pipe_of(report: Report, fields: Fields, shapes: Mapping[str, str], lengths: 
         shapes: The list of the format.
         lengths: What the format can hold.
     """
-    height_mm = fields.number_within("height_mm", 0, _MAX_MM)
-    width_mm = fields.number_within("width_mm", 0, _MAX_MM)
+    height = fields.rounded("height_mm", 0, 0, _MAX_MM)
+    width = fields.rounded("width_mm", 0, 0, _MAX_MM)
     shape = fields.choice("shape", shapes)
-    if width_mm is None and shape == shapes["circular"]:
-        width_mm = height_mm
+    if width is None and shape == shapes["circular"]:
+        width = height
     words = fields.text("material")
     material = lists.material(words) if words else None
     if not (material and material.german):
         fields.leave("material")
+    length = lengths.pipe(length_m(report, fields, lengths.most_m))
+    unit_length = lengths.unit(unit_length_m(report, fields, lengths.most_unit_m))
+    year = fields.number_within("year", 1, 9999)
+    for name, digits in (
+        ("known_length_m", lengths.digits),
+        ("unit_length_m", lengths.digits),
+        ("year", 0),
+    ):
+        fields.note_digits(name, digits)
     return Pipe(
-        length=lengths.pipe(length_m(report, fields, lengths.most_m)),
-        unit_length=lengths.unit(unit_length_m(report, fields, lengths.most_unit_m)),
-        height=None if height_mm is None else decimals(height_mm, 0),
-        width=None if width_mm is None else decimals(width_mm, 0),
+        length=length,
+        unit_length=unit_length,
+        height=height,
+        width=width,
         shape=shape,
         material=material.german if material else None,
-        year=fields.number_within("year", 1, 9999),
+        year=year,
     )
 
 

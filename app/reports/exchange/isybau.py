@@ -304,7 +304,7 @@ def _inspected(
     if culvert.road:
         child(child(asset, "Lage"), "Strassenname", culvert.road)
     inspection = child(asset, "OptischeInspektion")
-    temperature_c = fields.number_within("temperature_c", -99, 99)
+    temperature = fields.rounded("temperature_c", 0, -99, 99)
     operator = _cut(fields.text("operator"), _LONGEST_PERSON, field_name("operator"), losses)
     method = fields.choice("method", lists.METHODS_ISYBAU)
     children(
@@ -316,7 +316,7 @@ def _inspected(
             "NameUntersucher": operator,
             "Uhrzeit": survey.clock,
             "Wetter": survey.weather,
-            "Temperatur": None if temperature_c is None else decimals(temperature_c, 0),
+            "Temperatur": temperature,
             "Reinigung": {True: "1", False: "0", None: None}[survey.is_cleaned],
             "Wasserhaltung": survey.flow_control or report.header.get("isybau_wasserhaltung"),
             "Videoablagereferenz": culvert.number if film(report) else None,

@@ -176,8 +176,9 @@ def _lining_material(fields: Fields) -> str | None:
 def _run(run: Element, report: Report, fields: Fields, rows: list[Row], zone: str) -> list[Loss]:
     survey, losses = survey_of(report, fields, lists.DIRECTIONS_M150)
     fields.leave("edition")
-    level = fields.number_within("water_level_pct", 0, 100)
+    level = fields.rounded("water_level_pct", 0, 0, 100)
     temperature_c = fields.number_within("temperature_c", -100, 100)
+    fields.note_digits("temperature_c", 1)
     is_listed = survey.flow_control != OTHER_FLOW_CONTROL
     fields.choice("method", {"camera": _CAMERA})
     children(
@@ -197,7 +198,7 @@ def _run(run: Element, report: Report, fields: Fields, rows: list[Row], zone: st
             "HI107": {True: "J", False: "N", None: None}[survey.is_cleaned],
             "HI108": None if temperature_c is None else plain_number(temperature_c, 1),
             "HI109": survey.flow_control if is_listed else None,
-            "HI110": None if level is None else decimals(level, 0),
+            "HI110": level,
             "HI111": fields.text("contractor"),
             "HI112": fields.text("operator"),
             "HI116": film(report),

@@ -9,6 +9,8 @@ from fastapi import APIRouter, Body, Query
 from app.container import Services
 from app.errors import InvalidImport, UploadBusy, UploadIncomplete, UploadNotFound
 from app.inspections.keeping import Imported
+from app.reports.content.translator import Translator
+from app.reports.content.words import Language
 from app.web.deps import PrincipalDep, ServicesDep, operator
 from app.web.schemas.failures import failures
 from app.web.schemas.inspections import ArchiveIn, ImportedOut, InspectionOut
@@ -33,10 +35,15 @@ def add(
     ],
     services: ServicesDep,
     principal: PrincipalDep,
+    lang: Language = "en",
 ) -> ImportedOut:
-    """Make an inspection, without a film, of every survey in the file."""
+    """Make an inspection, without a film, of every survey in the file, or of none if one cannot be
+    stored; `lang` is the language of the warnings.
+    """
     imported = services.imports.add(content, filename, principal)
-    return _made(services, imported)
+    if not imported.inspection_ids:
+        raise InvalidImport(Translator(lang, "m").nothing_imported(imported.warnings))
+    return _made(services, imported, lang)
 
 
 @router.post(
@@ -53,13 +60,17 @@ def add(
 )
 @operator
 @slow
-def add_archive(body: ArchiveIn, services: ServicesDep, principal: PrincipalDep) -> ImportedOut:
+def add_archive(
+    body: ArchiveIn, services: ServicesDep, principal: PrincipalDep, lang: Language = "en"
+) -> ImportedOut:
     """Make an inspection of an uploaded archive file, with its photos and its film."""
-    return _made(services, services.imports.add_archive(body.upload_id, principal))
+    return _made(services, services.imports.add_archive(body.upload_id, principal), lang)
 
 
-def _made(services: Services, imported: Imported) -> ImportedOut:
+def _made(services: Services, imported: Imported, language: Language) -> ImportedOut:
+    t = Translator(language, "m")
     views = [services.inspections.get(made) for made in imported.inspection_ids]
     return ImportedOut(
-        inspections=[InspectionOut.of(view) for view in views], warnings=list(imported.warnings)
+        inspections=[InspectionOut.of(view) for view in views],
+        warnings=[t.caveat(caveat) for caveat in imported.warnings],
     )

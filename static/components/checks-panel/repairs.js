@@ -13,7 +13,7 @@ import { finishStretch, swapEnds } from '../inspection-page/stretches.js';
  */
 export function repairsOf({ code, params }, desk) {
   if (code === 'no_start' || code === 'no_finish') {
-    return params.needed.split(' or ').map((needed) => ({
+    return params.needed.split('/').map((needed) => ({
       name: t('checks.add_here', { code: needed }),
       run: () => addHere(desk, needed),
     }));

@@ -4,7 +4,7 @@ import { ApiError, post } from '../../core/api.js';
 import { html } from '../../core/html.js';
 import { Upload } from '../../core/upload.js';
 import { bytes } from '../../core/units.js';
-import { errorText, t } from '../../core/words.js';
+import { errorText, language, t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 import { toastError } from '../toast-stack/toast-stack.js';
 
@@ -47,7 +47,7 @@ export async function importArchive(file) {
     parts.bar.removeAttribute('value');
     parts.said.textContent = t('list.archive_storing');
     parts.cancel.disabled = true;
-    storing = post('/api/imports/archive', { upload_id: upload.id });
+    storing = post(`/api/imports/archive?lang=${language}`, { upload_id: upload.id });
     try {
       imported = await storing;
       upload.forget();

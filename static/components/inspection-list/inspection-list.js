@@ -7,7 +7,7 @@ import { PagedList } from '../../core/paged-list.js';
 import { Component } from '../../core/store.js';
 import { count } from '../../core/units.js';
 import { isArchive } from '../../core/upload.js';
-import { errorText, t } from '../../core/words.js';
+import { errorText, language, t } from '../../core/words.js';
 import { followSorting, sortButton } from '../data-table/sorting.js';
 import { icon } from '../icon/icon.js';
 import { editLabels } from '../labels/labels.js';
@@ -169,7 +169,7 @@ class InspectionList extends Component {
     if (!chosen) return;
     old.disabled = true;
     try {
-      const path = `/api/imports?filename=${encodeURIComponent(chosen.name)}`;
+      const path = `/api/imports?filename=${encodeURIComponent(chosen.name)}&lang=${language}`;
       const imported = isArchive(chosen) ? await importArchive(chosen) : await sendFile(path, chosen, this.signal);
       if (!imported) return;
       await this.#list.again();

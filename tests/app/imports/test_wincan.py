@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reports import ENGLISH
 from wincan_files import project
 
 from app.errors import InvalidImport
@@ -34,10 +35,10 @@ def test_a_project_is_read_field_by_field(tmp_path: Path) -> None:
     assert crack.remark == "crack"
     assert (crack.photo or "").endswith("CUL-7_1.jpg")
     assert end.distance_m == 24.6
-    assert [str(it) for it in survey.warnings] == [
+    assert [ENGLISH.caveat(it) for it in survey.warnings] == [
         "An observation BAC has no distance and is left out."
     ]
-    assert [str(it) for it in file.warnings] == [
+    assert [ENGLISH.caveat(it) for it in file.warnings] == [
         "1 observations belong to no inspection and are left out."
     ]
     assert (empty.name, empty.observations) == ("CUL-8", ())
@@ -45,12 +46,12 @@ def test_a_project_is_read_field_by_field(tmp_path: Path) -> None:
 
 def test_tables_that_are_not_there_are_reported(tmp_path: Path) -> None:
     file = read(project(tmp_path / "p.db3", without=("NODE", "SECOBSMM")))
-    assert [str(it) for it in file.warnings[:2]] == [
+    assert [ENGLISH.caveat(it) for it in file.warnings[:2]] == [
         "There is no table NODE: nodes have no names.",
         "There is no table SECOBSMM: photos are not named.",
     ]
     assert file.surveys[0].header["start_node"] == "n2"
-    assert "key is kept" in str(file.surveys[0].warnings[0])
+    assert "key is kept" in ENGLISH.caveat(file.surveys[0].warnings[0])
 
 
 def test_a_project_that_was_in_use_is_read_without_its_log(tmp_path: Path) -> None:
@@ -93,7 +94,9 @@ def test_a_column_that_is_worked_out_is_not_read(tmp_path: Path) -> None:
     file = read(project(tmp_path / "p.db3", without=("SECOBS",), more=statements))
     (observation,) = file.surveys[0].observations
     assert (observation.distance_m, observation.remark) == (2.5, "")
-    assert "computes these columns, which are not read: OBS_Memo" in str(file.warnings[0])
+    assert "computes these columns, which are not read: OBS_Memo" in ENGLISH.caveat(
+        file.warnings[0]
+    )
 
 
 def test_a_trigger_is_never_run(tmp_path: Path) -> None:

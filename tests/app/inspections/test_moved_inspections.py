@@ -16,6 +16,8 @@ from typing import Any
 import httpx
 import pytest
 from builders import Client, assert_error, frame_number, serving, wait_until
+from object_stores import ObjectStore
+from postgres import ON_BOTH
 from small_disk import small_disk
 
 from app.access.access import create_token
@@ -30,6 +32,9 @@ PACK = (
     "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
     "continuous_allowed,grade_s\nSCR,,,Scour at the outlet,S,no,opt,mm,no,,no,3\n"
 )
+NO_FILM: dict[str, str | int] = {"kind": "upload", "filename": "a.mp4", "size": 1}
+NO_FILM |= {"sha256": hashlib.sha256(b"x").hexdigest()}
+"""What a report says of a file `x`, which is no film."""
 Members = dict[str, bytes]
 
 
@@ -181,6 +186,40 @@ def test_it_goes_to_another_server_whole_and_back_out_the_same(
         assert "film/video.mp4" in members(archive(restored, again, film=True))
 
 
+@ON_BOTH
+def test_it_goes_to_a_server_with_an_object_store(
+    whole: bytes, object_store: ObjectStore, new_url: Callable[[], str | None], tmp_path: Path
+) -> None:
+    url = object_store.new()
+    with serving(tmp_path / "data", database=new_url(), store=url) as client:
+        empty = object_store.keys(url)
+        assert_error(bring(client, _flipped(whole)), 422, "invalid_import")
+        foreign = packed(with_report(members(whole) | {"film/video.mp4": b"x"}, source=NO_FILM))
+        assert_error(bring(client, foreign), 422, "unreadable_video")
+        damaged = bytearray(whole)
+        damaged[whole.index(b"ftyp") + 1000] ^= 1
+        answer = bring(client, bytes(damaged))
+        assert "film/video.mp4 is not the file" in assert_error(answer, 422, "invalid_import")
+        assert object_store.keys(url) == empty
+        back, warnings = moved(client, whole)
+        assert warnings == ["The code pack Own came along and was added."]
+        assert but_for_dates(archive(client, back, film=True)) == but_for_dates(whole)
+        film = members(whole)["film/video.mp4"]
+        part = client.get(f"/api/inspections/{back}/video", headers={"Range": "bytes=0-99"})
+        assert part.content == film[:100]
+        numbers = sorted(frame_number(client.get(it).content) for it in photos_of(client, back))
+        assert numbers == [10, 20, 25, 30]
+        assert client.get(f"/api/inspections/{back}/exports/pdf").status_code == 200
+        again, _ = moved(client, whole)
+        assert again != back
+        assert [path.name for path in (tmp_path / "data" / "inspections").iterdir()] == []
+        for each in (back, again):
+            reopened = {"state": "reopened", "reason": "more"}
+            client.post(f"/api/inspections/{each}/review", json=reopened)
+            assert client.delete(f"/api/inspections/{each}").status_code == 204
+        assert object_store.keys(url) == empty
+
+
 def test_without_the_film_the_file_says_so(
     source: tuple[Client, str], target: Client, tmp_path: Path
 ) -> None:
@@ -220,7 +259,7 @@ def test_photos_may_be_embedded_in_json(source: tuple[Client, str], target: Clie
     query = {"filename": "report.json"}
     answer = target.post("/api/imports", params=query, content=json.dumps(full).encode())
     assert answer.status_code == 201, answer.text
-    assert "does not contain the film and the picture of the wall;" in answer.json()["warnings"][0]
+    assert "does not contain the film, the picture of the wall;" in answer.json()["warnings"][0]
     assert len(photos_of(target, answer.json()["inspections"][0]["id"])) == 4
     voice = next(name for name in full["media"] if name.startswith("voice"))
     for part, row in (("tags", 0), ("attachments", 0)):
@@ -336,9 +375,7 @@ def test_a_file_that_is_not_whole_is_refused_with_a_reason(
 
 
 def test_nothing_is_stored_of_a_file_that_is_refused(target: Client, whole: bytes) -> None:
-    source = {"kind": "upload", "filename": "a.mp4", "size": 1}
-    source["sha256"] = hashlib.sha256(b"x").hexdigest()
-    no_film = with_report(members(whole) | {"film/video.mp4": b"x"}, source=source)
+    no_film = with_report(members(whole) | {"film/video.mp4": b"x"}, source=NO_FILM)
     before = sorted(path.name for path in (target.data / "inspections").iterdir())
     assert "a.mp4" in assert_error(bring(target, packed(no_film)), 422, "unreadable_video")
     assert_error(bring(target, _flipped(whole)), 422, "invalid_import")

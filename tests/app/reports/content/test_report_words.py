@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from reports import AT
 
+from app.imports.survey import Caveat
 from app.reports.content.condition import SEVERITIES, Overall
 from app.reports.content.translator import Translator
 from app.reports.content.words import LANGUAGES, words_of
@@ -92,6 +93,36 @@ def test_each_loss_that_a_format_names_has_a_sentence():
     }
     assert len(keys) > 40
     assert keys == in_area("loss")
+
+
+def test_each_caveat_of_an_import_has_a_sentence():
+    calls = r"(?:Caveat|_BadBlock|\.add|\.warn)\(\s*\"(\w+)\""
+    source = "\n".join(
+        path.read_text("utf-8")
+        for room in ("imports", "inspections")
+        for path in FOLDER.parent.joinpath(room).glob("*.py")
+    )
+    by_variables = {
+        "no_table_of_nodes", "no_table_of_photos",
+        "code_without_distance", "neither_code_nor_distance",
+    }  # fmt: skip
+    around = {"at_line", "of_survey", "nothing_imported"}
+    named = set(re.findall(calls, source))
+    assert all(f'"{key}"' in source for key in by_variables)
+    assert len(named) > 30
+    assert named | by_variables | around == in_area("caveat")
+
+
+def test_a_caveat_is_said_in_the_language_of_the_reader():
+    caveat = Caveat("unknown_value", 7, {"field": "shape", "value": "'X'", "own": "o"}, "C1")
+    assert Translator("en", "m").caveat(caveat) == (
+        "C1: Line 7: Cross-section: 'X' is not known; it is kept as o."
+    )
+    assert Translator("de", "m").caveat(caveat) == (
+        "C1: Zeile 7: Profil: 'X' ist nicht bekannt; es bleibt als o erhalten."
+    )
+    lacking = Caveat("not_brought", values={"named": ("film", "wall")})
+    assert "der Film, das Bild der Wand." in Translator("de", "m").caveat(lacking)
 
 
 def test_a_loss_is_said_in_the_language_of_the_report():

@@ -84,6 +84,26 @@ def test_long_names_are_cut_and_stay_apart(kind: str, longest: int) -> None:
     assert f"The name {long}north is written as {read.header[up]}." in losses
 
 
+@pytest.mark.parametrize(
+    ("kind", "rounded"),
+    [
+        ("isybau", "Height 900.4 as 900, Known length 24.605 as 24.61, Temperature 12.5 as 13"),
+        ("m150", "Height 900.4 as 900, Water level 17.5 as 18, Temperature 12.25 as 12.3"),
+    ],
+)
+def test_a_header_field_that_a_german_format_rounds_is_among_the_losses(
+    kind: str, rounded: str
+) -> None:
+    finer = {"height_mm": 900.4, "water_level_pct": 17.5}
+    finer |= {"known_length_m": 24.605, "temperature_c": 12.5 if kind == "isybau" else 12.25}
+    name = {"isybau": "ISYBAU", "m150": "DWA-M 150"}[kind]
+    _, losses = write(kind, report(header={**EVERY_FIELD, **finer}))
+    assert f"{name} holds these header fields rounded: {rounded}." in losses
+    coarse = {"temperature_c": 12}
+    _, losses = write(kind, report(header={**EVERY_FIELD, **coarse}))
+    assert not any("rounded:" in loss for loss in losses)
+
+
 def test_m150_has_the_width_first_and_the_unit_length_last() -> None:
     read, _ = write("m150", report(header=EVERY_FIELD))
     assert (read.header["HG306"], read.header["HG307"]) == ("1500", "900")

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from builders import Client, assert_error, serving
 from reports import OBSERVATIONS, report
+from small_disk import small_disk
 from wincan_files import project
 
 from app.access.access import create_token
@@ -179,6 +180,19 @@ def test_a_code_pack_that_is_not_here_is_reported_and_left_out(
     assert any("no code pack" in line for line in answer["warnings"])
 
 
+def test_a_file_of_which_one_survey_cannot_be_stored_leaves_none(tmp_path: Path) -> None:
+    text = b"#B01=AAA;AAB;AAF\nC;N1;N2\n#C=I;A\n0;BCD\n9;BCE\n#Z\n" * 150
+    with small_disk(tmp_path / "disk") as disk, serving(disk.place / "data") as client:
+        disk.fill(leaving=2**20)
+        there = added(client)  # so there is room for some
+        assert_error(send(client, text), 507, "disk_full")
+        assert [path.name for path in (client.data / "inspections").iterdir()] == [there]
+        listed = client.get("/api/inspections").json()["inspections"]
+        assert [inspection["id"] for inspection in listed] == [there]
+        disk.make_room()
+        assert len(send(client, text).json()["inspections"]) == 150
+
+
 @pytest.mark.parametrize(
     "content", [b"", b"hello", b"<?xml version='1.0'?><DATA/>", b"SQLite format 3\0", b"#B01=A"]
 )
@@ -190,6 +204,27 @@ def test_other_files_are_refused_with_a_sentence(shared: Client, content: bytes)
     else:
         assert answer.status_code == 422
     assert len(shared.get("/api/inspections").json()["inspections"]) == before
+
+
+def test_warnings_and_what_could_not_be_read_are_in_the_language_that_is_asked_for(
+    shared: Client,
+) -> None:
+    def sent(text: bytes) -> Any:
+        query = {"filename": "alt.txt", "lang": "de"}
+        return shared.post("/api/imports", params=query, content=text)
+
+    odd = TEXT.replace(b"#Z\r\n", b"nowhere;;BAC;A;;;;;;;;;\r\n#Z\r\n")
+    (warning,) = sent(odd).json()["warnings"]
+    assert warning == (
+        "Zeile 22: Aus 'nowhere' ist keine Station zu lesen; die Feststellung entfällt."
+    )
+    refused = assert_error(sent(b"#B01=AAA\n"), 422, "invalid_import")
+    assert refused == (
+        "Die Datei hat keine Inspektion einer Leitung, die gelesen werden kann. Zeile 1: Diese "
+        "Inspektion entfällt: unter ihrer Liste der Felder fehlt die Zeile mit den Werten."
+    )
+    unknown = shared.post("/api/imports", params={"filename": "a", "lang": "xx"}, content=TEXT)
+    assert_error(unknown, 422, "invalid_request")
 
 
 def test_a_file_may_be_larger_than_other_bodies_but_not_endless(shared: Client) -> None:
