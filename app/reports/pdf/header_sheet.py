@@ -25,7 +25,7 @@ from app.reports.pdf.styles import (
 )
 from app.reports.pdf.text import draw, shortened
 from app.reports.report import Report
-from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
+from app.survey.catalogue.header import is_empty, required_to_issue
 
 GROUPS: Sequence[tuple[str, Sequence[str]]] = (
     ("asset", (
@@ -42,8 +42,8 @@ GROUPS: Sequence[tuple[str, Sequence[str]]] = (
         "end_condition", "abandon_reason", "reverse_of", "standard", "edition", "code_pack",
     )),
     ("people", (
-        "client", "client_job_ref", "contractor", "job_ref", "operator", "operator_certificate",
-        "reviewer",
+        "project", "client", "client_job_ref", "contractor", "job_ref", "operator",
+        "operator_certificate", "reviewer",
     )),
     ("state", (
         "cleaned", "cleaned_on", "weather", "temperature_c", "flow_control", "water_level_pct",
@@ -51,7 +51,7 @@ GROUPS: Sequence[tuple[str, Sequence[str]]] = (
     ("equipment", ("camera", "lens", "tether", "rig_id", "calibration_id", "video_files")),
     ("remarks", ("remarks",)),
 )  # fmt: skip
-"""Every field of the header, grouped under headings."""
+"""Every field of the header, and the project, grouped under headings."""
 
 
 def header_sheet(report: Report, t: Translator) -> list[Flowable]:
@@ -77,7 +77,7 @@ def header_sheet(report: Report, t: Translator) -> list[Flowable]:
         if rows:
             heading = Heading(t(f"header.{group}"), level=1, bookmark=False)
             parts += [CondPageBreak(22 * mm), heading, _two_up(rows)]
-    known = {field.name for field in FIELDS}
+    known = {name for _, names in GROUPS for name in names}
     others = [
         (t.field(name), t.value(name, value))
         for name, value in report.header.items()
