@@ -82,7 +82,8 @@ def test_no_bar_of_a_node_covers_the_number_of_a_joint_beside_it():
     adjusted = adjust(raw, rig, stated, seen)
     made = report(
         None, [{"distance_m": 1.0, "code": "BAB"}], rig=rig, raw_track=raw, track=adjusted.track,
-        distance_m=12.0, corrected=Corrected(stated, adjusted, None), sightings=tuple(seen),
+        distance_m=12.0, header={}, corrected=Corrected(stated, adjusted, None),
+        sightings=tuple(seen),
         template=DEFAULT_TEMPLATE.model_copy(update={"sections": ["graphic"]}),
     )  # fmt: skip
     page = pypdfium2.PdfDocument(document.write(made).content)[1]
@@ -91,7 +92,7 @@ def test_no_bar_of_a_node_covers_the_number_of_a_joint_beside_it():
     text = page.get_textpage()
     at = text.search("J8").get_next()
     assert at is not None
-    left, bottom, right, top = text.get_charbox(at[0])
+    _, bottom, _, top = text.get_charbox(at[0])
     assert len(bars) == 2
     assert all(top <= bar[1] or bottom >= bar[3] for bar in bars)
 
