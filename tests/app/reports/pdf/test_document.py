@@ -13,6 +13,7 @@ from pypdf import PdfReader
 from reports import HEADER, advised, entry, full_report, measured, remarked, report, said
 
 from app.reports import pdf as document
+from app.reports.content.grades import grade_of
 from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
 from app.reports.pdf import fonts
@@ -216,6 +217,21 @@ def test_the_project_is_named_in_the_language_of_the_report(full):
 
     assert "Projekt Klang" in text
     assert Translator("de", "m")("header.others") not in text
+
+
+def test_a_long_company_name_and_a_grade_in_words_are_not_cut(full):
+    name = "Ingenieurbüro für Kanalinspektion und Bauwerksprüfung Müller-Lüdenscheidt GmbH & Co. KG"
+    template = DEFAULT_TEMPLATE.model_copy(update={"grade": "structural"})
+    company = replace(full.company, name=name, address="Straße 1")
+    made = replace(full, company=company, template=template, language="de")
+
+    cover, summary, *_ = pages_of(document.write(made).content)
+
+    t = Translator("de", "m")
+    grade = t(grade_of(made).word)
+    assert name in cover
+    assert f"{grade} {t('summary.overall')}" in summary
+    assert len(grade.split()) > 2
 
 
 def test_a_quantity_has_all_the_digits_that_the_tables_have():
