@@ -19,6 +19,11 @@ export class ApiError extends Error {
     return status === 0 || status === 423 || status === 429 || status >= 500;
   }
 
+  /** Whether what was sent waits in its outbox: it may be accepted later, or from another person. */
+  get isForLater() {
+    return this.isTemporary || this.status === 401 || this.code === 'forbidden';
+  }
+
   /** Whether the stored version is no longer the one that the change was based on. */
   get isOvertaken() {
     return this.code === 'changed_meanwhile';

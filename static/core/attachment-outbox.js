@@ -124,8 +124,7 @@ export class AttachmentOutbox extends EventTarget {
       answer = await deliver(operation, AbortSignal.timeout(ANSWER_LIMIT_S * 1000));
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      // Another person's token may permit what this one does not.
-      if (error.isTemporary || error.status === 401 || error.code === 'forbidden') {
+      if (error.isForLater) {
         this.reason = errorText(error);
         this.#changed();
         return;

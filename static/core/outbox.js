@@ -210,8 +210,7 @@ export class Outbox extends EventTarget {
       answer = await this.#deliver(path, operation, limit);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      // Another person's token may permit what this one does not.
-      if (error.isTemporary || error.status === 401 || error.code === 'forbidden') {
+      if (error.isForLater) {
         this.reason = errorText(error);
         this.#changed();
         return;

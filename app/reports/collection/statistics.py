@@ -55,11 +55,20 @@ class CodeCount:
 
 
 def grouped(inspections: Iterable[Collected], by: By) -> list[Group]:
-    """Group the inspections; in the order of their names, those without one last."""
-    found: dict[str, list[Collected]] = defaultdict(list)
+    """Group the inspections; in the order of their names, those without one last.
+
+    Names that differ only in capitals and blanks are one; the most frequent spelling stands for it.
+    """
+    found: dict[str, list[tuple[str, Collected]]] = defaultdict(list)
     for one in inspections:
-        found[GROUPINGS[by](one)].append(one)
-    return [total(found[name], name) for name in sorted(found, key=lambda name: (not name, name))]
+        name = " ".join(GROUPINGS[by](one).split())
+        found[name.casefold()].append((name, one))
+    groups = []
+    for key in sorted(found, key=lambda key: (not key, key)):
+        spellings = Counter(name for name, _ in found[key])
+        most = min(spellings, key=lambda name: (-spellings[name], name))
+        groups.append(total([one for _, one in found[key]], most))
+    return groups
 
 
 def total(inspections: Sequence[Collected], name: str = "") -> Group:

@@ -23,8 +23,8 @@ GROUPS: Sequence[tuple[str, Sequence[str]]] = (
         "end_condition", "abandon_reason", "reverse_of", "standard", "edition", "code_pack",
     )),
     ("people", (
-        "client", "client_job_ref", "contractor", "job_ref", "operator", "operator_certificate",
-        "reviewer",
+        "project", "client", "client_job_ref", "contractor", "job_ref", "operator",
+        "operator_certificate", "reviewer",
     )),
     ("state", (
         "cleaned", "cleaned_on", "weather", "temperature_c", "flow_control", "water_level_pct",
@@ -32,7 +32,7 @@ GROUPS: Sequence[tuple[str, Sequence[str]]] = (
     ("equipment", ("camera", "lens", "tether", "rig_id", "calibration_id", "video_files")),
     ("remarks", ("remarks",)),
 )  # fmt: skip
-"""Every field of the header, grouped under headings."""
+"""Every field of the header, and the project, grouped under headings."""
 
 
 def header_row(

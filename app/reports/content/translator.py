@@ -284,13 +284,14 @@ class Translator:
             return self.length(value)
         for ending, unit in (("_mm", "mm"), ("_pct", "%"), ("_c", "°C")):
             if name.endswith(ending):
-                return f"{value:g} {unit}"
+                return f"{value:.10g} {unit}"
         if name.endswith(("_lat", "_lon")):
             return f"{value:.7f}".rstrip("0").rstrip(".") + "°"
-        return f"{value:g}"
+        return f"{value:.10g}"
 
 
 def _with_unit(value: float, unit: str | None) -> str:
+    number = f"{value:.10g}"  # six digits would round what the tables state
     if unit == "deg":
-        return f"{value:g}°"
-    return f"{value:g}" if unit in (None, "count") else f"{value:g} {unit}"
+        return f"{number}°"
+    return number if unit in (None, "count") else f"{number} {unit}"

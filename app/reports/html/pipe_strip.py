@@ -190,7 +190,7 @@ class _Strip:
         return shapes
 
     def _mark(self, entry: Entry, y: float) -> list[str]:
-        fill = severity_fill(entry.tag.severity, SOFT)
+        fill = severity_fill(entry.tag.severity, "#ffffff")
         width = self.form.across
         shapes = []
         if entry.u95_m is not None and entry.distance_m is not None:

@@ -44,7 +44,7 @@ from app.reports.html.wall_strip import wall_strips
 from app.reports.report import Loss, Report, Written, failure
 from app.reports.template import Section
 from app.storage.blobs import Readable
-from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
+from app.survey.catalogue.header import is_empty, required_to_issue
 from vo_core.errors import ChainageError
 
 ENOUGH_PX = 1280
@@ -177,7 +177,7 @@ def _jpeg_base64(picture: Readable | None, enough_px: int) -> Markup | None:
 def _header(report: Report, t: Translator) -> list[tuple[str, Rows]]:
     """Return the groups that have a field, each with its title."""
     missing = set(required_to_issue(dict(report.header)))
-    known = {field.name for field in FIELDS}
+    known = {name for _, names in GROUPS for name in names}
     groups = [
         (
             t(f"header.{group}"),

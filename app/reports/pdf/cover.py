@@ -9,7 +9,7 @@ from app.reports.content.cover import Warned, cover_rows, warnings_of
 from app.reports.content.pictures import jpeg_of
 from app.reports.content.translator import Translator
 from app.reports.content.typesetting import one_line
-from app.reports.pdf.flow import Figure, Prose, Title, paragraph, say
+from app.reports.pdf.flow import Figure, Prose, Title, height_of, paragraph, say
 from app.reports.pdf.grid import pairs
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import (
@@ -51,16 +51,22 @@ def cover(report: Report, t: Translator) -> list[Flowable]:
 
 def letterhead(company: Company, t: Translator) -> list[Flowable]:
     """Build the logo and, to its right, the name of the company above its address."""
+    name = lines_of(company.name or "", SUBHEADING, _LETTERHEAD_TEXT) if company.name else []
     address = lines_of(company.address, SMALL, _LETTERHEAD_TEXT)[:_MOST_ADDRESS_LINES]
-    height = max(26 * mm, SUBHEADING.leading + len(address) * SMALL.leading + 4 * mm)
+    height = max(26 * mm, height_of(name) + height_of(address) + 4 * mm)
     return [
-        Figure(height, lambda paper: _letterhead(paper, company, t, height, address)),
-        Spacer(0, 68 * mm - height),
+        Figure(height, lambda paper: _letterhead(paper, company, t, height, name, address)),
+        Spacer(0, max(4 * mm, 68 * mm - height)),
     ]
 
 
 def _letterhead(
-    paper: Paper, company: Company, t: Translator, height: float, address: list[Line]
+    paper: Paper,
+    company: Company,
+    t: Translator,
+    height: float,
+    name: list[Line],
+    address: list[Line],
 ) -> None:
     logo = jpeg_of(company.logo, 700)
     if logo is not None:
@@ -69,11 +75,12 @@ def _letterhead(
         x, y = width * scale, height - 20 * mm
         with paper.figure(t("web.logo", company=company.name or ""), (0, y, x, y + 20 * mm)):
             paper.drawImage(logo, 0, y, x, across * scale)
-    y = 5 * mm + len(address) * SMALL.leading if address else 8 * mm
-    if company.name or address:
+    y = 5 * mm + height_of(address) if address else 8 * mm
+    if name or address:
         with paper.element("P"):
-            name = shortened(company.name or "", SUBHEADING, _LETTERHEAD_TEXT)
-            draw(paper, WIDTH, y, name, SUBHEADING, "right")
+            for n, line in enumerate(name):
+                above = (len(name) - 1 - n) * SUBHEADING.leading
+                draw(paper, WIDTH, y + above, line.text, SUBHEADING, "right")
             for line in address:
                 y -= SMALL.leading
                 draw(paper, WIDTH, y, line.text, SMALL, "right")

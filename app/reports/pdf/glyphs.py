@@ -23,11 +23,12 @@ def missing_glyphs(report: Report) -> tuple[Loss, ...]:
 
 def _texts(report: Report) -> Iterator[str]:
     """Yield the texts that people have entered."""
-    yield report.name
+    yield from (report.name, report.source.filename, report.reviewed_by or "")
     yield from (report.company.name or "", report.company.address)
     yield from (report.template.introduction, report.template.closing)
     yield from (value for value in report.header.values() if isinstance(value, str))
     for entry in report.entries:
-        yield from (entry.tag.remark or "", entry.tagged_by, entry.edited_by or "")
+        yield from (entry.tag.remark or "", entry.tag.recommendation or "")
+        yield from (entry.label(report.language) or "", entry.tagged_by, entry.edited_by or "")
     for event in report.events:
         yield from (event.who, event.remark or "")

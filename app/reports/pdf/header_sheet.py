@@ -25,7 +25,7 @@ from app.reports.pdf.styles import (
 )
 from app.reports.pdf.text import draw, shortened
 from app.reports.report import Report
-from app.survey.catalogue.header import FIELDS, is_empty, required_to_issue
+from app.survey.catalogue.header import is_empty, required_to_issue
 
 
 def header_sheet(report: Report, t: Translator) -> list[Flowable]:
@@ -51,7 +51,7 @@ def header_sheet(report: Report, t: Translator) -> list[Flowable]:
         if rows:
             heading = Heading(t(f"header.{group}"), level=1, bookmark=False)
             parts += [CondPageBreak(22 * mm), heading, _two_up(rows)]
-    known = {field.name for field in FIELDS}
+    known = {name for _, names in GROUPS for name in names}
     others = [
         (t.field(name), t.value(name, value))
         for name, value in report.header.items()

@@ -251,7 +251,7 @@ class _Painter:
             canvas.line(left, y, right, y)
             if joint.number is not None and last_y - y >= 2.6 * mm:
                 name = f"J{joint.number}"
-                draw(canvas, left - 1 * mm, y - 0.7 * mm, name, TINY.soft(), "right")
+                draw(canvas, left - 1 * mm, self._beside_nodes(y), name, TINY.soft(), "right")
                 last_y = y
         canvas.setDash(1.2, 1.2)
         for expected in self.report.expected_joints:
@@ -266,11 +266,22 @@ class _Painter:
             return None
         return self.y_of(distance_m)
 
-    def _nodes(self, canvas: Canvas) -> None:
+    def _beside_nodes(self, y: float) -> float:
+        """Return the baseline of a joint's number, which the bar of a node must not cover."""
+        for _, distance_m, side in self._ends():
+            node_y = self.y_of(distance_m)
+            if abs(y - node_y) < 1.8 * mm:
+                return node_y + (-1.9 * mm if side > 0 else 0.4 * mm)
+        return y - 0.7 * mm
+
+    def _ends(self) -> tuple[tuple[str, float, int], ...]:
+        """Return name and distance of each node, and the side of it on which its bar is."""
         axis = Axis.of(self.report)
+        return ("start", max(axis.first_m, 0.0), 1), ("end", axis.last_m, -1)
+
+    def _nodes(self, canvas: Canvas) -> None:
         left, right = _STRIP
-        ends = (("start", max(axis.first_m, 0.0), 1), ("end", axis.last_m, -1))
-        for end, distance_m, side in ends:
+        for end, distance_m, side in self._ends():
             if not self.sheet.first_m - 1e-6 <= distance_m <= self.sheet.last_m + 1e-6:
                 continue
             y = self.y_of(distance_m)

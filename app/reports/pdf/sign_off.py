@@ -27,7 +27,7 @@ def sign_off(report: Report, t: Translator) -> list[Flowable]:
         Heading(t("sign.history"), level=1, bookmark=False),
         *_history(report, t),
         *closing(report, t),
-        CondPageBreak(70 * mm),
+        CondPageBreak(80 * mm),  # heading, notes and both fields stay together
         Heading(t("sign.signatures"), level=1, bookmark=False),
         note(f"{t('cover.review')}: {t.review(report)}."),
         note(t("sign.statement", report=report.id, revision=report.revision)),

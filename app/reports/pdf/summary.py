@@ -11,13 +11,12 @@ from app.reports.content.condition import condition_of, worst_first
 from app.reports.content.grades import grade_of
 from app.reports.content.summary import opening
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.pdf.flow import Figure, Heading, note, paragraph
+from app.reports.pdf.flow import Figure, Heading, draw_lines, height_of, note, paragraph
 from app.reports.pdf.grid import Badge, Column, Grid
 from app.reports.pdf.links import number_of
 from app.reports.pdf.paper import Paper
 from app.reports.pdf.styles import (
     ACCENT,
-    BODY,
     CELL,
     INK,
     RULE,
@@ -26,9 +25,10 @@ from app.reports.pdf.styles import (
     TINY,
     WASH,
     WIDTH,
+    Style,
     on_severity,
 )
-from app.reports.pdf.text import draw, shortened
+from app.reports.pdf.text import draw, lines_of, shortened
 from app.reports.report import Entry, Report
 
 _SHOWN = 15
@@ -78,15 +78,18 @@ def _figures(paper: Paper, report: Report, t: Translator) -> None:
     ]  # fmt: skip
     gap = 3 * mm
     width = (WIDTH - (len(figures) - 1) * gap) / len(figures)
-    big = BODY.bold().on(ACCENT)
+    big, small = Style(12.5, 15, 600, ACCENT), Style(9, 10.5, 600, ACCENT)
+    room = width - 4 * mm
     for n, (value, name) in enumerate(figures):
         x = n * (width + gap)
         paper.setFillColor(WASH)
         paper.rect(x, 6 * mm, width, 17 * mm, 0, 1)
-        style = type(big)(12.5, 15, 600, ACCENT)
+        lines = lines_of(value, big, room)
+        if len(lines) > 1:  # a grade in words
+            lines = lines_of(value, small, room)[:2]
         with paper.element("P"):
-            draw(paper, x + 2.5 * mm, 14.5 * mm, shortened(value, style, width - 4 * mm), style)
-            draw(paper, x + 2.5 * mm, 9 * mm, shortened(name, TINY, width - 4 * mm), TINY.soft())
+            draw_lines(paper, lines, x + 2.5 * mm, 16 * mm + height_of(lines) / 2, room, "left")
+            draw(paper, x + 2.5 * mm, 9 * mm, shortened(name, TINY, room), TINY.soft())
 
 
 def _glance(canvas: Canvas, report: Report, t: Translator) -> None:

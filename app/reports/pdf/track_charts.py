@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
-from reportlab.platypus import Flowable
+from reportlab.platypus import CondPageBreak, Flowable
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.translator import Translator
@@ -30,6 +30,7 @@ def along(report: Report, t: Translator) -> list[Flowable]:
     heard = _complained(report)
     height = (46 + 4.4 * len(heard)) * mm
     return [
+        CondPageBreak(height + 22 * mm),  # heading, charts and note stay together
         Heading(t("measurement.along"), level=1, bookmark=False),
         Figure(
             height,

@@ -111,6 +111,13 @@ def test_the_strip_shows_every_entry_at_its_distance(opened):
         assert (y - box[0]) / box[1] == pytest.approx(fields["distance_m"] / 24.6, abs=0.001)
 
 
+def test_a_mark_without_a_severity_is_not_as_dark_as_the_worst():
+    unrated = {"distance_m": 3.0, "code": "BAB", "clock_from": 3}
+    strip = html.fromstring(write(report(None, [unrated])).content.decode())
+    marks = strip.xpath("//*[name()='svg' and contains(@class, 'strip')]//*[name()='circle']")
+    assert {mark.get("fill") for mark in marks} == {"#ffffff"}
+
+
 def test_whatever_came_in_is_text(opened):
     evil = "</script><script>window.hit=1</script><img src=x onerror='window.hit=1'>\"'&lt;"
     made = report(

@@ -62,11 +62,11 @@ def _by_code(counts: Sequence[CodeCount], t: Translator) -> list[Flowable]:
         return [note(t("collection.no_defects"))]
     columns = (
         Column(t("entry.code"), 16 * mm),
-        Column(t("entry.what"), WIDTH - 96 * mm),
+        Column(t("entry.what"), WIDTH - 100 * mm),
         Column(t("collection.defects"), 20 * mm, "right"),
         Column(t("collection.inspections"), 22 * mm, "right"),
         Column(t("collection.stretches", unit=t.units), 24 * mm, "right"),
-        Column(t("collection.worst"), 14 * mm),
+        Column(t("collection.worst"), 18 * mm),
     )
     rows: list[Sequence[Cell]] = [
         (
@@ -92,12 +92,12 @@ def _by_code(counts: Sequence[CodeCount], t: Translator) -> list[Flowable]:
 
 def _by(by: By, groups: Sequence[Group], t: Translator) -> list[Flowable]:
     columns = (
-        Column(t(f"collection.{by}"), WIDTH - 136 * mm),
+        Column(t(f"collection.{by}"), WIDTH - 140 * mm),
         Column(t("collection.inspections"), 22 * mm, "right"),
         Column(t("collection.length_in", unit=t.units), 22 * mm, "right"),
         Column(t("collection.defects"), 18 * mm, "right"),
         Column(t("collection.per_100", unit=t.units), 20 * mm, "right"),
-        Column(t("collection.worst"), 14 * mm),
+        Column(t("collection.worst"), 18 * mm),
         Column(t("collection.grades"), 40 * mm),
     )
     rows: list[Sequence[Cell]] = [

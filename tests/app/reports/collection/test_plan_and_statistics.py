@@ -56,6 +56,13 @@ def test_inspections_are_summed_by_what_they_have_in_common():
     assert total(some).grades == (("overall.2", 1), ("overall.4", 2))
 
 
+def test_spellings_that_differ_in_capitals_and_blanks_are_one():
+    some = [one(n, material=name) for n, name in enumerate(["Concrete", "concrete ", "concrete"])]
+    assert [(group.name, group.inspections) for group in grouped(some, "material")] == [
+        ("concrete", 3),
+    ]  # fmt: skip
+
+
 def test_the_plan_is_true_to_its_scale_and_north_is_up():
     placed = [at(1, 51.0, 9.0), at(2, 51.01, 9.0), at(3, 51.0, 9.02)]
     plan = plan_of([*placed, one(4, start_lat=None, end_lat=None)], 150, 150)

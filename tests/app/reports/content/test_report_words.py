@@ -148,7 +148,7 @@ def test_every_key_that_the_code_names_is_there():
 def test_every_header_field_and_choice_has_words():
     choices = {choice for field in FIELDS for choice in field.choices} | {"yes", "no"}
 
-    assert in_area("field") == {field.name for field in FIELDS}
+    assert in_area("field") == {"project", *(field.name for field in FIELDS)}
     assert in_area("choice") == choices
 
 

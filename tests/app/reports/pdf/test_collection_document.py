@@ -11,6 +11,7 @@ from reports import report
 
 from app.errors import InspectionNotFound
 from app.reports.content.translator import Translator
+from app.reports.content.words import LANGUAGES
 from app.reports.pdf.collection import document
 
 IDS = [f"{number:032x}" for number in (1, 2, 3)]
@@ -67,6 +68,19 @@ def test_every_inspection_has_its_bookmarks_below_its_own(made):
     for title, page, below in found[4:]:
         assert title.split(" · ")[1] in reader.pages[page].extract_text()
         assert {"Summary", "Observations", "Condition"} <= set(below)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_heads_of_the_statistics_are_not_broken_within_a_word(language):
+    t = Translator(language, "m")
+    heads = ("inspections", "defects", "worst", "grades", "stretches", "length_in", "per_100")
+    content, *_ = written(language)
+    first, after = (page for _, page, _ in outline(pypdf.PdfReader(io.BytesIO(content)))[2:4])
+    with pypdfium2.PdfDocument(content) as pdf:
+        pages = [pdf[n].get_textpage().get_text_range() for n in range(first, after)]
+    words = {word for page in pages for word in page.split()}
+    for head in heads:
+        assert {*t(f"collection.{head}", unit="m").split()} <= words, head
 
 
 def test_rows_lead_to_the_page_that_they_name(made):

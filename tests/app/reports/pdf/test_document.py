@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pypdf import PdfReader
-from reports import HEADER, entry, full_report, measured, remarked, report, said
+from reports import HEADER, advised, entry, full_report, measured, remarked, report, said
 
 from app.reports import pdf as document
 from app.reports.content import fonts
+from app.reports.content.grades import grade_of
 from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
 from app.reports.tables.table import rows
@@ -183,6 +184,60 @@ def test_characters_that_no_font_shows_are_reported(full):
 
     assert "U+1F642;" in loss
     assert "chainage[fonts]" in loss
+
+
+def test_a_recommendation_without_glyphs_is_reported(full):
+    made = advised(full, {1: {"recommendation": "\u0d94\u0db6"}})
+
+    (loss,) = said(document.write(made).losses)
+
+    assert "U+0D94, U+0DB6;" in loss
+
+
+def test_fields_to_sign_and_charts_are_on_the_page_of_their_heading(full):
+    """Wherever on a page they come."""
+    t = Translator("en", "m")
+    together = {
+        "checks": (t("sign.signatures"), t("sign.signature")),
+        "measurement": (t("measurement.along"), t("measurement.along_help")[:40]),
+    }
+    for section, (heading, below) in together.items():
+        for count in range(1, 40, 2):
+            template = DEFAULT_TEMPLATE.model_copy(update={"sections": ["observations", section]})
+            notes = tuple(entry(n, distance_m=0.3 * n) for n in range(1, count + 1))
+            made = replace(full, entries=notes, issues=(), template=template)
+            (page,) = (p for p in pages_of(document.write(made).content) if f"{heading} " in p)
+            assert below in page.split(f"{heading} ")[1], (section, count)
+
+
+def test_the_project_is_named_in_the_language_of_the_report(full):
+    made = replace(full, header={**full.header, "project": "Klang"}, language="de")
+
+    text = text_of(document.write(made).content)
+
+    assert "Projekt Klang" in text
+    assert Translator("de", "m")("header.others") not in text
+
+
+def test_a_long_company_name_and_a_grade_in_words_are_not_cut(full):
+    name = "Ingenieurbüro für Kanalinspektion und Bauwerksprüfung Müller-Lüdenscheidt GmbH & Co. KG"
+    template = DEFAULT_TEMPLATE.model_copy(update={"grade": "structural"})
+    company = replace(full.company, name=name, address="Straße 1")
+    made = replace(full, company=company, template=template, language="de")
+
+    cover, summary, *_ = pages_of(document.write(made).content)
+
+    t = Translator("de", "m")
+    grade = t(grade_of(made).word)
+    assert name in cover
+    assert f"{grade} {t('summary.overall')}" in summary
+    assert len(grade.split()) > 2
+
+
+def test_a_quantity_has_all_the_digits_that_the_tables_have():
+    made = report(None, [{"distance_m": 1.0, "code": "BAB", "char1": "B", "char2": "A",
+                          "quant1": 12345.67}])  # fmt: skip
+    assert Translator("en", "m").quantities(made.entries[0]) == ["12345.67 mm"]
 
 
 def test_without_the_extra_fonts_other_scripts_stand_as_numbers(full, monkeypatch):

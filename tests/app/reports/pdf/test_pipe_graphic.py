@@ -1,12 +1,21 @@
 """Which entries stand on which page of the pipe graphic, and where on the wall."""
 
+import numpy as np
+import pypdfium2
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reportlab.lib.units import mm
-from reports import LENGTH_M, report
+from reports import LENGTH_M, ROUND, report, track_of
 
+from app.reports import pdf as document
 from app.reports.content.placement import capacity
 from app.reports.pdf.pipe_graphic import LABEL, laid_out
+from app.reports.template import DEFAULT_TEMPLATE
+from app.survey.adjustment.adjust import adjust
+from app.survey.corrected import Corrected
+from app.survey.stated import Joints, RigSigma, Stated, Zero
+from vo_core import Rig
+from vo_core.joints.finder import Sighting
 
 HEIGHT = 205 * mm
 PLACES = st.lists(st.floats(-1, 300), max_size=120).map(sorted)
@@ -57,3 +66,35 @@ def test_an_entry_without_a_distance_is_on_no_page():
     made = report(observations=[{"distance_m": None, "code": "BAB"}])
 
     assert [sheet.entries for sheet in laid_out(made, HEIGHT)[1]] == [()]
+
+
+def test_no_bar_of_a_node_covers_the_number_of_a_joint_beside_it():
+    rig, length_mm = Rig.model_validate(ROUND), 12_000.0
+    raw = track_of(length_mm / 1000, 2000)
+    at_mm = np.arange(1500.0, length_mm + 1, 1500.0)
+    frames = np.searchsorted(raw.distance_mm, at_mm).clip(max=len(raw) - 1)
+    seen = [
+        Sighting(int(frame), float(mm - raw.distance_mm[frame]), 2.0, 0.5)
+        for frame, mm in zip(frames, at_mm, strict=True)
+    ]
+    stated = Stated(zero=Zero(0, 0.0), joints=Joints(use=True), rig_sigma=RigSigma(2.0, 3.0))
+    adjusted = adjust(raw, rig, stated, seen)
+    made = report(
+        None, [{"distance_m": 1.0, "code": "BAB"}], rig=rig, raw_track=raw, track=adjusted.track,
+        distance_m=12.0, header={}, corrected=Corrected(stated, adjusted, None),
+        sightings=tuple(seen),
+        template=DEFAULT_TEMPLATE.model_copy(update={"sections": ["graphic"]}),
+    )  # fmt: skip
+    page = pypdfium2.PdfDocument(document.write(made).content)[1]
+    bars = [box for one in page.get_objects() if 3 < height(box := one.get_bounds()) < 4.2
+            and 80 < box[2] - box[0] < 100]  # fmt: skip
+    text = page.get_textpage()
+    at = text.search("J8").get_next()
+    assert at is not None
+    _, bottom, _, top = text.get_charbox(at[0])
+    assert len(bars) == 2
+    assert all(top <= bar[1] or bottom >= bar[3] for bar in bars)
+
+
+def height(box):
+    return box[3] - box[1]
