@@ -226,7 +226,7 @@ def walled(tmp_path_factory):
     shared = replace(second.photo, jpeg=first.photo.jpeg, sha256=first.photo.sha256)
     entries = (first, replace(second, photo=shared), *others)
     return replace(made, wall=seen, header=header, entries=entries,
-                   extras=Extras(film_name="my film.mp4"))  # fmt: skip
+                   extras=Extras(film_path="./my film.mp4"))  # fmt: skip
 
 
 def test_a_phone_reads_it_without_scrolling_sideways(opened, walled):

@@ -88,7 +88,7 @@ def test_parts_are_sections_in_the_order_of_the_bookmarks(english):
 
 def test_links_lead_from_a_defect_to_its_photo_and_back_and_to_the_film_beside_it(full, english):
     assert b"/URI" not in english
-    filmed = replace(full, extras=Extras(film_name="my film.mp4"))
+    filmed = replace(full, extras=Extras(film_path="./my film.mp4"))
     reader = PdfReader(io.BytesIO(document.write(filmed).content))
     targets, films = set(), set()
     for page in reader.pages:
