@@ -7,7 +7,7 @@ import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
-from app.errors import StoreUnavailable
+from app.errors import Busy, StoreUnavailable
 from app.storage import keys
 from app.storage.blobs import Blobs
 from app.storage.files import Places, sync_folder
@@ -36,6 +36,9 @@ class Unfinished:
     def making(self, inspection_id: str) -> Iterator[None]:
         """Hold the mark of a new inspection; if the block fails, its files are deleted.
 
+        If the block fails because the database was too slow to say whether it committed, they stay
+        until the next start.
+
         Raises:
             FileExistsError: There is or was one of this id, or it is being made already.
         """
@@ -48,6 +51,9 @@ class Unfinished:
                 raise FileExistsError(inspection_id)
             try:
                 yield
+            except Busy:
+                # Its rows may be committed nevertheless; the next start sees whether they are.
+                raise
             except BaseException:
                 # What cannot be deleted now is deleted at the next start.
                 with suppress(OSError, StoreUnavailable):

@@ -113,7 +113,7 @@ def _expect_distance_beyond(page: Page, metres: float) -> None:
 
 @contextmanager
 def _drawn_in_3d(page: Page) -> Iterator[Page]:
-    """Open the address of a page in another one that draws in 3D, for which software takes a core."""
+    """Open the address of a page in a page that draws in 3D, for which software takes a core."""
     other = page.context.new_page()
     faults: list[str] = []
     other.on("pageerror", lambda error: faults.append(str(error)))
