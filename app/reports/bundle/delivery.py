@@ -168,11 +168,12 @@ class Delivery:
         self._inspected.append(inspected(report, folder.rstrip("/")))
         self._stems.add((project_of(report.header) or _SEVERAL) if folder else report.asset)
         film = self._add_film(report)
+        losses += _missing(report)
         paths = [folder + name for name in names]
         self._delivered.append(
-            Delivered(report.name, report.asset, paths[0], paths[1], photos, film)
+            Delivered(report.name, report.asset, paths[0], paths[1], photos, film, tuple(losses))
         )
-        return Added(tuple(names), (*losses, *_missing(report)))
+        return Added(tuple(names), tuple(losses))
 
     def add_file(self, name: str, blocks: Iterable[bytes]) -> None:
         """Add another file, such as the report over all inspections, unless it is there."""

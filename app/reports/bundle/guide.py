@@ -11,6 +11,7 @@ from app.reports.content.ascii import one_line
 from app.reports.content.text import legible
 from app.reports.content.translator import Translator
 from app.reports.content.words import LANGUAGES
+from app.reports.report import Loss
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,8 @@ class Delivered:
     photos: int
     """Number of photos and drawings."""
     film: Film | None
+    losses: tuple[Loss, ...]
+    """What the files of the inspection could not hold."""
 
     @property
     def title(self) -> str:
@@ -118,6 +121,9 @@ def _lines(one: Delivered, t: Translator) -> Iterator[str]:
     yield f"  {t('delivery.photos', n=one.photos)}"
     if one.film is not None:
         yield f"  {film_sentence(one.film, t)}"
+    if one.losses:
+        yield f"  {t('delivery.losses', n=len(one.losses))}:"
+        yield from (f"    {one_line(t.loss(loss))}" for loss in one.losses)
 
 
 def _translators() -> list[Translator]:

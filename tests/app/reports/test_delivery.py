@@ -19,9 +19,10 @@ from pypdf import PdfReader
 from reports import report, said
 
 from app.errors import ExportNotAvailable
-from app.reports.bundle.delivery import Delivery
+from app.reports.bundle.delivery import Delivery, losses
 from app.reports.bundle.signing import fingerprint
 from app.reports.bundle.verify import verify
+from app.reports.content.translator import Translator
 from app.reports.formats import EXCHANGE, FORMATS
 from app.reports.report import Extras
 from app.storage.blobs import StoredBlob
@@ -112,6 +113,19 @@ def test_the_guide_leads_to_every_file_and_says_where_the_film_is(surveyed):
         assert f"under the name {away}" in found
         assert surveyed.source.sha256 in found
     assert "Serahan pemeriksaan pembetung" in text
+
+
+def test_the_guide_says_what_the_files_could_not_hold(surveyed):
+    archive = delivered(surveyed)
+    page = html.fromstring(archive.read("index.html"))
+    text = archive.read("README.txt").decode()
+    for language in ("en", "ms", "de"):
+        t = Translator(language, "m")
+        said = [t.loss(loss) for loss in losses(replace(surveyed, extras=Extras()), FORMATS)]
+        assert said
+        section = page.xpath(f"//section[@lang='{language}']")[0]
+        assert [one.text for one in section.xpath(".//details//li")] == said
+        assert all(one in text for one in said)
 
 
 def test_times_of_the_page_lead_into_a_film_that_is_beside_it(surveyed):
