@@ -12,8 +12,6 @@ from playwright.sync_api import Browser, Page, Route, expect
 from steps import TOKEN, Server, log_in
 from surveys import Survey
 
-AS_AT_FIRST = {"language": None, "units": "m", "quick_codes": [], "pack": None}
-
 
 @pytest.fixture(scope="module")
 def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
@@ -28,9 +26,10 @@ def inspection(narrow: Survey) -> str:
 
 @pytest.fixture(autouse=True)
 def _nothing_chosen(server: Server) -> Iterator[None]:
+    """Give back what the server has at first: with anything else a new visitor's page reloads."""
+    at_first = json.load(server.ask("GET", "/api/me"))["preferences"]
     yield
-    me = json.load(server.ask("GET", "/api/me"))["preferences"]
-    server.ask("PUT", "/api/me/preferences", AS_AT_FIRST | {"quick_codes": me["quick_codes"]})
+    server.ask("PUT", "/api/me/preferences", at_first)
 
 
 def open_settings(page: Page) -> None:
