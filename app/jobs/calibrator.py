@@ -32,8 +32,8 @@ def _answer(request: CalibrationRequest) -> FromCalibrator:
     from vo_core.errors import UnreadableVideo
 
     filmed = request.board
-    board = Board(filmed.columns, filmed.rows, filmed.square_mm, filmed.marker_mm)
     try:
+        board = Board(filmed.columns, filmed.rows, filmed.square_mm, filmed.marker_mm)
         found = calibrate(find_boards(_pictures(request.video), board), filmed.model)
     except (UnusableBoards, UnreadableVideo) as error:
         return Failed("invalid_calibration", str(error))
