@@ -194,7 +194,7 @@ class _Missed:
         """Nobody waits for it."""
 
     def miss(self, missing: NotMade) -> None:
-        """Keep it."""
+        """Keep what could not be made until all else is written."""
         self.found.append(missing)
 
 

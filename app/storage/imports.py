@@ -21,11 +21,11 @@ class Rows:
     inspection: Inspection
     """Its row, with its own id."""
     observations: Sequence[Observation]
-    """Numbered."""
+    """Each with its number in the inspection."""
     events: Sequence[Event]
     """The oldest first."""
     labels: Sequence[str] = ()
-    """Each once."""
+    """None of them twice."""
     more: Sequence[Base] = ()
     """Rows of its attachments and remarks, and of the code pack that it brings along."""
 

@@ -8,7 +8,8 @@ complete.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from app.reports.content.ascii import transliterate
 from app.reports.exchange import lists
@@ -63,16 +64,10 @@ class TextFile:
 
     def add(self, report: Report) -> tuple[Loss, ...]:
         """Add an inspection."""
-        fields = Fields(report.header)
-        rows, losses = rows_of(report)
-        names, lost = names_of(report, fields, _name, self._names)
-        losses += lost
-        header, lost = header_fields(report, fields, names, rows)
-        losses += lost
-        header |= coordinates(fields, names)
-        losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
-        self._surveys.append((header, [_line(_values(row, names)) for row in rows]))
-        return tuple(losses)
+        survey = survey_of(report, _name, self._names)
+        lines = [_line(_values(row, survey.names)) for row in survey.rows]
+        self._surveys.append((survey.header, lines))
+        return survey.losses
 
     def content(self) -> bytes:
         """Return the text; readers want the same list of fields in every inspection."""
@@ -117,6 +112,37 @@ def losses_in_ascii(report: Report) -> list[Loss]:
         *renamed(report, film_in_ascii(report)),
         left_out(report),
     ]
+
+
+@dataclass(frozen=True)
+class Survey:
+    """One inspection as the text and the XML of the standard hold it."""
+
+    header: dict[str, str]
+    """Values by their codes, in ASCII."""
+    rows: list[Row]
+    names: Names
+    losses: tuple[Loss, ...]
+    """What the format cannot hold."""
+
+
+def survey_of(report: Report, in_file: Callable[[str], str], taken: FileNames) -> Survey:
+    """Collect what a file of the standard says of an inspection.
+
+    Args:
+        report: Its report.
+        in_file: Converts a name to what the file can hold.
+        taken: The names that other inspections have in the file.
+    """
+    fields = Fields(report.header)
+    rows, losses = rows_of(report)
+    names, lost = names_of(report, fields, in_file, taken)
+    losses += lost
+    header, lost = header_fields(report, fields, names, rows)
+    losses += lost
+    header |= coordinates(fields, names)
+    losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
+    return Survey(header, rows, names, tuple(losses))
 
 
 def header_fields(

@@ -8,20 +8,13 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element
 
 from app.reports.content.ascii import transliterate
-from app.reports.exchange.en13508 import (
-    columns,
-    coordinates,
-    header_fields,
-    losses_in_ascii,
-)
-from app.reports.exchange.fields import Fields
-from app.reports.exchange.survey import FileNames, names_of, rows_of
+from app.reports.exchange.en13508 import columns, survey_of
+from app.reports.exchange.survey import FileNames
 from app.reports.exchange.survey_file import of_one
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report, Written
 
 DECLARATION = '<?xml version="1.0" encoding="UTF-8"?>'
-_FORMAT = "EN 13508-2"
 _EDITION = "2010"
 
 
@@ -40,19 +33,12 @@ class XmlFile:
 
     def add(self, report: Report) -> tuple[Loss, ...]:
         """Add an inspection."""
-        fields = Fields(report.header)
-        rows, losses = rows_of(report)
-        names, lost = names_of(report, fields, transliterate, self._names)
-        losses += lost
-        header, lost = header_fields(report, fields, names, rows)
-        losses += lost
-        pipe = Element("ZB")
-        children(pipe, dict(sorted((header | coordinates(fields, names)).items())))
-        for row in rows:
-            children(child(pipe, "ZC"), dict(sorted(columns(row, names).items())))
-        losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
-        self._root.append(pipe)
-        return tuple(losses)
+        survey = survey_of(report, transliterate, self._names)
+        pipe = child(self._root, "ZB")
+        children(pipe, dict(sorted(survey.header.items())))
+        for row in survey.rows:
+            children(child(pipe, "ZC"), dict(sorted(columns(row, survey.names).items())))
+        return survey.losses
 
     def content(self) -> bytes:
         """Return the document."""
