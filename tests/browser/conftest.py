@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from urllib.parse import urlsplit
 
 import pytest
@@ -10,11 +11,14 @@ from clip_surveys import clip_survey, several_clips
 from clips import rig_for_clip, wide_rig
 from desks import WITHOUT_WEBGL
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect
+from playwright.sync_api import TimeoutError as TooLate
 from steps import Server
 from surveys import Survey
 
 PATIENCE_MS = 60_000
 """Other workers of the same test run may have both cores."""
+CLOSES, CLOSE_MS = 20, 3000
+"""How often Chromium is asked to close a page, and how long each time may take."""
 STORES = "local_storage,indexeddb,cache_storage"
 """What a page keeps in the browser, beside cookies."""
 
@@ -66,10 +70,29 @@ def page(window: BrowserContext, keeper: Page, request: pytest.FixtureRequest) -
     yield page
     for opened in window.pages:
         if opened is not keeper:
-            opened.close()
+            _close(opened)
     window.set_offline(False)
     _forget(keeper, seen)
     assert not faults, faults
+
+
+def _close(page: Page) -> None:
+    """Close a page, at the latest when it has loaded what it is about to show.
+
+    Chromium may forget to close a page that is between two documents; Playwright's own `close`
+    asks once and waits without a limit.
+    """
+    session = page.context.new_cdp_session(page)
+    target = session.send("Target.getTargetInfo")["targetInfo"]["targetId"]
+    assert page.context.browser is not None
+    browser = page.context.browser.new_browser_cdp_session()
+    for _ in range(CLOSES):
+        if page.is_closed():
+            break
+        with suppress(TooLate), page.expect_event("close", timeout=CLOSE_MS):
+            browser.send("Target.closeTarget", {"targetId": target})
+    assert page.is_closed(), f"Chromium does not close {page.url}."
+    browser.detach()
 
 
 def _forget(keeper: Page, urls: Iterable[str]) -> None:

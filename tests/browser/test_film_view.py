@@ -13,7 +13,7 @@ from desks import (
     expect_read,
     observations,
 )
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
 from surveys import Survey
 
@@ -161,3 +161,17 @@ def test_panels_are_resized_by_hand_and_by_key_and_remember_it(desk: Page) -> No
 def test_tag_buttons_are_in_sight_on_a_tablet(desk: Page) -> None:
     desk.set_viewport_size({"width": 1024, "height": 768})
     expect(desk.locator(".quick__code").last).to_be_in_viewport(ratio=1)
+
+
+def test_a_frame_that_was_asked_for_is_shown_by_single_pictures_where_the_film_cannot_be_played(
+    page: Page, server: Server, inspection: str
+) -> None:
+    films: list[Route] = []
+    page.route("**/video", lambda route: films.append(route))
+    with page.expect_request("**/video"):
+        log_in(page, server, f"/inspections/{inspection}")
+    expect_read(page)
+    page.keyboard.press("End")
+    for film in films:
+        film.abort()
+    expect_frame(page, FRAMES - 1)

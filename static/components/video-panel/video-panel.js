@@ -230,7 +230,9 @@ class VideoPanel extends Component {
 
   /** LIVE <=> REVIEW */
   #enter(mode) {
-    const from = this.desk.playhead.value.frame;
+    // What was asked for last is still wanted, if another player is to show it.
+    const wished = this.#mode === 'REVIEW' ? this.#player.asked : -1;
+    const from = wished < 0 ? this.desk.playhead.value.frame : wished;
     this.#leave();
     this.#mode = mode;
     this.#player = this.#makePlayer(mode);
