@@ -115,6 +115,10 @@ class Camera(_Part):
             )
         return self
 
+    def __hash__(self) -> int:
+        fields = self.__dict__ | {"distortion": tuple(self.distortion)}
+        return hash(tuple(fields.values()))
+
     def require_possible(self) -> None:
         """Check that a lens can have these focal lengths and this principal point.
 

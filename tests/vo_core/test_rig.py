@@ -28,6 +28,13 @@ def test_a_written_rig_reads_back_the_same(tmp_path):
     assert Rig.load(path) == rig
 
 
+def test_equal_rigs_are_one_key():
+    bent, same, other = (
+        make_rig(camera={"distortion": [k1, -0.2, 0.0, 0.0]}) for k1 in (0.1, 0.1, 0.11)
+    )
+    assert len({bent, same, other}) == 2
+
+
 @pytest.mark.parametrize(
     ("part", "change", "said"),
     [

@@ -14,6 +14,7 @@ track?  Measured on rendered runs of 6 m with e = 3 %:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -37,6 +38,12 @@ LEAST_INFLUENCE = 0.2
 _SMALL = 1e-3
 """Relative step of the numerical derivatives."""
 
+_EXACT = 1e-9
+"""Relative change of a height that is found: the next step would be far smaller still."""
+
+_RIGS = 64
+"""Rigs whose results are kept: the surveys of a project often share one."""
+
 
 @dataclass(frozen=True)
 class Height:
@@ -59,6 +66,7 @@ def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
     """
     height_mm, pixels = rig.mount.height_mm, _patch_pixels(rig)
     for _ in range(8):  # Newton's method; the reading is close to a power of the height
+        before_mm = height_mm
         truth = _with_height(rig, height_mm)
         read = _mean_reading(rig, truth, pixels)
         higher = _mean_reading(rig, _with_height(rig, height_mm * (1 + _SMALL)), pixels)
@@ -66,6 +74,8 @@ def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
         if not abs(power) > LEAST_INFLUENCE:  # nor when it is nan
             return None
         height_mm *= float(np.exp(-np.log(scale * read) / power))
+        if abs(height_mm - before_mm) < _EXACT * before_mm:
+            break
     try:
         truth = Rig.parse(_with_height(rig, height_mm).model_dump())
     except InvalidRig:
@@ -94,6 +104,7 @@ class ScaleEffects:
         return float(np.linalg.norm([self.height, self.focal, self.diameter, self.tilt]))
 
 
+@lru_cache(_RIGS)
 def scale_effects(rig: Rig) -> ScaleEffects:
     """Compute how each tolerance of the rig affects the distance.
 
@@ -157,12 +168,15 @@ def _mean_reading(rig: Rig, truth: Rig, pixels: Matrix) -> float:
     return float(np.nanmean(_readings(rig, truth, pixels)))
 
 
+@lru_cache(_RIGS)
 def _patch_pixels(rig: Rig) -> Matrix:
     """(N, 2) pixels of points of the patch; computing them takes longer than all the rest here."""
     rectifier = Rectifier(rig)
     row, column = np.nonzero(rectifier.valid[::8, ::8])
     patch_mm = rectifier.grid.to_mm(8.0 * np.column_stack([column, row]).astype(np.float64))
-    return robot_pixels(rig, sight(rig, NOMINAL, enclose(rig, patch_mm)))
+    pixels = robot_pixels(rig, sight(rig, NOMINAL, enclose(rig, patch_mm)))
+    pixels.setflags(write=False)  # all callers get the same array
+    return pixels
 
 
 def _readings(rig: Rig, truth: Rig, pixels: Matrix) -> Matrix:

@@ -75,6 +75,8 @@ def clean(text: str) -> str:
     Control characters and lone surrogates are removed; characters without a font are replaced by
     their code point.
     """
+    if _is_plain(text):
+        return text
     text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\t", " ")
     kept = "".join(map(_shown, text))
     return "".join(_in_a_font(char) for char in unicodedata.normalize("NFC", kept))
@@ -123,6 +125,8 @@ def visual_runs(text: str, weight: Weight) -> list[Run]:
 
 def visual_pieces(text: str) -> list[Piece]:
     """Return the pieces of a line of cleaned text, from left to right."""
+    if _is_plain(text):
+        return [Piece(text, LATIN, is_rtl=False)] if text else []
     if not any(map(_is_right_to_left, text)):
         return [Piece(piece, face, is_rtl=False) for face, piece in _by_face(text)]
     levels = _levels(text)
@@ -136,6 +140,11 @@ def visual_pieces(text: str) -> list[Piece]:
         ]
         at = end
     return [piece for _, piece in _reordered(pieces)]
+
+
+def _is_plain(text: str) -> bool:
+    """Return whether a text is ASCII in one line, as most are: the Latin font shows all of it."""
+    return text.isascii() and text.isprintable()
 
 
 def _shown(char: str) -> str:
