@@ -398,6 +398,15 @@ class Loss:
         self.entry = entry
         self.values = values
 
+    def in_format(self, kind: str) -> Loss:
+        """Return the loss with the name of the format, for an archive of several."""
+        return Loss("in_format", self.entry, format=format_name(kind), loss=self)
+
+
+def format_name(kind: str) -> Phrase:
+    """Return the name of a format for people: of those of other programs, their own name."""
+    return Phrase(f"format.{kind}", otherwise=kind.upper())
+
 
 class FormatNeeds(ExportNotAvailable):
     """The inspection lacks what the format needs, which is said in every language."""

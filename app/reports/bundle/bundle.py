@@ -12,7 +12,16 @@ from typing import IO, Protocol, cast
 from app.errors import ExportNotAvailable
 from app.reports.bundle.signed_archive import SignedArchive, inspected
 from app.reports.content.naming import file_stem
-from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, Written, failure
+from app.reports.report import (
+    Entry,
+    Loss,
+    Photo,
+    Report,
+    VoiceNote,
+    Written,
+    failure,
+    format_name,
+)
 from app.storage.blobs import Readable
 from vo_core import Track
 from vo_core.errors import ChainageError
@@ -86,8 +95,7 @@ class _Bundle:
 
     def add_form(self, kind: str, form: Form) -> None:
         """Add the report in one of its formats."""
-        losses = self._add(form, "")
-        self.losses += [Loss("in_format", loss.entry, format=kind, loss=loss) for loss in losses]
+        self.losses += [loss.in_format(kind) for loss in self._add(form, "")]
 
     def add_exchange(self, kind: str, form: Form) -> None:
         """Add the file of another program's format, or name it as not made.
@@ -98,7 +106,7 @@ class _Bundle:
             self._add(form, EXCHANGE)
         except ChainageError as error:
             self._archive.not_made[kind] = str(error)
-            self.losses.append(Loss("not_made", format=kind, reason=failure(error)))
+            self.losses.append(Loss("not_made", format=format_name(kind), reason=failure(error)))
 
     def _add(self, form: Form, folder: str) -> tuple[Loss, ...]:
         written = form.write(self._report)

@@ -82,13 +82,8 @@ def losses(report: Report, forms: Mapping[str, DeliveredForm]) -> tuple[Loss, ..
         forms: The formats by their names.
     """
     kinds = (_kind_of(report), *_READABLE)
-    found = [loss for kind in kinds for loss in _said_by(kind, forms[kind].losses(report))]
+    found = [loss.in_format(kind) for kind in kinds for loss in forms[kind].losses(report)]
     return (*found, *_missing(CitedNames(()).apart(report, _kind_of(report), 1)))
-
-
-def _said_by(kind: str, losses: Iterable[Loss]) -> list[Loss]:
-    """Return the losses of a format with its name."""
-    return [Loss("in_format", loss.entry, format=kind, loss=loss) for loss in losses]
 
 
 def _missing(report: Report) -> list[Loss]:
@@ -156,12 +151,12 @@ class Delivery:
         linked = _linked_to_film(report, folder)
         written = {kind: self._forms[kind].write(linked) for kind in _READABLE}
         # What may be refused comes first: nothing of such an inspection is in the archive.
-        losses = _said_by(self._kind, self._exchange.add(report))
+        losses = [loss.in_format(self._kind) for loss in self._exchange.add(report)]
         names = []
         for kind, readable in written.items():
             names.append(f"{stem}-{self._forms[kind].stem}{self._forms[kind].suffix}")
             self._archive.add_blocks(folder + names[-1], readable.blocks())
-            losses += _said_by(kind, readable.losses)
+            losses += [loss.in_format(kind) for loss in readable.losses]
         photos = sum(self._add_photo(photo) for _, photo in _photos(report))
         for _, note in _voice_notes(report):
             self._add_stored(folder + note.name, note.sound)

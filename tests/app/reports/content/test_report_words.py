@@ -129,8 +129,8 @@ def test_a_loss_is_said_in_the_language_of_the_report():
     loss = Loss("only_json", named=(Phrase("part.joints"), Phrase("part.history")))
     assert Translator("en", "m").loss(loss) == "Only the JSON report has the joints, the history."
     assert Translator("ms", "m").loss(loss) == "Hanya laporan JSON mempunyai sambungan, sejarah."
-    within = Loss("in_format", format="xlsx", loss=Loss("line_ends"))
-    assert Translator("ms", "m").loss(within) == "xlsx: Penghujung baris dalam teks ialah LF."
+    within = Loss("line_ends").in_format("en13508")
+    assert Translator("ms", "m").loss(within) == "EN 13508-2: Penghujung baris dalam teks ialah LF."
     unknown = Loss("no_clip", reason=failure(InvalidTrack("The track has a gap.")))
     assert Translator("ms", "m").loss(unknown) == "Tiada klip: The track has a gap."
 
