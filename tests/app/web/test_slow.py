@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
-from builders import PATIENCE_S, Client
+from builders import PATIENCE_S, Client, wait_until
 
 MANY = 44
 """More than there are threads for blocking endpoints."""
@@ -69,14 +69,20 @@ def test_a_report_is_written_once_for_its_losses_and_for_itself(
 
     monkeypatch.setattr(reports, "report", counted)
     path = f"/api/inspections/{done}/exports/m150"
-    server.tag(done, frame=20, code="BAB")
+    tag_with_photo(server, done, frame=20, code="BAB")
     server.get(f"{path}/losses")
     first = server.get(path).content
     assert len(made) == 1
-    server.tag(done, frame=30, code="BBC")
+    tag_with_photo(server, done, frame=30, code="BBC")
     assert server.get(path).content != first
     server.get(f"{path}/losses")
     assert len(made) == 2
-    assert len(made) == 2
     server.get(path, params={"lang": "ms"})
     assert len(made) == 3
+
+
+def tag_with_photo(client: Client, inspection_id: str, **values: Any) -> None:
+    """Tag, and wait for the photo, which makes the report another one."""
+    client.tag(inspection_id, **values).raise_for_status()
+    path = f"/api/inspections/{inspection_id}/observations"
+    wait_until(lambda: all(tag["photo"] for tag in client.get(path).json()["observations"]))
