@@ -175,3 +175,11 @@ def test_a_frame_that_was_asked_for_is_shown_by_single_pictures_where_the_film_c
     for film in films:
         film.abort()
     expect_frame(page, FRAMES - 1)
+
+    # a picture that does not come is said, and asked for again by the next key
+    page.route("**/frames/*.jpg", lambda route: route.abort())
+    page.keyboard.press("Home")
+    expect(page.locator(".toast")).to_contain_text("The server cannot be reached.")
+    page.unroute("**/frames/*.jpg")
+    page.keyboard.press("Home")
+    expect_frame(page, 0)

@@ -8,6 +8,7 @@
  */
 
 import { blob } from '../../core/api.js';
+import { orToast } from '../toast-stack/toast-stack.js';
 
 /**
  * Shares of a frame's interval to seek to, tried in turn while another frame is shown.
@@ -151,7 +152,7 @@ export class FilePlayer extends Player {
     if (!this.isBusy || this.asked !== this.#sought || this.#video.seeking) return;
     this.#missed += 1;
     if (this.#missed < SEEK_SHARES.length) this.seek(this.asked);
-    else this.#showStill(this.asked);
+    else orToast(() => this.#showStill(this.asked));
   }
 
   async #showStill(frame) {
@@ -212,7 +213,7 @@ export class StillPlayer extends Player {
 
   seek(frame) {
     this.asked = frame;
-    if (!this.#isLoading) this.#load();
+    if (!this.#isLoading) orToast(() => this.#load());
   }
 
   close() {
@@ -229,6 +230,9 @@ export class StillPlayer extends Player {
         this.show(picture, picture.width, picture.height, frame);
         picture.close();
       }
+    } catch (error) {
+      this.shuttle(0); // the next picture would fail, too
+      throw error;
     } finally {
       this.#isLoading = false;
     }
