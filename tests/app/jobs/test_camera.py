@@ -176,9 +176,9 @@ def test_a_full_disk_ends_the_recording_and_not_the_tracking(tmp_path: Path) -> 
     left_out = [mark for state in live.states for mark in state.left_out]
     marks = parts.read(tmp_path / "parts.csv")
     assert marks == left_out
-    # A busy machine may lose pictures of the camera, and one is weak for it; a track that ended
-    # with the recording would have no good one.
-    assert sum(row.status == "ok" for row in live.rows[-20:]) > 10
+    # Pictures that a busy machine reads late are weak: the camera has no clock of its own.
+    assert "lost" not in {row.status for row in live.rows[-20:]}
+    assert live.rows[-1].distance_mm - live.rows[-20].distance_mm > 10 * STEP_MM
     recorded = live.rows[: left_out[0].frame]
     assert [row.frame for row in live.rows] == list(range(len(live.rows)))
     assert [mark.frame for mark in marks] == [row.frame for row in live.rows[len(recorded) :]]
