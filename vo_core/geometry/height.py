@@ -66,15 +66,15 @@ def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
     """
     height_mm, pixels = rig.mount.height_mm, _patch_pixels(rig)
     for _ in range(8):  # Newton's method; the reading is close to a power of the height
-        before_mm = height_mm
         truth = _with_height(rig, height_mm)
         read = _mean_reading(rig, truth, pixels)
         higher = _mean_reading(rig, _with_height(rig, height_mm * (1 + _SMALL)), pixels)
         power = _power(read, higher)
         if not abs(power) > LEAST_INFLUENCE:  # nor when it is nan
             return None
-        height_mm *= float(np.exp(-np.log(scale * read) / power))
-        if abs(height_mm - before_mm) < _EXACT * before_mm:
+        change = float(np.exp(-np.log(scale * read) / power))
+        height_mm *= change
+        if abs(change - 1) < _EXACT:
             break
     try:
         truth = Rig.parse(_with_height(rig, height_mm).model_dump())
