@@ -51,9 +51,10 @@ session.addEventListener('signed-out', () => {
   location.assign(`/login?next=${encodeURIComponent(location.pathname + location.search)}`);
 });
 
-// A fault in the page itself must not go unnoticed.
-addEventListener('unhandledrejection', ({ reason }) => {
-  if (reason?.name !== 'AbortError') toastError(reason);
+// A fault in the page itself must not go unnoticed; a request that ended with its element is none.
+addEventListener('unhandledrejection', (event) => {
+  if (event.reason?.name === 'AbortError') event.preventDefault();
+  else toastError(event.reason);
 });
 addEventListener('error', ({ error, message }) => toastError(error ?? new Error(message)));
 

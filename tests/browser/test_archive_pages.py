@@ -13,7 +13,7 @@ import pytest
 from clips import numbered_clip, rig_for_clip
 from desks import expect_frame
 from looks import expect_no_fault
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
 
 FRAMES = 8
@@ -107,6 +107,28 @@ def test_a_folder_is_added_by_a_rule_after_a_dry_run_and_its_film_tracked_and_op
     row_of(page, "CUL-1_a").get_by_role("link").click()
     expect_frame(page, r"\d+")
     assert re.search(r"/inspections/[0-9a-f]{32}", page.url)
+
+
+def test_on_a_slow_network_nothing_can_be_edited_that_the_stored_rules_would_replace(
+    page: Page, archive: Server, rig_file: Path
+) -> None:
+    late: list[Route] = []
+    log_in(page, archive, "/archive")
+    page.route("**/api/archive/rules", lambda route: late.append(route))
+    page.route("**/api/presets", lambda _: None)  # its answer never comes
+    page.goto(f"{archive.url}/archive/rules")
+    expect(page.get_by_role("heading", name="Rules and rigs")).to_be_visible()
+    expect(page.get_by_role("button", name="Add a rig")).to_be_hidden()
+    for name in ("Discard changes", "Save", "Try on a folder"):
+        expect(page.get_by_role("button", name=name)).to_be_disabled()
+    late.pop().continue_()
+    page.get_by_role("button", name="Add a rig").click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_label("Name", exact=True).fill("Crawler")
+    dialog.locator("rig-form input[type=file]").set_input_files(rig_file)
+    dialog.get_by_role("button", name="Take this rig").click()
+    expect(page.locator(".rig-card")).to_contain_text("Crawler")
+    expect(page.get_by_role("button", name="Save")).to_be_enabled()
 
 
 def test_a_group_of_failures_is_repaired_by_one_other_rig(

@@ -26,12 +26,12 @@ class ArchiveRules extends Component {
       archivePage({
         title: t('archive.rules'),
         ways: html`<p class="rules__state" role="status" data-part="state"></p>
-          <button class="button" data-part="try" data-needs="operator">${icon('search')}${t('rules.try')}</button>
-          <button class="button" data-part="discard" data-needs="operator">${icon('undo')}${t('rules.discard')}</button>
-          <button class="button button--primary" data-part="save" data-needs="operator">${icon('check')}${t('rules.save')}</button>`,
+          <button class="button" data-part="try" data-needs="operator" disabled>${icon('search')}${t('rules.try')}</button>
+          <button class="button" data-part="discard" data-needs="operator" disabled>${icon('undo')}${t('rules.discard')}</button>
+          <button class="button button--primary" data-part="save" data-needs="operator" disabled>${icon('check')}${t('rules.save')}</button>`,
         content: html`<p class="dim rules__help">${t('rules.help')}</p>
           <div role="alert" data-part="faults"></div>
-          <div class="rules">
+          <div class="rules" data-part="editor" hidden>
             <section aria-labelledby="rules-title"><h2 id="rules-title">${t('rules.title')}</h2>
               <p class="help">${t('rules.order')}</p>
               <p class="panel rules__none" data-part="noRules" hidden>${t('rules.none')}</p>
@@ -65,6 +65,9 @@ class ArchiveRules extends Component {
     try {
       [{ fields: this.#fields }] = await Promise.all([get('/api/header-fields', this.signal), this.#load()]);
       this.#show(this.#edited);
+      // Not earlier: what is edited before the stored rules have come would be replaced by them.
+      parts.editor.hidden = false;
+      parts.try.disabled = false;
     } catch (error) {
       if (error.name === 'AbortError') return;
       if (!(error instanceof ApiError)) throw error;
