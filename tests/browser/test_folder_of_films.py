@@ -186,7 +186,7 @@ def test_a_film_on_a_disk_that_goes_is_named_and_the_next_one_follows(
         file.write(bytes(8_000_000))
     network = form.context.new_cdp_session(form)
     network.send("Network.enable")
-    slow = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": 1e6}
+    slow = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": 4e5}
     network.send("Network.emulateNetworkConditions", slow)
     choose(form, folder)
     expect(row(form, "run 9.mp4").locator(".drop__state")).to_contain_text(re.compile(r"[1-9] %"))

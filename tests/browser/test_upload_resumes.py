@@ -12,8 +12,9 @@ from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
 PADDING_BYTES = 24_000_000
-BYTES_PER_S, RELOADED_BYTES_PER_S = 4_000_000, 1_500_000
-"""Upload, at first, and until the page is reloaded before its last piece has arrived."""
+BYTES_PER_S = 800_000
+"""So slow that a busy machine, too, kills the server and reloads the page before the last piece."""
+UNLIMITED = -1
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +26,7 @@ def large_video(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return video
 
 
-def _slow_down(page: Page, bytes_per_s: int) -> None:
+def _limit_upload(page: Page, bytes_per_s: int) -> None:
     network = page.context.new_cdp_session(page)
     network.send("Network.enable")
     network.send(
@@ -48,25 +49,24 @@ def test_upload_goes_on_after_the_server_was_killed_and_after_a_reload(
     page: Page, server: Server, large_video: Path
 ) -> None:
     log_in(page, server, "/new")
-    _slow_down(page, BYTES_PER_S)
+    _limit_upload(page, BYTES_PER_S)
     file_input = page.locator("input[type=file]").first
     file_input.set_input_files(large_video)
-    _wait_for_share(page, 15)
+    _wait_for_share(page, 10)
     server.kill()
     expect(page.locator(".drop__state")).to_contain_text("Trying again")
-    _slow_down(page, RELOADED_BYTES_PER_S)
     server.start()
-    _wait_for_share(page, 40)
+    _wait_for_share(page, 25)
 
     page.on("dialog", lambda dialog: dialog.accept())
     page.reload()
     expect(page.get_by_text("was interrupted")).to_be_visible()
-    _slow_down(page, BYTES_PER_S)
+    _limit_upload(page, UNLIMITED)
     sent: list[int] = []
     page.on("request", lambda request: sent.append(_offset_of(request.headers)))
     file_input.set_input_files(large_video)
     expect(page.locator(".drop__state")).to_have_text("Uploaded")
-    assert min(offset for offset in sent if offset >= 0) > 0.3 * PADDING_BYTES
+    assert min(offset for offset in sent if offset >= 0) > 0.2 * PADDING_BYTES
 
     page.reload()
     expect(page.get_by_text("no inspection was started")).to_be_visible()
