@@ -74,7 +74,7 @@ class Server:
         path: str,
         body: object = None,
         headers: Mapping[str, str] | None = None,
-        timeout_s: float = 30,
+        timeout_s: float = 60,
     ) -> HTTPResponse:
         """Send a request with the token; bytes are sent unchanged, the rest as JSON."""
         content = body if isinstance(body, bytes) or body is None else json.dumps(body).encode()

@@ -33,8 +33,8 @@ def live(
     return client.socket(f"/api/inspections/{inspection_id}/live{query}", **options)
 
 
-def receive(socket: ClientConnection, timeout_s: float = 20) -> tuple[dict[str, Any], bytes]:
-    message = socket.recv(timeout_s)
+def receive(socket: ClientConnection) -> tuple[dict[str, Any], bytes]:
+    message = socket.recv(PATIENCE_S)
     assert isinstance(message, bytes)
     length = int.from_bytes(message[:4], "big")
     return json.loads(message[4 : 4 + length]), message[4 + length :]
@@ -98,7 +98,7 @@ def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(server: Client, d
         for n in range(PICTURES):
             published(done, "running", Progress(n, None, 20.0, None), (pose,), jpeg)
             deaf.send(json.dumps({"type": "ack", "seq": 2**53}))
-            header, shown = receive(reader, 5)
+            header, shown = receive(reader)
             acknowledge(reader, header)
             assert (header["progress"]["frames_done"], shown) == (n, jpeg)
         assert PICTURES * len(jpeg) > 10 * MOST_KEPT_BYTES
