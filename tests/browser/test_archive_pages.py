@@ -131,6 +131,22 @@ def test_on_a_slow_network_nothing_can_be_edited_that_the_stored_rules_would_rep
     expect(page.get_by_role("button", name="Save")).to_be_enabled()
 
 
+@pytest.mark.parametrize(
+    ("path", "asked"),
+    [("rules", "**/api/archive/rules"), ("template", "**/api/report-templates/")],
+)
+def test_a_page_that_is_opened_without_the_server_asks_again_until_it_is_there(
+    page: Page, archive: Server, path: str, asked: str
+) -> None:
+    log_in(page, archive, "/archive")
+    away = {"code": "unavailable", "detail": "It starts."}
+    page.route(asked, lambda route: route.fulfill(status=503, json=away), times=1)
+    page.goto(f"{archive.url}/archive/{path}")
+    expect(page.get_by_role("alert").first).to_have_text("It starts. Trying again…")
+    expect(page.locator(".rules, fieldset.template")).to_be_visible()
+    expect(page.get_by_role("alert").first).to_be_empty()
+
+
 def test_a_group_of_failures_is_repaired_by_one_other_rig(
     page: Page, archive: Server, films: Path, clip: Path, rig_file: Path
 ) -> None:

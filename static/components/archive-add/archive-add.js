@@ -98,7 +98,7 @@ class ArchiveAdd extends Component {
       await run();
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      showFault(this.parts.fault, error);
+      showFault(this.parts.fault, error, { isAskedAgain: false });
       this.parts.result.hidden = true;
     } finally {
       button.disabled = false;

@@ -1,6 +1,6 @@
 /** The rules of the archive: which films get which rig, project, asset and header; and the rigs. */
 
-import { ApiError, get } from '../../core/api.js';
+import { ApiError, get, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { may } from '../../core/rights.js';
 import { faultsIn, loadRules, saveRules } from '../../core/rules.js';
@@ -20,7 +20,7 @@ class ArchiveRules extends Component {
   #version;
   #fields = [];
 
-  async mount() {
+  mount() {
     this.parts = render(
       this,
       archivePage({
@@ -62,25 +62,24 @@ class ArchiveRules extends Component {
     this.listen(parts.try, 'click', () => orToast(() => tryRules(this.#edited, this.signal)));
     parts.try.hidden = !may('admin');
     this.listen(window, 'beforeunload', (event) => this.#isChanged && event.preventDefault());
-    try {
-      [{ fields: this.#fields }] = await Promise.all([get('/api/header-fields', this.signal), this.#load()]);
-      this.#show(this.#edited);
-      // Not earlier: what is edited before the stored rules have come would be replaced by them.
-      parts.editor.hidden = false;
-      parts.try.disabled = false;
-    } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
-      showFault(parts.fault, error);
-    }
+    poll(() => this.#load(), this.signal, (error) => showFault(parts.fault, error));
   }
 
   get #isChanged() {
     return this.#stored !== '' && JSON.stringify(this.#edited) !== this.#stored;
   }
 
+  /** Fetches the stored rules; until they have come nothing can be edited, since they would replace it. */
   async #load() {
-    this.#keep(await loadRules(this.signal));
+    const [{ fields }, stored] = await Promise.all([get('/api/header-fields', this.signal), loadRules(this.signal)]);
+    this.#fields = fields;
+    this.#keep(stored);
+    this.#show(this.#edited);
+    const { parts } = this;
+    showFault(parts.fault, null);
+    parts.editor.hidden = false;
+    parts.try.disabled = false;
+    return null;
   }
 
   #keep({ rigs, rules, version }) {

@@ -38,11 +38,16 @@ export function archivePage({ title, ways, content }) {
     </main>`;
 }
 
-/** Shows why the server does not answer; null removes it. */
-export function showFault(element, error) {
+/**
+ * Shows why the server does not answer; null removes it.
+ * @param {HTMLElement} element
+ * @param {import('../../core/api.js').ApiError|null} error
+ * @param {{isAskedAgain?: boolean}} [options] false: after a request that is not repeated by itself
+ */
+export function showFault(element, error, { isAskedAgain = true } = {}) {
   if (!error) return render(element, html``);
   const reason = errorText(error);
-  const text = error.isTemporary ? t('page.trying_again', { reason }) : reason;
+  const text = isAskedAgain && error.isTemporary ? t('page.trying_again', { reason }) : reason;
   return render(element, html`<p class="message message--error">${icon('alert')}<span>${text}</span></p>`);
 }
 

@@ -1,6 +1,6 @@
 /** The template of a project's reports; without ?project=NAME the one of all projects without their own. */
 
-import { ApiError, get } from '../../core/api.js';
+import { ApiError, get, poll } from '../../core/api.js';
 import { makeExport, save } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
 import {
@@ -29,7 +29,7 @@ class ReportTemplate extends Component {
   #version = null;
   #changes = null;
 
-  async mount() {
+  mount() {
     this.parts = render(
       this,
       archivePage({
@@ -47,17 +47,18 @@ class ReportTemplate extends Component {
       }),
     );
     this.#listen();
-    try {
-      const [used, codes] = await Promise.all([loadTemplate(this.#project, this.signal), get('/api/codes', this.signal)]);
-      const names = [...new Set(codes.map(({ code }) => code))];
-      render(this.parts.codes, html`${names.map((code) => html`<option value="${code}"></option>`)}`);
-      this.#take(used);
-      await this.#offer();
-    } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
-      showFault(this.parts.fault, error);
-    }
+    poll(() => this.#load(), this.signal, (error) => showFault(this.parts.fault, error));
+  }
+
+  /** Fetches all that is shown, the template at last: what is edited is not replaced by a repeated question. */
+  async #load() {
+    const [used, codes] = await Promise.all([loadTemplate(this.#project, this.signal), get('/api/codes', this.signal)]);
+    await this.#offer();
+    const names = [...new Set(codes.map(({ code }) => code))];
+    render(this.parts.codes, html`${names.map((code) => html`<option value="${code}"></option>`)}`);
+    this.#take(used);
+    showFault(this.parts.fault, null);
+    return null;
   }
 
   #listen() {
