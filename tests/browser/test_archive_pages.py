@@ -68,6 +68,17 @@ def row_of(page: Page, name: str) -> Locator:
     return page.get_by_role("row").filter(has_text=name)
 
 
+def add_rig(page: Page, rig_file: Path) -> None:
+    """The first one, named Crawler, from its file."""
+    page.get_by_role("button", name="Add a rig").click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_label("Name", exact=True).fill("Crawler")
+    dialog.locator("rig-form input[type=file]").set_input_files(rig_file)
+    expect(dialog.get_by_label("Picture width")).not_to_have_value("")
+    dialog.get_by_role("button", name="Take this rig").click()
+    expect(page.locator(".rig-card")).to_contain_text("Crawler")
+
+
 def test_a_folder_is_added_by_a_rule_after_a_dry_run_and_its_film_tracked_and_opened(
     page: Page, archive: Server, films: Path, clip: Path, rig_file: Path
 ) -> None:
@@ -75,11 +86,7 @@ def test_a_folder_is_added_by_a_rule_after_a_dry_run_and_its_film_tracked_and_op
     log_in(page, archive, "/archive")
     expect(page.get_by_role("heading", name="The archive is empty")).to_be_visible()
     page.get_by_role("link", name="Rules and rigs").first.click()
-    page.get_by_role("button", name="Add a rig").click()
-    dialog = page.get_by_role("dialog")
-    dialog.get_by_label("Name", exact=True).fill("Crawler")
-    dialog.locator("rig-form input[type=file]").set_input_files(rig_file)
-    dialog.get_by_role("button", name="Take this rig").click()
+    add_rig(page, rig_file)
     page.get_by_role("button", name="Add a rule").click()
     pattern = page.get_by_label("Path within the added folder")
     pattern.fill("{project}/{wrong_*.mp4")
@@ -122,12 +129,7 @@ def test_on_a_slow_network_nothing_can_be_edited_that_the_stored_rules_would_rep
     for name in ("Discard changes", "Save", "Try on a folder"):
         expect(page.get_by_role("button", name=name)).to_be_disabled()
     late.pop().continue_()
-    page.get_by_role("button", name="Add a rig").click()
-    dialog = page.get_by_role("dialog")
-    dialog.get_by_label("Name", exact=True).fill("Crawler")
-    dialog.locator("rig-form input[type=file]").set_input_files(rig_file)
-    dialog.get_by_role("button", name="Take this rig").click()
-    expect(page.locator(".rig-card")).to_contain_text("Crawler")
+    add_rig(page, rig_file)
     expect(page.get_by_role("button", name="Save")).to_be_enabled()
 
 
