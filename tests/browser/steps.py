@@ -131,6 +131,19 @@ def log_in(page: Page, server: Server, path: str = "/", token: str = TOKEN) -> N
     page.goto(server.url + path)
 
 
+def limit_upload(page: Page, bytes_per_s: int) -> None:
+    """Send no more than that from now on; -1: without a limit."""
+    network = page.context.new_cdp_session(page)
+    network.send("Network.enable")
+    network.send(
+        "Network.emulateNetworkConditions",
+        {
+            "offline": False, "latency": 0, "downloadThroughput": -1,
+            "uploadThroughput": bytes_per_s,
+        },
+    )  # fmt: skip
+
+
 def start_inspection(page: Page, server: Server, video: Path, rig: Path, name: str) -> str:
     """Upload a video, load its rig file, start tracking; return the id of the inspection."""
     if page.url != server.url + "/new":

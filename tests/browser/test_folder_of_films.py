@@ -11,7 +11,7 @@ import pytest
 from clips import numbered_clip, rig_for_clip
 from looks import expect_no_fault
 from playwright.sync_api import Locator, Page, Response, Route, expect
-from steps import Server, log_in
+from steps import Server, limit_upload, log_in
 
 
 @pytest.fixture
@@ -184,10 +184,7 @@ def test_a_film_on_a_disk_that_goes_is_named_and_the_next_one_follows(
     first = folder / "camera" / "run 9.mp4"
     with first.open("ab") as file:
         file.write(bytes(8_000_000))
-    network = form.context.new_cdp_session(form)
-    network.send("Network.enable")
-    slow = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": 4e5}
-    network.send("Network.emulateNetworkConditions", slow)
+    limit_upload(form, 400_000)
     choose(form, folder)
     expect(row(form, "run 9.mp4").locator(".drop__state")).to_contain_text(re.compile(r"[1-9] %"))
     first.unlink()

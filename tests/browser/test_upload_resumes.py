@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from clips import numbered_clip, rig_for_clip
 from playwright.sync_api import Page, expect
-from steps import Server, log_in
+from steps import Server, limit_upload, log_in
 
 PADDING_BYTES = 24_000_000
 BYTES_PER_S = 800_000
@@ -26,18 +26,6 @@ def large_video(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return video
 
 
-def _limit_upload(page: Page, bytes_per_s: int) -> None:
-    network = page.context.new_cdp_session(page)
-    network.send("Network.enable")
-    network.send(
-        "Network.emulateNetworkConditions",
-        {
-            "offline": False, "latency": 0, "downloadThroughput": -1,
-            "uploadThroughput": bytes_per_s,
-        },
-    )  # fmt: skip
-
-
 def _wait_for_share(page: Page, percent: int) -> None:
     page.wait_for_function(
         "percent => parseInt(document.querySelector('.drop__state').textContent) >= percent",
@@ -49,7 +37,7 @@ def test_upload_goes_on_after_the_server_was_killed_and_after_a_reload(
     page: Page, server: Server, large_video: Path
 ) -> None:
     log_in(page, server, "/new")
-    _limit_upload(page, BYTES_PER_S)
+    limit_upload(page, BYTES_PER_S)
     file_input = page.locator("input[type=file]").first
     file_input.set_input_files(large_video)
     _wait_for_share(page, 10)
@@ -61,7 +49,7 @@ def test_upload_goes_on_after_the_server_was_killed_and_after_a_reload(
     page.on("dialog", lambda dialog: dialog.accept())
     page.reload()
     expect(page.get_by_text("was interrupted")).to_be_visible()
-    _limit_upload(page, UNLIMITED)
+    limit_upload(page, UNLIMITED)
     sent: list[int] = []
     page.on("request", lambda request: sent.append(_offset_of(request.headers)))
     file_input.set_input_files(large_video)
