@@ -18,7 +18,7 @@ os.environ["OPENCV_FOR_THREADS_NUM"] = "1"
 
 import pytest
 from builders import Client, make_clip, serving
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 from kinds import kind_of, nothing_is_started
 from object_stores import ObjectStore, moto
 from playwright.sync_api import Browser, sync_playwright
@@ -30,8 +30,20 @@ from surveys import Survey, served, tracked_once
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
-settings.register_profile("long", max_examples=3000)
+pytest_plugins = ["costs"]
 
+settings.register_profile(
+    "default",
+    max_examples=10,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.register_profile("long", settings.get_profile("default"), max_examples=300)
+
+SEED = 30
+"""Of the order of the tests."""
 LONG_FRAMES = 1500
 LONGEST_FIRST = ("browser", "server", "render", "unit")
 """Kinds of tests by the time that they take."""
@@ -60,12 +72,43 @@ CHROMIUM_FLAGS = [
 ]
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark every test with its kind, and put the files with the longest tests first.
+def runs_long(config: pytest.Config) -> bool:
+    """Return whether this is the long run, `pytest -m long`."""
+    return "long" in config.option.markexpr
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config: pytest.Config) -> None:
+    """Choose how many examples the properties are tried with, and one order for the default run:
+    what passes once passes again.
+    """
+    settings.load_profile("long" if runs_long(config) else "default")
+    if not runs_long(config) and getattr(config.option, "randomly_seed", None) == "default":
+        config.option.randomly_seed = SEED
+
+
+@pytest.fixture(scope="session")
+def is_long(pytestconfig: pytest.Config) -> bool:
+    """Whether to try the whole, not a share of it; a test that asks for it is in both runs."""
+    return runs_long(pytestconfig)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark every test with its kind, choose those of this run, and put the files with the longest
+    tests first.
 
     A file is run by one process: at the end of the tests only short ones are left, so that no
     process waits long for the other.
     """
+    if runs_long(config):
+        for item in items:
+            if "is_long" in item.fixturenames or hasattr(item.obj, "hypothesis"):
+                item.add_marker("long")
+    else:
+        left_out = [item for item in items if item.get_closest_marker("long")]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in left_out]
     first: dict[Path, int] = {}
     for item in items:
         kind = kind_of(item)
