@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from counter_films import GREEN, CounterFilm, Text, write
-from measure_counter import compared
+from measure.counter import compared
 
 from app.burnt_in.box import Box
 from app.burnt_in.counter import burnt_in, read_counter

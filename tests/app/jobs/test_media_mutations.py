@@ -1,4 +1,4 @@
-"""Damage to files of every container and codec; tests/fuzz_media.py does far more of it."""
+"""Damage to files of every container and codec; tests/measure/fuzz_media.py does far more of it."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Ten rounds of what `tests/faults.py` does two hundred times."""
+"""Ten rounds of what `measure/faults.py` does two hundred times."""
 
 from pathlib import Path
 
-from faults import Storm
+from measure.faults import Storm
 
 
 def test_nothing_acknowledged_is_lost_when_processes_are_killed(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """Measures how server and page perform with a long survey: many defects, many frames; not a test.
 
-    python tests/measure_long_survey.py [20x2000 2000x600 ...] [--only server page] [--write]
+    python tests/measure long_survey [20x2000 2000x600 ...] [--only server page] [--write]
 
 Each size is defects x frames.  The server is a process of its own over a data folder that
 `long_survey` has filled; the page is a real Chromium that shows the film and the 3D view, which
@@ -14,7 +14,6 @@ import json
 import os
 import re
 import statistics
-import sys
 import tempfile
 import time
 import uuid
@@ -23,15 +22,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from conftest import CHROMIUM_FLAGS, installed_chromium
 from playwright.sync_api import Browser, Page, sync_playwright
+from steps import Server, log_in
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "browser")]
-
-from conftest import CHROMIUM_FLAGS, installed_chromium  # noqa: E402
-from long_survey import add_long_survey  # noqa: E402
-from measure_live import INTERACTIVE, print_line  # noqa: E402
-from measure_load import descendants  # noqa: E402
-from steps import Server, log_in  # noqa: E402
+from measure.live import INTERACTIVE, print_line
+from measure.load import descendants
+from measure.long_films import add_long_survey
 
 SIZES = ((20, 2_000), (2_000, 600), (2_000, 2_000), (2_000, 200_000))
 PLAYED_S = 8
@@ -41,7 +38,7 @@ TAG_EVERY_S = 5.0
 """Nobody tags faster; until then the 3D view, where software draws it, shows the tag before."""
 QUIET_S = 4.0
 PATIENCE_S = 600
-_TABLE = Path(__file__).parent.parent / "docs" / "long_survey.md"
+_TABLE = Path(__file__).parents[2] / "docs" / "long_survey.md"
 _BEGIN, _END = "<!-- measured: begin -->", "<!-- measured: end -->"
 
 Figures = dict[str, float]

@@ -1,6 +1,6 @@
 """Measures how well the burnt-in counter is read, on rendered films with exact truth.
 
-    python tests/measure_counter.py [--write docs/accuracy.md]
+    python tests/measure counter [--write docs/accuracy.md]
 
 A reading is right if one of the two fields of its frame shows it. In a coded film a tick may appear
 one frame early or late; such readings are counted apart. Every frame with a counter is legible.
@@ -24,7 +24,7 @@ from app.burnt_in.counter import CounterReadings, burnt_in, read_counter
 from app.lab.markdown_figures import replace_figures, write_figures
 
 MARK = "counter"
-COMMAND = "python tests/measure_counter.py --write docs/accuracy.md"
+COMMAND = "python tests/measure counter --write docs/accuracy.md"
 LEVELS = (0.6, 0.8, 0.95, 0.99, 1.0)
 AT = (60, 400)
 FILMS: dict[str, CounterFilm] = {

@@ -1,6 +1,6 @@
 """Measures the archive on this machine and writes the tables of docs/archive_measured.md; no test.
 
-    python tests/measure_archive.py [equal throughput queue kills users million]
+    python tests/measure archive [equal throughput queue kills users million]
 
 `equal`: a folder of short films of mixed quality, some broken, is processed by `chainage archive`
 on this machine, and on a cluster of two workers with PostgreSQL and an S3 store, where a worker
@@ -43,25 +43,22 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import httpx
+from archive_films import film_of, make_films
+from builders import half_size
+from clusters import Cluster, cluster
+from conftest import CHROMIUM_FLAGS, installed_chromium
+from object_stores import moto
 from playwright.sync_api import sync_playwright
+from postgres import PostgresServer, postgres_server
 
-sys.path[:0] = [str(Path(__file__).parent)]
+from app.data_folder import reading
+from app.jobs.follow import Follower
+from app.lab.markdown_figures import write_figures
+from app.lab.simulation import SCENARIOS
+from app.reports.report import Company
+from vo_core import Rig, VideoFile
 
-from archive_films import film_of, make_films  # noqa: E402
-from builders import half_size  # noqa: E402
-from clusters import Cluster, cluster  # noqa: E402
-from conftest import CHROMIUM_FLAGS, installed_chromium  # noqa: E402
-from object_stores import moto  # noqa: E402
-from postgres import PostgresServer, postgres_server  # noqa: E402
-
-from app.data_folder import reading  # noqa: E402
-from app.jobs.follow import Follower  # noqa: E402
-from app.lab.markdown_figures import write_figures  # noqa: E402
-from app.lab.simulation import SCENARIOS  # noqa: E402
-from app.reports.report import Company  # noqa: E402
-from vo_core import Rig, VideoFile  # noqa: E402
-
-PAGE = Path(__file__).parent.parent / "docs" / "archive_measured.md"
+PAGE = Path(__file__).parents[2] / "docs" / "archive_measured.md"
 TOKEN = "measured-by-a-script"  # noqa: S105
 CHAINAGE = [str(Path(sys.executable).with_name("chainage"))]
 SHORT_MM, LONG_MM = 600.0, 15_000.0
@@ -586,7 +583,7 @@ def main() -> int:
             table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
             print(table, flush=True)
             if asked.write:
-                write_figures(PAGE, part, f"python tests/measure_archive.py {part}", table)
+                write_figures(PAGE, part, f"python tests/measure archive {part}", table)
     print(f"{resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime:.0f} s of processor time")
     return 0
 

@@ -1,6 +1,6 @@
 """How old the live picture is when it is on screen, measured in a real Chromium; not a test.
 
-    python tests/measure_live.py [--seconds 20] [--runs 3]
+    python tests/measure live [--seconds 20] [--runs 3]
 
 A rendered culvert with the number of the frame as blocks in its first rows is served as an MJPEG
 camera at 30 frames a second, the server records and tracks it, the page shows it.  At each
@@ -26,18 +26,15 @@ from typing import Any
 
 import cv2
 import numpy as np
+from builders import BLOCK, blocks
+from cameras import MjpegCamera
+from conftest import CHROMIUM_FLAGS, installed_chromium
 from numpy.typing import NDArray
 from playwright.sync_api import Page, sync_playwright
+from steps import Server, log_in
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "browser")]
-
-from builders import BLOCK, blocks  # noqa: E402
-from cameras import MjpegCamera  # noqa: E402
-from conftest import CHROMIUM_FLAGS, installed_chromium  # noqa: E402
-from steps import Server, log_in  # noqa: E402
-
-from app.lab.simulation.render import render  # noqa: E402
-from app.lab.simulation.sample import SAMPLE  # noqa: E402
+from app.lab.simulation.render import render
+from app.lab.simulation.sample import SAMPLE
 
 RATE_HZ = 30
 LEG_MM = 1500.0

@@ -1,6 +1,6 @@
 """Measures whether server, cameras and viewers sustain the stated load on this machine; not a test.
 
-    python tests/measure_load.py [four viewers] [--seconds 45]
+    python tests/measure load [four viewers] [--seconds 45]
 
 `four`: four cameras at 15 frames a second, one real page, programs as viewers of the others.
 `viewers`: one camera at 30, twenty viewers: a real page, seventeen programs that keep up, one that
@@ -19,7 +19,6 @@ import json
 import multiprocessing
 import os
 import statistics
-import sys
 import tempfile
 import threading
 import time
@@ -32,12 +31,13 @@ from pathlib import Path
 
 import av
 import numpy as np
+from conftest import CHROMIUM_FLAGS, installed_chromium
 from playwright.sync_api import Page, sync_playwright
+from steps import TOKEN, Server, log_in
+from watchers import SLOW_S, Seen, Viewer, watch
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "browser")]
-
-from conftest import CHROMIUM_FLAGS, installed_chromium  # noqa: E402
-from measure_live import (  # noqa: E402
+from app.lab.simulation.sample import SAMPLE
+from measure.live import (
     RATE_HZ,
     WARM_UP_S,
     WATCH,
@@ -47,10 +47,6 @@ from measure_live import (  # noqa: E402
     percentile,
     print_line,
 )
-from steps import TOKEN, Server, log_in  # noqa: E402
-from watchers import SLOW_S, Seen, Viewer, watch  # noqa: E402
-
-from app.lab.simulation.sample import SAMPLE  # noqa: E402
 
 MAX_AGE_MS = 250
 MAX_GROWTH = 0.05

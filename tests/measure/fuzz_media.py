@@ -1,6 +1,6 @@
 """Tries thousands of damaged and malicious media files; prints the outcomes as a table.
 
-    python tests/fuzz_media.py --rounds 5000 --served 200 --seed 1
+    python tests/measure fuzz_media --rounds 5000 --served 200 --seed 1
 
 Every round does one to four things to the bytes of a whole clip (tests/hostile.py) and gives the
 file to the code of the children, each in a process of its own under their limits.  `--served` of
@@ -9,7 +9,7 @@ Exits with 1 if the server failed once, or a child met something that nobody had
 that did so is kept in `--keep`.
 """
 
-# ruff: noqa: E402, T201
+# ruff: noqa: T201
 from __future__ import annotations
 
 import argparse
@@ -23,9 +23,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import httpx
-
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
-
 from builders import Client, serving
 from hostile import KINDS, RIG, Edit, edited, write_seeds
 from ready_tracker import ReadyTracker, Verdict

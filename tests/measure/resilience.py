@@ -1,12 +1,12 @@
 """Makes the table of docs/operating.md: attacks tried, faults survived, load sustained; not a test.
 
-    python tests/resilience.py [--files 5000] [--rounds 200] [--seconds 45] [--write FILE.md]
+    python tests/measure resilience [--files 5000] [--rounds 200] [--seconds 45] [--write FILE.md]
 
 Runs `fuzz_media`, `faults` and `measure_load` one after the other, 40 minutes on two quiet cores.
 Ends with 1 if a server failed or something acknowledged was lost.
 """
 
-# ruff: noqa: E402, T201
+# ruff: noqa: T201
 from __future__ import annotations
 
 import argparse
@@ -15,13 +15,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-sys.path[:0] = [str(Path(__file__).parent)]
-
-from faults import Storm, Tally
-from fuzz_media import Attacks, attack
-from measure_load import LOADS, Held, holding, percentile
-
 from app.lab.markdown_figures import replace_figures, write_figures
+from measure.faults import Storm, Tally
+from measure.fuzz_media import Attacks, attack
+from measure.load import LOADS, Held, holding, percentile
 
 MARK = "resilience"
 """Name of the table's markers in its file."""
@@ -57,7 +54,7 @@ def main() -> int:
         add(*_held(name, held))
     if asked.write:
         command = (
-            f"python tests/resilience.py --files {asked.files} --rounds {asked.rounds} "
+            f"python tests/measure resilience --files {asked.files} --rounds {asked.rounds} "
             f"--seconds {asked.seconds:g}"
         )
         write_figures(asked.write, MARK, command, "\n".join(rows))

@@ -1,6 +1,6 @@
 """Checks that acknowledged content survives repeated kill -9; not a test.
 
-    python tests/faults.py [--rounds 200] [--seed 1] [--data FOLDER]
+    python tests/measure faults [--rounds 200] [--seed 1] [--data FOLDER]
 
 A real server is under load all the time: uploads in pieces, tags that are put, changed and deleted,
 a video that is tracked over and over and a camera that is recorded.  In each round the server or
@@ -32,14 +32,11 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import msgspec
+from builders import TUS, children_of, clip_rig, make_clip, wait_until
+from cameras import MjpegCamera
+from steps import Server
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parent / "browser")]
-
-from builders import TUS, children_of, clip_rig, make_clip, wait_until  # noqa: E402
-from cameras import MjpegCamera  # noqa: E402
-from steps import Server  # noqa: E402
-
-from app.jobs.messages import KeptCheckpoint  # noqa: E402
+from app.jobs.messages import KeptCheckpoint
 
 FRAMES, PACE = 300, 8.0
 """Frames of the video and its pace: one and a half seconds without interruption."""

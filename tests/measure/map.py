@@ -1,6 +1,6 @@
 """Measures the map of assets: the answer of the server, and the frames of the page; not a test.
 
-    python tests/measure_map.py [--assets 10000] [--inspections 3]
+    python tests/measure map [--assets 10000] [--inspections 3]
 
 Stores assets at random places of which half are registered, with so many inspections each, and
 opens the map in a headless Chromium. Prints size and time of the answer, and for zooming and
@@ -23,14 +23,12 @@ from conftest import CHROMIUM_FLAGS, installed_chromium
 from mapped_assets import MADE_AT, Inspected, Registered, inspection_row, registered_row
 from playwright.sync_api import Page, sync_playwright
 from sqlalchemy import insert
+from steps import Server, log_in
 
 from app.storage.database import Database
 from app.storage.defect_index import INDEX_VERSION
 from app.storage.tables import IndexedInspection, Inspection, RegisteredAsset
 from app.survey.folding import folded, spelling
-
-sys.path.append(str(Path(__file__).parent / "browser"))
-from steps import Server, log_in
 
 FRAMES = 120
 ROUNDS = 5

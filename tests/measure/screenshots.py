@@ -1,4 +1,4 @@
-"""Pictures of every page, in three widths and both themes: `python tests/screenshots.py FOLDER`.
+"""Pictures of every page in three widths and both themes: `python tests/measure screenshots DIR`.
 
 Not a test: for a person to look at.  The film that heads the README is made by
 `film_of_the_desk.py`.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,8 +18,6 @@ from urllib.parse import urlsplit
 
 from conftest import CHROMIUM_FLAGS, installed_chromium
 from playwright.sync_api import Browser, Page, expect, sync_playwright
-
-sys.path.append(str(Path(__file__).parent / "browser"))
 from steps import Server, log_in
 
 WIDTHS = {360: 800, 1280: 800, 1920: 1080}

@@ -1,6 +1,6 @@
 """Measures time and memory of the PDF over 100 inspections, each with a track and photos.
 
-Run as `python tests/measure_collection.py [FILE.pdf [LANGUAGE]]`. The inspections are stored in a
+Run as `python tests/measure collection [FILE.pdf [LANGUAGE]]`. The inspections are stored in a
 data folder and read from it, as the server does; another process makes them.
 """
 
@@ -35,8 +35,6 @@ def surveys(data: Path, count: int) -> list[str]:
     """Store many inspections of 12.5 m, copies of one with other headers and photos; return their
     ids.
     """
-    from long_survey import add_long_survey
-
     from app.storage.blobs import Blobs
     from app.storage.database import Database
     from app.storage.files import DataFolder
@@ -44,6 +42,7 @@ def surveys(data: Path, count: int) -> list[str]:
     from app.storage.imports import ImportStore, Rows
     from app.storage.inspections import InspectionStore
     from app.storage.observations import ObservationStore
+    from measure.long_films import add_long_survey
 
     first = add_long_survey(data, DEFECTS, FRAMES)
     folder = DataFolder(data, reserve_bytes=0)

@@ -1,6 +1,6 @@
 """Measures time and memory of the PDF of 200 defects with photos.
 
-Run as `python tests/measure_report.py [FILE.pdf]`. The photos have the size of full HD pictures;
+Run as `python tests/measure report [FILE.pdf]`. The photos have the size of full HD pictures;
 fonts are loaded within the time, as after a start.
 """
 

@@ -1,4 +1,4 @@
-"""The short film that heads the README: `python tests/film_of_the_desk.py docs/desk.webp`.
+"""The short film that heads the README: `python tests/measure film_of_the_desk docs/desk.webp`.
 
 Tracks the sample inspection, opens it in a headless Chromium and plays: the robot drives past a
 tagged defect, an operator tags the next one, and the 3D view looks along the pipe from inside.
@@ -15,8 +15,9 @@ from pathlib import Path
 
 from PIL import Image
 from playwright.sync_api import Locator, Page, expect
-from screenshots import chromium, open_page, tracked_sample, wait_for_still_3d_view
 from steps import Server, log_in
+
+from measure.screenshots import chromium, open_page, tracked_sample, wait_for_still_3d_view
 
 SIZE = (1440, 900)
 SHOWN = (1200, 750)

@@ -1,6 +1,6 @@
 """An hour of 3D view with two viewers, sped up: does its memory stay flat?  Run by hand.
 
-    python tests/soak_viewer.py [--updates 108000] [--speed 10]
+    python tests/measure soak_viewer [--updates 108000] [--speed 10]
 
 A robot drives 100 m and back with 30 updates a second: pose, path, preview picture, wall pictures
 that grow and are replaced, defects that come, change and go, selections, changes of camera.  All
@@ -8,7 +8,7 @@ periods of the scene are shortened by `--speed`, so that as much is drawn as in 
 viewers are processes of their own.  Ends with 1 if memory or scene go on growing.
 """
 
-# ruff: noqa: E402, T201
+# ruff: noqa: T201
 
 from __future__ import annotations
 
@@ -20,9 +20,6 @@ import tempfile
 import time
 from contextlib import ExitStack
 from pathlib import Path
-
-_TESTS = Path(__file__).parent
-sys.path[:0] = [str(_TESTS / "app" / "viewer"), str(_TESTS), str(_TESTS.parent)]
 
 from viewer_client import Client, make_estimate, make_rig, messages_kept, serving
 from websockets.exceptions import ConnectionClosed
@@ -126,7 +123,15 @@ def soak(updates: int, speed: float) -> bool:
             served = ending.enter_context(serving(scene))
             ending.callback(scene.close)
             viewers = [
-                subprocess.Popen([sys.executable, __file__, "--watch", str(served.port)])
+                subprocess.Popen(
+                    [
+                        sys.executable,
+                        str(Path(__file__).parent),
+                        "soak_viewer",
+                        "--watch",
+                        str(served.port),
+                    ]
+                )
                 for _ in range(2)
             ]
             verdict = drive(scene, updates, speed, viewers)

@@ -1,6 +1,6 @@
 """Measures how long the search over all inspections takes; not a test.
 
-    python tests/measure_search.py [--inspections 10000] [--defects 15] [--postgresql]
+    python tests/measure search [--inspections 10000] [--defects 15] [--postgresql]
 
 Stores and indexes inspections with observations, their remarks drawn at random, then asks for a
 page with each filter and each order. The times are those of the queries, without HTTP. The CPU is

@@ -1,0 +1,1 @@
+"""Scripts that measure, attack or draw the product; `python tests/measure` lists them."""
