@@ -13,11 +13,10 @@ from exchange_readers import (
     read_m150,
     read_ribx,
 )
-from hypothesis import HealthCheck, settings
 from reports import OBSERVATIONS, said
 
 from app.reports.formats import FORMATS
-from app.reports.report import Report, Written
+from app.reports.report import Loss, Report, Written
 
 READERS: dict[str, Callable[[bytes], Read]] = {
     "en13508": read_en13508, "en13508xml": read_en13508_xml, "ribx": read_ribx,
@@ -39,17 +38,13 @@ DISTANCE = {"en13508": "I", "en13508xml": "I", "ribx": "I", "isybau": "Station",
 PHOTO = {"en13508": "M", "en13508xml": "M", "ribx": "M", "isybau": "Fotodatei", "m150": "HZ009"}
 
 each = pytest.mark.parametrize("kind", list(READERS))
-few = settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow], database=None
-)
 
 
-def write(kind: str, made: Report) -> tuple[Read, list[str]]:
-    """What the file says, and the sentences of its losses."""
+def write(kind: str, made: Report) -> tuple[Read, tuple[Loss, ...]]:
+    """What the file says, and its losses, each of which makes a sentence."""
     written: Written = FORMATS[kind].write(made)
-    losses = said(written.losses)
-    assert all(loss.endswith(".") for loss in losses)
-    return READERS[kind](written.content), losses
+    assert all(sentence.endswith(".") for sentence in said(written.losses))
+    return READERS[kind](written.content), tuple(written.losses)
 
 
 def in_words(number: int) -> str:

@@ -15,7 +15,7 @@ from builders import clip_rig
 from numpy.typing import NDArray
 
 from app.reports.content.translator import Translator
-from app.reports.report import Company, Entry, Loss, Photo, Report, Source
+from app.reports.report import Company, Entry, Loss, Photo, Phrase, Report, Source
 from app.survey.adjustment.adjust import adjust
 from app.survey.catalogue import built_in
 from app.survey.checks import Issue
@@ -136,6 +136,17 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
 def said(losses: Iterable[Loss]) -> list[str]:
     """What a person reads of losses, in English."""
     return [ENGLISH.loss(loss) for loss in losses]
+
+
+def codes(losses: Iterable[Loss]) -> set[str]:
+    """The key of each loss, such as `untracked 4` of an observation, and of each phrase in it."""
+    found = set()
+    for loss in losses:
+        found.add(f"{loss.key} {loss.entry.seq}" if loss.entry else loss.key)
+        for value in loss.values.values():
+            some = value if isinstance(value, tuple) else (value,)
+            found |= {one.key for one in some if isinstance(one, Phrase)}
+    return found
 
 
 def remarked(entry: Entry, remark: str) -> Entry:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from exchange_files import REMARK, in_words, write
-from reports import EVERY_FIELD, HEADER, LENGTH_M, report
+from reports import EVERY_FIELD, HEADER, LENGTH_M, codes, report
 
 from app.reports.formats import FORMATS
 
@@ -81,27 +81,28 @@ def test_long_names_are_cut_and_stay_apart(kind: str, longest: int) -> None:
     up, down = ("KnotenZulauf", "KnotenAblauf") if kind == "isybau" else ("HG003", "HG004")
     assert read.header[up] != read.header[down]
     assert len(read.header[up]) <= longest
-    assert f"The name {long}north is written as {read.header[up]}." in losses
+    renamed = [loss.values for loss in losses if loss.key == "renamed"]
+    assert {"name": f"{long}north", "written": read.header[up]} in renamed
 
 
 @pytest.mark.parametrize(
     ("kind", "rounded"),
     [
-        ("isybau", "Height 900.4 as 900, Known length 24.605 as 24.61, Temperature 12.5 as 13"),
-        ("m150", "Height 900.4 as 900, Water level 17.5 as 18, Temperature 12.25 as 12.3"),
+        ("isybau", ["900.4 as 900", "24.605 as 24.61", "12.5 as 13"]),
+        ("m150", ["900.4 as 900", "17.5 as 18", "12.25 as 12.3"]),
     ],
 )
 def test_a_header_field_that_a_german_format_rounds_is_among_the_losses(
-    kind: str, rounded: str
+    kind: str, rounded: list[str]
 ) -> None:
     finer = {"height_mm": 900.4, "water_level_pct": 17.5}
     finer |= {"known_length_m": 24.605, "temperature_c": 12.5 if kind == "isybau" else 12.25}
-    name = {"isybau": "ISYBAU", "m150": "DWA-M 150"}[kind]
     _, losses = write(kind, report(header={**EVERY_FIELD, **finer}))
-    assert f"{name} holds these header fields rounded: {rounded}." in losses
+    (fields,) = [loss.values["fields"] for loss in losses if loss.key == "rounded_fields"]
+    assert [f"{one.values['stated']} as {one.values['written']}" for one in fields] == rounded
     coarse = {"temperature_c": 12}
     _, losses = write(kind, report(header={**EVERY_FIELD, **coarse}))
-    assert not any("rounded:" in loss for loss in losses)
+    assert "rounded_fields" not in codes(losses)
 
 
 def test_m150_has_the_width_first_and_the_unit_length_last() -> None:

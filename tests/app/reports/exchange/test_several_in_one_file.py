@@ -23,6 +23,7 @@ from app.imports import any_file
 from app.reports.bundle.delivery import Delivery
 from app.reports.formats import EXCHANGE, FORMATS
 from app.reports.report import Extras
+from app.reports.template import ReportTemplate
 from app.storage.blobs import StoredBlob
 from app.storage.folder_blobs import FolderBlobs
 
@@ -56,7 +57,8 @@ def surveys(tmp_path_factory):
         header = (NAMELESS if number > 1 else HEADER) | changes | {"project": "Ring road"}
         source = replace(base.source, sha256=f"{number:064x}")
         film = StoredBlob(FolderBlobs(own), "film")
-        made.append(replace(base, header=header, source=source, film=film))
+        short = ReportTemplate(sections=["observations"])  # of the reports beside the exchange file
+        made.append(replace(base, header=header, source=source, film=film, template=short))
     return made
 
 
@@ -140,7 +142,7 @@ def test_every_cited_name_is_unique_and_lies_at_the_top(surveys, deliveries, kin
 
 
 def test_one_film_of_two_inspections_lies_there_once(surveys):
-    same = [replace(made, source=surveys[0].source, film=surveys[0].film) for made in surveys]
+    same = [replace(made, source=surveys[0].source, film=surveys[0].film) for made in surveys[:2]]
     archive = delivered(same, exchange="isybau", film=True)
     assert [name for name in archive.namelist() if name.endswith(".mp4")] == [FILM]
 
