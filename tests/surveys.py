@@ -7,16 +7,21 @@ from __future__ import annotations
 
 import os
 import shutil
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import pytest
 from builders import Client, serving
 from locks import alone
 
-from app.storage.database import stored_at
+from app.storage.database import FILE, Database, stored_at
+from app.storage.inspections import InspectionStore
+from app.storage.tables import Inspection
 
 
 @dataclass(frozen=True)
@@ -26,9 +31,32 @@ class Survey:
     data: Path
     id: str
 
+    @property
+    def folder(self) -> Path:
+        """Where its files are."""
+        return self.data / "inspections" / self.id
+
     def copied_to(self, data: Path) -> Path:
         """A data folder of somebody's own."""
         return shutil.copytree(self.data, data, dirs_exist_ok=True)
+
+
+def another(survey: Survey, client: Client, **changes: Any) -> str:
+    """Put a copy of the tracked inspection into a running server of it; return its id.
+
+    Args:
+        changes: Other values of columns than those of the survey.
+    """
+    database = Database(client.data / FILE)
+    store = InspectionStore(database)
+    tracked = store.get(survey.id)
+    values = {column.key: getattr(tracked, column.key) for column in Inspection.__mapper__.columns}
+    values |= {"id": uuid.uuid4().hex, "created_at": datetime.now(UTC)}
+    made = Inspection(**values | changes)
+    shutil.copytree(survey.folder, client.data / "inspections" / made.id)
+    store.add(made, "server")
+    database.close()
+    return made.id
 
 
 @contextmanager

@@ -66,13 +66,3 @@ def with_dark_frames(clip: Path, out: Path, dark: range) -> Path:
             target.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="gray")))
         target.mux(stream.encode())
     return out
-
-
-def test_a_tag_that_was_never_reached_is_reported(server: Client, long_clip: Path) -> None:
-    inspection_id = server.inspect(long_clip)
-    server.wait(inspection_id, "running")
-    server.tag(inspection_id, frame=1400, code="BAB").raise_for_status()
-    server.post(f"/api/inspections/{inspection_id}/cancel")
-    server.wait(inspection_id)
-    found = [(check["level"], check["code"]) for check in checks(server, inspection_id)]
-    assert ("block", "not_tracked") in found

@@ -2,13 +2,13 @@
 
 import csv
 import io
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 from builders import Client, assert_error
-from postgres import ON_BOTH
 
 TABLE = (
     "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
@@ -25,18 +25,18 @@ def add(client: Client, name: str, table: str = TABLE) -> httpx.Response:
 
 
 @pytest.fixture
-def pack(server: Client) -> dict[str, Any]:
-    """An imported pack."""
-    added = add(server, "Road agency")
+def pack(shared: Client) -> Iterator[dict[str, Any]]:
+    """An imported pack, the only one."""
+    added = add(shared, "Road agency")
     assert added.status_code == 201, added.text
-    return dict(added.json())
+    yield dict(added.json())
+    shared.delete(f"/api/packs/{added.json()['id']}")
 
 
-@ON_BOTH
-def test_a_pack_is_listed_and_its_codes_are_returned(server: Client, pack: dict[str, Any]) -> None:
-    assert server.get("/api/packs").json() == {"packs": [pack]}
+def test_a_pack_is_listed_and_its_codes_are_returned(shared: Client, pack: dict[str, Any]) -> None:
+    assert shared.get("/api/packs").json() == {"packs": [pack]}
     assert (pack["name"], pack["codes"], pack["created_by"]) == ("Road agency", 2, "server")
-    scour, crack = server.get("/api/codes", params={"pack": pack["id"]}).json()
+    scour, crack = shared.get("/api/codes", params={"pack": pack["id"]}).json()
     assert (scour["code"], scour["label"], scour["unit_q1"]) == ("SCR", "Scour at the outlet", "mm")
     assert (crack["label_ms"], crack["grade_s"], crack["hotkey"]) == ("Our crack", 2.0, None)
 
@@ -55,57 +55,52 @@ def test_faults_are_reported_and_nothing_is_kept(shared: Client) -> None:
     assert shared.get("/api/packs").json() == {"packs": []}
 
 
-@pytest.mark.parametrize("name", ["", "  ", "a\nb", "x" * 101])
-def test_a_name_out_of_bounds_is_refused(shared: Client, name: str) -> None:
-    assert_error(add(shared, name), 422, "invalid_request")
-
-
-@ON_BOTH
-def test_a_name_can_be_had_once(server: Client, pack: dict[str, Any]) -> None:
-    assert_error(add(server, " Road agency "), 409, "pack_name_taken")
+@pytest.mark.usefixtures("pack")
+def test_a_name_is_within_bounds_and_can_be_had_once(shared: Client) -> None:
+    for name in ("", "  ", "a\nb", "x" * 101):
+        assert_error(add(shared, name), 422, "invalid_request")
+    assert_error(add(shared, " Road agency "), 409, "pack_name_taken")
 
 
 def test_an_inspection_is_coded_with_its_pack_in_exports(
-    server: Client, pack: dict[str, Any], clip: Path
+    shared: Client, pack: dict[str, Any], own: str
 ) -> None:
-    inspection_id = server.inspect(clip, header={"code_pack": pack["id"]})
-    server.wait(inspection_id)
-    server.tag(inspection_id, code="BAB", char1="C")
-    content = server.get(f"/api/inspections/{inspection_id}/exports/csv").content
+    path, header = f"/api/inspections/{own}", {"code_pack": pack["id"]}
+    shared.patch(path, json={"header": header}).raise_for_status()
+    shared.tag(own, code="BAB", char1="C")
+    content = shared.get(f"{path}/exports/csv").content
     (row,) = csv.DictReader(io.StringIO(content.decode("utf-8-sig")))
     assert (row["label"], row["code_pack"]) == ("Our crack", "Road agency")
+    shared.delete(path)
 
 
 def test_a_pack_in_use_stays_until_nobody_uses_it(
-    server: Client, pack: dict[str, Any], clip: Path
+    shared: Client, pack: dict[str, Any], own: str
 ) -> None:
-    inspection_id = server.inspect(clip)
-    path, header = f"/api/inspections/{inspection_id}", {"code_pack": pack["id"]}
-    assert server.patch(path, json={"header": header}).json()["header"] == header
-    answer = server.delete(f"/api/packs/{pack['id']}")
+    path, header = f"/api/inspections/{own}", {"code_pack": pack["id"]}
+    assert shared.patch(path, json={"header": header}).json()["header"] == header
+    answer = shared.delete(f"/api/packs/{pack['id']}")
     assert "'Road agency'" in assert_error(answer, 409, "pack_in_use")
-    server.patch(path, json={"header": {}})
-    assert server.delete(f"/api/packs/{pack['id']}").status_code == 204
-    assert_error(server.delete(f"/api/packs/{pack['id']}"), 404, "pack_not_found")
-    assert_error(server.get("/api/codes", params={"pack": pack["id"]}), 404, "pack_not_found")
+    shared.patch(path, json={"header": {}})
+    assert shared.delete(f"/api/packs/{pack['id']}").status_code == 204
+    assert_error(shared.delete(f"/api/packs/{pack['id']}"), 404, "pack_not_found")
+    assert_error(shared.get("/api/codes", params={"pack": pack["id"]}), 404, "pack_not_found")
 
 
-@ON_BOTH
 def test_a_chosen_pack_that_was_deleted_is_the_built_in_one_again(
-    server: Client, pack: dict[str, Any]
+    shared: Client, pack: dict[str, Any]
 ) -> None:
-    chosen = server.get("/api/me").json()["preferences"] | {"pack": pack["id"]}
-    assert server.put("/api/me/preferences", json=chosen).json()["pack"] == pack["id"]
-    server.delete(f"/api/packs/{pack['id']}")
-    assert server.get("/api/me").json()["preferences"]["pack"] is None
+    chosen = shared.get("/api/me").json()["preferences"] | {"pack": pack["id"]}
+    assert shared.put("/api/me/preferences", json=chosen).json()["pack"] == pack["id"]
+    shared.delete(f"/api/packs/{pack['id']}")
+    assert shared.get("/api/me").json()["preferences"]["pack"] is None
 
 
 def test_an_inspection_with_a_pack_that_is_not_there_is_refused_and_the_upload_stays(
-    server: Client, clip: Path
+    shared: Client, clip: Path, own: str
 ) -> None:
     header = {"code_pack": "0" * 32}
-    assert_error(server.create(clip, header=header), 404, "pack_not_found")
-    assert list((server.data / "uploads").glob("*.bin"))
-    inspection_id = server.inspect(clip)
-    answer = server.patch(f"/api/inspections/{inspection_id}", json={"header": header})
+    assert_error(shared.create(clip, header=header), 404, "pack_not_found")
+    assert list((shared.data / "uploads").glob("*.bin"))
+    answer = shared.patch(f"/api/inspections/{own}", json={"header": header})
     assert_error(answer, 404, "pack_not_found")

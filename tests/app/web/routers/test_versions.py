@@ -6,9 +6,6 @@ from typing import Any
 
 import httpx
 from builders import Client
-from postgres import ON_BOTH
-
-pytestmark = ON_BOTH
 
 ID = "0123abcd-0000-4000-8000-00000000cafe"
 
