@@ -27,6 +27,7 @@ from app.inspections.uploads import Uploads
 from app.storage.imports import Rows
 from app.storage.tables import IMPORTED, Inspection
 from app.survey.records import Event, Observation
+from app.survey.spans import is_same
 from app.survey.tag import StatedTag
 from app.tracking.videos import NO_FILM, unfilmed_columns
 from vo_core import Rig, Track
@@ -171,7 +172,7 @@ def _track(rows: Sequence[ImportedObservation], surveyed_m: float | None) -> Tra
 
     Where the survey ends elsewhere than at its last observation, one more row is its end.
     """
-    if surveyed_m is not None and (not rows or rows[-1].distance_m != surveyed_m):
+    if surveyed_m is not None and not (rows and is_same(rows[-1].distance_m, surveyed_m)):
         rows = [*rows, ImportedObservation(surveyed_m)]
     times_s: list[float] = []
     has_times = any(row.time_s is not None for row in rows)

@@ -22,6 +22,8 @@ from datetime import date
 from math import hypot
 from typing import Literal, get_args
 
+from app.survey.spans import SAME_M
+
 Change = Literal["first", "new", "grown", "unchanged", "gone"]
 """What one survey shows about a defect: `first` if no earlier one covered the place, `new` if one
 did and saw nothing, `grown` or `unchanged` (not worse) if it was seen before, else `gone`.
@@ -79,7 +81,7 @@ class Survey:
 
     def covers(self, seen: Seen) -> bool:
         """Return whether it would have shown a defect that another survey saw."""
-        return self.end_m is not None and seen.distance_m + seen.reach_m <= self.end_m
+        return self.end_m is not None and seen.distance_m + seen.reach_m <= self.end_m + SAME_M
 
 
 @dataclass(frozen=True)
@@ -209,7 +211,7 @@ def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trac
     widest_m = max((trace.seen[-1].reach_m for trace in traces), default=0.0)
     pairs = []
     for number, seen in enumerate(defects):
-        reach_m = _SPOT_M + hypot(seen.reach_m, widest_m)
+        reach_m = _SPOT_M + hypot(seen.reach_m, widest_m) + SAME_M
         first = bisect_left(places_m, seen.distance_m - reach_m)
         last = bisect_right(places_m, seen.distance_m + reach_m)
         pairs += [
@@ -227,7 +229,7 @@ def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trac
 
 
 def _is_same(before: Seen, after: Seen) -> bool:
-    reach_m = _SPOT_M + hypot(before.reach_m, after.reach_m)
+    reach_m = _SPOT_M + hypot(before.reach_m, after.reach_m) + SAME_M
     if before.role != after.role or abs(after.distance_m - before.distance_m) > reach_m:
         return False
     if before.clock is None or after.clock is None:

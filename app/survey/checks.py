@@ -23,6 +23,7 @@ from app.survey.film_quality import LOST_PERCENT, POOR_PERCENT, share
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView
 from app.survey.rounding import decimals, metres
+from app.survey.spans import SAME_MM
 from app.survey.stretches import Stretch, stretches
 from vo_core import Track
 from vo_core.image.health import complained
@@ -139,10 +140,10 @@ def distances(case: Case) -> Iterator[Issue]:
         u95_m = place.u95_m or 0.0
         u95_mm = 1000 * u95_m
         distance = {"distance_m": metres(place.distance_mm), "u95_m": u95_m}
-        if place.distance_mm + u95_mm < 0:
+        if place.distance_mm + u95_mm < -SAME_MM:
             yield _about(view, "block", "before_zero", "lies before the zero point", **distance)
         known_mm = case.known_mm
-        if known_mm is not None and place.distance_mm - u95_mm > known_mm:
+        if known_mm is not None and place.distance_mm - u95_mm > known_mm + SAME_MM:
             yield _about(
                 view,
                 "block",
@@ -275,7 +276,7 @@ def _one_stretch(case: Case, stretch: Stretch) -> Iterator[Issue]:
         text = f"The stretch {stretch.number} has no length: is it a point?"
         yield Issue("warn", "stretch_is_point", text, start.id, values)
     asset_mm = case.known_mm or case.reached_mm
-    if asset_mm and length_mm > asset_mm / 2:
+    if asset_mm and length_mm > asset_mm / 2 + SAME_MM:
         percent = round(100 * length_mm / asset_mm, 1)
         text = f"The stretch {stretch.number} is longer than half the asset ({percent:g} %)."
         yield Issue("warn", "stretch_long", text, start.id, values | {"percent": percent})
@@ -408,7 +409,8 @@ def _end(case: Case, known_mm: float, reached_mm: float) -> Iterator[Issue]:
     far = case.track.distance_mm.argmax()
     half_width_mm = 1000 * half_width_m(float(case.track.sigma_distance_mm[far]))
     short_mm = known_mm - reached_mm
-    if short_mm > max(half_width_mm, SHORT_PERCENT / 100 * known_mm, SHORT_FLOOR_MM):
+    allowed_mm = max(half_width_mm, SHORT_PERCENT / 100 * known_mm, SHORT_FLOOR_MM)
+    if short_mm > allowed_mm + SAME_MM:
         yield Issue(
             "warn",
             "end_not_reached",

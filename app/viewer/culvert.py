@@ -10,6 +10,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from app.survey.spans import SAME_M, is_within
 from app.viewer.geometry import (
     Cut,
     Mesh,
@@ -77,8 +78,8 @@ class Culvert:
 
     def grow_to(self, x_m: float) -> None:
         """Draw whole metres up to and including `x_m`."""
-        first = max(min(self._first, math.floor(x_m + 1e-6)), -MAX_METRES)
-        last = min(max(self._last, math.ceil(x_m - 1e-6)), MAX_METRES)
+        first = max(min(self._first, math.floor(x_m + SAME_M)), -MAX_METRES)
+        last = min(max(self._last, math.ceil(x_m - SAME_M)), MAX_METRES)
         if (first, last) != (self._first, self._last):
             self._first, self._last = first, last
             self._draw_wall()
@@ -106,10 +107,11 @@ class Culvert:
         named = [
             (x_m, wording.joint(number, x_m, is_seen=is_seen))
             for number, x_m, is_seen in self._joints
-            if start <= x_m <= end
+            if is_within(x_m, stretch_m)
         ]
         if not self._joints:
-            metres = range(max(self._first, math.ceil(start)), min(self._last, math.floor(end)) + 1)
+            first, last = math.ceil(start - SAME_M), math.floor(end + SAME_M)
+            metres = range(max(self._first, first), min(self._last, last) + 1)
             named = [(float(metre), wording.distance(metre)) for metre in metres]
         most = MAX_LABELS_LOW if is_low else MAX_LABELS
         wanted = named[:: max(1, math.ceil(len(named) / most))]

@@ -1,5 +1,6 @@
 /** The part of the culvert that every strip shows, and round numbers along it. */
 
+import { isWithin } from './spans.js';
 import { Store } from './store.js';
 import { fromShown, lengthUnit, signed, toShown } from './units.js';
 
@@ -39,7 +40,7 @@ export class Axis extends Store {
   }
 
   holds(mm) {
-    return mm >= this.value.low && mm <= this.value.high;
+    return isWithin(mm, this.value);
   }
 
   /**

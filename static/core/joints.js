@@ -1,5 +1,7 @@
 /** The joints of the pipe: seen ones, and the places of expected ones. */
 
+import { SAME_MM } from './spans.js';
+
 /**
  * @typedef {object} Joint
  * @property {number|null} number from the zero point, the first is 1; null when they cannot be counted
@@ -25,4 +27,4 @@ export function jointsOf(result) {
  * @param {Joint[]} joints along the pipe
  */
 export const jointBehind = (joints, distanceM) =>
-  joints.findLast(({ number, distance_m: m }) => number !== null && m <= distanceM) ?? null;
+  joints.findLast(({ number, distance_m: m }) => number !== null && 1000 * m <= 1000 * distanceM + SAME_MM) ?? null;

@@ -13,6 +13,7 @@ from PIL import Image
 from app.reports.content.translator import Translator
 from app.reports.report import Entry, Report
 from app.storage.blobs import Readable
+from app.survey.spans import SAME_M, Span, begins_within, is_within, overlap
 from vo_core.geometry.measure import developed_points
 from vo_core.mosaic.mosaic import UNSEEN_GREY, Layout
 
@@ -25,9 +26,6 @@ _SEEN_SHARE = 0.1
 _ROW_SHARE = 0.02
 """The drawing is as high as the part of the wall of which this share of the length was seen."""
 _SHORTEST_GAP_M = 0.02
-
-Span = tuple[float, float]
-"""From the lower to the higher end."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +67,7 @@ class Wall:
 
     def within(self, span_m: Span) -> list[SeenTile]:
         """Return the tiles that overlap a span."""
-        return [
-            tile for tile in self.tiles if tile.span_m[1] > span_m[0] and tile.span_m[0] < span_m[1]
-        ]
+        return [tile for tile in self.tiles if overlap(tile.span_m, span_m)]
 
 
 @dataclass(frozen=True)
@@ -101,7 +97,7 @@ def joints_within(report: Report, span_m: Span) -> list[DrawnJoint]:
     expected = [
         DrawnJoint(joint.distance_mm / 1000, None, False) for joint in report.expected_joints
     ]
-    return [joint for joint in (*seen, *expected) if span_m[0] <= joint.distance_m <= span_m[1]]
+    return [joint for joint in (*seen, *expected) if is_within(joint.distance_m, span_m)]
 
 
 def stretches_within(report: Report, span_m: Span) -> list[tuple[int, Span]]:
@@ -111,20 +107,18 @@ def stretches_within(report: Report, span_m: Span) -> list[tuple[int, Span]]:
         for stretch in report.stretches
         if (start_m := stretch.start.distance_m) is not None
         and (finish_m := stretch.finish.distance_m) is not None
-        and start_m < span_m[1]
-        and finish_m > span_m[0]
+        and overlap((start_m, finish_m), span_m)
     ]
 
 
 def places_within(report: Report, wall: Wall, span_m: Span) -> list[tuple[Entry, Place]]:
     """Return the observations of a span that begins where another ends, each with its place."""
-    is_last = span_m[1] >= wall.span_m[1]
+    is_inside = is_within if span_m[1] >= wall.span_m[1] - SAME_M else begins_within
     return [
         (entry, place)
         for entry in report.entries
         if entry.distance_m is not None
-        and span_m[0] <= entry.distance_m
-        and (entry.distance_m < span_m[1] or (is_last and entry.distance_m == span_m[1]))
+        and is_inside(entry.distance_m, span_m)
         and (place := place_of(report, entry)) is not None
     ]
 

@@ -15,7 +15,6 @@ from app.reports.content.placement import capacity, spread
 from app.reports.content.translator import Translator
 from app.reports.content.wall import (
     Place,
-    Span,
     Wall,
     clock_places,
     joints_within,
@@ -29,6 +28,7 @@ from app.reports.html.links import to_row
 from app.reports.html.svg import INK, SOFT, escaped, line, rect, severity_fill, text_at
 from app.reports.report import Entry, Report
 from app.survey.rounding import decimals
+from app.survey.spans import SAME_M, SAME_MM, Span
 
 MOST_BYTES = 6 * 2**20
 """Bytes of all pictures of the wall together, before base64, above which they are reduced."""
@@ -36,7 +36,6 @@ MOST_BYTES = 6 * 2**20
 _LEFT, _WIDTH, _END = 34, 930, 1000
 _HIGHEST = 460
 _MOST_ROWS = 30
-_SAME_M = 0.001
 _ROWS_M = (2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 _HEAD, _LANE, _BADGE, _FOOT = 24, 14, 22, 40
 _LANES = 2
@@ -75,7 +74,7 @@ def wall_strips(report: Report, t: Translator) -> WallStrips | None:
 
 def _is_fit(wall: Wall, row_m: float) -> bool:
     high = (wall.arc_mm[1] - wall.arc_mm[0]) / 1000 / row_m * _WIDTH
-    return high <= _HIGHEST and (wall.span_m[1] - wall.span_m[0]) / row_m <= _MOST_ROWS
+    return high <= _HIGHEST and (wall.span_m[1] - wall.span_m[0] <= _MOST_ROWS * row_m + SAME_M)
 
 
 def _spans(wall: Wall, row_m: float) -> list[Span]:
@@ -85,10 +84,10 @@ def _spans(wall: Wall, row_m: float) -> list[Span]:
     borders_m = [tile.span_m[0] for tile in wall.tiles]
     first_m, last_m = wall.span_m
     spans: list[Span] = []
-    while first_m < last_m - _SAME_M:
+    while first_m < last_m - SAME_M:
         wanted_m = first_m + row_m
-        inside = [border for border in borders_m if wanted_m - row_m / 2 < border <= wanted_m]
-        end_m = last_m if wanted_m >= last_m else max(inside, default=wanted_m)
+        inside = [b for b in borders_m if wanted_m - row_m / 2 < b <= wanted_m + SAME_M]
+        end_m = last_m if wanted_m >= last_m - SAME_M else max(inside, default=wanted_m)
         spans.append((first_m, end_m))
         first_m = end_m
     return spans
@@ -161,9 +160,8 @@ class _Row:
         upper = self.y(layout.arc_from_mm)
         high = self.y(layout.arc_to_mm) - upper
         shapes = []
-        first_m, last_m = self.span_m
         enough_px = max(max(layout.width_px, layout.height_px) // self.times, 1)
-        for tile in self.wall.within((first_m + _SAME_M, last_m - _SAME_M)):
+        for tile in self.wall.within(self.span_m):
             picture = jpeg_of(tile.jpeg, enough_px) if tile.seen_m else None
             if picture is not None:
                 left, right = map(self.x, tile.span_m)
@@ -295,7 +293,7 @@ class _Row:
         right = min(self.x(place.along_m[1]) + _HALF_BOX, _LEFT + self.width)
         boxes = []
         for span in place.around_mm:
-            if span[1] >= low_mm and span[0] <= high_mm:
+            if span[1] >= low_mm - SAME_MM and span[0] <= high_mm + SAME_MM:
                 upper = max(self.y(max(span[0], low_mm)) - _HALF_BOX, self.top)
                 lower = min(self.y(min(span[1], high_mm)) + _HALF_BOX, self.bottom)
                 boxes.append((left, upper, right - left, lower - upper))

@@ -33,6 +33,7 @@ from app.reports.pdf.styles import (
 )
 from app.reports.pdf.text import draw, lines_of, shortened, width_of
 from app.reports.report import Entry, Report, Stretch
+from app.survey.spans import SAME_M, Span, is_within
 
 SCALES = (
     20, 25, 40, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 750, 1000, 1500, 2000, 2500, 5000,
@@ -66,6 +67,11 @@ class Sheet:
     part: int
     """Number among the pages of the same window, from 1."""
     parts: int
+
+    @property
+    def span_m(self) -> Span:
+        """The window."""
+        return self.first_m, self.last_m
 
 
 def pipe_graphic(report: Report, t: Translator) -> list[Flowable]:
@@ -104,14 +110,14 @@ def laid_out(report: Report, height: float) -> tuple[int, list[Sheet]]:
     """
     axis = Axis.of(report)
     per_page = capacity(LABEL, 0, height - LABEL)
-    fits = [scale for scale in SCALES if axis.length_m <= _window_m(scale, height)]
+    fits = [scale for scale in SCALES if _windows(axis, _window_m(scale, height)) <= 1]
     whole = min(fits, default=SCALES[-1])
-    enough = [s for s in SCALES if axis.length_m <= MOST_SHEETS * _window_m(s, height)]
+    enough = [s for s in SCALES if _windows(axis, _window_m(s, height)) <= MOST_SHEETS]
     coarsest = min(whole, max(COARSEST, min(enough, default=SCALES[-1])))
     best = coarsest, _sheets(report, axis, _window_m(coarsest, height), per_page)
     for scale in [scale for scale in reversed(SCALES) if scale < coarsest]:
         window_m = _window_m(scale, height)
-        if axis.length_m > window_m * _burden(best[1]):
+        if _windows(axis, window_m) > _burden(best[1]):
             break  # the windows alone need more pages
         sheets = _sheets(report, axis, window_m, per_page)
         if _burden(sheets) < _burden(best[1]):
@@ -128,8 +134,13 @@ def _window_m(scale: int, height: float) -> float:
     return height / mm * scale / 1000
 
 
+def _windows(axis: Axis, window_m: float) -> int:
+    """Return how many windows show the whole axis."""
+    return max(1, math.ceil((axis.length_m - SAME_M) / window_m))
+
+
 def _sheets(report: Report, axis: Axis, window_m: float, per_page: int) -> list[Sheet]:
-    count = max(1, math.ceil(axis.length_m / window_m - 1e-9))
+    count = _windows(axis, window_m)
     groups: list[list[Entry]] = [[] for _ in range(count)]
     for entry in report.entries:
         if entry.distance_m is not None:
@@ -262,7 +273,7 @@ class _Painter:
     def _joint_y(self, distance_mm: float) -> float | None:
         """Return the position of a joint; None on another sheet."""
         distance_m = distance_mm / 1000
-        if not self.sheet.first_m <= distance_m <= self.sheet.last_m:
+        if not is_within(distance_m, self.sheet.span_m):
             return None
         return self.y_of(distance_m)
 
@@ -282,7 +293,7 @@ class _Painter:
     def _nodes(self, canvas: Canvas) -> None:
         left, right = _STRIP
         for end, distance_m, side in self._ends():
-            if not self.sheet.first_m - 1e-6 <= distance_m <= self.sheet.last_m + 1e-6:
+            if not is_within(distance_m, self.sheet.span_m):
                 continue
             y = self.y_of(distance_m)
             canvas.setFillColor(ACCENT)
@@ -300,7 +311,7 @@ class _Painter:
             if start_m is None or finish_m is None:
                 continue
             low, high = sorted((start_m, finish_m))
-            if high < self.sheet.first_m or low > self.sheet.last_m:
+            if high < self.sheet.first_m - SAME_M or low > self.sheet.last_m + SAME_M:
                 continue
             x = _BRACKET + lane * _LANE
             upper = self.y_of(max(low, self.sheet.first_m))
@@ -308,9 +319,9 @@ class _Painter:
             canvas.setStrokeColor(INK)
             canvas.setLineWidth(1.1)
             canvas.line(x, upper, x, lower)
-            if low >= self.sheet.first_m:
+            if low >= self.sheet.first_m - SAME_M:
                 canvas.line(x - 1 * mm, upper, x, upper)
-            if high <= self.sheet.last_m:
+            if high <= self.sheet.last_m + SAME_M:
                 canvas.line(x - 1 * mm, lower, x, lower)
             self._number(canvas, x, (upper + lower) / 2, str(stretch.number))
 
@@ -423,7 +434,7 @@ def _in_lanes(stretches: Sequence[Stretch]) -> list[tuple[int, Stretch]]:
     found = []
     for stretch in sorted(stretches, key=lambda stretch: stretch.start.distance_m or 0.0):
         start_m, finish_m = stretch.start.distance_m or 0.0, stretch.finish.distance_m or 0.0
-        lane = next((n for n, end in enumerate(ends) if end < start_m), len(ends))
+        lane = next((n for n, end in enumerate(ends) if end < start_m - SAME_M), len(ends))
         lane = min(lane, _LANES - 2)
         ends[lane:] = [
             max(finish_m, ends[lane] if lane < len(ends) else finish_m),

@@ -16,7 +16,6 @@ from app.reports.content.placement import capacity, spread
 from app.reports.content.translator import Translator
 from app.reports.content.wall import (
     Place,
-    Span,
     Wall,
     clock_places,
     joints_within,
@@ -40,6 +39,7 @@ from app.reports.pdf.styles import (
 from app.reports.pdf.text import draw, width_of
 from app.reports.report import Entry, Report
 from app.survey.rounding import decimals
+from app.survey.spans import SAME_MM, Span, is_within
 
 SCALES = (10, 20, 25, 50, 100, 200, 250, 500, 1000, 2000, 5000, 10_000)
 """Denominators from 1 : 10 on."""
@@ -264,7 +264,7 @@ class _Strip:
             canvas.line(left, y, right, y)
             canvas.setLineWidth(0.7)
             for end_m, x in ((start_m, left), (finish_m, right)):
-                if self.span_m[0] <= end_m <= self.span_m[1]:
+                if is_within(end_m, self.span_m):
                     canvas.line(x, self.top, x, y + 0.7 * mm)
             name, style = self.t("wall.stretch", n=number), TINY.bold()
             wide = width_of(name, style) + 1.2 * mm
@@ -320,7 +320,7 @@ class _Strip:
         right = min(self.x_of(place.along_m[1]) + _HALF_BOX, _LEFT + self.width)
         boxes = []
         for first_mm, last_mm in place.around_mm:
-            if last_mm >= low_mm and first_mm <= high_mm:
+            if last_mm >= low_mm - SAME_MM and first_mm <= high_mm + SAME_MM:
                 bottom = max(self.y_of(min(last_mm, high_mm)) - _HALF_BOX, _FOOT)
                 top = min(self.y_of(max(first_mm, low_mm)) + _HALF_BOX, self.top)
                 boxes.append((left, bottom, right - left, top - bottom))

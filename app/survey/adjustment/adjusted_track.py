@@ -23,6 +23,7 @@ from app.survey.adjustment.joints import (
     expected_joints,
 )
 from app.survey.interval import half_width_m
+from app.survey.spans import SAME_MM
 from app.survey.stated import Zero
 from app.survey.track_rows import estimate_at, is_unmeasured
 from vo_core import Rig, Track
@@ -184,7 +185,7 @@ class Adjusted:
         after = bisect_left(places_mm, distance_mm)
         beside = ordered[max(after - 1, 0) : after + 1]
         nearest = min(beside, key=lambda joint: abs(joint.distance_mm - distance_mm), default=None)
-        if nearest is None or abs(nearest.distance_mm - distance_mm) > NEAR_JOINT_MM:
+        if nearest is None or abs(nearest.distance_mm - distance_mm) > NEAR_JOINT_MM + SAME_MM:
             return None
         return NearJoint(nearest.number)
 

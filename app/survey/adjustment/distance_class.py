@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from app.survey.spans import SAME_MM
+
 CLASSES_PERCENT = (0.5, 1.0, 5.0)
 CLASS_FLOOR_MM = 300.0
 """Floor of the limit of a class: contracts ask for a per cent of the length, but for no less than a
@@ -26,5 +28,9 @@ class DistanceClass:
     def of(cls, length_mm: float, half_width_m: float, residual_mm: float | None) -> DistanceClass:
         """Return the narrowest class that both the interval and the residual meet."""
         error_mm = max(1000 * half_width_m, abs(residual_mm or 0.0))
-        met = (p for p in CLASSES_PERCENT if error_mm <= max(p / 100 * length_mm, CLASS_FLOOR_MM))
+        met = (
+            percent
+            for percent in CLASSES_PERCENT
+            if error_mm <= max(percent / 100 * length_mm, CLASS_FLOOR_MM) + SAME_MM
+        )
         return cls(next(met, None), half_width_m, residual_mm, length_mm)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.survey.adjustment.closure import CLOSURE_LIMIT
+from app.survey.spans import SAME_MM
 from vo_core import Track
 from vo_core.drift import row_of
 from vo_core.joints.finder import Sighting
@@ -174,11 +175,13 @@ def expected_joints(
         return ()
     first_mm, last_mm = (float(end(track.distance_mm)) for end in (np.min, np.max))
     expected = []
-    for number in range(1, 1 + math.ceil((last_mm - known[0][1]) / segment_mm) + known[0][0]):
+    first, at_mm = known[0]
+    end = 1 + first + math.ceil((last_mm + SAME_MM - at_mm) / segment_mm)
+    for number in range(1, end):
         base, base_mm = min(known, key=lambda joint: abs(joint[0] - number))
         at_mm = base_mm + (number - base) * segment_mm
         is_seen = any(abs(there_mm - at_mm) < segment_mm / 2 for _, there_mm in seen)
-        if first_mm <= at_mm <= last_mm and not is_seen:
+        if first_mm - SAME_MM <= at_mm <= last_mm + SAME_MM and not is_seen:
             expected.append(ExpectedJoint(number, at_mm))
     return tuple(expected)
 

@@ -3,6 +3,8 @@
  * same rules (`app/survey/asset_history.py`); here the runs may also be aligned by joints, or come from both ends.
  */
 
+import { SAME_MM, isWithin } from '../../core/spans.js';
+
 /** Distance between two people's clicks on the same defect. */
 const SPOT_MM = 100;
 /** Clock positions in whole hours may differ by one. */
@@ -43,7 +45,7 @@ export function match(a, b, alignment, isReversed) {
   const there = placed(b.observations, alignment.toA);
   const candidates = here
     .flatMap((one) => there.map((other) => ({ one, other, apart: Math.abs(one.mm - other.mm) })))
-    .filter(({ one, other, apart }) => apart <= reach(one.item, other.item) && isSame(one.item, other.item, isReversed))
+    .filter(({ one, other, apart }) => apart <= reach(one.item, other.item) + SAME_MM && isSame(one.item, other.item, isReversed))
     .sort((first, second) => first.apart - second.apart);
   const taken = new Set();
   const pairs = [];
@@ -63,7 +65,7 @@ export function match(a, b, alignment, isReversed) {
 }
 
 /** Whether a run would have shown a defect of the other one, which lies at `mm` in it. */
-const covers = ({ endMm }, item, mm) => endMm !== null && mm + u95Mm(item) <= endMm && mm + u95Mm(item) >= 0;
+const covers = ({ endMm }, item, mm) => endMm !== null && isWithin(mm + u95Mm(item), { low: 0, high: endMm });
 
 /** Returns what has grown from A to B: {name, from, to}, or null. */
 export function growth(a, b) {

@@ -8,6 +8,7 @@ import { namesOf } from '../../core/health.js';
 import { html, render } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
 import { sharpContext } from '../../core/screen.js';
+import { isWithin } from '../../core/spans.js';
 import { stretchesOf } from '../../core/stretches.js';
 import { chainage, timecode } from '../../core/units.js';
 import { t } from '../../core/words.js';
@@ -304,7 +305,7 @@ class StripLog extends Strip {
     context.moveTo(plot.left, top + 0.5);
     context.lineTo(plot.right, top + 0.5);
     const tick = (mm, size) => {
-      if (mm < range.low - 1e-6 || mm > range.high + 1e-6) return;
+      if (!isWithin(mm, range)) return;
       const x = Math.round(plot.toX(mm)) + 0.5;
       context.moveTo(x, top);
       context.lineTo(x, top + size);
@@ -355,8 +356,7 @@ class StripLog extends Strip {
     const { track, playhead, health } = this.desk;
     const mark = this.markAt(x, y);
     const row = this.arrangement.rows.find(({ top, height }) => y >= top && y < top + height + GAP);
-    const { low, high } = track.range;
-    const isTracked = track.length > 0 && mm >= low - 1 && mm <= high + 1;
+    const isTracked = track.length > 0 && isWithin(mm, track.range);
     const frame = isTracked ? track.frameAtDistance(mm, playhead.value.frame) : -1;
     if (mark) return markText(mark);
     if (frame < 0) return '';

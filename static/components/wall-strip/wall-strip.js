@@ -7,6 +7,7 @@ import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { mayEdit } from '../../core/rights.js';
 import { sharpContext } from '../../core/screen.js';
+import { SAME_MM } from '../../core/spans.js';
 import { stretchesOf } from '../../core/stretches.js';
 import { chainage, clockHour, u95FromSigma } from '../../core/units.js';
 import { TilePictures } from '../../core/unrolled.js';
@@ -262,7 +263,7 @@ class WallStrip extends Strip {
 
   #paintTiles(context, plot, layout) {
     const { low, high } = this.desk.axis.value;
-    const inSight = layout.tiles.filter(({ from_m: from, to_m: to }) => to * 1000 > low && from * 1000 < high);
+    const inSight = layout.tiles.filter(({ from_m: from, to_m: to }) => to * 1000 > low + SAME_MM && from * 1000 < high - SAME_MM);
     const pixels = devicePixelRatio * this.scale;
     const middle = (low + high) / 2000;
     const away = ({ from_m: from, to_m: to }) => Math.abs((from + to) / 2 - middle);
