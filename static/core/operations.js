@@ -7,8 +7,9 @@ const OPERATIONS = 'operations';
 
 export class Operations {
   #database;
+  /** @type {Map<string, Kept>} */
   #inMemory = new Map();
-  /** Changes by id that did not fit into the browser's storage. */
+  /** Changes by id that did not fit into the browser's storage. @type {Map<string, Partial<Kept>>} */
   #unwritten = new Map();
 
   /** Whether everything stored here survives the page. */
@@ -30,11 +31,12 @@ export class Operations {
     }
   }
 
+  /** @param {IDBDatabase|null} database */
   constructor(database) {
     this.#database = database;
   }
 
-  /** Returns all operations, oldest first. */
+  /** Returns all operations, oldest first. @returns {Promise<Kept[]>} */
   async all() {
     const kept = this.#database ? await settled(this.#objects().getAll()) : [];
     const known = kept.map((operation) => ({ ...operation, ...this.#unwritten.get(operation.id) }));
@@ -54,14 +56,16 @@ export class Operations {
       await settled(objects.put(operation));
     } catch (error) {
       if (!(error instanceof DOMException)) throw error; // no storage, or none allowed
+      this.#inMemory.set(operation.id, operation); // before any pause: the next change may replace it at once
       if (replaced) await this.delete(replaced);
-      this.#inMemory.set(operation.id, operation);
     }
   }
 
   /**
    * Changes an operation in place, unless another tab has removed it meanwhile.
    * @returns {Promise<boolean>} whether it was still there
+   * @param {string} id
+   * @param {Partial<Kept>} changes
    */
   async update(id, changes) {
     const kept = this.#inMemory.get(id);
@@ -79,6 +83,7 @@ export class Operations {
     return found.result !== undefined;
   }
 
+  /** @param {string} id */
   async delete(id) {
     this.#inMemory.delete(id);
     this.#unwritten.delete(id);
@@ -90,7 +95,12 @@ export class Operations {
   }
 }
 
-/** Awaits an IndexedDB request; a change counts only when its transaction is complete. */
+/**
+ * Awaits an IndexedDB request; a change counts only when its transaction is complete.
+ * @template T
+ * @param {IDBRequest<T>} request
+ * @returns {Promise<T>}
+ */
 async function settled(request) {
   if (!request.transaction) await opened(request);
   else {
@@ -100,12 +110,14 @@ async function settled(request) {
   return request.result;
 }
 
+/** @param {IDBRequest} request */
 const opened = (request) =>
   new Promise((resolve, reject) => {
     request.onsuccess = resolve;
     request.onerror = () => reject(request.error);
   });
 
+/** @param {IDBTransaction} transaction */
 const ended = (transaction) =>
   new Promise((resolve, reject) => {
     transaction.oncomplete = resolve;
