@@ -6,7 +6,7 @@ from datetime import timedelta
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from random_reports import reports
 from reports import AT, health_columns, report, track_of
@@ -202,7 +202,6 @@ def test_many_faults_are_reported_shortly(exported):
     assert len(str(refused.value)) < 4000
 
 
-@settings(max_examples=15, deadline=None)
 @given(made=reports())
 def test_any_report_is_json_that_states_its_distances(made):
     content = json.loads(write(made).content)
@@ -218,7 +217,6 @@ def test_any_report_is_json_that_states_its_distances(made):
         assert [tag.fields for tag in outcome.tags] == stated
 
 
-@settings(max_examples=40, deadline=None)
 @given(data=st.data())
 def test_a_damaged_file_is_refused_in_a_sentence_or_read(data):
     content = bytearray(write(report()).content)

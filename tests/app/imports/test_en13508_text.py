@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from random_reports import reports
 from reports import ENGLISH, OBSERVATIONS, report
@@ -39,11 +39,6 @@ BCD,no distance column
 10
 #C=I,A
 2.5,BAC"""
-
-few = settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow], database=None
-)
-
 
 def test_a_file_of_another_program_is_read_field_by_field() -> None:
     survey, last = read(FOREIGN.encode("latin-1")).surveys
@@ -144,7 +139,6 @@ def test_our_own_export_comes_back() -> None:
     assert [row.stretch for row in survey.observations][2:5] == ["A1", "C1", "B1"]
 
 
-@few
 @given(made=reports())
 def test_any_export_of_ours_is_read_without_losing_a_row(made: Report) -> None:
     (survey,) = read(en13508.write(made).content).surveys
@@ -154,7 +148,6 @@ def test_any_export_of_ours_is_read_without_losing_a_row(made: Report) -> None:
     assert {caveat.key for caveat in survey.warnings} <= {"impossible_field", "long_field"}
 
 
-@few
 @given(st.binary(max_size=2000).map(lambda noise: b"#A3=;\n#B01=AAA;AAB\nC;N\n#C=I;A;F\n" + noise))
 def test_noise_is_read(content: bytes) -> None:
     assert looks_like(content)

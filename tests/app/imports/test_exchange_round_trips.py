@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from brought_in import reported
-from hypothesis import HealthCheck, Phase, assume, given, settings
+from hypothesis import assume, given
 from random_reports import STORED_HEADERS, reports
 from reports import EVERY_FIELD, HEADER, OBSERVATIONS, report
 
@@ -20,15 +20,6 @@ from app.reports.report import Report
 
 KINDS = ("en13508", "en13508xml", "ribx", "isybau", "m150")
 each = pytest.mark.parametrize("kind", KINDS)
-few = settings(
-    max_examples=20,
-    phases=(Phase.generate,),
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow],
-    database=None,
-)
-
-
 def survey_in(content: bytes) -> ImportedSurvey:
     file = any_file.read(content)
     assert isinstance(file, ImportedFile)
@@ -107,7 +98,6 @@ def test_fields_without_a_place_in_the_format_are_fields_again(kind: str) -> Non
 
 
 @each
-@few
 @given(made=reports(), header=STORED_HEADERS)
 def test_anything_comes_back(kind: str, made: Report, header: Mapping[str, Any]) -> None:
     made = replace(made, header=header)

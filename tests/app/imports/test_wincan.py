@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from reports import ENGLISH
 from wincan_files import project
@@ -115,7 +115,6 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return project(tmp_path_factory.mktemp("db") / "p.db3")
 
 
-@settings(max_examples=60, deadline=None, database=None)
 @given(data=st.data())
 def test_a_damaged_database_is_read_or_refused(sound: bytes, data: st.DataObject) -> None:
     damaged = bytearray(sound)

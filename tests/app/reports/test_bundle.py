@@ -250,7 +250,6 @@ def test_a_member_of_another_method_is_in_no_bundle(file, method, name):
         verify(file)
 
 
-@settings(max_examples=40, deadline=None)
 @given(data=st.data())
 def test_a_damaged_bundle_is_wrong_or_none(content, tmp_path_factory, data):
     damaged = bytearray(content)
@@ -268,7 +267,7 @@ def test_a_damaged_bundle_is_wrong_or_none(content, tmp_path_factory, data):
                 assert read.read(name) == whole.read(name)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=max(1, settings().max_examples // 5))
 @given(made=reports())
 def test_any_report_makes_a_bundle_that_is_right(made, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / "any.zip"

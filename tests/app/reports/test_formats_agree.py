@@ -20,7 +20,7 @@ from exchange_readers import (
     read_m150,
     read_ribx,
 )
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from keys import Key
 from random_reports import reports
@@ -248,7 +248,6 @@ def assert_row_agrees(kind, row, reported):
                 assert reported[name] is None
 
 
-@settings(max_examples=20, deadline=None)
 @given(made=reports())
 def test_every_format_of_any_report_agrees_row_by_row(made):
     """To the millimetre in tables, to its own step in an exchange file."""

@@ -206,10 +206,7 @@ STANCES = st.fixed_dictionaries(
 )  # fmt: skip
 
 
-@settings(
-    max_examples=15, deadline=None, database=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)  # fmt: skip
+@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_anything_that_was_stated_comes_back(
     shared: Client, whole: Any, data: st.DataObject

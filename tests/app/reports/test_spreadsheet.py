@@ -6,7 +6,7 @@ from datetime import timedelta
 
 import openpyxl
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from random_reports import reports
 from reports import AT, OBSERVATIONS, report, said, track_of
 
@@ -148,7 +148,6 @@ def test_the_same_report_gives_the_same_bytes():
     assert write(report()).content == write(report()).content
 
 
-@settings(max_examples=25, deadline=None)
 @given(made=reports())
 def test_any_report_is_a_workbook_that_states_its_distances(made):
     read = records(book_of(made)["observations"])

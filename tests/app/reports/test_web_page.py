@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from hypothesis import given, settings
+from hypothesis import given
 from lxml import html
 from playwright.sync_api import expect
 from random_reports import reports
@@ -207,7 +207,6 @@ class Elements(HTMLParser):
         assert self.open.pop() == tag
 
 
-@settings(max_examples=25, deadline=None)
 @given(made=reports())
 def test_any_report_is_a_page_whose_elements_close(made):
     parser = Elements()

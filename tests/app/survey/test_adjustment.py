@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import clip_rig
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.survey.adjustment.adjust import adjust
@@ -100,7 +100,6 @@ def test_a_rig_has_nothing_to_do_with_what_another_program_has_measured() -> Non
     offset_m=st.floats(-5, 5),
     length=st.none() | st.floats(11.8, 12.4),
 )
-@settings(max_examples=40, deadline=None)
 def test_the_zero_frame_has_its_offset_after_scaling(
     frame: int, offset_m: float, length: float | None
 ) -> None:
@@ -358,7 +357,6 @@ def test_half_width_and_closure_determine_the_class(
     zero=st.none() | st.integers(0, 50),
     height_mm=st.none() | st.floats(0.5, 4),
 )
-@settings(max_examples=30, deadline=None)
 def test_a_run_that_goes_on_is_carried_on_exactly_without_solving(
     rows: int, zero: int | None, height_mm: float | None
 ) -> None:

@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.reports.content.placement import capacity, spread
@@ -11,7 +11,6 @@ from app.reports.content.placement import capacity, spread
 PLACES = st.lists(st.floats(-50, 350), max_size=25).map(sorted)
 
 
-@settings(max_examples=200, deadline=None)
 @given(PLACES, st.floats(1, 12))
 def test_labels_never_overlap_keep_their_order_and_stay_within(wanted, gap):
     places = spread(wanted, gap, 0, 300)
@@ -21,7 +20,6 @@ def test_labels_never_overlap_keep_their_order_and_stay_within(wanted, gap):
     assert all(b - a >= gap - 1e-6 for a, b in pairwise(places))
 
 
-@settings(max_examples=100, deadline=None)
 @given(PLACES, st.floats(1, 12))
 def test_no_single_label_could_move_nearer_to_its_place(wanted, gap):
     places = [-1e9, *spread(wanted, gap, 0, 300), 1e9]

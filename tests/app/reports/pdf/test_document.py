@@ -275,7 +275,7 @@ def test_nothing_but_an_empty_inspection_makes_a_report():
     assert "cannot be rated" in text
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=max(1, settings().max_examples // 5))
 @given(
     st.lists(
         st.fixed_dictionaries(

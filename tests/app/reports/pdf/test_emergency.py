@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pypdfium2
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from reports import entry, full_report, remarked, report
 
@@ -56,7 +56,6 @@ def test_a_quick_tag_without_a_kind_is_called_as_on_the_page():
     assert "not in the pack" not in page
 
 
-@settings(max_examples=10, deadline=None)
 @given(st.text(max_size=4000), st.integers(0, 8))
 def test_it_is_always_one_page(text, others):
     urgent = [entry(n, distance_m=float(n), code="BAC", severity=5) for n in range(1, others + 2)]

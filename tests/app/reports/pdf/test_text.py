@@ -3,7 +3,7 @@
 import unicodedata
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.reports.content.fonts import FACES, face_of, font_of
@@ -45,7 +45,6 @@ def test_control_characters_and_lone_surrogates_are_removed():
     assert one_line("a\n b\t c") == "a b c"
 
 
-@settings(max_examples=150, deadline=None)
 @given(ANY_TEXT, st.floats(30, 300))
 def test_lines_of_any_text_are_within_the_width_and_lose_nothing(text, width):
     lines = lines_of(text, BODY, width)
@@ -55,7 +54,6 @@ def test_lines_of_any_text_are_within_the_width_and_lose_nothing(text, width):
     assert kept == "".join(clean(text).split())
 
 
-@settings(max_examples=100, deadline=None)
 @given(ANY_TEXT)
 def test_visual_order_moves_characters_but_keeps_them_all(text):
     shown = clean(text).replace("\n", " ")
@@ -65,7 +63,6 @@ def test_visual_order_moves_characters_but_keeps_them_all(text):
     assert all(run.width >= 0 for run in runs)
 
 
-@settings(max_examples=100, deadline=None)
 @given(ANY_TEXT, st.floats(20, 200))
 def test_shortened_text_fits_and_says_that_it_was_cut(text, width):
     cut = shortened(text, BODY, width)
