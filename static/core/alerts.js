@@ -8,21 +8,9 @@ const WAITING_MS = 2000;
 const SETTLED_MS = 30_000;
 
 /**
- * @typedef {object} Alert
- * @property {string} observation_id
- * @property {'waiting'|'told'|'withdrawn'|'given_up'} state
- * @property {string|null} told_at
- * @property {string|null} error
- * @property {Reason|null} reason the same as a code
+ * The server's reasons why the client was not notified, in our words.
+ * @type {Record<string, (values: Record<string, string>) => string>}
  */
-
-/**
- * @typedef {object} Reason
- * @property {string} code
- * @property {Record<string, string>} values
- */
-
-/** The server's reasons why the client was not notified, in our words. */
 const REASONS = {
   answered: (values) => t('undelivered.answered', values),
   redirected: (values) => t('undelivered.redirected', values),
@@ -39,12 +27,15 @@ const REASONS = {
 
 /**
  * Says why the client was not notified.
- * @param {Reason|null} reason
+ * @param {Api['ReasonOut']|null} reason
  * @param {string|null} sentence the server's own, for a reason that this page does not know
  */
-export const reasonText = (reason, sentence) => REASONS[reason?.code]?.(reason.values) ?? sentence;
+export const reasonText = (reason, sentence) => (reason && REASONS[reason.code]?.(reason.values)) ?? sentence;
 
-/** A store of the last alert of each observation, by its id; empty where no client is configured. */
+/**
+ * A store of the last alert of each observation, by its id; empty where no client is configured.
+ * @extends {Store<Map<string, Api['AlertOut']>>}
+ */
 export class Alerts extends Store {
   #path;
   #signal;
@@ -75,6 +66,7 @@ export class Alerts extends Store {
     const round = this.#round;
     clearTimeout(this.#timer);
     try {
+      /** @type {Api['AlertsOut']} */
       const { is_configured: isConfigured, alerts } = await get(this.#path, this.#signal);
       if (round !== this.#round) return;
       this.set(new Map(alerts.map((alert) => [alert.observation_id, alert])));

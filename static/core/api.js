@@ -7,6 +7,11 @@ export class ApiError extends Error {
   /** The version of that content. */
   version = null;
 
+  /**
+   * @param {number} status
+   * @param {string} code
+   * @param {string} detail
+   */
   constructor(status, code, detail) {
     super(detail);
     this.status = status;
@@ -55,10 +60,19 @@ export async function send(method, path, { headers = {}, body, signal, allow = [
   throw await refusal(response);
 }
 
-/** Reads the body of a response; `as`: 'json', 'text', 'blob' or 'arrayBuffer'. */
+/**
+ * Reads the body of a response; `as`: 'json', 'text', 'blob' or 'arrayBuffer'.
+ * @param {Response} response
+ * @param {'json'|'text'|'blob'|'arrayBuffer'} as
+ * @returns {Promise<any>}
+ */
 export const bodyOf = (response, as) => reached(response[as]());
 
-/** Awaits the beginning or the body of an answer; an ApiError when the line is dead, or breaks on the way. */
+/**
+ * Awaits the beginning or the body of an answer; an ApiError when the line is dead, or breaks on the way.
+ * @template T
+ * @param {Promise<T>} answer
+ */
 async function reached(answer) {
   try {
     return await answer;
@@ -68,6 +82,7 @@ async function reached(answer) {
   }
 }
 
+/** @param {Response} response */
 async function refusal(response) {
   const text = await bodyOf(response, 'text');
   try {
@@ -79,6 +94,14 @@ async function refusal(response) {
   }
 }
 
+/**
+ * @param {string} method
+ * @param {string} path
+ * @param {unknown} content
+ * @param {AbortSignal} [signal]
+ * @param {string|null} [replaced]
+ * @returns {Promise<any>}
+ */
 async function json(method, path, content, signal, replaced = null) {
   const body = content === undefined ? undefined : JSON.stringify(content);
   const headers = {
@@ -89,19 +112,57 @@ async function json(method, path, content, signal, replaced = null) {
   return response.status === 204 ? null : bodyOf(response, 'json');
 }
 
+/** @param {string} path @param {AbortSignal} [signal] */
 export const get = (path, signal) => json('GET', path, undefined, signal);
+/**
+ * @param {string} path
+ * @param {unknown} [content]
+ * @param {AbortSignal} [signal]
+ */
 export const post = (path, content, signal) => json('POST', path, content, signal);
-/** `replaced`: version that the change was based on; without it any version is replaced or removed. */
+/**
+ * `replaced`: version that the change was based on; without it any version is replaced or removed.
+ * @param {string} path
+ * @param {unknown} content
+ * @param {AbortSignal} [signal]
+ * @param {string|null} [replaced]
+ */
 export const put = (path, content, signal, replaced) => json('PUT', path, content, signal, replaced);
+/**
+ * @param {string} path
+ * @param {unknown} content
+ * @param {AbortSignal} [signal]
+ * @param {string|null} [replaced]
+ */
 export const patch = (path, content, signal, replaced) => json('PATCH', path, content, signal, replaced);
+/**
+ * @param {string} path
+ * @param {AbortSignal} [signal]
+ * @param {string|null} [replaced]
+ */
 export const remove = (path, signal, replaced) => json('DELETE', path, undefined, signal, replaced);
-/** Removes what `content` names. */
+/**
+ * Removes what `content` names.
+ * @param {string} path
+ * @param {unknown} content
+ * @param {AbortSignal} [signal]
+ */
 export const removeSome = (path, content, signal) => json('DELETE', path, content, signal);
-/** Sends a file unchanged; the answer is JSON. */
+/**
+ * Sends a file unchanged; the answer is JSON.
+ * @param {string} path
+ * @param {Blob} file
+ * @param {AbortSignal} [signal]
+ */
 export const sendFile = async (path, file, signal) => {
   const headers = { 'Content-Type': 'application/octet-stream' };
   return bodyOf(await send('POST', path, { headers, body: file, signal }), 'json');
 };
+/**
+ * @param {string} path
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<Blob>}
+ */
 export const blob = async (path, signal) => bodyOf(await send('GET', path, { signal }), 'blob');
 
 /**
@@ -128,7 +189,7 @@ export async function poll(ask, signal, onError) {
   }
 }
 
-/** Ends after `seconds`, or at once when `signal` aborts. */
+/** Ends after `seconds`, or at once when `signal` aborts. @param {number} seconds @param {AbortSignal} [signal] */
 export function pause(seconds, signal) {
   return new Promise((resolve) => {
     const timer = setTimeout(resolve, seconds * 1000);
@@ -136,6 +197,7 @@ export function pause(seconds, signal) {
   });
 }
 
+/** @param {AbortSignal} signal */
 function seen(signal) {
   return new Promise((resolve) => {
     signal.addEventListener('abort', resolve, { once: true });

@@ -2,12 +2,17 @@
 
 import { get, patch, post, removeSome } from './api.js';
 
+/**
+ * @typedef {'start'|'pause'|'resume'|'cancel'|'retry'} Action
+ * @typedef {{ids: string[]}|{where: object}} Meant
+ */
+
 const FILMS = '/api/archive/films';
 
 /** Names of the filters of the films, as in the address and in `where`. */
 export const FILTERS = ['search', 'state', 'project', 'asset', 'reason'];
 
-/** States in which each action changes a film. */
+/** States in which each action changes a film. @type {Record<Action, string[]>} */
 export const ACTS_ON = {
   start: ['ready', 'paused'],
   pause: ['waiting', 'queued', 'running'],
@@ -16,7 +21,10 @@ export const ACTS_ON = {
   retry: ['failed', 'cancelled', 'refused'],
 };
 
-/** The action that brings a film back into the state it had before. */
+/**
+ * The action that brings a film back into the state it had before.
+ * @type {Record<Action, Record<string, Action|null>>}
+ */
 const BACK = {
   start: { ready: 'cancel', paused: 'pause' },
   pause: { waiting: 'resume', queued: 'resume', running: 'resume' },
@@ -26,32 +34,44 @@ const BACK = {
 };
 
 /**
- * @param {'start'|'pause'|'resume'|'cancel'|'retry'} action
- * @param {{ids: string[]}|{where: object}} meant
+ * @param {Action} action
+ * @param {Meant} meant
  * @returns {Promise<number>} films that changed
  */
 export const act = async (action, meant) => (await post(`/api/archive/${action}`, meant)).changed;
 
-/** Sets rig, project, asset, header or priority; returns the number of films. */
+/**
+ * Sets rig, project, asset, header or priority; returns the number of films.
+ * @param {Meant} meant
+ * @param {Api['FilmChangeIn']} set
+ * @returns {Promise<number>}
+ */
 export const change = async (meant, set) => (await patch(FILMS, { ...meant, set })).changed;
 
-/** Takes films off the list; returns their number. */
+/** Takes films off the list; returns their number. @param {Meant} meant @returns {Promise<number>} */
 export const takeOff = async (meant) => (await removeSome(FILMS, meant)).changed;
 
+/** @param {AbortSignal} signal @returns {Promise<Api['ArchiveProgressOut']>} */
 export const progressOf = (signal) => get('/api/archive/progress', signal);
+/** @param {AbortSignal} signal @returns {Promise<Api['FailuresOut']>} */
 export const failuresOf = (signal) => get('/api/archive/failures', signal);
 
-/** Filters that are set, as `where` of a request. */
+/** Filters that are set, as `where` of a request. @param {Record<string, string>} filters */
 export const whereOf = (filters) =>
   Object.fromEntries(FILTERS.filter((name) => filters[name]).map((name) => [name, filters[name]]));
 
-/** The films of a selection that the action changes. */
+/**
+ * The films of a selection that the action changes.
+ * @template {{state: string}} Film
+ * @param {Action} action
+ * @param {Film[]} films
+ */
 export const concerned = (action, films) => films.filter(({ state }) => ACTS_ON[action].includes(state));
 
 /**
  * Returns what undoes an action, or null where something of it is lost: a stopped run begins again at its
  * first frame.
- * @param {string} action
+ * @param {Action} action
  * @param {{id: string, state: string}[]} films as they were before
  */
 export function undoOf(action, films) {

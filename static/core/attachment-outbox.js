@@ -21,10 +21,10 @@ const ANSWER_LIMIT_S = 60;
  * @property {string} observation
  * @property {string} attachment
  * @property {'put'|'voice'|'delete'|'restore'} kind
- * @property {object} [shown] the attachment as the page shows it meanwhile; none of a delete
+ * @property {import('./attachments.js').Shown} [shown] the attachment as the page shows it meanwhile; none of a delete
  * @property {object} [body] of a put
  * @property {Blob} [sound] of a voice note
- * @property {{code: string, message: string}} [refusal] why the server refuses it
+ * @property {{code: string, message: string}|null} [refusal] why the server refuses it
  */
 
 /**
@@ -32,22 +32,33 @@ const ANSWER_LIMIT_S = 60;
  * `elsewhere`: the list must be read again.
  */
 export class AttachmentOutbox extends EventTarget {
-  /** What prevents the first operation from being sent, or null. */
+  /** What prevents the first operation from being sent, or null. @type {string|null} */
   reason = null;
 
   #operations;
+  /** @type {Operation[]} */
   #known;
   /** The outbox of the observations. */
   #tags;
   #others = new BroadcastChannel(NAME);
   #sender = new Sender(NAME, () => this.#sendAll(), () => this.reason !== null);
 
-  /** Opens the outbox of this browser and sends what it still holds. */
+  /**
+   * Opens the outbox of this browser and sends what it still holds.
+   * @param {import('./outbox.js').Outbox} tags
+   * @param {AbortSignal} signal
+   */
   static async open(tags, signal) {
     const operations = await Operations.open(NAME);
     return new AttachmentOutbox(operations, await operations.all(), tags, signal);
   }
 
+  /**
+   * @param {Operations<Operation>} operations
+   * @param {Operation[]} known
+   * @param {import('./outbox.js').Outbox} tags
+   * @param {AbortSignal} signal
+   */
   constructor(operations, known, tags, signal) {
     super();
     this.#operations = operations;
@@ -68,12 +79,18 @@ export class AttachmentOutbox extends EventTarget {
     return this.#known.filter(({ refusal }) => !refusal).length;
   }
 
-  /** Returns the operations of one inspection that the server has not accepted, oldest first. */
+  /**
+   * Returns the operations of one inspection that the server has not accepted, oldest first.
+   * @param {string} inspection
+   */
   openFor(inspection) {
     return this.#known.filter((operation) => operation.inspection === inspection);
   }
 
-  /** Resolves when the operation is safe in this browser; it is sent in the background. */
+  /**
+   * Resolves when the operation is safe in this browser; it is sent in the background.
+   * @param {Omit<Operation, 'id'>} operation
+   */
   async add(operation) {
     const added = { id: idInTime(), ...operation };
     // What was refused of the same attachment is settled by this.
@@ -86,13 +103,13 @@ export class AttachmentOutbox extends EventTarget {
     this.#sender.flush();
   }
 
-  /** Sends a refused operation again. */
+  /** Sends a refused operation again. @param {string} id */
   async sendAgain(id) {
     await this.#note(id, { refusal: null });
     this.#sender.flush();
   }
 
-  /** Discards a refused operation. */
+  /** Discards a refused operation. @param {string} id */
   async drop(id) {
     await this.#operations.delete(id);
     this.#known = this.#known.filter((operation) => operation.id !== id);
@@ -118,6 +135,7 @@ export class AttachmentOutbox extends EventTarget {
     await this.#read();
   }
 
+  /** @param {Operation} operation */
   async #sendOne(operation) {
     let answer = null;
     try {
@@ -144,6 +162,7 @@ export class AttachmentOutbox extends EventTarget {
     this.#changed();
   }
 
+  /** @param {string} id @param {Partial<Operation>} changes */
   async #note(id, changes) {
     await this.#operations.update(id, changes);
     this.#known = this.#known.map((other) => (other.id === id ? { ...other, ...changes } : other));
@@ -173,7 +192,12 @@ export class AttachmentOutbox extends EventTarget {
   }
 }
 
-/** Sends an operation; returns the stored attachment, null after a delete. */
+/**
+ * Sends an operation; returns the stored attachment, null after a delete.
+ * @param {Operation} operation
+ * @param {AbortSignal} signal
+ * @returns {Promise<Api['AttachmentOut']|null>}
+ */
 async function deliver({ inspection, observation, attachment, kind, body, sound, shown }, signal) {
   const path = `/api/inspections/${inspection}/observations/${observation}/attachments/${attachment}`;
   if (kind === 'delete') return remove(path, signal);

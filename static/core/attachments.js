@@ -10,24 +10,34 @@ import { errorText } from './words.js';
 
 /** Pause before the list is read again, for a missing picture or after a failure. */
 const LOAD_PAUSE_MS = 1500;
-/** The attachments of most observations. */
+/** The attachments of most observations. @type {readonly Attachment[]} */
 const NONE = Object.freeze([]);
 
 /**
- * @typedef {object} Attachment as in the API, and
+ * @typedef {import('./observations.js').Observation} Observation
+ * @typedef {Api['Stroke']} Stroke
+ *
+ * @typedef {Pick<Api['AttachmentOut'], 'id'|'observation_id'|'kind'|'rank'|'strokes'|'file'> &
+ *     Partial<Api['AttachmentOut']>} Shown an attachment as far as the page knows it
+ *
+ * @typedef {object} Saving
  * @property {'saved'|'waiting'|'refused'} save
  * @property {string} [refusal] the reason of a refusal
  * @property {string} [operation] id of what was refused
  * @property {Blob} [sound] of a voice note that the server does not have
+ *
+ * @typedef {Shown & Saving} Attachment
  */
 
+/** @extends {Store<Attachment[]>} */
 export class Attachments extends Store {
   #inspection;
   #outbox;
   #history;
   #signal;
-  /** Those that the server has, by id. */
+  /** Those that the server has, by id. @type {Map<string, Api['AttachmentOut']>} */
   #stored = new Map();
+  /** @type {Map<string, Attachment[]>} */
   #byObservation = new Map();
   #version = 0;
   #timer = 0;
@@ -74,12 +84,16 @@ export class Attachments extends Store {
     }
   }
 
-  /** Returns the pictures and the voice notes of an observation, in their order. */
+  /** Returns the pictures and the voice notes of an observation, in their order. @param {string} observation */
   of(observation) {
     return this.#byObservation.get(observation) ?? NONE;
   }
 
-  /** Adds a photo of a frame or a drawing on it: {kind, frame, strokes}. Returns its id. */
+  /**
+   * Adds a photo of a frame or a drawing on it: {kind, frame, strokes}. Returns its id.
+   * @param {Observation} observation
+   * @param {{kind: 'photo'|'drawing', frame: number, strokes?: Stroke[]}} picture
+   */
   add(observation, picture) {
     const ranks = this.of(observation.id).map(({ rank }) => rank);
     const body = { strokes: [], rank: Math.max(0, ...ranks) + 1, ...picture };
@@ -89,7 +103,12 @@ export class Attachments extends Store {
     return shown.id;
   }
 
-  /** Adds a voice note. */
+  /**
+   * Adds a voice note.
+   * @param {Observation} observation
+   * @param {Blob} sound
+   * @param {number} durationS
+   */
   say(observation, sound, durationS) {
     const shown = {
       id: newId(), observation_id: observation.id, kind: 'voice', rank: 0, strokes: [], duration_s: durationS, file: null,
@@ -98,7 +117,12 @@ export class Attachments extends Store {
     this.#add('attach', observation, shown);
   }
 
-  /** Replaces the strokes of a drawing. */
+  /**
+   * Replaces the strokes of a drawing.
+   * @param {Observation} observation
+   * @param {Attachment} item
+   * @param {Stroke[]} strokes
+   */
   redraw(observation, item, strokes) {
     const draw = (drawn) => this.#put({ ...item, strokes: drawn }, { ...bodyOf(item), strokes: drawn });
     draw(strokes);
@@ -123,31 +147,43 @@ export class Attachments extends Store {
     });
   }
 
+  /** @param {Observation} observation @param {Attachment} item */
   remove(observation, item) {
     this.#queue('delete', item);
     this.#add('detach', observation, item);
   }
 
-  /** Sends what the server has refused again. */
+  /** Sends what the server has refused again. @param {Attachment} item */
   sendAgain(item) {
     return this.#outbox.sendAgain(item.operation);
   }
 
-  /** Discards what the server has refused. */
+  /** Discards what the server has refused. @param {Attachment} item */
   giveUp(item) {
     return this.#outbox.drop(item.operation);
   }
 
+  /** @param {Shown} shown @param {object} body */
   #put(shown, body) {
     this.#queue('put', shown, { shown, body });
   }
 
+  /**
+   * @param {'put'|'voice'|'delete'|'restore'} kind
+   * @param {Shown} item
+   * @param {{shown?: Shown, body?: object, sound?: Blob}} [content]
+   */
   #queue(kind, item, content = {}) {
     const { id: attachment, observation_id: observation } = item;
     this.#outbox.add({ inspection: this.#inspection, observation, attachment, kind, ...content });
   }
 
-  /** Adds the step of an attachment that was just added or deleted. */
+  /**
+   * Adds the step of an attachment that was just added or deleted.
+   * @param {'attach'|'detach'} what
+   * @param {Observation} observation
+   * @param {Shown} item
+   */
   #add(what, observation, item) {
     const run = (isBack) => {
       if (isBack === (what === 'attach')) this.#queue('delete', item);
@@ -156,6 +192,7 @@ export class Attachments extends Store {
     this.#history.add({ what, item: observation, changes: [item], run, isOvertaken });
   }
 
+  /** @param {{operation: import('./attachment-outbox.js').Operation, answer: Api['AttachmentOut']|null}} detail */
   #answered({ operation, answer }) {
     if (operation.inspection !== this.#inspection) return;
     this.#version += 1;
@@ -195,6 +232,7 @@ export class Attachments extends Store {
   }
 }
 
+/** @param {Shown} item */
 const bodyOf = ({ kind, frame, rank, strokes }) => ({ kind, frame, rank, strokes });
 
 /** Each attachment is made by one person, so nobody overtakes a step about it. */

@@ -1,8 +1,10 @@
 /** Keeps the axis of the strips at the run and at the play head. */
 
+/** @typedef {import('../components/inspection-page/desk.js').Desk} Desk */
+
 /**
  * Follows the growing track, the play head where it was visible, and the selection.
- * @param {import('../components/inspection-page/desk.js').Desk} desk
+ * @param {Pick<Desk, 'axis'|'track'|'playhead'|'selection'|'observations'>} desk
  * @param {AbortSignal} signal
  */
 export function followRun({ axis, track, playhead, selection, observations }, signal) {

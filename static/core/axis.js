@@ -13,10 +13,13 @@ const WHOLE_STEPS = 16;
 
 /** @typedef {{low: number, high: number}} Range distances in mm */
 
-/** A store of the visible Range; zoom, pan and the growing run change it. */
+/**
+ * A store of the visible Range; zoom, pan and the growing run change it.
+ * @extends {Store<Range>}
+ */
 export class Axis extends Store {
   /** Distance in mm under the pointer in one of the strips; null when it is elsewhere. */
-  pointer = new Store(null);
+  pointer = new Store(/** @type {number|null} */ (null));
 
   #run = { low: 0, high: 0 };
   #whole = wholeOf({ low: 0, high: 0 });
@@ -39,6 +42,7 @@ export class Axis extends Store {
     return this.value.high - this.value.low;
   }
 
+  /** @param {number} mm */
   holds(mm) {
     return isWithin(mm, this.value);
   }
@@ -69,13 +73,13 @@ export class Axis extends Store {
     this.#see(low, low + span);
   }
 
-  /** Moves the view for a person, so that it no longer follows the robot. */
+  /** Moves the view for a person, so that it no longer follows the robot. @param {number} mm */
   pan(mm) {
     this.#isMoved = true;
     this.#see(this.value.low + mm, this.value.high + mm);
   }
 
-  /** Follows the robot, unless a person has moved the view. */
+  /** Follows the robot, unless a person has moved the view. @param {number} mm */
   follow(mm) {
     if (this.#isMoved) return;
     const margin = FOLLOW_MARGIN * this.span;
@@ -89,12 +93,12 @@ export class Axis extends Store {
     this.#isMoved = false;
   }
 
-  /** Centres a distance unless it is visible. */
+  /** Centres a distance unless it is visible. @param {number} mm */
   reveal(mm) {
     if (!this.holds(mm)) this.#see(mm - this.span / 2, mm + this.span / 2);
   }
 
-  /** Limits the view to the run: first its length, then its place. */
+  /** Limits the view to the run: first its length, then its place. @param {number} low @param {number} high */
   #see(low, high) {
     const { low: least, high: most } = this.#whole;
     const span = Math.min(high - low, most - least);
@@ -105,6 +109,7 @@ export class Axis extends Store {
   }
 }
 
+/** @param {Range} run */
 function wholeOf({ low, high }) {
   const far = Math.max(high, 1000);
   const step = roundStep((far - low) / WHOLE_STEPS);
@@ -112,7 +117,7 @@ function wholeOf({ low, high }) {
   return { low: low < -20 ? Math.floor(low / step) * step : 0, high: Math.ceil(far / step - 1e-9) * step };
 }
 
-/** Returns the next larger of 1, 2 and 5 times a power of ten of the shown unit, in mm. */
+/** Returns the next larger of 1, 2 and 5 times a power of ten of the shown unit, in mm. @param {number} mm */
 function roundStep(mm) {
   const shown = toShown(mm / 1000);
   const power = 10 ** Math.floor(Math.log10(shown));
@@ -158,10 +163,12 @@ export class Plot {
     return this.left < 40;
   }
 
+  /** @param {number} mm */
   toX(mm) {
     return this.left + (mm - this.low) / this.mmPerUnit;
   }
 
+  /** @param {number} x */
   toMm(x) {
     return this.low + (x - this.left) * this.mmPerUnit;
   }

@@ -7,15 +7,9 @@ import { Store } from './store.js';
 const PAUSE_MS = 700;
 
 /**
- * @typedef {object} Issue
- * @property {'block'|'warn'} level
- * @property {string} code
- * @property {string} detail
- * @property {string|null} observation_id
- * @property {Record<string, string|number>} params
+ * A store of issues, blocking ones first; null until they are known.
+ * @extends {Store<Api['IssueOut'][]|null>}
  */
-
-/** A store of issues, blocking ones first; null until they are known. */
 export class Checks extends Store {
   #path;
   #signal;

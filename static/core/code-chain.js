@@ -1,18 +1,20 @@
 /** A code typed letter by letter, B-A-B-B-A: each letter narrows what may follow. */
 
 /**
+ * @typedef {import('./codes.js').CodeRow} CodeRow
+ *
  * @typedef {object} Choice what may be typed next
  * @property {string} letter
  * @property {string} label what the code means from then on
  *
  * @typedef {object} Typed
  * @property {string} letters all that are typed, and those that were the only ones that could follow
- * @property {import('./codes.js').CodeRow|null} row the code that the letters spell, null before that
+ * @property {CodeRow|null} row the code that the letters spell, null before that
  * @property {Choice[]} choices
  */
 
 /**
- * @param {import('./codes.js').CodeRow[]} rows main codes, and full ones
+ * @param {CodeRow[]} rows main codes, and full ones
  * @param {string} text typed letters
  * @returns {Typed}
  */
@@ -34,7 +36,11 @@ export function typedSoFar(rows, text) {
   return { letters, row, choices };
 }
 
-/** Returns what a group of rows has in common, without what the code so far says already. */
+/**
+ * Returns what a group of rows has in common, without what the code so far says already.
+ * @param {CodeRow[]} group
+ * @param {CodeRow|null} row
+ */
 function meaning(group, row) {
   const [title] = group[0].label.split(':');
   if (!row) return [...new Set(group.map(({ label }) => label.split(':')[0]))].join(', ') || title;
@@ -50,7 +56,7 @@ function meaning(group, row) {
 const HOUR = '(?:0[1-9]?|1[0-2]?|[2-9])';
 const CLOCK = new RegExp(`^@(?:${HOUR}(?:@${HOUR}?)?)?$`);
 
-/** Whether a clock position that is being typed may begin like this. */
+/** Whether a clock position that is being typed may begin like this. @param {string} text */
 export const isClock = (text) => CLOCK.test(text);
 
 /**
@@ -65,7 +71,7 @@ export function hoursOf(text) {
 
 /**
  * Returns the codes of the last tags, the newest first, each once.
- * @param {object[]} observations
+ * @param {import('./observations.js').Observation[]} observations
  * @param {number} most
  */
 export function lastCodes(observations, most) {

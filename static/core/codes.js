@@ -4,19 +4,19 @@ import { get } from './api.js';
 import { language, t } from './words.js';
 
 /**
- * @typedef {object} CodeRow
- * @property {string} code
- * @property {string} char1 '' when not used
- * @property {string} char2
- * @property {string} label 'Crack: hairline on the surface, along the pipe'
+ * @typedef {object} Found
  * @property {string} letters code and characters without a gap, 'BABAA'
  * @property {string} words labels in every language, in small letters
- * @property {boolean} isOffered whether a new tag may need it
+ * @property {boolean} [isOffered] whether a new tag may need it
+ *
+ * @typedef {Pick<Api['CodeOut'], 'code'|'char1'|'char2'|'label'> & Found} CodeRow a code, or a main code without characters
+ * @typedef {Api['CodeOut'] & Found} FullRow
  */
 
 export class Catalogue {
   #rows;
   #byCode;
+  /** @type {CodeRow[]|null} */
   #offered = null;
 
   /**
@@ -52,11 +52,17 @@ export class Catalogue {
     return this.#offered;
   }
 
+  /** @param {string} code */
   has(code) {
     return this.#byCode.has(code);
   }
 
-  /** Returns the row of a full code, or the first row of its main code. */
+  /**
+   * Returns the row of a full code, or the first row of its main code.
+   * @param {string|null|undefined} code
+   * @param {string|null} [char1]
+   * @param {string|null} [char2]
+   */
   row(code, char1, char2) {
     const rows = this.#byCode.get(code);
     return (
@@ -67,7 +73,12 @@ export class Catalogue {
     );
   }
 
-  /** Returns the label of the code, as far as its characters are known. */
+  /**
+   * Returns the label of the code, as far as its characters are known.
+   * @param {string|null|undefined} code
+   * @param {string|null} [char1]
+   * @param {string|null} [char2]
+   */
   label(code, char1, char2) {
     const rows = this.#byCode.get(code);
     if (!rows) return code ? t('code.unknown') : t('code.none');
@@ -79,6 +90,8 @@ export class Catalogue {
 
   /**
    * Returns the first characters that the code allows: [{value, label}]; those of `kept` stay among them.
+   * @param {string} code
+   * @param {string|null} [kept]
    */
   firstChars(code, kept = null) {
     const rows = (this.#byCode.get(code) ?? []).filter(
@@ -90,7 +103,12 @@ export class Catalogue {
     }));
   }
 
-  /** Returns the second characters that the code allows after the first. */
+  /**
+   * Returns the second characters that the code allows after the first.
+   * @param {string} code
+   * @param {string|null} char1
+   * @param {string|null} [kept]
+   */
   secondChars(code, char1, kept = null) {
     const rows = (this.#byCode.get(code) ?? []).filter(
       (row) => row.char2 && row.char1 === (char1 ?? '') && (row.isOffered || row.char2 === kept),
@@ -105,6 +123,7 @@ export class Catalogue {
   /**
    * Returns what an observation lacks before it can be reported: 'code', or some of 'char1', 'char2',
    * 'clock', 'quant1', 'quant2', 'remark'. The server's checks have the same rule.
+   * @param {import('./observations.js').Observation} item
    */
   missing(item) {
     const { code, char1, char2, clock, clock_from: clockFrom, continuous, remark } = item;
@@ -125,7 +144,7 @@ export class Catalogue {
     return lacks;
   }
 
-  /** Returns the row of a typed code with its characters, 'bab b a' or 'BABBA', or null. */
+  /** Returns the row of a typed code with its characters, 'bab b a' or 'BABBA', or null. @param {string} text */
   typed(text) {
     const letters = lettersOf(text);
     if (this.has(letters)) return this.#mainOf(letters);
@@ -136,6 +155,8 @@ export class Catalogue {
    * Returns rows that begin with the letters of the text, then those that contain every word of it in code
    * or label, in any language; main codes come first.
    * @returns {{code, char1, char2, label}[]}
+   * @param {string} text
+   * @param {number} [limit]
    */
   search(text, limit = 40) {
     const words = text.toLowerCase().split(/\s+/).filter(Boolean);
@@ -148,7 +169,7 @@ export class Catalogue {
     return [...new Map(found.map((row) => [row.letters, row])).values()].slice(0, limit);
   }
 
-  /** Returns a code without its characters. */
+  /** Returns a code without its characters. @param {string} code @returns {CodeRow} */
   #mainOf(code) {
     const rows = this.#byCode.get(code);
     const { label, words } = rows[0];
@@ -157,22 +178,29 @@ export class Catalogue {
   }
 }
 
-/** Returns the label of a code in the language of the page, else in that of its pack, which may have no other. */
+/**
+ * Returns the label of a code in the language of the page, else in that of its pack, which may have no other.
+ * @param {{label: string, labels: Record<string, string>}} row
+ */
 export const labelOf = ({ label, labels }) => labels[language] ?? label;
 
+/** @param {string} label */
 const title = (label) => label.split(':')[0];
 
+/** @param {string} label */
 const detail = (label) => (label.split(': ')[1] ?? label).split(', ');
 
-/** Returns the leading parts common to all lists; those of a single list are all of it. */
+/** Returns the leading parts common to all lists; those of a single list are all of it. @param {string[][]} lists */
 function shared(lists) {
   const [first = [], ...others] = lists;
   const end = first.findIndex((part, i) => others.some((list) => list[i] !== part));
   return end < 0 ? first : first.slice(0, end);
 }
 
+/** @param {string} text */
 const lettersOf = (text) => text.replace(/[\s.,-]+/g, '').toUpperCase();
 
+/** @param {CodeRow} row @param {string[]} words */
 const holds = (row, words) => {
   const text = `${row.letters.toLowerCase()} ${row.words}`;
   return words.every((word) => text.includes(word));

@@ -5,6 +5,13 @@
 
 import { bodyOf, send } from './api.js';
 
+/**
+ * @typedef {Float64Array<ArrayBuffer>|Float32Array<ArrayBuffer>|Uint8Array<ArrayBuffer>} Column
+ * @typedef {typeof Float64Array|typeof Float32Array|typeof Uint8Array} ColumnType
+ * @typedef {Record<string, Column>} Columns
+ */
+
+/** @type {Record<string, ColumnType>} */
 const TYPES = { float64: Float64Array, float32: Float32Array, uint8: Uint8Array };
 const NEWLINE = 10;
 
@@ -12,14 +19,14 @@ const NEWLINE = 10;
  * Fetches columns in the format of `app/web/columns.py`.
  * @param {string} path
  * @param {AbortSignal} [signal]
- * @returns {Promise<{run: string, total: number, rows: number, columns:
- *     Object<string, Float64Array|Float32Array|Uint8Array>}>} id of the run, number of rows that exist and
- *     that were fetched, and these by name
+ * @returns {Promise<{run: string, total: number, rows: number, columns: Columns}>} id of the run, number of rows that
+ *     exist and that were fetched, and these by name
  */
 async function getColumns(path, signal) {
   const bytes = await bodyOf(await send('GET', path, { signal }), 'arrayBuffer');
   let begin = new Uint8Array(bytes).indexOf(NEWLINE) + 1;
   const { run, total, rows, columns } = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 0, begin)));
+  /** @type {Columns} */
   const found = {};
   for (const [name, type] of columns) {
     found[name] = new TYPES[type](bytes, begin, rows);
@@ -33,7 +40,7 @@ export class RunColumns extends EventTarget {
   #path;
   #types;
   #columns;
-  /** Id of the run that made the rows, null before any answer. */
+  /** Id of the run that made the rows, null before any answer. @type {string|null} */
   run = null;
   /** Number of the newest request for all rows, and of the newest one whose answer is shown. */
   #asked = 0;
@@ -43,7 +50,7 @@ export class RunColumns extends EventTarget {
 
   /**
    * @param {string} path with a query
-   * @param {Object<string, Function>} types array type of each column, by name
+   * @param {Record<string, ColumnType>} types array type of each column, by name
    */
   constructor(path, types) {
     super();
@@ -56,12 +63,15 @@ export class RunColumns extends EventTarget {
     return this.#columns.length;
   }
 
-  /** Returns one column, for drawing: an array of numbers. */
+  /** Returns one column, for drawing: an array of numbers. @param {string} name @returns {Column} */
   column(name) {
     return this.#columns.column(name);
   }
 
-  /** Fetches the rows that are new since the last call, or all rows if another run has begun. */
+  /**
+   * Fetches the rows that are new since the last call, or all rows if another run has begun.
+   * @param {AbortSignal} [signal]
+   */
   async extend(signal) {
     const { length, generation } = this;
     const { run, total, rows, columns } = await getColumns(`${this.#path}&since=${length}`, signal);
@@ -72,7 +82,7 @@ export class RunColumns extends EventTarget {
     else this.#add(run, columns, rows);
   }
 
-  /** Fetches all rows again, as their distances have been corrected. */
+  /** Fetches all rows again, as their distances have been corrected. @param {AbortSignal} [signal] */
   async reload(signal) {
     this.#asked += 1;
     const asked = this.#asked;
@@ -97,6 +107,11 @@ export class RunColumns extends EventTarget {
   /** Forgets what was computed from the earlier rows. */
   began() {}
 
+  /**
+   * @param {string} run
+   * @param {Columns} columns
+   * @param {number} rows
+   */
   #add(run, columns, rows) {
     this.run = run;
     if (rows === 0) return;
@@ -114,26 +129,28 @@ export class RunColumns extends EventTarget {
 /** Columns of one length that grow at their end. */
 class GrowingColumns {
   length = 0;
+  /** @type {Columns} */
   #room = {};
+  /** @type {Columns} */
   #columns = {};
 
-  /** @param {Object<string, Function>} types array type of each column, by name */
+  /** @param {Record<string, ColumnType>} types array type of each column, by name */
   constructor(types) {
     for (const [name, type] of Object.entries(types)) this.#columns[name] = this.#room[name] = new type(0);
   }
 
-  /** Returns the current values of one column, read-only. */
+  /** Returns the current values of one column, read-only. @param {string} name */
   column(name) {
     return this.#columns[name];
   }
 
-  /** Replaces all columns; they are not copied. */
+  /** Replaces all columns; they are not copied. @param {Columns} columns @param {number} length */
   replace(columns, length) {
     this.length = length;
     for (const name of Object.keys(this.#room)) this.#columns[name] = this.#room[name] = columns[name];
   }
 
-  /** Adds rows; unknown columns are ignored. */
+  /** Adds rows; unknown columns are ignored. @param {Columns} columns @param {number} rows */
   extend(columns, rows) {
     const length = this.length + rows;
     for (const name of Object.keys(this.#room)) {
@@ -145,7 +162,12 @@ class GrowingColumns {
   }
 }
 
-/** Returns a copy with room for at least `length` values; it doubles, so that growing is cheap. */
+/**
+ * Returns a copy with room for at least `length` values; it doubles, so that growing is cheap.
+ * @param {Column} column
+ * @param {number} length
+ * @returns {Column}
+ */
 function enlarged(column, length) {
   const room = new column.constructor(Math.max(length, 2 * column.length));
   room.set(column);

@@ -13,7 +13,10 @@ import { Store } from './store.js';
  * @property {() => Promise<void>|void} takeTheirs discards mine
  */
 
-/** A store of conflicts, the oldest first. Fires `open` (detail: a conflict) when a person wants to decide. */
+/**
+ * A store of conflicts, the oldest first. Fires `open` (detail: a conflict) when a person wants to decide.
+ * @extends {Store<Conflict[]>}
+ */
 export class Conflicts extends Store {
   constructor() {
     super([]);
@@ -31,11 +34,12 @@ export class Conflicts extends Store {
     this.set([...others, ...found.map((one) => known.get(one.id) ?? one)]);
   }
 
-  /** Returns the conflict about an observation, or undefined. */
+  /** Returns the conflict about an observation, or undefined. @param {string} observation */
   about(observation) {
     return this.value.find(({ about }) => about === observation);
   }
 
+  /** @param {Conflict} conflict */
   open(conflict) {
     this.dispatchEvent(new CustomEvent('open', { detail: conflict }));
   }

@@ -8,24 +8,9 @@ import { ofPerson, recall, remember } from './remembered.js';
 import { Store } from './store.js';
 
 /**
- * @typedef {object} Length
- * @property {number} first_frame
- * @property {number} last_frame
- * @property {number} length_m
- * @property {number} sigma_mm
- * @property {'tape'|'known'} kind
- *
- * @typedef {object} Stated
- * @property {{frame: number, offset_m: number}|null} zero
- * @property {Length[]} lengths
- * @property {{use: boolean|null, marked: {frame: number, pixel: [number, number]}[], left_out: {frame: number}[]}} joints
- * @property {{height_mm: number, focal_px: number}|null} rig_sigma
- * @property {string|null} forced why a known length holds although the track contradicts it
- *
- * @typedef {object} Answer
- * @property {Stated} stated
- * @property {object|null} result
- * @property {{code: string, detail: string}|null} error
+ * @typedef {Api['LengthIn']} Length
+ * @typedef {Api['StatedIn']} Stated
+ * @typedef {Pick<Api['CorrectionsOut'], 'stated'|'result'|'error'> & Partial<Api['CorrectionsOut']>} Answer
  */
 
 /** @type {Stated} */
@@ -37,21 +22,25 @@ export const UNSTATED = {
   forced: null,
 };
 
-/** The known length of a statement, or undefined. */
+/** The known length of a statement, or undefined. @param {{lengths: Length[]}} stated */
 export const knownLength = ({ lengths }) => lengths.find(({ kind }) => kind === 'known');
 
-/** A store of the answer for the stored statements; null until it is loaded. */
+/**
+ * A store of the answer for the stored statements; null until it is loaded.
+ * @extends {Store<Api['CorrectionsOut']|null>}
+ */
 export class Corrections extends Store {
-  /** @type {{value: Stated}} the statements being edited */
+  /** The statements being edited. */
   draft = new Store(UNSTATED);
-  /** @type {{value: Answer|null}} the result of the draft; null while it is computed */
-  preview = new Store(null);
+  /** The result of the draft; null while it is computed. */
+  preview = new Store(/** @type {Answer|null} */ (null));
 
   #path;
   #signal;
+  /** @type {AbortController|null} */
   #asking = null;
   #version = 0;
-  /** Version of the statements on which the draft is based. */
+  /** Version of the statements on which the draft is based. @type {string|null} */
   #draftOf = null;
   /** @type {Waiting|null} */
   #waiting = null;
@@ -124,11 +113,15 @@ export class Corrections extends Store {
     this.#ask();
   }
 
-  /** Keeps the draft in this browser, with the reason for it, until it is applied or discarded. */
+  /**
+   * Keeps the draft in this browser, with the reason for it, until it is applied or discarded.
+   * @param {string|null} remark
+   */
   wait(remark) {
     this.#keep({ stated: this.draft.value, remark, version: this.#draftOf });
   }
 
+  /** @param {Waiting|null} waiting */
   #keep(waiting) {
     this.#waiting = waiting;
     this.#kept.keep(waiting);
@@ -139,7 +132,12 @@ export class Corrections extends Store {
     this.#ask();
   }
 
-  /** Returns the result of some statements without storing them. */
+  /**
+   * Returns the result of some statements without storing them.
+   * @param {Stated} stated
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<Answer>}
+   */
   ask(stated, signal = this.#signal) {
     return post(`${this.#path}/preview`, stated, signal);
   }
@@ -196,6 +194,7 @@ export class Corrections extends Store {
 class KeptDraft {
   #key;
 
+  /** @param {string} inspection */
   constructor(inspection) {
     this.#key = ofPerson(`chainage.unsent-corrections.${inspection}`);
   }
@@ -211,7 +210,12 @@ class KeptDraft {
   }
 }
 
-/** Whether two JSON values are equal, in any order of keys. */
+/**
+ * Whether two JSON values are equal, in any order of keys.
+ * @param {unknown} a
+ * @param {unknown} b
+ * @returns {boolean}
+ */
 function isSame(a, b) {
   if (a === b) return true;
   if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return false;

@@ -7,17 +7,14 @@ import { Store } from './store.js';
 const ASK_EVERY_S = 1;
 
 /**
- * @typedef {object} Fault a stretch in which the counter did not count what the camera drove
- * @property {'slip'|'stuck'|'reset'} kind
- * @property {number} first_frame
- * @property {number} last_frame
- * @property {number} counter_m
- * @property {number} camera_m
- *
+ * @typedef {Api['CounterFaultOut']} Fault a stretch in which the counter did not count what the camera drove
  * @typedef {[number, number, number, number]} Box left, top, right and bottom in pixels of the film
  */
 
-/** A store of the server's answer; null until it is loaded. */
+/**
+ * A store of the server's answer; null until it is loaded.
+ * @extends {Store<Api['CounterOut']|null>}
+ */
 export class FilmCounter extends Store {
   /** Column `counter_m`: the reading of every frame, NaN where it is not legible. */
   readings;
@@ -48,7 +45,10 @@ export class FilmCounter extends Store {
     await this.#take(await get(this.#path, this.#signal));
   }
 
-  /** Asks again and again while the film is read; for a film whose tracking has ended. */
+  /**
+   * Asks again and again while the film is read; for a film whose tracking has ended.
+   * @param {(error: import('./api.js').ApiError) => void} onError
+   */
   async follow(onError) {
     if (this.#isFollowing) return;
     this.#isFollowing = true;
@@ -72,6 +72,7 @@ export class FilmCounter extends Store {
     await this.#take(await post(`${this.#path}/cancel`, undefined, this.#signal));
   }
 
+  /** @param {Api['CounterOut']} answer */
   async #take(answer) {
     const shown = answer.version && `${answer.version} ${answer.unit}`;
     if (shown !== this.#shown) {
@@ -91,9 +92,11 @@ export class FilmCounter extends Store {
  * @param {Fault[]} faults
  */
 export function deviations(distances, readings, faults) {
+  /** @param {number} frame */
   const ahead = (frame) => 1000 * readings[frame] - distances[frame];
   const resets = faults.filter(({ kind }) => kind === 'reset');
   const found = new Float64Array(Math.min(distances.length, readings.length)).fill(NaN);
+  /** @type {number|null} */
   let zero = null;
   let passed = 0;
   for (let i = 0; i < found.length; i += 1) {

@@ -11,6 +11,11 @@
 import { newId } from './new-id.js';
 import { Store } from './store.js';
 
+/**
+ * @typedef {import('../components/inspection-page/desk.js').Desk} Desk
+ * @typedef {{frame: number, pixel: [number, number]}} Found a place of the wall that a person has picked
+ */
+
 const PARTS = ['viewer', 'wall'];
 const FEATURES = 'popup,width=1200,height=760';
 
@@ -22,6 +27,7 @@ const asked = () => new URLSearchParams(location.search);
 /** The part that this page is the window of, null for a whole desk. */
 export const partOfWindow = () => PARTS.find((part) => part === asked().get('window')) ?? null;
 
+/** @param {Desk} desk @param {string|null} opener */
 const channelOf = ({ inspection }, opener) => new BroadcastChannel(`chainage-desk-${inspection.id}-${opener}`);
 
 /** Returns the id of the desk in this tab. */
@@ -31,16 +37,19 @@ function deskOfTab() {
   return id;
 }
 
-/** The desk's side: a store of the parts that are in windows of their own, in any order. */
+/**
+ * The desk's side: a store of the parts that are in windows of their own, in any order.
+ * @extends {Store<string[]>}
+ */
 export class DeskWindows extends Store {
   #desk;
   #channel;
   #id = deskOfTab();
-  /** Id of an observation that a window has selected before it arrived here. */
+  /** Id of an observation that a window has selected before it arrived here. @type {string|null} */
   #awaited = null;
 
   /**
-   * @param {import('../components/inspection-page/desk.js').Desk} desk
+   * @param {Desk} desk
    * @param {AbortSignal} signal
    */
   constructor(desk, signal) {
@@ -59,6 +68,7 @@ export class DeskWindows extends Store {
     this.#channel.postMessage({ type: 'who' }); // after a reload its windows are still there
   }
 
+  /** @param {string} part */
   has(part) {
     return this.value.includes(part);
   }
@@ -81,6 +91,7 @@ export class DeskWindows extends Store {
     return opened !== null;
   }
 
+  /** @param {{type: string, part: string, frame: number, id: string|null, found: Found}} message */
   #hear({ type, part, frame, id, found }) {
     if (type === 'open') {
       if (!this.has(part)) this.set([...this.value, part]);
@@ -92,10 +103,12 @@ export class DeskWindows extends Store {
     else if (type === 'unpicked') this.#desk.picking.set(null);
   }
 
+  /** @param {string} part */
   #remove(part) {
     if (this.has(part)) this.set(this.value.filter((other) => other !== part));
   }
 
+  /** @param {string|null} id */
   #select(id) {
     const { selection, observations } = this.#desk;
     const isThere = id === null || observations.find(id) !== null;
@@ -112,18 +125,20 @@ export class DeskWindows extends Store {
 
 /**
  * The window's side: follows the play head and the selection of the desk, and moves them. Without a desk it stands alone.
- * @param {import('../components/inspection-page/desk.js').Desk} desk of the window
+ * @param {Desk} desk of the window
  * @param {'viewer'|'wall'} part
  * @param {AbortSignal} signal
  */
 export function followDesk(desk, part, signal) {
   const channel = channelOf(desk, asked().get('desk'));
   const { playhead, selection, observations, picking } = desk;
+  /** @type {string|null} */
   let selected = null; // on the desk
   let isPicking = false; // there
   const select = () => {
     if (selected === null || observations.find(selected)) selection.set(selected);
   };
+  /** @param {Found} found */
   const pick = (found) => channel.postMessage({ type: 'picked', found });
   channel.onmessage = ({ data }) => {
     if (data.type === 'who') channel.postMessage({ type: 'open', part });
@@ -153,7 +168,7 @@ export function followDesk(desk, part, signal) {
   channel.postMessage({ type: 'open', part });
 }
 
-/** Closes the window; a page that no script opened cannot be closed, so it becomes a desk. */
+/** Closes the window; a page that no script opened cannot be closed, so it becomes a desk. @param {Desk} desk */
 function leave({ inspection }) {
   window.close();
   if (!window.closed) location.assign(`/inspections/${inspection.id}`);

@@ -3,7 +3,7 @@
 import { chainage } from './units.js';
 import { t } from './words.js';
 
-/** The server names evidence in English, in three forms. */
+/** The server names evidence in English, in three forms. @type {[RegExp, (parts: string[]) => string][]} */
 const FORMS = [
   [/^([\d.]+) m ± ([\d.]+) mm between frames (\d+) and (\d+)$/, ([, metres, sigma, first, last]) =>
     t('corrections.by_length', { length: chainage(Number(metres)), sigma, first, last })],
@@ -24,6 +24,7 @@ export function evidenceText(evidence) {
 /** @param {string} evidence as the server names it */
 export const isOfJoints = (evidence) => FORMS[1][0].test(evidence);
 
+/** @type {Record<string, (params: any) => string>} */
 const REFUSALS = {
   no_joints: () => t('refusal.no_joints'),
   one_joint: () => t('refusal.one_joint'),

@@ -9,16 +9,22 @@ const KEPT_MS = 60_000;
 /** Pause between two looks at an order. */
 const LOOK_S = 0.5;
 
+/** @param {string} inspection @param {string} kind */
 const pathOf = (inspection, kind) => `/api/inspections/${inspection}/exports/${kind}`;
 const QUERY = new URLSearchParams({ lang: language, units: lengthUnit });
 
-/** Extras that are a choice; the others are switched on by `true`. */
+/** Extras that are a choice; the others are switched on by `true`. @type {Record<string, [string, string]>} */
 const CHOICES = { csv_german: ['csv', 'german'], photos: ['photos', 'embedded'] };
 
-/** Returns the fields of a request for these extras. */
+/** Returns the fields of a request for these extras. @param {string[]} extras */
 export const extraFields = (extras) => Object.fromEntries(extras.map((name) => CHOICES[name] ?? [name, true]));
 
-/** Returns the address of a report, for a link. */
+/**
+ * Returns the address of a report, for a link.
+ * @param {string} inspection
+ * @param {string} kind
+ * @param {string[]} [extras]
+ */
 export const exportPath = (inspection, kind, extras = []) =>
   `${pathOf(inspection, kind)}?${new URLSearchParams([...QUERY, ...Object.entries(extraFields(extras))])}`;
 
@@ -27,7 +33,7 @@ export const exportPath = (inspection, kind, extras = []) =>
  * @param {string} inspection
  * @param {string} kind
  * @param {AbortSignal} signal
- * @returns {Promise<{detail: string, observation_id: string|null}[]>}
+ * @returns {Promise<Api['LossOut'][]>}
  */
 export async function lossesOf(inspection, kind, signal) {
   const { losses } = await get(`${pathOf(inspection, kind)}/losses?${QUERY}`, signal);
@@ -36,7 +42,10 @@ export async function lossesOf(inspection, kind, signal) {
 
 /**
  * Requests a report, which may take a while.
+ * @param {string} inspection
+ * @param {string} kind
  * @param {string[]} extras what it shows only where it is asked for
+ * @param {AbortSignal} [signal]
  * @returns {Promise<File>}
  */
 export async function makeExport(inspection, kind, extras, signal) {
@@ -47,15 +56,16 @@ export async function makeExport(inspection, kind, extras, signal) {
 
 /**
  * Follows an order until it has ended; the server drops it when `signal` aborts.
- * @param {object} wanted as `POST /api/bulk-exports` takes it
+ * @param {Partial<Api['BulkExportIn']>} wanted
  * @param {AbortSignal} signal
- * @param {(progress: object) => void} show
+ * @param {(progress: Api['BulkExportOut']) => void} show
  * @param {(error: ApiError) => void} onTrouble gets errors that end by themselves
  * @returns {Promise<string|null>} address of the order; null once it is aborted
  */
 export async function order(wanted, signal, show, onTrouble) {
   const { id } = await post('/api/bulk-exports', wanted);
   const path = `/api/bulk-exports/${id}`;
+  /** @type {ApiError|null} */
   let fault = null;
   await poll(
     async () => {
@@ -75,7 +85,7 @@ export async function order(wanted, signal, show, onTrouble) {
   return null;
 }
 
-/** Drops an order; one that has gone is dropped already. */
+/** Drops an order; one that has gone is dropped already. @param {string} path */
 export async function discard(path) {
   try {
     await remove(path);
@@ -85,14 +95,14 @@ export async function discard(path) {
   }
 }
 
-/** Saves a file, like a click on a download link. */
+/** Saves a file, like a click on a download link. @param {File} file */
 export function save(file) {
   const url = URL.createObjectURL(file);
   follow(url, file.name);
   setTimeout(() => URL.revokeObjectURL(url), KEPT_MS);
 }
 
-/** Lets the browser download an address to the disk, however large it is. */
+/** Lets the browser download an address to the disk, however large it is. @param {string} url @param {string} name */
 export function follow(url, name) {
   const link = document.createElement('a');
   link.href = url;

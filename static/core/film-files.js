@@ -8,7 +8,11 @@ const LONGEST_NAME = 200;
  * @typedef {{file: File, path: string}} Found
  */
 
-/** Returns the files of an input, with or without `webkitdirectory`. */
+/**
+ * Returns the files of an input, with or without `webkitdirectory`.
+ * @param {HTMLInputElement} input
+ * @returns {Found[]}
+ */
 export const filesOf = (input) =>
   [...input.files].map((file) => ({ file, path: file.webkitRelativePath || file.name }));
 
@@ -49,11 +53,16 @@ export function namesOf(paths) {
   return paths.map((path, i) => (isAmbiguous(names[i]) ? withoutEnding(path) : names[i]).slice(-LONGEST_NAME));
 }
 
+/** @param {string} name */
 const withoutEnding = (name) => name.replace(/(.)\.[^./]+$/, '$1');
 
-/** A name that begins with a dot is of a hidden file, such as those that macOS adds to every copied film. */
+/**
+ * A name that begins with a dot is of a hidden file, such as those that macOS adds to every copied film.
+ * @param {File} file
+ */
 const isFilm = ({ name, type }) => !name.startsWith('.') && (FILM.test(name) || type.startsWith('video/'));
 
+/** @param {FileSystemEntry} entry @returns {Promise<Found[]>} */
 async function filesBelow(entry) {
   if (entry.isFile) {
     const file = await new Promise((resolve, reject) => entry.file(resolve, reject));

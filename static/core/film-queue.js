@@ -15,9 +15,9 @@ import { errorText } from './words.js';
  * States: those of its upload; DONE => MAKING (its inspection) => MADE | REFUSED.
  */
 class Film {
-  /** Id of its inspection; null until it is made. */
+  /** Id of its inspection; null until it is made. @type {string|null} */
   inspection = null;
-  /** A sentence that says why no inspection was made of it. */
+  /** A sentence that says why no inspection was made of it. @type {string|null} */
   refused = null;
   isBeingMade = false;
   /** Whether it is left as it is until somebody asks for another try. */
@@ -49,7 +49,10 @@ export class FilmQueue extends EventTarget {
   films = [];
   isPaused = false;
 
-  /** Makes an inspection of an uploaded film and returns its id; null until somebody asks for it. */
+  /**
+   * Makes an inspection of an uploaded film and returns its id; null until somebody asks for it.
+   * @type {((film: Film) => Promise<string>)|null}
+   */
   #make = null;
   #isSending = false;
   #isMakingOne = false;
@@ -72,7 +75,10 @@ export class FilmQueue extends EventTarget {
     return this.#make !== null;
   }
 
-  /** Adds films that are not in the queue, and begins to send them. */
+  /**
+   * Adds films that are not in the queue, and begins to send them.
+   * @param {import('./film-files.js').Found[]} found
+   */
   add(found) {
     const present = new Set(this.films.map(({ path, file }) => `${path}:${file.size}`));
     for (const one of found) {
@@ -84,7 +90,7 @@ export class FilmQueue extends EventTarget {
     this.#work();
   }
 
-  /** Takes a film out, and deletes what has arrived of it. */
+  /** Takes a film out, and deletes what has arrived of it. @param {Film} film */
   async remove(film) {
     this.films = this.films.filter((other) => other !== film);
     this.#changed();
@@ -177,6 +183,7 @@ export class FilmQueue extends EventTarget {
     this.#changed();
   }
 
+  /** @param {Film} film */
   async #makeInspection(film) {
     film.isBeingMade = true;
     this.#changed();
@@ -198,6 +205,8 @@ export class FilmQueue extends EventTarget {
   }
 }
 
+/** @param {Film['state']} state */
 const isSettled = (state) => state === 'MADE' || state === 'MAKING';
 
+/** @param {number[]} numbers */
 const sum = (numbers) => numbers.reduce((all, number) => all + number, 0);

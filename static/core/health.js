@@ -29,7 +29,10 @@ export class Health extends RunColumns {
     return this.#occurred;
   }
 
-  /** Returns the health of one frame, in the form of the live socket; null where it is unknown. */
+  /**
+   * Returns the health of one frame, in the form of the live socket; null where it is unknown.
+   * @param {number} frame
+   */
   at(frame) {
     if (!(frame in this.complaints)) return null;
     return {
@@ -44,5 +47,5 @@ export class Health extends RunColumns {
   }
 }
 
-/** Returns the names of the complaints in a set of bits. */
+/** Returns the names of the complaints in a set of bits. @param {number} bits */
 export const namesOf = (bits) => COMPLAINTS.filter((_, n) => bits & (1 << n));

@@ -6,10 +6,10 @@
 /**
  * @typedef {object} Step
  * @property {string} what 'tag', 'edit', 'delete', 'stretch', 'header', 'restore', 'remark' or 'correction'
- * @property {object} [item] the changed observation, in its earlier state
- * @property {object[]} [changes] the changes, for the name of the step
+ * @property {import('./observations.js').Observation|null} [item] the changed observation, in its earlier state
+ * @property {any[]} [changes] the changes, for the name of the step
  * @property {object|null} [visit] of a text field: all letters typed in one visit are one step
- * @property {(isBack: boolean) => Promise<void>|void} run undoes or redoes it
+ * @property {(isBack: boolean) => unknown} run undoes or redoes it
  * @property {(isBack: boolean) => Promise<boolean>} isOvertaken whether the content has changed
  *     since the step
  *
@@ -17,13 +17,16 @@
  * @property {Step} step
  * @property {boolean} isBack
  * @property {boolean} isDone false when the content had changed
- * @property {() => Promise<Outcome>} insist undoes or redoes it nevertheless
+ * @property {() => Promise<Outcome>} [insist] undoes or redoes it nevertheless
  */
 
 /** Fires `change` when another step can be undone or redone. */
 export class History extends EventTarget {
+  /** @type {Step[]} */
   #done = [];
+  /** @type {Step[]} */
   #undone = [];
+  /** @type {Promise<unknown>} */
   #running = Promise.resolve();
 
   /** The next step to undo, or undefined. */
@@ -43,7 +46,7 @@ export class History extends EventTarget {
     this.#changed();
   }
 
-  /** Replaces the last step, as more is typed, or removes it when nothing has changed. */
+  /** Replaces the last step, as more is typed, or removes it when nothing has changed. @param {Step|null} [step] */
   replaceLast(step = null) {
     this.#done.splice(-1, 1, ...(step ? [step] : []));
     this.#changed();
@@ -63,11 +66,17 @@ export class History extends EventTarget {
     return this.#inTurn(() => this.#move(false));
   }
 
+  /**
+   * @param {boolean} isBack
+   * @param {Step} [named]
+   * @returns {Promise<Outcome|null>}
+   */
   async #move(isBack, named) {
     const [from, to] = isBack ? [this.#done, this.#undone] : [this.#undone, this.#done];
     const step = named ?? from.at(-1);
     if (!from.includes(step)) return null;
     const isOvertaken = await step.isOvertaken(isBack);
+    /** @returns {Promise<Outcome>} */
     const go = async () => {
       await step.run(isBack);
       to.push(step);
@@ -82,7 +91,12 @@ export class History extends EventTarget {
     return { step, isBack, isDone: !isOvertaken, insist: () => this.#inTurn(go) };
   }
 
-  /** Runs steps in turn: two quick key strokes are two steps, one after the other. */
+  /**
+   * Runs steps in turn: two quick key strokes are two steps, one after the other.
+   * @template T
+   * @param {() => Promise<T>} run
+   * @returns {Promise<T>}
+   */
   #inTurn(run) {
     const result = this.#running.then(run);
     this.#running = result.then(() => {}, () => {}); // the caller handles its failure

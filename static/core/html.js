@@ -4,14 +4,20 @@
  * `html` escapes every value, whatever its origin; `render` puts the result into an element.
  */
 
+/** @type {Record<string, string>} */
 const ENTITIES = { '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;', "'": '&#39;' };
 
 class Markup {
+  /** @param {string} text */
   constructor(text) {
     this.text = text;
   }
 }
 
+/**
+ * @param {unknown} value
+ * @returns {string}
+ */
 function escaped(value) {
   if (value instanceof Markup) return value.text;
   if (Array.isArray(value)) return value.map(escaped).join('');
@@ -21,6 +27,8 @@ function escaped(value) {
 
 /**
  * Template tag. Text is escaped, nested markup and lists of it are kept, `null` and `false` are dropped.
+ * @param {TemplateStringsArray} strings
+ * @param {unknown[]} values
  * @returns {Markup}
  */
 export function html(strings, ...values) {
@@ -29,21 +37,35 @@ export function html(strings, ...values) {
 
 /**
  * Replaces the content of an element.
+ * @template [Named={}]
  * @param {Element} element
  * @param {Markup} markup
- * @returns {Record<string, HTMLElement>} the elements marked `data-part`, by that name
+ * @returns {Named} the elements marked `data-part`, by that name
  */
 export function render(element, markup) {
   const template = document.createElement('template');
   template.innerHTML = markup.text;
   // Collected before the markup enters the page: custom elements in it have not added their own parts yet.
-  const named = [...template.content.querySelectorAll('[data-part]')];
+  const named = allOf(template.content, '[data-part]');
   const parts = Object.fromEntries(named.map((part) => [part.dataset.part, part]));
   element.replaceChildren(template.content);
-  return parts;
+  return /** @type {Named} */ (parts);
 }
 
-/** Sets a text only if it changed: thirty pictures a second must not repeat the layout. */
+/**
+ * Returns the elements of the page's own markup that a selector finds.
+ * @template {Element} [Found=HTMLElement]
+ * @param {ParentNode} root
+ * @param {string} selector
+ * @returns {Found[]}
+ */
+export const allOf = (root, selector) => /** @type {Found[]} */ ([...root.querySelectorAll(selector)]);
+
+/**
+ * Sets a text only if it changed: thirty pictures a second must not repeat the layout.
+ * @param {Element} element
+ * @param {string} text
+ */
 export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
@@ -51,14 +73,17 @@ export function setText(element, text) {
 /**
  * Updates the children of `container` to match `items` without rebuilding those that stay, so that focus
  * and scroll position survive.
- * @param {Element} container
- * @param {Array<object>} items
- * @param {(item: object) => string} keyOf
- * @param {(item: object) => Element} create
- * @param {(element: Element, item: object) => void} update
+ * @template Item
+ * @template {HTMLElement} Row
+ * @param {Element} container whose children are all made here
+ * @param {readonly Item[]} items
+ * @param {(item: Item) => string|number} keyOf
+ * @param {(item: Item) => Row} create
+ * @param {(element: Row, item: Item) => void} update
  */
 export function patchList(container, items, keyOf, create, update) {
-  const present = new Map([...container.children].map((child) => [child.dataset.key, child]));
+  const children = /** @type {Row[]} */ ([...container.children]);
+  const present = new Map(children.map((child) => [child.dataset.key, child]));
   let next = container.firstElementChild;
   for (const item of items) {
     const key = String(keyOf(item));

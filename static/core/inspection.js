@@ -3,19 +3,28 @@
 import { get, patch, post, put } from './api.js';
 import { Store } from './store.js';
 
-/** Whether the server is still processing it. */
+/** Whether the server is still processing it. @param {{status: string}} inspection */
 export const isUnfinished = ({ status }) => status === 'queued' || status === 'running';
 
-/** Whether there are pictures: an imported survey has no film. */
+/** Whether there are pictures: an imported survey has no film. @param {{source: {kind: string}}} inspection */
 export const hasFilm = ({ source }) => source.kind !== 'import';
 
-/** Whether it was recorded from a camera and can be continued. */
+/** Whether it was recorded from a camera and can be continued. @param {Api['InspectionOut']} inspection */
 export const mayGoOn = (inspection) =>
   inspection.source.kind === 'live' && !isUnfinished(inspection) && inspection.video.codec !== '';
 
-/** Whether another program measured the distances, so that their intervals are unknown. */
+/**
+ * Whether another program measured the distances, so that their intervals are unknown.
+ * @param {Pick<Api['InspectionOut'], 'source'|'video'>} inspection
+ */
 export const isUnmeasured = ({ source, video }) => source.kind === 'import' && video.codec === '';
 
+/**
+ * @typedef {{name: string, header: Record<string, unknown>}} Named
+ * @typedef {{name: string, before: unknown, after: unknown}} Difference of a field
+ */
+
+/** @extends {Store<Api['InspectionOut']|null>} */
 export class Inspection extends Store {
   #path;
   #signal;
@@ -43,6 +52,7 @@ export class Inspection extends Store {
     else await this.load(); // changed meanwhile: the answer is older than what is shown
   }
 
+  /** @param {Api['InspectionOut']} answer */
   #take(answer) {
     this.#version += 1;
     this.set(answer);
@@ -75,12 +85,16 @@ export class Inspection extends Store {
   /**
    * Gives name and header the content of an earlier version; fires `edited` with the step of the history.
    * @returns {Promise<boolean>} whether that is a change
+   * @param {Named} content
    */
   async restore({ name, header }) {
     return this.#edited(await this.#put(() => ({ name, header })));
   }
 
-  /** Reports what has changed since `before`, as a step of the history; false if nothing has. */
+  /**
+   * Reports what has changed since `before`, as a step of the history; false if nothing has.
+   * @param {Api['InspectionOut']} before
+   */
   #edited(before) {
     const detail = this.#step(differences(before, this.value));
     if (detail.changes.length) this.dispatchEvent(new CustomEvent('edited', { detail }));
@@ -111,6 +125,7 @@ export class Inspection extends Store {
   /**
    * Undoes or redoes field by field: changes of other fields by others stay.
    * @returns {import('./history.js').Step}
+   * @param {Difference[]} changes
    */
   #step(changes) {
     return {
@@ -131,7 +146,7 @@ export class Inspection extends Store {
     };
   }
 
-  /** Ends the survey; a live one stops. */
+  /** Ends the survey; a live one stops. @param {Api['FinishIn']} how */
   async finish(how) {
     this.#take(await post(`${this.#path}/finish`, how));
   }
@@ -146,12 +161,16 @@ export class Inspection extends Store {
     await this.load();
   }
 
-  /** Continues the recording of a camera; `robot`: stood_still or moved. */
+  /**
+   * Continues the recording of a camera; `robot`: stood_still or moved.
+   * @param {string} url
+   * @param {'stood_still'|'moved'} robot
+   */
   async recordOn(url, robot) {
     this.#take(await post(`${this.#path}/continue`, { url, robot }));
   }
 
-  /** Tracks all frames again with this rig. */
+  /** Tracks all frames again with this rig. @param {object} rig */
   async trackWith(rig) {
     this.#take(await put(`${this.#path}/rig`, { rig }));
   }
@@ -162,15 +181,25 @@ export class Inspection extends Store {
   }
 }
 
-/** Returns name and header side by side; no header field is called name. */
+/**
+ * Returns name and header side by side; no header field is called name.
+ * @param {Named} inspection
+ * @returns {Record<string, unknown>}
+ */
 const fieldsOf = ({ name, header }) => ({ name, ...header });
 
-/** Returns the filled fields of a header. */
+/** Returns the filled fields of a header. @param {Record<string, unknown>} fields */
 const stated = (fields) => Object.fromEntries(Object.entries(fields).filter(([, value]) => value !== null));
 
+/** @param {unknown} a @param {unknown} b */
 const isSame = (a, b) => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);
 
-/** Returns the fields in which two states of an inspection differ: [{name, before, after}]. */
+/**
+ * Returns the fields in which two states of an inspection differ: [{name, before, after}].
+ * @param {Named} one
+ * @param {Named} other
+ * @returns {Difference[]}
+ */
 function differences(one, other) {
   const [before, after] = [fieldsOf(one), fieldsOf(other)];
   return [...new Set([...Object.keys(before), ...Object.keys(after)])]

@@ -9,6 +9,7 @@ import { SAME_MM } from './spans.js';
  * @property {number|null} u95_m null when it is only expected
  */
 
+/** @param {Joint} joint */
 export const isSeen = ({ u95_m: u95M }) => u95M !== null;
 
 /**
@@ -25,6 +26,7 @@ export function jointsOf(result) {
 /**
  * Returns the last joint before a place, from which a repair crew counts in the pipe.
  * @param {Joint[]} joints along the pipe
+ * @param {number} distanceM
  */
 export const jointBehind = (joints, distanceM) =>
   joints.findLast(({ number, distance_m: m }) => number !== null && 1000 * m <= 1000 * distanceM + SAME_MM) ?? null;

@@ -11,7 +11,10 @@ import { t } from './words.js';
  * @property {(event: KeyboardEvent, key: string) => void} run
  */
 
-/** Returns the name of a pressed key: 'a', 'Shift+a', 'Shift+3', 'Shift+ArrowLeft', 'Ctrl+z', '?'. */
+/**
+ * Returns the name of a pressed key: 'a', 'Shift+a', 'Shift+3', 'Shift+ArrowLeft', 'Ctrl+z', '?'.
+ * @param {KeyboardEvent} event
+ */
 export function keyName(event) {
   const digit = event.shiftKey && !/\d/.test(event.key) && /^Digit(\d)$/.exec(event.code)?.[1];
   const key = digit || (event.key.length === 1 ? event.key.toLowerCase() : event.key);
@@ -24,16 +27,21 @@ export function keyName(event) {
 /** Letters, digits and signs, as keys or as shown: speech input types them. Arrows do not match. */
 const SINGLE = /^(Shift\+)?[^\s←→](…\d)?$/u;
 
-/** Whether a key is active: letters, digits and signs can be switched off (WCAG 2.1.4). */
+/** Whether a key is active: letters, digits and signs can be switched off (WCAG 2.1.4). @param {string} key */
 export const isKeyOn = (key) => preferences.value.single_keys || !SINGLE.test(key.replaceAll(' ', ''));
 
-/** 'Play (Space)': the action of a button, with its key while that key is active. */
+/**
+ * 'Play (Space)': the action of a button, with its key while that key is active.
+ * @param {string} what
+ * @param {string} [key]
+ */
 export const withKey = (what, key) =>
   key && isKeyOn(key) ? t('video.with_key', { what, key }) : what;
 
 /** Keys of a pedal, which no field needs. */
 const PEDAL = /^(F\d+|Pause)$/;
 const TYPING = 'input:not([type=range], [type=radio], [type=checkbox]), textarea, select';
+/** @type {[string, Set<string>][]} */
 const OWN_KEYS = [
   ['button, a[href], summary, [role=option]', new Set([' ', 'Enter'])],
   ['[role=slider], [type=range], [type=radio]', new Set([
@@ -43,7 +51,11 @@ const OWN_KEYS = [
   ['[role=tab]', new Set(['ArrowLeft', 'ArrowRight', 'Home', 'End'])],
 ];
 
-/** Whether the focused element, or a dialog, needs this key itself. */
+/**
+ * Whether the focused element, or a dialog, needs this key itself.
+ * @param {EventTarget|null} target
+ * @param {string} key
+ */
 function isTaken(target, key) {
   // Checked on the page: the focus leaves a dialog's button when that is disabled.
   if (document.querySelector('dialog[open]')) return true;

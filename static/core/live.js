@@ -11,6 +11,7 @@
  * States: CLOSED => CONNECTING => OPEN => CLOSED; ENDED when the server refuses for good.
  */
 
+/** @type {Record<number, string>} */
 const REFUSED = { 4401: 'signed-out', 4404: 'gone' };
 const LONGEST_PAUSE_S = 8;
 const PING_EVERY_MS = 2000;
@@ -44,6 +45,7 @@ export const capturedAt = (ageMs, roundTripMs, receivedMs) =>
  * message).
  */
 export class LiveFeed extends EventTarget {
+  /** @type {WebSocket|null} */
   #socket = null;
   #timer = 0;
   #pings = 0;
@@ -51,6 +53,7 @@ export class LiveFeed extends EventTarget {
   #failures = 0;
   #url;
 
+  /** @type {'CLOSED'|'CONNECTING'|'OPEN'|'ENDED'} */
   state = 'CLOSED';
   /** `seq` of the newest message. */
   seq = 0;
@@ -76,11 +79,12 @@ export class LiveFeed extends EventTarget {
     this.#connect();
   }
 
+  /** @param {number} seq */
   acknowledge(seq) {
     this.send({ type: 'ack', seq });
   }
 
-  /** Sends a command; returns false when there is no connection. */
+  /** Sends a command; returns false when there is no connection. @param {object} command */
   send(command) {
     if (this.state !== 'OPEN') return false;
     this.#socket.send(JSON.stringify(command));
@@ -125,11 +129,13 @@ export class LiveFeed extends EventTarget {
     }
   }
 
+  /** @param {number} sentMs */
   #answered(sentMs) {
     this.#answeredMs = performance.now();
     this.roundTripMs = this.#answeredMs - sentMs;
   }
 
+  /** @param {string|ArrayBuffer} data */
   #receive(data) {
     if (typeof data === 'string') {
       const message = JSON.parse(data);
@@ -164,12 +170,14 @@ export class LiveFeed extends EventTarget {
     if (this.state !== 'ENDED') this.#become('CLOSED');
   }
 
+  /** @param {string} reason */
   #end(reason) {
     this.#close();
     this.reason = reason;
     this.#become('ENDED');
   }
 
+  /** @param {LiveFeed['state']} state */
   #become(state) {
     if (this.state === state) return;
     this.state = state;

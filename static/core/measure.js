@@ -17,18 +17,25 @@ export const KINDS = {
 };
 export const MOST_MEASURES = 8;
 
-/** Codes of EN 13508-2 whose first quantity is no length along the wall; '' for any characterisation. */
+/**
+ * Codes of EN 13508-2 whose first quantity is no length along the wall; '' for any characterisation.
+ * @type {Record<string, Record<string, Measure['kind']>>}
+ */
 const KIND_OF_CODE = { BAB: { '': 'width' }, BAJ: { A: 'gap', B: 'step' }, BAG: { '': 'step' }, BAI: { '': 'step' } };
 
 /**
- * @typedef {{frame: number, pixel: [number, number]}} Point
- * @typedef {{kind: keyof typeof KINDS, points: Point[]}} Measure
- * @typedef {{value: number, u95: number|null, unit: 'mm'|'mm2', percent: number|null, percent_u95: number|null}} Figure
- *     as the server sends it; `u95` is null where only the page has measured
- * @typedef {{at: number[], from: number[]}} Sight wall point and camera, [along, right, down] in mm
+ * @typedef {Api['MeasurePoint']} Point
+ * @typedef {Api['Measure']} Measure
+ * @typedef {Omit<Api['MeasuredOut'], 'u95'> & {u95: number|null}} Figure `u95` is null where only the page has measured
+ * @typedef {{at: import('./wall.js').Vector, from: import('./wall.js').Vector}} Sight wall point and camera, [along, right, down] in mm
  */
 
-/** Returns the kind that the code's quantity most likely is. */
+/**
+ * Returns the kind that the code's quantity most likely is.
+ * @param {{code?: string|null, char1?: string|null}} tag
+ * @param {{unit_q1?: string|null}|null} rules
+ * @returns {Measure['kind']}
+ */
 export function usualKind({ code, char1 }, rules) {
   const kinds = KIND_OF_CODE[code];
   const known = kinds?.[char1 ?? ''] ?? kinds?.[''];
@@ -53,10 +60,17 @@ export function measured(kind, sights, radius) {
   return { value, u95: null, unit: kind === 'area' ? 'mm2' : 'mm', percent, percent_u95: null };
 }
 
-/** Returns the server's figure. */
+/**
+ * Returns the server's figure.
+ * @param {string} inspection
+ * @param {Measure} measure
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<Figure>}
+ */
 export const measuredByServer = (inspection, measure, signal) =>
   post(`/api/inspections/${inspection}/measure`, measure, signal);
 
+/** @type {Record<Exclude<Measure['kind'], 'depth'>, (sights: Sight[], radius: number|null) => number>} */
 const SIZE = {
   length: lengthOf,
   width: lengthOf,
@@ -77,14 +91,21 @@ const SIZE = {
   },
 };
 
+/** @param {Sight[]} sights @param {number|null} radius */
 function lengthOf(sights, radius) {
   const points = developed(sights, radius);
   return points.slice(1).reduce((sum, [x, y], i) => sum + Math.hypot(x - points[i][0], y - points[i][1]), 0);
 }
 
-/** Returns points along the pipe and along the arc, each the short way round from the one before. */
+/**
+ * Returns points along the pipe and along the arc, each the short way round from the one before.
+ * @param {Sight[]} sights
+ * @param {number|null} radius
+ * @returns {[number, number][]}
+ */
 function developed(sights, radius) {
   if (radius === null) return sights.map(({ at }) => at.slice(0, 2));
+  /** @type {number|null} */
   let before = null;
   return sights.map(({ at: [along, right, down] }) => {
     let angle = Math.atan2(right, down);
@@ -94,12 +115,13 @@ function developed(sights, radius) {
   });
 }
 
+/** @param {Sight[]} sights */
 function fillShare([one, other]) {
   const [left, right] = [one, other].map(({ at: [, y, z] }) => Math.atan2(y, z));
   return (1 - Math.cos((right - left) / 2)) / 2;
 }
 
-/** Rounds a size as it is shown: a tenth below 10. */
+/** Rounds a size as it is shown: a tenth below 10. @param {number} value */
 export const shownSize = (value) => rounded(value, Math.abs(value) < 10 ? 1 : 0);
 
 /**

@@ -24,12 +24,17 @@ const FT_PER_MI = 5280;
  * @typedef {{width: number, height: number}} Size of what shows it, in px
  */
 
+/**
+ * @param {number} value
+ * @param {number} least
+ * @param {number} most
+ */
 const clamped = (value, least, most) => Math.min(Math.max(value, least), most);
 
-/** Returns x within one turn from `from` on. */
+/** Returns x within one turn from `from` on. @param {number} x @param {number} [from] */
 export const turned = (x, from = 0) => x - Math.floor(x - from);
 
-/** Px in the side of the world. */
+/** Px in the side of the world. @param {number} zoom */
 export const scaleAt = (zoom) => TILE_PX * 2 ** zoom;
 
 /** @param {[number, number]} place longitude and latitude in degrees @returns {Point} */
@@ -44,13 +49,20 @@ export const toDegrees = ([x, y]) => [
   (Math.atan(Math.sinh(Math.PI * (1 - 2 * y))) * 180) / Math.PI,
 ];
 
-/** Points of a line; one that crosses the antimeridian goes on beyond it and not back round the world. */
+/**
+ * Points of a line; one that crosses the antimeridian goes on beyond it and not back round the world.
+ * @param {[number, number][]} line
+ * @returns {Point[]}
+ */
 export function worldLine(line) {
   const points = line.map(toWorld);
   return points.map(([x, y]) => [turned(x, points[0][0] - 0.5), y]);
 }
 
-/** Returns the middle of the widest part of the turn that holds none of these x: there the map is cut. */
+/**
+ * Returns the middle of the widest part of the turn that holds none of these x: there the map is cut.
+ * @param {number[]} xs
+ */
 export function seamOf(xs) {
   const sorted = xs.map((x) => turned(x)).sort((a, b) => a - b);
   if (sorted.length === 0) return 0;
@@ -62,7 +74,12 @@ export function seamOf(xs) {
   return turned(seam);
 }
 
-/** Returns the nearest view within the world: it has no poles, and never shows a place twice. */
+/**
+ * Returns the nearest view within the world: it has no poles, and never shows a place twice.
+ * @param {View} view
+ * @param {Size} size
+ * @returns {View}
+ */
 export function limited({ x, y, zoom }, { width, height }) {
   const nearest = clamped(zoom, Math.log2(Math.max(width, height, 1) / TILE_PX), CLOSEST);
   const half = height / 2 / scaleAt(nearest);
@@ -87,25 +104,48 @@ export function fitted(points, size, margin) {
   return limited({ x: (left + right) / 2, y: (top + bottom) / 2, zoom }, size);
 }
 
-/** Returns where a point is in a view, in px from its corner: its copy that is nearest to the middle. */
+/**
+ * Returns where a point is in a view, in px from its corner: its copy that is nearest to the middle.
+ * @param {View} view
+ * @param {Size} size
+ * @param {Point} point
+ * @returns {[number, number]}
+ */
 export function placeIn({ x, y, zoom }, { width, height }, point) {
   const scale = scaleAt(zoom);
   return [width / 2 + (turned(point[0] - x, -0.5)) * scale, height / 2 + (point[1] - y) * scale];
 }
 
-/** Returns the point under a place of a view. */
+/**
+ * Returns the point under a place of a view.
+ * @param {View} view
+ * @param {Size} size
+ * @param {[number, number]} place
+ * @returns {Point}
+ */
 export function pointAt({ x, y, zoom }, { width, height }, [px, py]) {
   const scale = scaleAt(zoom);
   return [x + (px - width / 2) / scale, y + (py - height / 2) / scale];
 }
 
-/** Returns the view after its content was moved by some px. */
+/**
+ * Returns the view after its content was moved by some px.
+ * @param {View} view
+ * @param {Size} size
+ * @param {[number, number]} by
+ */
 export function moved(view, size, [right, down]) {
   const scale = scaleAt(view.zoom);
   return limited({ ...view, x: view.x - right / scale, y: view.y - down / scale }, size);
 }
 
-/** Returns the view enlarged by a factor; what is at `place` stays there. */
+/**
+ * Returns the view enlarged by a factor; what is at `place` stays there.
+ * @param {View} view
+ * @param {Size} size
+ * @param {number} factor
+ * @param {[number, number]} place
+ */
 export function zoomed(view, size, factor, place) {
   const { zoom } = limited({ ...view, zoom: view.zoom + Math.log2(factor) }, size);
   const [x, y] = pointAt(view, size, place);
@@ -114,7 +154,7 @@ export function zoomed(view, size, factor, place) {
   return limited({ x: x - right / scale, y: y - down / scale, zoom }, size);
 }
 
-/** Metres on the ground in a px, at the latitude of the middle of the view. */
+/** Metres on the ground in a px, at the latitude of the middle of the view. @param {View} view */
 export const metresPerPx = ({ y, zoom }) => EQUATOR_M / Math.cosh(Math.PI * (1 - 2 * y)) / scaleAt(zoom);
 
 /**

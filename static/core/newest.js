@@ -8,6 +8,7 @@
  */
 export function newest(ask) {
   let isAsking = false;
+  /** @type {[Q]|null} */
   let waiting = null;
   return async (question) => {
     waiting = [question];

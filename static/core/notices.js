@@ -2,6 +2,7 @@
 
 import { t } from './words.js';
 
+/** @type {Record<string, (params: Record<string, number>) => string>} */
 const TEXTS = {
   scale_changes: (params) => t('notice.scale_changes', params),
   rig_doubted: (params) => t('notice.rig_doubted', params),

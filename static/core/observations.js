@@ -9,7 +9,27 @@ import { Store } from './store.js';
 import { partsOf, stretchNumber } from './stretches.js';
 import { errorText } from './words.js';
 
+/**
+ * @typedef {Required<Api['Tag']>} Fields those that a person enters; the server derives all others
+ *
+ * @typedef {object} Saving
+ * @property {string|null} version of the saved fields; null while they are not saved
+ * @property {'saved'|'waiting'|'refused'} save
+ * @property {string|null} [refusal] the reason of a refusal
+ * @property {boolean} [isDeleted] its deletion was refused, so it is shown as stored
+ *
+ * @typedef {Pick<Api['ObservationOut'], 'distance_m'|'distance_u95_m'|'clock'>
+ *     & {time_s?: number|null}} Place as far as the page knows it
+ * @typedef {Fields & Saving & Place & Pick<Api['ObservationOut'], 'id'|'photo'>
+ *     & Omit<Partial<Api['ObservationOut']>, keyof Fields|'version'>} Observation
+ *
+ * @typedef {import('./outbox.js').Refusal} Refusal
+ * @typedef {(kind: 'save'|'delete', observation: string, fields?: Fields,
+ *     made?: {before: Partial<Fields>|null, version: string|null}) => unknown} Queue
+ */
+
 /** Fields that a person enters; the server derives all others. */
+/** @type {(keyof Fields)[]} */
 const FIELDS = [
   'frame', 'pixel', 'code', 'char1', 'char2', 'quant1', 'quant2', 'clock_from', 'clock_to',
   'severity', 'continuous', 'remark', 'recommendation', 'cost', 'measures',
@@ -22,23 +42,24 @@ const LOAD_PAUSE_MS = 1500;
 /** Time after which a silent server counts as unreachable. */
 const LOOK_LIMIT_MS = 3000;
 
+/** @param {Observation} a @param {Observation} b */
 const byDistance = (a, b) =>
   (a.distance_m ?? Infinity) - (b.distance_m ?? Infinity) || a.frame - b.frame;
 
+/** @param {Partial<Fields>} observation */
 const fieldsOf = (observation) =>
-  Object.fromEntries(FIELDS.map((name) => [name, observation[name] ?? null]));
+  /** @type {Fields} */ (Object.fromEntries(FIELDS.map((name) => [name, observation[name] ?? null])));
 
 /**
  * @typedef {object} Change
  * @property {string} id of the observation
- * @property {object|null} before the fields that change, null when it was not there
- * @property {object|null} after
+ * @property {Partial<Fields>|null} before the fields that change, null when it was not there
+ * @property {Partial<Fields>|null} after
  */
 
 /**
- * A store of observations sorted by distance. Beside the fields of the API each has `save`:
- * 'saved' | 'waiting' | 'refused', and `refusal`, the reason of a refusal. `version` is that of the saved
- * fields; it is null while they are not saved. `isDeleted`: its deletion was refused, so it is shown as stored.
+ * A store of observations sorted by distance.
+ * @extends {Store<Observation[]>}
  */
 export class Observations extends Store {
   /** Whether the server's list has been read. */
@@ -57,8 +78,7 @@ export class Observations extends Store {
    * @param {string} inspection
    * @param {import('./outbox.js').Outbox} outbox
    * @param {import('./history.js').History} history
-   * @param {(frame: number, pixel: number[]|null) => object} placeOf {distance_m, distance_u95_m, clock, time_s}
-   *     as far as the page knows them, shown until the server answers
+   * @param {(frame: number, pixel: number[]|null) => Place} placeOf shown until the server answers
    * @param {AbortSignal} signal
    */
   constructor(inspection, outbox, history, placeOf, signal) {
@@ -106,12 +126,13 @@ export class Observations extends Store {
     this.#awaitPhotos();
   }
 
-  /** Keeps the objects of unchanged items, so that nothing is computed again. */
+  /** Keeps the objects of unchanged items, so that nothing is computed again. @param {Observation[]} items */
   #asKnown(items) {
     const before = new Map(this.value.map((item) => [item.id, item]));
     return items.map((item) => (isSame(before.get(item.id), item) ? before.get(item.id) : item));
   }
 
+  /** @param {string} id */
   find(id) {
     return this.value.find((item) => item.id === id) ?? null;
   }
@@ -121,7 +142,7 @@ export class Observations extends Store {
     return this.#nextStretch;
   }
 
-  /** @param {object} fields as in the API */
+  /** @param {Partial<Fields>} fields */
   create(fields) {
     const id = newId();
     this.#do('tag', [{ id, before: null, after: fieldsOf(fields) }]);
@@ -131,8 +152,8 @@ export class Observations extends Store {
   /**
    * Edits an observation; code and characters change throughout its stretch.
    * @param {string} id
-   * @param {object} changes
-   * @param {object} [seen] what the person saw in the changed fields, if that may no longer be what is stored
+   * @param {Partial<Fields>} changes
+   * @param {Partial<Fields>} [seen] what the person saw in the changed fields, if that may no longer be what is stored
    */
   edit(id, changes, seen) {
     this.#do('edit', this.#editOf(id, changes), seen);
@@ -142,9 +163,9 @@ export class Observations extends Store {
    * Like `edit`, for every typed letter: it is safe in this browser at once and sent after a pause in
    * typing. All letters of one visit of a field are one undo step.
    * @param {string} id
-   * @param {object} changes
+   * @param {Partial<Fields>} changes
    * @param {object} visit the same object as long as the field has the focus
-   * @param {object} [seen] as in `edit`
+   * @param {Partial<Fields>} [seen] as in `edit`
    */
   type(id, changes, visit, seen) {
     const item = this.find(id);
@@ -161,6 +182,11 @@ export class Observations extends Store {
     this.#history.replaceLast(whole.length ? { ...this.#step('edit', whole, last.item), visit } : null);
   }
 
+  /**
+   * @param {string} id
+   * @param {Partial<Fields>} changes
+   * @returns {Change[]}
+   */
   #editOf(id, changes) {
     const item = this.find(id);
     if (!item) return []; // deleted elsewhere meanwhile
@@ -169,12 +195,12 @@ export class Observations extends Store {
     return [changeOf(item, changes), ...others.map((part) => changeOf(part, shared))];
   }
 
-  /** Changes several observations in one step: [id, changes] for each. */
+  /** Changes several observations in one step: [id, changes] for each. @param {[string, Partial<Fields>][]} edits */
   editTogether(edits) {
     this.#do('stretch', edits.map(([id, changes]) => changeOf(this.find(id), changes)));
   }
 
-  /** Turns a stretch into a point at its start. */
+  /** Turns a stretch into a point at its start. @param {string|number} number */
   makePoint(number) {
     const [start, ...others] = partsOf(this.value, { continuous: `A${number}` });
     this.#do('stretch', [
@@ -183,6 +209,7 @@ export class Observations extends Store {
     ]);
   }
 
+  /** @param {string} id */
   remove(id) {
     this.#do('delete', [{ id, before: fieldsOf(this.find(id)), after: null }]);
   }
@@ -190,6 +217,8 @@ export class Observations extends Store {
   /**
    * Gives an observation the fields of an earlier version; one that was deleted since is there again.
    * @returns {boolean} whether that is a change
+   * @param {string} id
+   * @param {Partial<Fields>} fields
    */
   restore(id, fields) {
     const item = this.find(id);
@@ -198,7 +227,7 @@ export class Observations extends Store {
     return isReal(change);
   }
 
-  /** Sends the refused change of an observation again. */
+  /** Sends the refused change of an observation again. @param {string} id */
   sendAgain(id) {
     const item = this.find(id);
     if (item?.isDeleted) return this.remove(id); // as it is now, so that undo brings this back
@@ -207,7 +236,7 @@ export class Observations extends Store {
     return this.#outbox.sendAgain(id);
   }
 
-  /** Discards the refused changes of an observation and returns to the server's state. */
+  /** Discards the refused changes of an observation and returns to the server's state. @param {string} id */
   async giveUp(id) {
     const overtaken = this.#outbox.overtakenFor(this.#inspection).findLast((other) => other.observation === id);
     if (overtaken) this.#showStored(id, overtaken.refusal);
@@ -215,7 +244,11 @@ export class Observations extends Store {
     await this.#loadPatiently();
   }
 
-  /** Shows the version that overtook a change, so that what is changed next is based on it. */
+  /**
+   * Shows the version that overtook a change, so that what is changed next is based on it.
+   * @param {string} id
+   * @param {Refusal} refusal
+   */
   #showStored(id, { current, version }) {
     const item = this.find(id);
     if (!current || !item) {
@@ -228,7 +261,11 @@ export class Observations extends Store {
 
   // Steps -----------------------------------------------------------------------------------
 
-  /** @param {Change[]} changes changes without effect are dropped */
+  /**
+   * @param {Change[]} changes changes without effect are dropped
+   * @param {string} what
+   * @param {Partial<Fields>} [seen]
+   */
   #do(what, changes, seen) {
     const real = changes.filter(isReal);
     if (real.length === 0) return;
@@ -237,7 +274,12 @@ export class Observations extends Store {
     this.#history.add(this.#step(what, real, item));
   }
 
-  /** @param {object|null} item its earlier state, null when it did not exist */
+  /**
+   * @param {object|null} item its earlier state, null when it did not exist
+   * @param {string} what
+   * @param {Change[]} changes
+   * @returns {import('./history.js').Step}
+   */
   #step(what, changes, item) {
     return {
       what,
@@ -248,6 +290,12 @@ export class Observations extends Store {
     };
   }
 
+  /**
+   * @param {Change[]} changes
+   * @param {boolean} isBack
+   * @param {Partial<Fields>} [seen]
+   * @param {Queue} [queue]
+   */
   #apply(changes, isBack, seen, queue = (...operation) => this.#queue(...operation)) {
     for (const { id, before, after } of changes) {
       const [from, to] = isBack ? [after, before] : [before, after];
@@ -257,7 +305,11 @@ export class Observations extends Store {
     }
   }
 
-  /** Whether one of them has changed since; looked up on the server, unless it is unreachable. */
+  /**
+   * Whether one of them has changed since; looked up on the server, unless it is unreachable.
+   * @param {Change[]} changes
+   * @param {boolean} isBack
+   */
   async #isOvertaken(changes, isBack) {
     try {
       await this.load(AbortSignal.any([this.#signal, AbortSignal.timeout(LOOK_LIMIT_MS)]));
@@ -279,6 +331,12 @@ export class Observations extends Store {
     return `/api/inspections/${this.#inspection}/observations`;
   }
 
+  /**
+   * @param {string} id
+   * @param {Partial<Fields>} changes
+   * @param {Partial<Fields>|undefined} seen
+   * @param {Queue} queue
+   */
   #save(id, changes, seen, queue) {
     const before = this.find(id);
     const item = { ...before, ...changes, save: 'waiting', version: null, isDeleted: false };
@@ -292,13 +350,18 @@ export class Observations extends Store {
     queue('save', id, fieldsOf(item), madeOf(before, seen));
   }
 
-  /** Shows an observation that was not there, or whose deletion was refused. */
+  /**
+   * Shows an observation that was not there, or whose deletion was refused.
+   * @param {string} id
+   * @param {Fields} fields
+   */
   #bring(id, fields) {
     const place = this.#placeOf(fields.frame, fields.pixel);
     this.#publish([...this.#without(id), { ...unsaved(id), ...place, ...fields, save: 'waiting' }]);
     this.#queue('save', id, fields);
   }
 
+  /** @param {string} id */
   #remove(id) {
     const item = this.find(id);
     if (!item) return; // deleted elsewhere meanwhile
@@ -306,20 +369,24 @@ export class Observations extends Store {
     this.#queue('delete', id, undefined, madeOf(item));
   }
 
+  /** @param {string} id */
   #without(id) {
     return this.value.filter((item) => item.id !== id);
   }
 
+  /** @type {Queue} */
   #queue(kind, observation, fields, madeOf) {
     this.#version += 1;
     return this.#outbox.add({ inspection: this.#inspection, observation, kind, fields, ...madeOf });
   }
 
+  /** @type {Queue} */
   #queueTyped(kind, observation, fields, madeOf) {
     this.#version += 1;
     return this.#outbox.addTyped({ inspection: this.#inspection, observation, kind, fields, ...madeOf });
   }
 
+  /** @param {{operation: import('./outbox.js').Operation, answer: Api['ObservationOut']|null}} detail */
   #answered({ operation, answer }) {
     if (operation.inspection !== this.#inspection) return;
     this.#version += 1; // a list that is just being read may be older, and still hold what was deleted
@@ -365,6 +432,7 @@ export class Observations extends Store {
     }
   }
 
+  /** @param {{operation: import('./outbox.js').Operation, error: ApiError}} detail */
   #refused({ operation, error }) {
     if (operation.inspection !== this.#inspection) return;
     const item = this.find(operation.observation);
@@ -372,7 +440,11 @@ export class Observations extends Store {
     else if (item) this.#replace({ ...item, save: 'refused', refusal: errorText(error) });
   }
 
-  /** Shows an observation whose deletion was refused: at once as far as the page knows it, then as it is stored. */
+  /**
+   * Shows an observation whose deletion was refused: at once as far as the page knows it, then as it is stored.
+   * @param {string} id
+   * @param {Refusal} refusal
+   */
   #showAgain(id, refusal) {
     const { current } = refusal;
     const place = current && this.#placeOf(current.frame, current.pixel);
@@ -380,10 +452,12 @@ export class Observations extends Store {
     this.#loadPatiently();
   }
 
+  /** @param {Observation} item */
   #replace(item) {
     this.#publish(this.value.map((other) => (other.id === item.id ? item : other)));
   }
 
+  /** @param {Observation[]} items */
   #publish(items) {
     const used = items.map((item) => stretchNumber(item) ?? 0);
     this.#nextStretch = Math.max(this.#nextStretch, ...used.map((number) => number + 1));
@@ -391,12 +465,18 @@ export class Observations extends Store {
   }
 }
 
+/** @param {string} id @returns {Observation} */
 const unsaved = (id) => ({
   id, code: null, distance_m: null, distance_u95_m: null, clock: null, photo: null, severity: null,
   remark: null, version: null,
 });
 
-/** Returns an observation whose deletion was refused, as it was stored then. */
+/**
+ * Returns an observation whose deletion was refused, as it was stored then.
+ * @param {Observation} item
+ * @param {Refusal} refusal
+ * @returns {Observation}
+ */
 const undeleted = (item, refusal) => ({
   ...item,
   ...(refusal.current && { ...fieldsOf(refusal.current), version: refusal.version }),
@@ -408,19 +488,28 @@ const undeleted = (item, refusal) => ({
 /**
  * Returns what a change of an observation is based on. Where the person saw something else than what is stored,
  * that is of no stored version, so the server refuses the change and the person decides.
+ * @param {Observation} item
+ * @param {Partial<Fields>} [seen]
  */
 function madeOf(item, seen = {}) {
   const isStored = Object.entries(seen).every(([name, value]) => isSame(item[name], value));
   return { before: { ...fieldsOf(item), ...seen }, version: isStored ? item.version : null };
 }
 
-/** Returns the change of an observation, before and after. */
+/**
+ * Returns the change of an observation, before and after.
+ * @param {Observation} item
+ * @param {Partial<Fields>} changes
+ * @returns {Change}
+ */
 const changeOf = (item, changes) => ({
   id: item.id,
   before: Object.fromEntries(Object.keys(changes).map((name) => [name, item[name] ?? null])),
   after: changes,
 });
 
+/** @param {Change} change */
 const isReal = ({ before, after }) => !before || !after || !isSame(before, after);
 
+/** @param {unknown} a @param {unknown} b */
 const isSame = (a, b) => JSON.stringify(a ?? null) === JSON.stringify(b ?? null);

@@ -5,6 +5,9 @@
 
 const OPERATIONS = 'operations';
 
+/**
+ * @template {{id: string}} Kept
+ */
 export class Operations {
   #database;
   /** @type {Map<string, Kept>} */
@@ -45,7 +48,7 @@ export class Operations {
 
   /**
    * Stores an operation; resolves when it is as safe as this browser allows.
-   * @param {{id: string}} operation
+   * @param {Kept} operation
    * @param {string|null} [replaced] id of the operation that it replaces
    */
   async put(operation, replaced = null) {

@@ -22,13 +22,16 @@ const ANSWER_LIMIT_S = 30;
 const TYPED_S = 0.8;
 
 /**
+ * @typedef {import('./observations.js').Fields} Fields
+ * @typedef {Omit<Operation, 'id'>} New
+ *
  * @typedef {object} Operation
  * @property {string} id sorts by time of creation
  * @property {string} inspection
  * @property {string} observation
  * @property {'save'|'delete'} kind
- * @property {object} [fields] of a save; a delete leaves none
- * @property {object|null} [before] fields that the change is based on, null when there was no observation
+ * @property {Fields} [fields] of a save; a delete leaves none
+ * @property {Partial<Fields>|null} [before] fields that the change is based on, null when there was no observation
  * @property {string|null} [version] of `before`; null while this browser's previous change is unanswered
  * @property {boolean} [isSent] whether it may have arrived
  * @property {Refusal} [refusal] why the server refuses it
@@ -36,7 +39,7 @@ const TYPED_S = 0.8;
  * @typedef {object} Refusal
  * @property {string} code
  * @property {string} message
- * @property {object|null} current fields stored instead of `before`, when the change was overtaken
+ * @property {Api['ObservationOut']|null} current fields stored instead of `before`, when the change was overtaken
  * @property {string|null} version of `current`
  */
 
@@ -46,15 +49,18 @@ const TYPED_S = 0.8;
  * sent something, or a change was dropped without effect).
  */
 export class Outbox extends EventTarget {
-  /** What prevents the first operation from being sent, or null. */
+  /** What prevents the first operation from being sent, or null. @type {string|null} */
   reason = null;
 
   #operations;
-  /** All stored operations, oldest first. */
+  /** All stored operations, oldest first. @type {Operation[]} */
   #known;
-  /** Id of the operation that is being sent. */
+  /** Id of the operation that is being sent. @type {string|null} */
   #sending = null;
-  /** The state of each observation that the server last accepted: {fields, version}. */
+  /**
+   * The state of each observation that the server last accepted: {fields, version}.
+   * @type {Map<string, {fields: Fields|undefined, version: string}>}
+   */
   #taken = new Map();
   #written = Promise.resolve();
   #typedTimer = 0;
@@ -67,6 +73,7 @@ export class Outbox extends EventTarget {
     return new Outbox(operations, await operations.all());
   }
 
+  /** @param {Operations<Operation>} operations @param {Operation[]} known */
   constructor(operations, known) {
     super();
     this.#operations = operations;
@@ -89,28 +96,33 @@ export class Outbox extends EventTarget {
     return this.#operations.isKept;
   }
 
-  /** Returns the operations of one inspection that the server has not accepted, oldest first. */
+  /**
+   * Returns the operations of one inspection that the server has not accepted, oldest first.
+   * @param {string} inspection
+   */
   openFor(inspection) {
     return this.#known.filter((operation) => operation.inspection === inspection);
   }
 
+  /** @param {string} observation */
   isWaiting(observation) {
     return this.#waiting.some((operation) => operation.observation === observation);
   }
 
-  /** Resolves when the operation is safe in this browser; it is sent in the background. */
+  /** Resolves when the operation is safe in this browser; it is sent in the background. @param {New} operation */
   async add(operation) {
     await this.#keep(operation);
     this.#sender.flush();
   }
 
-  /** Like `add`, for text that is still being typed: it is sent after a pause in typing. */
+  /** Like `add`, for text that is still being typed: it is sent after a pause in typing. @param {New} operation */
   async addTyped(operation) {
     clearTimeout(this.#typedTimer);
     this.#typedTimer = setTimeout(() => this.#sender.flush(), 1000 * TYPED_S);
     await this.#keep(operation);
   }
 
+  /** @param {New} operation */
   async #keep(operation) {
     const { observation } = operation;
     const last = this.#known.findLast((other) => other.observation === observation);
@@ -124,7 +136,11 @@ export class Outbox extends EventTarget {
     await this.#put({ ...operation, ...(replaced && isOfLast && madeOf(last)) }, replaced);
   }
 
-  /** Adds an operation, replacing another one if there is one. */
+  /**
+   * Adds an operation, replacing another one if there is one.
+   * @param {New} operation
+   * @param {Operation|null} [replaced]
+   */
   async #put(operation, replaced) {
     const added = { id: idInTime(), ...operation };
     this.#known = [...this.#known.filter((other) => other !== replaced), added];
@@ -135,12 +151,12 @@ export class Outbox extends EventTarget {
     this.#others.postMessage(null);
   }
 
-  /** Returns the overtaken operations of one inspection. */
+  /** Returns the overtaken operations of one inspection. @param {string} inspection */
   overtakenFor(inspection) {
     return this.openFor(inspection).filter(({ refusal }) => refusal?.code === 'changed_meanwhile');
   }
 
-  /** Sends the refused change of an observation again, to replace the other version. */
+  /** Sends the refused change of an observation again, to replace the other version. @param {string} observation */
   async sendAgain(observation) {
     const refused = this.#refusedOf(observation).at(-1);
     if (!refused) return; // settled in another tab
@@ -150,11 +166,12 @@ export class Outbox extends EventTarget {
     this.#sender.flush();
   }
 
+  /** @param {string} observation */
   #refusedOf(observation) {
     return this.#known.filter((other) => other.observation === observation && other.refusal);
   }
 
-  /** Discards the refused change of an observation. */
+  /** Discards the refused change of an observation. @param {string} observation */
   async drop(observation) {
     const refused = this.#refusedOf(observation);
     this.#known = this.#known.filter((other) => !refused.includes(other));
@@ -186,22 +203,28 @@ export class Outbox extends EventTarget {
     await this.#read();
   }
 
-  /** Notes that an operation may arrive from now on; false when something took its place just now. */
+  /**
+   * Notes that an operation may arrive from now on; false when something took its place just now.
+   * @param {string} id
+   */
   async #mark(id) {
     const isThere = await this.#change(id, { isSent: true });
     this.#others.postMessage({ sent: id });
     return isThere;
   }
 
+  /** @param {string} id @param {Partial<Operation>} changes */
   #change(id, changes) {
     this.#note(id, changes);
     return this.#operations.update(id, changes);
   }
 
+  /** @param {string} id @param {Partial<Operation>} changes */
   #note(id, changes) {
     this.#known = this.#known.map((other) => (other.id === id ? { ...other, ...changes } : other));
   }
 
+  /** @param {Operation} operation */
   async #sendOne(operation) {
     const path = `/api/inspections/${operation.inspection}/observations/${operation.observation}`;
     let answer = null;
@@ -225,7 +248,13 @@ export class Outbox extends EventTarget {
     await this.#settle(operation, new CustomEvent('answered', { detail: { operation, answer } }));
   }
 
-  /** Sends an operation; returns the stored observation, null after a delete. */
+  /**
+   * Sends an operation; returns the stored observation, null after a delete.
+   * @param {string} path
+   * @param {Operation} operation
+   * @param {AbortSignal} signal
+   * @returns {Promise<Api['ObservationOut']|null>}
+   */
   async #deliver(path, { kind, observation, fields, before, version, isSent }, signal) {
     const isDelete = kind === 'delete';
     const send = (replaced) => (isDelete ? remove(path, signal, replaced) : put(path, fields, signal, replaced));
@@ -241,6 +270,7 @@ export class Outbox extends EventTarget {
     }
   }
 
+  /** @param {Operation} operation @param {ApiError} error */
   async #refused(operation, error) {
     const { id, observation, fields, before } = operation;
     const kept = await this.#operations.all();
@@ -259,13 +289,14 @@ export class Outbox extends EventTarget {
     this.#notify(new CustomEvent('refused', { detail: { operation, error } }));
   }
 
-  /** Removes an operation and notifies. */
+  /** Removes an operation and notifies. @param {Operation} operation @param {Event} event */
   async #settle(operation, event) {
     await this.#operations.delete(operation.id);
     this.#known = this.#known.filter(({ id }) => id !== operation.id);
     this.#notify(event);
   }
 
+  /** @param {Event} event */
   #notify(event) {
     this.reason = null;
     this.dispatchEvent(event);
@@ -297,11 +328,16 @@ export class Outbox extends EventTarget {
   }
 }
 
-/** Returns what an operation is based on, for its successor. */
+/** Returns what an operation is based on, for its successor. @param {Partial<Operation>} operation */
 const madeOf = ({ before = null, version = null }) => ({ before, version });
 
-/** Whether two sets of fields state the same; null means not stated. */
+/**
+ * Whether two sets of fields state the same; null means not stated.
+ * @param {object|null|undefined} a
+ * @param {object|null|undefined} b
+ */
 const isSame = (a, b) => statedIn(a) === statedIn(b);
 
+/** @param {object|null|undefined} fields */
 const statedIn = (fields) =>
   JSON.stringify(Object.entries(fields ?? {}).filter(([, value]) => value !== null).sort());

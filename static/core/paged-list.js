@@ -9,6 +9,8 @@ const SETTLE_S = 0.15;
 /**
  * Holds the newest answer of the server, null before the first. Answers that arrive late, after a newer
  * question, are dropped.
+ * @template {{total: number}} Answer
+ * @extends {Store<Answer|null>}
  */
 export class PagedList extends Store {
   #path;
@@ -44,13 +46,16 @@ export class PagedList extends Store {
     return Object.values(this.filters).some((value) => value !== '');
   }
 
-  /** Changes what is wanted, from its first page on, and asks the server once the person pauses. */
+  /**
+   * Changes what is wanted, from its first page on, and asks the server once the person pauses.
+   * @param {Record<string, string>} filters
+   */
   async want(filters) {
     Object.assign(this.filters, filters);
     await this.#goTo(0, SETTLE_S);
   }
 
-  /** Shows the page that begins with row `offset`. */
+  /** Shows the page that begins with row `offset`. @param {number} offset */
   turnTo(offset) {
     return this.#goTo(offset, 0);
   }
@@ -80,7 +85,7 @@ export class PagedList extends Store {
 
   /**
    * Asks now and again while the page is visible.
-   * @param {(answer: object) => number} pauseAfter seconds until the next time
+   * @param {(answer: Partial<Answer>) => number|null} pauseAfter seconds until the next time
    * @param {(error: import('./api.js').ApiError|null) => void} onError null after every success
    */
   follow(pauseAfter, onError) {
@@ -91,6 +96,7 @@ export class PagedList extends Store {
     return poll(ask, this.#signal, onError);
   }
 
+  /** @param {number} offset @param {number} settleS */
   async #goTo(offset, settleS) {
     this.offset = offset;
     this.#keepInAddress();

@@ -2,9 +2,11 @@
 
 import { Store } from './store.js';
 
+/** @typedef {{name: string, editing: string|null}} Person editing: id of a defect */
+
 /**
- * A store of the others on this server: [{name, editing: id or null}]; without a line to it, nobody.
- * @typedef {{name: string, editing: string|null}} Person
+ * A store of the others on this server; without a line to it, nobody.
+ * @extends {Store<Person[]>}
  */
 export class People extends Store {
   #live;
@@ -22,7 +24,7 @@ export class People extends Store {
     this.#say();
   }
 
-  /** States which defect is edited here, null for none. */
+  /** States which defect is edited here, null for none. @param {string|null} id */
   edit(id) {
     if (id === this.#editing) return;
     this.#editing = id;
@@ -36,7 +38,7 @@ export class People extends Store {
     return [...counts];
   }
 
-  /** @returns {string[]} names of those who edit a defect */
+  /** @returns {string[]} names of those who edit a defect @param {string} id */
   editing(id) {
     return [...new Set(this.value.filter((person) => person.editing === id).map(({ name }) => name))];
   }

@@ -9,30 +9,30 @@ import { Store } from './store.js';
 
 const COPY = 'chainage.preferences';
 
-/** What a digit key may give to a tag beside the code, in the order of the server. */
+/**
+ * What a digit key may give to a tag beside the code, in the order of the server.
+ * @type {Omit<Required<Api['QuickCode']>, 'code'>}
+ */
 const UNSTATED = {
   char1: null, char2: null, severity: null, quant1: null, quant2: null, clock_from: null, clock_to: null,
 };
 
-/** Main codes of EN 13508-2 for the digit keys 1 to 9, the server's defaults. */
+/** Main codes of EN 13508-2 for the digit keys 1 to 9, the server's defaults. @type {Required<Api['QuickCode']>[]} */
 export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BBF', 'BDD'].map(
   (code) => ({ code, ...UNSTATED }),
 );
 
-/**
- * @typedef {object} Chosen
- * @property {string|null} language its code; null: the one of the browser
- * @property {'m'|'ft'} units
- * @property {{code: string, char1: string|null, char2: string|null}[]} quick_codes at most nine, each with what
- *     else is given to a tag: severity, quantities, clock
- * @property {boolean} single_keys whether letters, digits and signs are keys
- * @property {object[]} templates at most 26 more such codes, in the list that is reached from a typed code
- * @property {string|null} pack id of the code pack for new inspections, null: the built-in one
- */
+/** @typedef {Api['PreferencesIn']} Chosen */
+
+/** @type {Chosen} */
 const UNSET = { language: null, units: 'm', quick_codes: USUAL_CODES, single_keys: true, pack: null, templates: [] };
 
+/** @extends {Store<Chosen>} */
 class Preferences extends Store {
-  /** {name, role} of the logged-in person; null before the server has answered. */
+  /**
+   * {name, role} of the logged-in person; null before the server has answered.
+   * @type {{name: string, role: string}|null}
+   */
   person = null;
 
   constructor() {
@@ -68,7 +68,7 @@ class Preferences extends Store {
     await put('/api/me/preferences', this.value);
   }
 
-  /** Changes some preferences in this browser only. */
+  /** Changes some preferences in this browser only. @param {Partial<Chosen>} changes */
   keep(changes) {
     const value = { ...this.value, ...changes };
     remember(COPY, value);
@@ -78,13 +78,21 @@ class Preferences extends Store {
 
 export const preferences = new Preferences();
 
-/** Returns the codes of all digit keys with another one for key `i + 1`; what is not stated of it is null. */
+/**
+ * Returns the codes of all digit keys with another one for key `i + 1`; what is not stated of it is null.
+ * @param {number} i
+ * @param {Partial<Api['QuickCode']>} tag
+ */
 export function quickCodesWith(i, tag) {
   const all = USUAL_CODES.map((usual, k) => preferences.value.quick_codes[k] ?? usual);
   all[i] = templateOf(tag);
   return all;
 }
 
-/** Returns what is kept of a tag for other ones: its code and details, null for what is not stated. */
+/**
+ * Returns what is kept of a tag for other ones: its code and details, null for what is not stated.
+ * @param {Partial<Api['QuickCode']>} tag
+ * @returns {Required<Api['QuickCode']>}
+ */
 export const templateOf = (tag) =>
   Object.fromEntries(['code', ...Object.keys(UNSTATED)].map((name) => [name, tag[name] ?? null]));

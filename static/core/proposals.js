@@ -3,16 +3,12 @@
 import { ApiError, get } from './api.js';
 import { Store } from './store.js';
 
-/**
- * @typedef {object} Proposal
- * @property {string} text
- * @property {string|null} code null: for every code
- * @property {string|null} char1
- * @property {number} severity_from only for defects at least as severe
- * @property {number|null} cost
- */
+/** @typedef {Api['Recommendation']} Proposal */
 
-/** A store of {recommendations, costs, currency}; without proposals and costs until they are known. */
+/**
+ * A store of the template; without proposals and costs until they are known.
+ * @extends {Store<Pick<Api['ReportTemplate'], 'recommendations'|'costs'|'currency'>>}
+ */
 export class Proposals extends Store {
   #path;
   #signal;
@@ -54,4 +50,5 @@ export class Proposals extends Store {
   }
 }
 
+/** @param {Proposal} proposal */
 const nearness = ({ code, char1 }) => (code !== null) + (char1 !== null);

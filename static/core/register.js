@@ -15,24 +15,25 @@ const TOGETHER = [
   ['start_lat', 'start_lon', 'end_lat', 'end_lon'],
 ];
 
-/**
- * @typedef {object} Asset
- * @property {string} asset_id
- * @property {string|null} project
- * @property {Record<string, unknown>} header fields that belong to the asset
- * @property {[number, number][]} line longitude and latitude from the start to the end
- * @property {string} version
- */
+/** @typedef {Api['RegisteredAssetOut']} Asset */
 
+/** @param {string} assetId */
 const pathOf = (assetId) => `${REGISTER}/assets/${encodeURIComponent(assetId)}`;
 
 /**
  * Returns the other spellings of an id, and the fields that the register has under it, null if none.
- * @returns {Promise<{same: string[], fields: Record<string, unknown>|null}>}
+ * @returns {Promise<Api['AlikeOut']>}
+ * @param {string} assetId
+ * @param {AbortSignal} [signal]
  */
 export const alike = (assetId, signal) => get(`${REGISTER}/like?${new URLSearchParams({ asset_id: assetId })}`, signal);
 
-/** Returns some registered ids that a text finds. */
+/**
+ * Returns some registered ids that a text finds.
+ * @param {string} text
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<string[]>}
+ */
 export async function idsWith(text, signal) {
   const { assets } = await get(`${REGISTER}/assets?${new URLSearchParams({ search: text, limit: OFFERED })}`, signal);
   return assets.map(({ asset_id: id }) => id);
@@ -41,6 +42,8 @@ export async function idsWith(text, signal) {
 /**
  * Returns an asset; null if the register does not have it.
  * @returns {Promise<Asset|null>}
+ * @param {string} assetId
+ * @param {AbortSignal} [signal]
  */
 export async function loadAsset(assetId, signal) {
   try {
@@ -51,17 +54,31 @@ export async function loadAsset(assetId, signal) {
   }
 }
 
-/** Adds an asset or replaces it; `version`: the one that the change was based on. */
+/**
+ * Adds an asset or replaces it; `version`: the one that the change was based on.
+ * @param {Pick<Asset, 'asset_id'|'project'|'header'|'line'>} asset
+ * @param {string} [version]
+ */
 export const saveAsset = ({ asset_id: id, project, header, line }, version) =>
   put(pathOf(id), { project, header, line }, undefined, version);
 
-/** Takes this version of an asset off the register. */
+/** Takes this version of an asset off the register. @param {Pick<Asset, 'asset_id'|'version'>} asset */
 export const deleteAsset = ({ asset_id: id, version }) => remove(pathOf(id), undefined, version);
 
-/** Imports a table; a dry run only says what it would do. */
+/**
+ * Imports a table; a dry run only says what it would do.
+ * @param {File} file
+ * @param {boolean} isDryRun
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<Api['RegisterImportOut']>}
+ */
 export const importTable = (file, isDryRun, signal) => sendFile(`${REGISTER}/import?dry_run=${isDryRun}`, file, signal);
 
-/** Returns which fields of the register a header lacks and does not contradict. */
+/**
+ * Returns which fields of the register a header lacks and does not contradict.
+ * @param {Record<string, unknown>} fields
+ * @param {Record<string, unknown>} header
+ */
 export function lacking(fields, header) {
   const isEmpty = (name) => (header[name] ?? '') === '';
   const contradicts = (name) => name in fields && !isEmpty(name) && header[name] !== fields[name];
@@ -72,12 +89,16 @@ export function lacking(fields, header) {
   );
 }
 
-/** A line as text: 'latitude, longitude' of a point in each row, as maps write them. */
+/**
+ * A line as text: 'latitude, longitude' of a point in each row, as maps write them.
+ * @param {[number, number][]} line
+ */
 export const lineText = (line) => line.map(([lon, lat]) => `${lat}, ${lon}`).join('\n');
 
 /**
  * Reads such a text.
  * @returns {{line: [number, number][], fault: string|null}} fault: the first row that is no place
+ * @param {string} text
  */
 export function readLine(text) {
   const rows = text.split('\n').map((row) => row.trim()).filter(Boolean);

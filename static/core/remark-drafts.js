@@ -6,7 +6,10 @@
 import { ofPerson, recall, remember } from './remembered.js';
 import { Store } from './store.js';
 
-/** A store of the texts by observation. */
+/**
+ * A store of the texts by observation.
+ * @extends {Store<Record<string, string>>}
+ */
 export class RemarkDrafts extends Store {
   #key;
   #isKept = true;
@@ -22,12 +25,12 @@ export class RemarkDrafts extends Store {
     return Object.keys(this.value).length === 0;
   }
 
-  /** @returns {string} empty where nothing is being typed */
+  /** @returns {string} empty where nothing is being typed @param {string} observation */
   of(observation) {
     return this.value[observation] ?? '';
   }
 
-  /** @param {string} text empty when it is sent or given up */
+  /** @param {string} text empty when it is sent or given up @param {string} observation */
   put(observation, text) {
     // Another page may have kept others since; what could not be kept is only here.
     const { [observation]: _, ...others } = this.#isKept ? recall(this.#key, {}) : this.value;

@@ -2,7 +2,10 @@
 
 import { person } from './rights.js';
 
-/** Returns the key of what one person alone left here: whoever logs in after them neither sees it nor sends it. */
+/**
+ * Returns the key of what one person alone left here: whoever logs in after them neither sees it nor sends it.
+ * @param {string} key
+ */
 export const ofPerson = (key) => `${key}.of.${person}`;
 
 /**
@@ -40,6 +43,8 @@ export function recallMembers(key, usual) {
 /**
  * Remembers a value; null forgets it. Returns whether that is so: a browser that is full or stores nothing keeps what
  * it had, and that must never keep the page from going on.
+ * @param {string} key
+ * @param {unknown} value
  */
 export function remember(key, value) {
   try {
@@ -55,4 +60,5 @@ export function remember(key, value) {
 /** Of a storage that is full, and of one that the browser denies. */
 const REFUSALS = ['QuotaExceededError', 'SecurityError'];
 
+/** @param {unknown} value */
 const kindOf = (value) => (Array.isArray(value) ? 'list' : value === null ? 'nothing' : typeof value);

@@ -7,52 +7,50 @@ const TEMPLATES = '/api/report-templates';
 const MOST_STEPS = 100;
 
 /**
- * @typedef {object} Template
- * @property {string} company_name
- * @property {string} company_address
- * @property {string} logo base64, '' for none
- * @property {string} introduction
- * @property {string} closing
- * @property {string} accent such as #1d3b50
- * @property {string[]} sections those that are printed, in their order
- * @property {'own'|'structural'|'none'} grade
- * @property {Block[]} recommendations
- * @property {boolean} costs
- * @property {string} currency
- *
- * @typedef {{text: string, code: string|null, char1: string|null, severity_from: number, cost: number|null}} Block
- * @typedef {{name: string, isOn: boolean}} Section
- *
- * @typedef {object} Used
- * @property {string|null} project whose it is; '' is that of all others, null the defaults
- * @property {Template} template
- * @property {string} version
- * @property {string|null} changed_at
- * @property {string|null} changed_by
+ * @typedef {Api['ReportTemplate']} Template
+ * @typedef {Api['Recommendation']} Block
+ * @typedef {{name: Template['sections'][number], isOn: boolean}} Section
+ * @typedef {Omit<Template, 'sections'> & {sections: Section[]}} Form
+ * @typedef {Api['ReportTemplateOut']} Used its project is '' for that of all others, null for the defaults
  */
 
+/** @type {Template['sections']} */
 const SECTIONS = [
   'summary', 'header', 'graphic', 'observations', 'photos', 'wall', 'scene', 'condition', 'measurement', 'checks',
 ];
 
+/** @param {string} project */
 const pathOf = (project) => `${TEMPLATES}/${encodeURIComponent(project)}`;
 
-/** Returns the projects that have a template; '' is all others. @returns {Promise<string[]>} */
+/**
+ * Returns the projects that have a template; '' is all others. @returns {Promise<string[]>}
+ * @param {AbortSignal} [signal]
+ */
 export async function projectsWithTemplate(signal) {
   const { templates } = await get(TEMPLATES, signal);
   return templates.map(({ project }) => project);
 }
 
-/** @returns {Promise<Used>} */
+/** @returns {Promise<Used>} @param {string} project @param {AbortSignal} [signal] */
 export const loadTemplate = (project, signal) => get(pathOf(project), signal);
 
-/** Stores the template of a project, unless the project no longer uses `version`; null replaces any. */
+/**
+ * Stores the template of a project, unless the project no longer uses `version`; null replaces any.
+ * @param {string} project
+ * @param {Template} template
+ * @param {string|null} [version]
+ * @returns {Promise<Used>}
+ */
 export const saveTemplate = (project, template, version) => put(pathOf(project), template, undefined, version);
 
-/** Takes the own template of a project away. */
+/** Takes the own template of a project away. @param {string} project @param {string} [version] */
 export const removeTemplate = (project, version) => remove(pathOf(project), undefined, version);
 
-/** A template with all sections in an order of their own, so that one that is switched off keeps its place. */
+/**
+ * A template with all sections in an order of their own, so that one that is switched off keeps its place.
+ * @param {Template} template
+ * @returns {Form}
+ */
 const toForm = ({ sections, ...rest }) => ({
   ...rest,
   sections: [
@@ -61,20 +59,30 @@ const toForm = ({ sections, ...rest }) => ({
   ],
 });
 
+/** @param {Form} form @returns {Template} */
 const toTemplate = ({ sections, ...rest }) => ({
   ...rest,
   sections: sections.filter(({ isOn }) => isOn).map(({ name }) => name),
 });
 
-/** Moves one item of a list; returns a new list. */
+/**
+ * Moves one item of a list; returns a new list.
+ * @template T
+ * @param {T[]} list
+ * @param {number} from
+ * @param {number} to
+ */
 export const moved = (list, from, to) => list.toSpliced(from, 1).toSpliced(to, 0, list[from]);
 
 /** A template in a form: fires `change` after every change; each can be undone. */
 export class TemplateDraft extends EventTarget {
   #value;
   #stored;
+  /** @type {Form[]} */
   #done = [];
+  /** @type {Form[]} */
   #undone = [];
+  /** @type {unknown} */
   #visit = null;
 
   /** @param {Template} template as it is stored */
@@ -112,7 +120,7 @@ export class TemplateDraft extends EventTarget {
   }
 
   /**
-   * @param {object} fields those that change
+   * @param {Partial<Form>} fields those that change
    * @param {unknown} [visit] what is typed in one visit of a field is one step
    */
   change(fields, visit = null) {
@@ -131,12 +139,13 @@ export class TemplateDraft extends EventTarget {
     this.#move(this.#undone, this.#done);
   }
 
-  /** Notes that a template is stored now; the steps stay. */
+  /** Notes that a template is stored now; the steps stay. @param {Template} template */
   keep(template) {
     this.#stored = JSON.stringify(template);
     this.dispatchEvent(new Event('change'));
   }
 
+  /** @param {Form[]} from @param {Form[]} to */
   #move(from, to) {
     if (from.length === 0) return;
     to.push(this.#value);
@@ -144,15 +153,20 @@ export class TemplateDraft extends EventTarget {
     this.#set(from.pop());
   }
 
+  /** @param {Form} value */
   #set(value) {
     this.#value = value;
     this.dispatchEvent(new Event('change'));
   }
 }
 
+/** @param {object} template */
 const sorted = (template) => Object.entries(template).sort(([a], [b]) => (a < b ? -1 : 1));
 
-/** Contrast of a colour such as #1d3b50 on white paper (WCAG 2.2), as in app/reports/template.py. */
+/**
+ * Contrast of a colour such as #1d3b50 on white paper (WCAG 2.2), as in app/reports/template.py.
+ * @param {string} colour
+ */
 export function contrastOnWhite(colour) {
   const parts = [1, 3, 5].map((at) => Number.parseInt(colour.slice(at, at + 2), 16) / 255);
   const [red, green, blue] = parts.map((part) => (part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4));

@@ -5,7 +5,12 @@ import { may } from './rights.js';
 import { Store } from './store.js';
 import { t } from './words.js';
 
-/** The states that may follow each one. */
+/**
+ * @typedef {Api['ReviewStateOut']['state']} State
+ * @typedef {Api['RemarkOut']} Remark
+ */
+
+/** The states that may follow each one. @type {Record<State, State[]>} */
 const NEXT = {
   draft: ['submitted'],
   submitted: ['in_review', 'reopened'],
@@ -14,45 +19,43 @@ const NEXT = {
   reopened: ['submitted'],
 };
 
-export const STATES = Object.keys(NEXT);
+export const STATES = /** @type {State[]} */ (Object.keys(NEXT));
 
+/** @param {State} state */
 export const nextStates = (state) => NEXT[state];
 
-/** Whether an inspection is approved, so that nobody changes it. */
+/** Whether an inspection is approved, so that nobody changes it. @param {{review: {state: State}}} inspection */
 export const isLocked = ({ review }) => review.state === 'approved';
 
 /** Returns why the person may not change the inspection of the page. */
 export const whyLocked = () => (may('operator') ? t('desk.approved') : t('rights.viewer'));
 
-/** Whether only admins may take a step: into the lock, and out of it. */
+/** Whether only admins may take a step: into the lock, and out of it. @param {State} state @param {State} wanted */
 export const isForAdmins = (state, wanted) => state === 'approved' || wanted === 'approved';
 
-/** Whether a remark is a question that waits for an answer. */
+/** Whether a remark is a question that waits for an answer. @param {Remark} remark */
 export const isOpen = ({ kind, settled_at: settled }) => kind === 'question' && !settled;
 
 /**
  * Holds the answer of the server, null until it is read.
- * @typedef {object} Remark
- * @property {string} id
- * @property {string} observation
- * @property {'accepted'|'question'|'comment'} kind
- * @property {string} text
- * @property {string} version that of the observation when the remark was made
+ * @extends {Store<Api['ReviewOut']|null>}
  */
 export class Review extends Store {
   #path;
   #signal;
   #running = Promise.resolve();
 
+  /** @param {string} inspection @param {AbortSignal} signal */
   constructor(inspection, signal) {
     super(null);
     this.#path = `/api/inspections/${inspection}/review`;
     this.#signal = signal;
   }
 
-  /** By observation. */
+  /** By observation. @type {Map<string, Remark[]>} */
   #about = new Map();
 
+  /** @param {Api['ReviewOut']} answer */
   #take(answer) {
     this.#about.clear();
     for (const remark of answer.remarks) {
@@ -65,7 +68,7 @@ export class Review extends Store {
     return this.#inTurn(() => get(this.#path, this.#signal));
   }
 
-  /** @returns {Remark[]} about an observation, the oldest first */
+  /** @returns {Remark[]} about an observation, the oldest first @param {string} observation */
   about(observation) {
     return this.#about.get(observation) ?? [];
   }
@@ -75,29 +78,38 @@ export class Review extends Store {
     return (this.value?.remarks ?? []).filter(isOpen);
   }
 
-  /** Whether an observation was accepted as it is now. */
+  /** Whether an observation was accepted as it is now. @param {{id: string, version?: string|null}} observation */
   isAccepted({ id, version }) {
     return this.about(id).some((remark) => remark.kind === 'accepted' && remark.version === version);
   }
 
+  /** @param {State} state @param {string|null} [reason] */
   move(state, reason) {
     return this.#inTurn(() => post(this.#path, { state, reason }));
   }
 
-  /** `version`: that of the observation that the person saw; when another one is stored by now, nothing is said. */
+  /**
+   * `version`: that of the observation that the person saw; when another one is stored by now, nothing is said.
+   * @param {Api['RemarkIn'] & {id: string}} remark
+   */
   say({ id, observation, kind, text, version }) {
     return this.#inTurn(() => put(`${this.#path}/remarks/${id}`, { observation, kind, text, version }));
   }
 
+  /** @param {string} id @param {boolean} settled */
   settle(id, settled) {
     return this.#inTurn(() => put(`${this.#path}/remarks/${id}/settled`, { settled }));
   }
 
+  /** @param {string} id */
   withdraw(id) {
     return this.#inTurn(() => remove(`${this.#path}/remarks/${id}`));
   }
 
-  /** Sends requests one after the other, so that the answer of the last one is the newest. */
+  /**
+   * Sends requests one after the other, so that the answer of the last one is the newest.
+   * @param {() => Promise<Api['ReviewOut']>} send
+   */
   #inTurn(send) {
     const result = this.#running.then(send).then((answer) => this.#take(answer));
     this.#running = result.catch(() => {}); // the caller handles its failure

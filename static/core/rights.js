@@ -9,12 +9,15 @@ const { role, person: name, insecure } = document.documentElement.dataset;
 /** Name of the logged-in person; undefined before the log-in. */
 export const person = name;
 
-/** Whether the role is `needed` or higher. `data-needs` hides parts of the page that need more. */
+/**
+ * Whether the role is `needed` or higher. `data-needs` hides parts of the page that need more.
+ * @param {string} needed
+ */
 export const may = (needed) => ROLES.indexOf(role) >= ROLES.indexOf(needed);
 
 let isLocked = false;
 
-/** Notes whether the inspection of the page is approved, so that nobody changes it. */
+/** Notes whether the inspection of the page is approved, so that nobody changes it. @param {boolean} locked */
 export function lock(locked) {
   isLocked = locked;
   document.documentElement.toggleAttribute('data-locked', locked);

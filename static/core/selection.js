@@ -1,11 +1,18 @@
 /** Which rows of a list are selected: single ones, over all pages, or all that fit the filters. */
 
-/** Fires `change`. Items have an `id`. */
+/**
+ * Fires `change`.
+ * @template {{id: string}} Item
+ */
 export class Selection extends EventTarget {
+  /** @type {Map<string, Item>} */
   #items = new Map();
-  /** {where, total} while all that fit are meant; null for single ones. */
+  /**
+   * {where, total} while all that fit are meant; null for single ones.
+   * @type {{where: Record<string, string>, total: number}|null}
+   */
   #all = null;
-  /** Id of the item that was marked last: a range begins there. */
+  /** Id of the item that was marked last: a range begins there. @type {string|null} */
   #last = null;
 
   get isAll() {
@@ -26,11 +33,16 @@ export class Selection extends EventTarget {
     return this.#all ? { where: this.#all.where } : { ids: [...this.#items.keys()] };
   }
 
+  /** @param {string} id */
   has(id) {
     return this.isAll || this.#items.has(id);
   }
 
-  /** Selects or leaves out some items; what was "all" becomes these alone. */
+  /**
+   * Selects or leaves out some items; what was "all" becomes these alone.
+   * @param {Item[]} items
+   * @param {boolean} isSelected
+   */
   mark(items, isSelected) {
     this.#all = null;
     for (const item of items) {
@@ -56,14 +68,18 @@ export class Selection extends EventTarget {
     this.mark(page.slice(Math.min(from, to), Math.max(from, to) + 1), isSelected);
   }
 
-  /** Selects all that fit the filters, on every page. */
+  /** Selects all that fit the filters, on every page. @param {Record<string, string>} where @param {number} total */
   markAll(where, total) {
     this.#items.clear();
     this.#all = { where, total };
     this.#changed();
   }
 
-  /** Leaves out items that no longer exist; `total`: what fits the filters without them. */
+  /**
+   * Leaves out items that no longer exist; `total`: what fits the filters without them.
+   * @param {string[]} ids
+   * @param {number} total
+   */
   forget(ids, total) {
     for (const id of ids) this.#items.delete(id);
     if (this.isAll) this.#all.total = total;

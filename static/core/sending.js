@@ -58,6 +58,8 @@ export class Sender {
 /**
  * Resolves when no operation of an inspection is waiting, or when `signal` aborts.
  * @param {EventTarget} box fires `change`; `openFor` returns its operations, with `refusal` where they do not wait
+ * @param {string} inspection
+ * @param {AbortSignal} signal
  */
 export async function whenSent(box, inspection, signal) {
   const waits = () => box.openFor(inspection).some(({ refusal }) => !refusal);
@@ -69,5 +71,9 @@ export async function whenSent(box, inspection, signal) {
   }
 }
 
-/** Runs `send` while no other tab does. Over plain http, where locks are missing, at once. */
+/**
+ * Runs `send` while no other tab does. Over plain http, where locks are missing, at once.
+ * @param {string} name
+ * @param {() => Promise<void>} send
+ */
 const alone = (name, send) => (navigator.locks ? navigator.locks.request(name, send) : send());

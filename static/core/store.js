@@ -1,9 +1,13 @@
 /** Values that announce their changes, and elements that listen only while they are in the page. */
 
-/** Holds one value and fires `change` when it is replaced. */
+/**
+ * Holds one value and fires `change` when it is replaced.
+ * @template T
+ */
 export class Store extends EventTarget {
   #value;
 
+  /** @param {T} value */
   constructor(value) {
     super();
     this.#value = value;
@@ -13,6 +17,7 @@ export class Store extends EventTarget {
     return this.#value;
   }
 
+  /** @param {T} value */
   set(value) {
     if (Object.is(value, this.#value)) return;
     this.#value = value;
@@ -22,7 +27,7 @@ export class Store extends EventTarget {
 
 /** A custom element: `mount` runs when it enters the page, its listeners end when it leaves. */
 export class Component extends HTMLElement {
-  #lifetime;
+  #lifetime = new AbortController();
   #frame = 0;
 
   connectedCallback() {
@@ -41,8 +46,15 @@ export class Component extends HTMLElement {
     return this.#lifetime.signal;
   }
 
+  /**
+   * @template {string} Name
+   * @param {EventTarget} target
+   * @param {Name} type
+   * @param {(event: EventOf<Name>) => unknown} handler
+   * @param {AddEventListenerOptions} [options]
+   */
   listen(target, type, handler, options = {}) {
-    target.addEventListener(type, handler, { ...options, signal: this.signal });
+    target.addEventListener(type, /** @type {EventListener} */ (handler), { ...options, signal: this.signal });
   }
 
   /** Calls `paint` before the next frame, once for any number of calls. */

@@ -1,22 +1,28 @@
 /** Continuous defects: A1 starts, C1 changes, B1 finishes stretch number 1. */
 
 /**
+ * @typedef {import('./observations.js').Observation} Observation
+ * @typedef {{continuous: string|null, id?: string}} Part
+ *
  * @typedef {object} Stretch
  * @property {string} number
- * @property {object} start its first observation
+ * @property {Observation} start its first observation
  * @property {number} from_m
  * @property {number} to_m
  * @property {boolean} isOpen whether it has no finish yet
  * @property {number|null} severity the worst of its observations
  */
 
-/** Returns the number of defects: a stretch counts once, with its start, changes and finish. */
+/**
+ * Returns the number of defects: a stretch counts once, with its start, changes and finish.
+ * @param {Part[]} observations
+ */
 export const defectCount = (observations) =>
   new Set(observations.map(({ id, continuous }) => continuous?.slice(1) ?? id)).size;
 
 /**
  * Returns the stretches among some observations.
- * @param {object[]} observations
+ * @param {Observation[]} observations
  * @param {number} endM where an open one ends
  * @returns {Stretch[]}
  */
@@ -43,13 +49,21 @@ export function stretchesOf(observations, endM) {
   });
 }
 
-/** Returns the number of the stretch that an observation belongs to, or null. */
+/** Returns the number of the stretch that an observation belongs to, or null. @param {Part} observation */
 export const stretchNumber = ({ continuous }) => (continuous ? Number(continuous.slice(1)) : null);
 
-/** Returns the role of an observation in its stretch: 'A' start, 'B' finish, 'C' change, or null. */
+/**
+ * Returns the role of an observation in its stretch: 'A' start, 'B' finish, 'C' change, or null.
+ * @param {Part} observation
+ */
 export const stretchRole = ({ continuous }) => continuous?.[0] ?? null;
 
-/** Returns all observations of an observation's stretch, its start first; none without a stretch. */
+/**
+ * Returns all observations of an observation's stretch, its start first; none without a stretch.
+ * @template {Part} One
+ * @param {One[]} observations
+ * @param {Part} item
+ */
 export function partsOf(observations, item) {
   const number = stretchNumber(item);
   if (number === null) return [];
@@ -58,7 +72,7 @@ export function partsOf(observations, item) {
     .sort((a, b) => a.continuous.localeCompare(b.continuous));
 }
 
-/** Returns the stretches without a finish, the newest first. */
+/** Returns the stretches without a finish, the newest first. @param {Observation[]} observations */
 export const openStretches = (observations) =>
   stretchesOf(observations, 0)
     .filter(({ isOpen }) => isOpen)

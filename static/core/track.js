@@ -58,7 +58,7 @@ export class Track extends RunColumns {
     return this.#low <= this.#high ? { low: this.#low, high: this.#high } : { low: 0, high: 0 };
   }
 
-  /** @returns {Row|null} */
+  /** @returns {Row|null} @param {number} frame */
   row(frame) {
     if (!(frame >= 0 && frame < this.length)) return null;
     const row = { frame };
@@ -71,7 +71,7 @@ export class Track extends RunColumns {
     [this.#low, this.#high, this.#ranged] = [Infinity, -Infinity, 0];
   }
 
-  /** Returns the frame on screen at this media time; -1 without a track. */
+  /** Returns the frame on screen at this media time; -1 without a track. @param {number} timeS */
   frameAt(timeS) {
     const times = this.column('time_s');
     let low = 0;

@@ -14,16 +14,18 @@ export const lengthUnit = preferences.value.units;
 
 const DECIMALS = lengthUnit === 'ft' ? 1 : 2;
 
-/** Converts metres to the shown unit, and back. */
+/** Converts metres to the shown unit, and back. @param {number} m */
 export const toShown = (m) => (lengthUnit === 'ft' ? m / M_PER_FT : m);
+/** @param {number} shown */
 export const fromShown = (shown) => (lengthUnit === 'ft' ? shown * M_PER_FT : shown);
 
-/** '3.42 m' or '11.2 ft'; the minus sign is a true one. */
+/** '3.42 m' or '11.2 ft'; the minus sign is a true one. @param {number|null} m */
 export const chainage = (m) => `${chainageNumber(m)} ${lengthUnit}`;
 
 /**
  * '3.42', or a dash while the distance is unknown. It is rounded from the published millimetre, so that a
  * track row, a defect at the same place and a report of it read the same.
+ * @param {number|null} m
  */
 export function chainageNumber(m) {
   if (m === null) return '–';
@@ -33,22 +35,26 @@ export function chainageNumber(m) {
 /** Smallest half-width: distances are shown to a centimetre, and none is known better. */
 export const LEAST_M = 0.01;
 
-/** Half of the 95 % interval in metres, as in app/survey/interval.py: rounded up to a millimetre. */
+/**
+ * Half of the 95 % interval in metres, as in app/survey/interval.py: rounded up to a millimetre.
+ * @param {number} sigmaMm
+ */
 export const u95FromSigma = (sigmaMm) => Math.max(LEAST_M, roundedUp((1.96 * sigmaMm) / 1000, 3));
 
-/** '± 0.01 m', rounded up to the last digit shown, and never zero. */
+/** '± 0.01 m', rounded up to the last digit shown, and never zero. @param {number|null} u95M */
 export function plusMinus(u95M) {
   if (u95M === null) return '';
   const shown = Math.max(roundedUp(toShown(u95M), DECIMALS), 10 ** -DECIMALS);
   return `± ${shown.toFixed(DECIMALS)} ${lengthUnit}`;
 }
 
-/** '4.2 m/min' or '13.8 ft/min'. */
+/** '4.2 m/min' or '13.8 ft/min'. @param {number} mPerMin */
 export const speed = (mPerMin) => `${signed(toShown(mPerMin), 1)} ${lengthUnit}/min`;
 
 /**
  * Returns the metres of a typed distance, or null when it is invalid: '12.40', '12,40', '40.7 ft',
  * '−1.2 m'. A distance without a unit is in the shown unit.
+ * @param {string} text
  */
 export function parseDistance(text) {
   const match = /^([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+))\s*(m|ft|')?$/i.exec(
@@ -60,10 +66,10 @@ export function parseDistance(text) {
   return unit === 'm' ? number : number * M_PER_FT;
 }
 
-/** A number with a true minus sign, and none before a zero. */
+/** A number with a true minus sign, and none before a zero. @param {number} value @param {number} decimals */
 export const signed = (value, decimals) => rounded(value, decimals).toFixed(decimals).replace('-', '−');
 
-/** '0:03.42', or '1:02:03.42' above an hour. */
+/** '0:03.42', or '1:02:03.42' above an hour. @param {number} seconds @param {number} [decimals] */
 export function timecode(seconds, decimals = 2) {
   const scale = 10 ** decimals;
   const total = Math.round(Math.max(0, seconds) * scale) / scale;
@@ -73,7 +79,7 @@ export function timecode(seconds, decimals = 2) {
   return hours ? `${hours}:${String(minutes).padStart(2, '0')}:${rest}` : `${minutes}:${rest}`;
 }
 
-/** 'less than 10 s', '40 s', '3 min', '1 h 5 min'. */
+/** 'less than 10 s', '40 s', '3 min', '1 h 5 min'. @param {number} seconds */
 export function duration(seconds) {
   if (seconds < 10) return t('units.under_10_s');
   if (seconds < 90) return t('units.seconds', { s: Math.round(seconds / 5) * 5 });
@@ -84,31 +90,34 @@ export function duration(seconds) {
 
 const BYTE_UNITS = ['B', 'kB', 'MB', 'GB', 'TB'];
 
-/** '12.3 MB' (decimal units). */
+/** '12.3 MB' (decimal units). @param {number} count */
 export function bytes(count) {
   const power = Math.min(Math.floor(Math.log10(Math.max(count, 1)) / 3), BYTE_UNITS.length - 1);
   return `${(count / 1000 ** power).toFixed(power ? 1 : 0)} ${BYTE_UNITS[power]}`;
 }
 
-/** '6 o’clock': whole hours, as pipe inspectors write them. */
+/** '6 o’clock': whole hours, as pipe inspectors write them. @param {number} hours */
 export const clockHour = (hours) => t('units.clock', { hour: Math.round(hours) % 12 || 12 });
 
 /** '10 to 2 o’clock', or one hour where there is no end. @param {number} from @param {number|null} to */
 export const clockRange = (from, to) => (to === null ? clockHour(from) : t('units.clock_sector', { from, to }));
 
-/** English means that of Britain, unless the browser says otherwise: its dates are read in one way only. */
+/**
+ * English means that of Britain, unless the browser says otherwise: its dates are read in one way only.
+ * @type {Record<string, string>}
+ */
 const REGIONS = { en: 'en-GB' };
 
 /** The regional variant of the chosen language where the browser has one, such as en-US. */
 const locale = navigator.languages.find((tag) => tag.startsWith(`${language}-`)) ?? REGIONS[language] ?? language;
 const DATE = new Intl.DateTimeFormat(locale, { dateStyle: 'medium', timeStyle: 'short' });
 
-/** Formats an instant of the API in the person's language and time zone. */
+/** Formats an instant of the API in the person's language and time zone. @param {string} iso */
 export const date = (iso) => DATE.format(new Date(iso));
 
 const DAY = new Intl.DateTimeFormat(locale, { dateStyle: 'medium', timeZone: 'UTC' });
 
-/** Formats a date without a time: '2019-05-02'. */
+/** Formats a date without a time: '2019-05-02'. @param {string} iso */
 export const day = (iso) => DAY.format(new Date(iso));
 
 const COUNT = new Intl.NumberFormat(locale);
@@ -116,5 +125,6 @@ const COUNT = new Intl.NumberFormat(locale);
 /**
  * '10,000': a number of things. Decimals have a point in every language, as in the reports and exports; so where a
  * language groups digits by a point, a narrow space takes its place.
+ * @param {number} n
  */
 export const count = (n) => COUNT.format(n).replaceAll('.', '\u202f');

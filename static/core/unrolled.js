@@ -8,22 +8,14 @@ const WHOLE_TILES_KEPT = 40;
 const LOADS_AT_ONCE = 6;
 
 /**
- * @typedef {object} Tile
- * @property {number} index
- * @property {number} revision rises whenever its picture changes
- * @property {number} from_m
- * @property {number} to_m
- *
- * @typedef {object} Layout
- * @property {number} mm_per_px
- * @property {number} arc_from_mm of the upper edge
- * @property {number} arc_to_mm
- * @property {number} width_px of a tile
- * @property {number} height_px
- * @property {Tile[]} tiles
+ * @typedef {Api['WallTileOut']} Tile
+ * @typedef {{tile: Tile, size: [number, number]}} Wish
  */
 
-/** A store of the Layout, null until it is known. */
+/**
+ * A store of the layout, null until it is known.
+ * @extends {Store<Api['UnrolledOut']|null>}
+ */
 export class Unrolled extends Store {
   #path;
   #signal;
@@ -51,6 +43,7 @@ export class Unrolled extends Store {
   /**
    * Fetches the layout; if there is none yet, or the rig sees no wall, there is nothing to show, which is
    * no fault.
+   * @returns {Promise<Api['UnrolledOut']|null>}
    */
   async #ask() {
     try {
@@ -69,11 +62,13 @@ export class Unrolled extends Store {
 export class TilePictures extends EventTarget {
   #unrolled;
   #signal;
-  /** By index, the one drawn longest ago first. */
+  /** By index, the one drawn longest ago first. @type {Map<number, {revision: number, bitmap: ImageBitmap}>} */
   #kept = new Map();
+  /** @type {Wish[]} */
   #wanted = [];
+  /** @type {Set<number>} */
   #loading = new Set();
-  /** Addresses that failed; a tile gets a new address when it changes. */
+  /** Addresses that failed; a tile gets a new address when it changes. @type {Set<string>} */
   #failed = new Set();
 
   /**
@@ -129,6 +124,7 @@ export class TilePictures extends EventTarget {
     return entry.bitmap;
   }
 
+  /** @param {Tile} tile @param {[number, number]} size */
   #isGood(tile, [width, height]) {
     const kept = this.#kept.get(tile.index);
     const isSharp = kept && kept.bitmap.width >= width && kept.bitmap.height >= height;
@@ -144,12 +140,14 @@ export class TilePictures extends EventTarget {
     }
   }
 
+  /** @param {Wish} wish */
   #isOpen({ tile, size }) {
     if (this.#loading.has(tile.index) || this.#failed.has(this.#unrolled.pathOf(tile))) return false;
     // It may have arrived since it was requested.
     return !this.#isGood(tile, size);
   }
 
+  /** @param {Tile} tile @param {[number, number]} size */
   async #load(tile, [resizeWidth, resizeHeight]) {
     this.#loading.add(tile.index);
     const path = this.#unrolled.pathOf(tile);
@@ -168,6 +166,7 @@ export class TilePictures extends EventTarget {
     this.#loadNext();
   }
 
+  /** @param {Tile} tile @param {ImageBitmap} bitmap */
   #keep({ index, revision }, bitmap) {
     if (this.#signal.aborted) {
       bitmap.close();
@@ -192,7 +191,11 @@ export class TilePictures extends EventTarget {
   }
 }
 
-/** Returns the smallest halving of `full` that is not smaller than the drawn size. */
+/**
+ * Returns the smallest halving of `full` that is not smaller than the drawn size.
+ * @param {number} drawn
+ * @param {number} full
+ */
 function enough(drawn, full) {
   let size = full;
   while (size / 2 >= drawn && size > 2) size /= 2;

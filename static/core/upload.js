@@ -13,6 +13,16 @@ import { ApiError, pause, send } from './api.js';
 import { recall, remember } from './remembered.js';
 import { errorText, t } from './words.js';
 
+/**
+ * @typedef {object} Unfinished an upload that was begun in this browser and not yet used
+ * @property {string} key
+ * @property {string} url
+ * @property {string} name
+ * @property {number} size
+ * @property {boolean} [whole]
+ * @property {string} [refused] why
+ */
+
 const CREATION = '/api/uploads';
 const REMEMBERED = 'chainage.upload:';
 const SMALLEST_PIECE = 256 * 1024;
@@ -20,13 +30,15 @@ const LARGEST_PIECE = 8 * 1024 * 1024;
 const PAUSES_S = [0, 0.3, 1, 3, 5, 10];
 const TUS = { 'Tus-Resumable': '1.0.0' };
 
+/** @param {File} file @param {string} path */
 const keyOf = (file, path) => `${REMEMBERED}${path}:${file.size}:${file.lastModified}`;
 
-/** Whether a file can only be the archive file of an inspection, which is no film. */
+/** Whether a file can only be the archive file of an inspection, which is no film. @param {{name: string}} file */
 export const isArchive = ({ name }) => name.toLowerCase().endsWith('.zip');
 
 /**
  * Returns films whose upload was begun in this browser and not yet used: [{url, name, size, whole?, refused?}].
+ * @returns {Unfinished[]}
  */
 export function unfinishedFilms() {
   return Object.keys(localStorage)
@@ -35,7 +47,7 @@ export function unfinishedFilms() {
     .filter((upload) => upload.url && !isArchive(upload));
 }
 
-/** Removes an unfinished upload here and on the server. */
+/** Removes an unfinished upload here and on the server. @param {Unfinished} upload */
 export async function discardUpload({ key, url }) {
   remember(key, null);
   await send('DELETE', url, { headers: TUS, allow: [404, 410] });
@@ -43,16 +55,18 @@ export async function discardUpload({ key, url }) {
 
 /** Events: `change` after every piece and every change of state. */
 export class Upload extends EventTarget {
+  /** @type {'IDLE'|'SENDING'|'WAITING'|'PAUSED'|'DONE'|'FAILED'|'CANCELLED'} */
   state = 'IDLE';
   offset = 0;
   /** Bytes a second, averaged over the last pieces; 0 until known. */
   speed = 0;
-  /** A sentence that says why it failed, or what it is waiting for. */
+  /** A sentence that says why it failed, or what it is waiting for. @type {string|null} */
   reason = null;
 
   #file;
   #path;
   #key;
+  /** @type {string|null} */
   #url = null;
   #stop = new AbortController();
 
@@ -132,6 +146,7 @@ export class Upload extends EventTarget {
   /**
    * Records why the server rejects the file: a file that is no film is deleted; with another rig it may be
    * accepted, so it stays.
+   * @param {{code: string, reason: string}} refusal
    */
   async reject({ code, reason }) {
     if (code !== 'unreadable_video') {
@@ -152,6 +167,7 @@ export class Upload extends EventTarget {
     remember(this.#key, kept);
   }
 
+  /** @param {ApiError} error */
   #canGoOn(error) {
     if (this.#url && (error.status === 404 || error.status === 410)) {
       this.#url = null; // the server has deleted it: start again
@@ -207,7 +223,11 @@ export class Upload extends EventTarget {
     this.#advance(offset);
   }
 
-  /** Returns bytes of the file, which may have been on a disk that is no longer there. */
+  /**
+   * Returns bytes of the file, which may have been on a disk that is no longer there.
+   * @param {number} from
+   * @param {number} to
+   */
   async #read(from, to) {
     try {
       return await this.#file.slice(from, to).arrayBuffer();
@@ -224,12 +244,14 @@ export class Upload extends EventTarget {
     return Math.round(Math.min(Math.max(this.speed, SMALLEST_PIECE), LARGEST_PIECE));
   }
 
+  /** @param {number} offset */
   #advance(offset) {
     this.offset = offset;
     if (this.state === 'WAITING') this.#become('SENDING');
     else this.dispatchEvent(new Event('change'));
   }
 
+  /** @param {Upload['state']} state @param {string|null} [reason] */
   #become(state, reason = null) {
     this.state = state;
     this.reason = reason;
@@ -240,6 +262,7 @@ export class Upload extends EventTarget {
 /**
  * Returns the checksum header; `crypto.subtle` exists only over https and on localhost, elsewhere it is
  * left out.
+ * @param {ArrayBuffer} piece
  */
 async function checksum(piece) {
   if (!globalThis.crypto?.subtle) return {};

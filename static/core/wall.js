@@ -19,6 +19,12 @@ const ROUNDING = 1e-6;
  * @property {number} pitch_deg nose up
  * @property {number} roll_deg right side down
  *
+ * @typedef {[number, number, number]} Vector
+ * @typedef {{from: Vector, turn: [Vector, Vector, Vector]}} View where the camera stands, and its rotation
+ * @typedef {Api['WallGridOut']} Grid
+ * @typedef {{ray: Vector, u: number, v: number}} Corner
+ * @typedef {{axis: Vector, cosine: number}} Cone
+ *
  * @typedef {object} WallPoint
  * @property {number} distance_m
  * @property {number} right_mm of the pipe's axis, or of the middle of the floor
@@ -30,7 +36,11 @@ export class WallGrid {
   /** Rows of the grid in triangles, each in a cone, to skip the many defects outside the picture fast. */
   #strips;
 
-  /** Loads the wall of an inspection; null for a rig that sees no wall. */
+  /**
+   * Loads the wall of an inspection; null for a rig that sees no wall.
+   * @param {string} id
+   * @param {AbortSignal} signal
+   */
   static async load(id, signal) {
     try {
       return new WallGrid(await get(`/api/inspections/${id}/wallgrid`, signal));
@@ -40,7 +50,7 @@ export class WallGrid {
     }
   }
 
-  /** @param {{cols, rows, u, v, rays, radius_mm, start, scale}} grid of the server */
+  /** @param {Grid} grid of the server */
   constructor(grid) {
     this.#grid = grid;
     this.#strips = stripsOf(grid);
@@ -120,7 +130,11 @@ export class WallGrid {
       .filter((point) => point !== null);
   }
 
-  /** Returns the camera's place, from the axis or the floor, and its rotation, at a pose. */
+  /**
+   * Returns the camera's place, from the axis or the floor, and its rotation, at a pose.
+   * @param {Pose} pose
+   * @returns {View}
+   */
   #view(pose) {
     const { start } = this.#grid;
     return {
@@ -133,7 +147,12 @@ export class WallGrid {
     };
   }
 
-  /** Returns the ray of a pixel in the robot's axes, not normalised; null outside the lens. */
+  /**
+   * Returns the ray of a pixel in the robot's axes, not normalised; null outside the lens.
+   * @param {number} u
+   * @param {number} v
+   * @returns {Vector|null}
+   */
   #ray(u, v) {
     const { rays } = this.#grid;
     const corners = this.#corners(u, v);
@@ -141,14 +160,19 @@ export class WallGrid {
     return [0, 1, 2].map((k) => corners.reduce((sum, { i, j, weight }) => sum + weight * rays[i][j][k], 0));
   }
 
-  /** Returns the wall point that a ray of the robot meets, or null. */
+  /** Returns the wall point that a ray of the robot meets, or null. @param {Vector} ray @param {View} view */
   #cast(ray, view) {
     const at = this.#meet(ray, view);
     const isFloor = this.#grid.radius_mm === null;
     return at && { distance_m: at[0] / 1000, right_mm: at[1], clock_h: isFloor ? null : clockOf(at) };
   }
 
-  /** Returns where a ray of the robot meets the wall, [along, right, down], or null: |o + t d| = R across the axis. */
+  /**
+   * Returns where a ray of the robot meets the wall, [along, right, down], or null: |o + t d| = R across the axis.
+   * @param {Vector} ray
+   * @param {View} view
+   * @returns {Vector|null}
+   */
   #meet(ray, { from, turn }) {
     const { radius_mm: radius } = this.#grid;
     const [x, y, z] = turn.map((row) => dot(row, ray));
@@ -162,6 +186,7 @@ export class WallGrid {
     return [from[0] + t * x, right + t * y, down + t * z];
   }
 
+  /** @param {number} u @param {number} v */
   #corners(u, v) {
     const { u: us, v: vs } = this.#grid;
     const [j, fu] = cell(us, u);
@@ -176,7 +201,11 @@ export class WallGrid {
   }
 }
 
-/** Returns the index of the grid line at or before `value`, and the fraction of the way to the next. */
+/**
+ * Returns the index of the grid line at or before `value`, and the fraction of the way to the next.
+ * @param {number[]} lines
+ * @param {number} value
+ */
 function cell(lines, value) {
   if (value < lines[0] || value > lines.at(-1)) return [-1, 0];
   let i = 0;
@@ -184,13 +213,17 @@ function cell(lines, value) {
   return [i, (value - lines[i]) / (lines[i + 1] - lines[i])];
 }
 
-/** Returns the angle of a clock position from the invert, to the right. */
+/** Returns the angle of a clock position from the invert, to the right. @param {number} clockH */
 const angleAt = (clockH) => (6 - clockH) * 30 * RADIANS;
 
-/** Returns the clock position of a point of a pipe, in (0, 12]. */
+/** Returns the clock position of a point of a pipe, in (0, 12]. @param {Vector} point */
 const clockOf = ([, right, down]) => (18 - Math.atan2(right, down) / RADIANS / 30) % 12 || 12;
 
-/** Returns the rows of R_z(yaw) R_y(pitch) R_x(roll), right-handed. */
+/**
+ * Returns the rows of R_z(yaw) R_y(pitch) R_x(roll), right-handed.
+ * @param {{yaw_deg: number, pitch_deg: number, roll_deg: number}} angles
+ * @returns {[Vector, Vector, Vector]}
+ */
 function rotation({ yaw_deg: yaw, pitch_deg: pitch, roll_deg: roll }) {
   const [cz, cy, cx] = [yaw, pitch, roll].map((angle) => Math.cos(angle * RADIANS));
   const [sz, sy, sx] = [yaw, pitch, roll].map((angle) => Math.sin(angle * RADIANS));
@@ -201,13 +234,23 @@ function rotation({ yaw_deg: yaw, pitch_deg: pitch, roll_deg: roll }) {
   ];
 }
 
+/** @param {Vector} a @param {Vector} b */
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
+/** @param {Vector} vector */
 const unit = (vector) => vector.map((part) => part / Math.hypot(...vector));
 
+/**
+ * @param {Vector} a
+ * @param {Vector} b
+ * @returns {Vector}
+ */
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
-/** Returns the triangles between neighbours of the grid, in one strip for each row, in their cones. */
+/**
+ * Returns the triangles between neighbours of the grid, in one strip for each row, in their cones.
+ * @param {Grid} grid
+ */
 function stripsOf({ cols, rows, u, v, rays }) {
   const corner = (i, j) => ({ ray: rays[i][j], u: u[j], v: v[i] });
   const halvesOf = (i, j) => [
@@ -225,15 +268,25 @@ function stripsOf({ cols, rows, u, v, rays }) {
     .map((triangles) => ({ triangles, cone: coneOf(triangles.flatMap(({ corners }) => corners)) }));
 }
 
-/** Returns the axis of a cone about the rays of some corners, and the cosine of half its opening. */
+/**
+ * Returns the axis of a cone about the rays of some corners, and the cosine of half its opening.
+ * @param {Corner[]} corners
+ * @returns {Cone}
+ */
 function coneOf(corners) {
   const axis = unit([0, 1, 2].map((k) => corners.reduce((sum, { ray }) => sum + ray[k], 0)));
   return { axis, cosine: Math.min(...corners.map(({ ray }) => dot(ray, axis))) - ROUNDING };
 }
 
+/** @param {Cone} cone @param {Vector} ray */
 const isWithin = ({ axis, cosine }, ray) => dot(axis, ray) >= cosine;
 
-/** Returns the pixel of a ray that is a sum of the corners' rays, or null outside the triangle. */
+/**
+ * Returns the pixel of a ray that is a sum of the corners' rays, or null outside the triangle.
+ * @param {Vector} ray
+ * @param {Corner[]} corners
+ * @returns {[number, number]|null}
+ */
 function inTriangle(ray, [p, q, s]) {
   const volume = dot(p.ray, cross(q.ray, s.ray));
   if (Math.abs(volume) < 1e-12) return null;

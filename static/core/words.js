@@ -10,6 +10,7 @@ import { preferences } from './preferences.js';
 /** [code, own name] of each language that the server has words of; it names them in the head of the page. */
 export const LANGUAGES = [...document.querySelectorAll('link[hreflang]')].map(({ hreflang, title }) => [hreflang, title]);
 
+/** @param {string|null} code */
 const isOffered = (code) => LANGUAGES.some(([offered]) => offered === code);
 
 /** Code of the language of the page: the chosen one, else the first of the browser's that there is. */
@@ -23,9 +24,14 @@ const plurals = new Intl.PluralRules(language);
 
 document.documentElement.lang = language;
 
-/** Returns the value at 'area.name', or undefined. */
+/** Returns the value at 'area.name', or undefined. @param {string} key @returns {any} */
 const entry = (key) => key.split('.').reduce((area, name) => area?.[name], catalogue);
 
+/**
+ * @param {string} key
+ * @param {Record<string, any>} values
+ * @returns {string}
+ */
 function sentence(key, values) {
   const found = entry(key);
   const text = found?.other ? (found[plurals.select(values.n)] ?? found.other) : found;
@@ -60,7 +66,10 @@ export const t = (key, values) => pieces(key, values).join('');
 /** Languages that write nouns with a capital letter also within a sentence. */
 const WITH_CAPITALS = ['de', 'lb'];
 
-/** Returns a word that stands alone elsewhere, such as a label, as it is written within a sentence. */
+/**
+ * Returns a word that stands alone elsewhere, such as a label, as it is written within a sentence.
+ * @param {string} word
+ */
 export const withinSentence = (word) => (WITH_CAPITALS.includes(language) ? word : word.toLowerCase());
 
 /**

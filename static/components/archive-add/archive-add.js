@@ -37,7 +37,7 @@ class Pages extends Store {
   }
 }
 
-class ArchiveAdd extends Component {
+export class ArchiveAdd extends Component {
   #pages = new Pages();
   #found = null;
   #wanted = null;

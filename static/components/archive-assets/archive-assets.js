@@ -10,7 +10,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 import './asset-history.js';
 import { assetTableMarkup, fillAssetTable } from './asset-table.js';
 
-class ArchiveAssets extends Component {
+export class ArchiveAssets extends Component {
   mount() {
     const asset = new URLSearchParams(location.search).get('asset');
     if (asset === null) this.#showAll();

@@ -30,7 +30,7 @@ const CHANGES = Object.keys(SIGNS);
 /** Seconds until the server is asked again while it reads inspections in. */
 const POLL_S = 10;
 
-class AssetHistory extends Component {
+export class AssetHistory extends Component {
   #history;
   #change = '';
   /** The answers that are shown, as text: only other ones are rendered, which takes the focus away. */

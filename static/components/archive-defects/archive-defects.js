@@ -22,7 +22,7 @@ const FILTERS = ['text', 'code', 'severity_from', 'project', 'asset', 'from_m', 
 const HOURS = [12, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
 const CODE = /^[A-Z][A-Z0-9]{0,7}$/;
 
-class ArchiveDefects extends Component {
+export class ArchiveDefects extends Component {
   #list;
 
   mount() {

@@ -14,7 +14,7 @@ import { askOtherRig } from './rig-choice.js';
 
 const POLL_S = 5;
 
-class ArchiveFailures extends Component {
+export class ArchiveFailures extends Component {
   #groups = [];
 
   mount() {

@@ -36,7 +36,7 @@ const ACTIONS = [
 
 const UNDER_WAY = ['waiting', 'queued', 'running'];
 
-class ArchiveFilms extends Component {
+export class ArchiveFilms extends Component {
   #list;
   #selection = new Selection();
   #states = {};

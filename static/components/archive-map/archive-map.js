@@ -26,7 +26,7 @@ const POLL_S = 300;
 const LAT_LON_DECIMALS = 5;
 const ZOOM_DECIMALS = 2;
 
-class ArchiveMap extends Component {
+export class ArchiveMap extends Component {
   #places = [];
   #filters = {};
   /** Projects to choose from, a line each. */

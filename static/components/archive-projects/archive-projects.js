@@ -18,7 +18,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 
 const POLL_S = 10;
 
-class ArchiveProjects extends Component {
+export class ArchiveProjects extends Component {
   mount() {
     const query = new URLSearchParams(location.search);
     const isNone = query.get('no_project') === 'true';

@@ -24,7 +24,7 @@ const PROBLEMS = [
   ['lens_dirty', 'dirty_lens_share'],
 ];
 
-class ArchiveQuality extends Component {
+export class ArchiveQuality extends Component {
   mount() {
     this.parts = render(
       this,

@@ -18,7 +18,7 @@ import { importAssets } from './import-dialog.js';
 
 const POLL_S = 30;
 
-class ArchiveRegister extends Component {
+export class ArchiveRegister extends Component {
   #list;
 
   mount() {

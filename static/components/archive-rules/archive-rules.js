@@ -13,7 +13,7 @@ import { askRig } from './rig-dialog.js';
 import { fieldOf, ruleCard, valueOf, writeHeader } from './rule-card.js';
 import { tryRules } from './try-dialog.js';
 
-class ArchiveRules extends Component {
+export class ArchiveRules extends Component {
   /** {rigs, rules} as edited here. */
   #edited = { rigs: {}, rules: [] };
   #stored = '';

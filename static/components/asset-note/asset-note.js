@@ -17,7 +17,7 @@ import { icon } from '../icon/icon.js';
 const SETTLE_S = 0.2;
 const MOST_SPELLINGS = 3;
 
-class AssetNote extends Component {
+export class AssetNote extends Component {
   #input;
   #asked = new AbortController();
 

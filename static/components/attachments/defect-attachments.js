@@ -20,7 +20,7 @@ const TICK_MS = 500;
 /** Width in which the strokes of a small picture are drawn, twice that of the picture for dense screens. */
 const THUMB_PX = 256;
 
-class DefectAttachments extends Component {
+export class DefectAttachments extends Component {
   /** The recording that runs, or null. */
   #recording = null;
   #isAsking = false;

@@ -25,7 +25,7 @@ const OF_FORM = new Set([
 /** More lost stretches than this are not listed: the strip shows them all. */
 const LISTED = 50;
 
-class ChecksPanel extends Component {
+export class ChecksPanel extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     this.parts = render(

@@ -15,7 +15,7 @@ import { TEMPLATE_KEYS, templatesMarkup } from './templates.js';
 
 const LAST = 5;
 
-class CodeChain extends Component {
+export class CodeChain extends Component {
   #text = '';
   #typed;
   /** The clock position as it is typed, such as @10@2. */

@@ -33,7 +33,7 @@ const SIDES = ['a', 'b'];
 /** The words of the history of an asset, which shows the same. */
 const kindWord = (kind) => wordFor('assets.change', kind) ?? t('compare.uncovered');
 
-class ComparePage extends Component {
+export class ComparePage extends Component {
   #runs = null;
   #players = { a: null, b: null };
   #scene = null;

@@ -16,7 +16,7 @@ const MARK_PX = 20;
 const TICK_PX = 64;
 
 /** Events: `place` (detail: mm in run A), `pick` (detail: a pair). */
-class CompareStrip extends Component {
+export class CompareStrip extends Component {
   /** {low, high, a, b, pairs, alignment}: set it to draw. */
   #scene = null;
   #place = 0;

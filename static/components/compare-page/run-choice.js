@@ -10,7 +10,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 
 const SIDES = ['a', 'b'];
 
-class RunChoice extends Component {
+export class RunChoice extends Component {
   #list = null;
   #chosen = [];
 

@@ -10,7 +10,7 @@ import { icon } from '../icon/icon.js';
 import { orToast } from '../toast-stack/toast-stack.js';
 import { askWhichHolds } from './conflict-dialog.js';
 
-class ConflictNotice extends Component {
+export class ConflictNotice extends Component {
   /** Ids of conflicts about which this page has asked. */
   #asked = new Set();
   #isAsking = false;

@@ -18,7 +18,7 @@ import './rig-doubt.js';
 import './taped-lengths.js';
 import './zero-section.js';
 
-class CorrectionsPanel extends Component {
+export class CorrectionsPanel extends Component {
   mount() {
     this.page = this.closest('inspection-page');
     this.corrections = this.page.desk.corrections;

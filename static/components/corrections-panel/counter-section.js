@@ -13,7 +13,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 const UNITS = { m: 1, ft: 0.3048 };
 const LENGTH_FIELDS = ['first_frame', 'last_frame', 'length_m', 'sigma_mm'];
 
-class CounterSection extends Component {
+export class CounterSection extends Component {
   mount() {
     this.page = this.closest('inspection-page');
     this.desk = this.page.desk;

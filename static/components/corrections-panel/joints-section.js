@@ -9,7 +9,7 @@ import { icon } from '../icon/icon.js';
 import { jointsText } from '../interval-detail/interval-detail.js';
 import { withSign } from './known-length.js';
 
-class JointsSection extends Component {
+export class JointsSection extends Component {
   /** The joints seen last: with too few of them there is no result, but a person must see them to put them back. */
   #seen = [];
 

@@ -20,7 +20,7 @@ const USUAL_SIGMA_MM = 50;
 /** Standard deviations within which chance explains a residual; the server refuses larger ones. */
 const LIMIT = 3;
 
-class KnownLength extends Component {
+export class KnownLength extends Component {
   /** What was typed before there is a length. */
   #begun = { first_frame: null, last_frame: null, sigma_mm: USUAL_SIGMA_MM };
 

@@ -19,7 +19,7 @@ const U95 = 1.96;
 /** Lengths that differ less than this are shown as equal. */
 const SAME_M = 0.00005;
 
-class CorrectionOutcome extends Component {
+export class CorrectionOutcome extends Component {
   /** Distance of the far end in the raw track. */
   #rawM = null;
   #measuredRows = -1;

@@ -5,7 +5,7 @@ import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { isNotNegative, isPositive, numberField, read, write } from './fields.js';
 
-class RigDoubt extends Component {
+export class RigDoubt extends Component {
   mount() {
     const { corrections } = this.closest('inspection-page').desk;
     this.corrections = corrections;

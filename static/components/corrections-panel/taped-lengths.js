@@ -13,7 +13,7 @@ const FIELDS = ['first_frame', 'last_frame', 'length_m', 'sigma_mm'];
 const isComplete = (tape) => FIELDS.every((name) => tape[name] !== null);
 const ofTape = (tape) => ({ ...Object.fromEntries(FIELDS.map((name) => [name, tape[name]])), kind: 'tape' });
 
-class TapedLengths extends Component {
+export class TapedLengths extends Component {
   /** The lengths of the draft and incomplete ones, each with a key. */
   #tapes = [];
   #keys = 0;

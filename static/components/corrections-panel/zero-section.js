@@ -7,7 +7,7 @@ import { lengthUnit, signed, timecode, toShown } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { isAny, metresField, readMetres, writeMetres } from './fields.js';
 
-class ZeroSection extends Component {
+export class ZeroSection extends Component {
   mount() {
     this.page = this.closest('inspection-page');
     this.desk = this.page.desk;

@@ -12,7 +12,7 @@ const LONG_STEP_PX = 10;
 /** The server refuses smaller boxes. */
 const LEAST_PX = 8;
 
-class CounterBox extends Component {
+export class CounterBox extends Component {
   #size = [1, 1];
   /** @type {import('../../core/counter.js').Box|null} */
   #box = null;

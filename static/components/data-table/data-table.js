@@ -16,7 +16,7 @@ import { followSorting, sortButton } from './sorting.js';
  * @property {(item: object) => ReturnType<typeof html>} cell
  */
 
-class DataTable extends Component {
+export class DataTable extends Component {
   #columns;
   #keyOf;
   /** Markup of each cell as last rendered: an unchanged one keeps its focus. */

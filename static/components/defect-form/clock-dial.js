@@ -33,7 +33,7 @@ function arc(from, to) {
 }
 
 /** Fires `pick` (detail {from, to}) when a person has chosen other hours. */
-class ClockDial extends Component {
+export class ClockDial extends Component {
   #value = { from: null, to: null };
   #measured = null;
   /** The current drag: where it began, how far it went. */

@@ -27,7 +27,7 @@ const TEXTS = ['remark', 'recommendation'];
 const NUMBERS = ['quant1', 'quant2', 'cost'];
 const NEEDS = ['code', 'char1', 'char2', 'clock', 'quant1', 'quant2', 'remark'];
 
-class DefectForm extends Component {
+export class DefectForm extends Component {
   /** @type {string} */
   observationId;
 

@@ -12,7 +12,7 @@ import { toast, toastError } from '../toast-stack/toast-stack.js';
 /** The choice that is no digit key. */
 const TEMPLATE = 'template';
 
-class QuickKey extends Component {
+export class QuickKey extends Component {
   #item = null;
 
   mount() {

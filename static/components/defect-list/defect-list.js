@@ -20,7 +20,7 @@ const ACT_NOW = 5;
 /** Photos are loaded this far before their rows become visible. */
 const NEAR_PX = 300;
 
-class DefectList extends Component {
+export class DefectList extends Component {
   #focusBefore = document.body;
   /** Scroll position of the page when the form was opened. */
   #scrollBefore = 0;

@@ -8,7 +8,7 @@ import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { finishStretch } from '../inspection-page/stretches.js';
 
-class OpenStretches extends Component {
+export class OpenStretches extends Component {
   #open = [];
 
   mount() {

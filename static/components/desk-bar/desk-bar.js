@@ -21,7 +21,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 import { exportsMarkup } from './exports-menu.js';
 import { showSaving } from './saving.js';
 
-class DeskBar extends Component {
+export class DeskBar extends Component {
   mount() {
     this.page = this.closest('inspection-page');
     this.desk = this.page.desk;

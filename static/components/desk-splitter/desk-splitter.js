@@ -19,7 +19,7 @@ const PARTS = {
 const remembered = () => recall(REMEMBERED, {});
 
 /** `data-of` names the part; the desk's style sheet reads its size from a property of that name. */
-class DeskSplitter extends Component {
+export class DeskSplitter extends Component {
   /** Where the pointer took the edge, and the size of the part then, in px. */
   #taken = { at: 0, size: 0 };
 

@@ -21,7 +21,7 @@ const BAD_NEWS_MS = 700;
 /** Changes faster than this are not announced. */
 const ANNOUNCED_AFTER_MS = 1000;
 
-class DistanceReadout extends Component {
+export class DistanceReadout extends Component {
   #speedometer = new Speedometer();
   /** Video time of the last frame that was not lost. */
   #heldS = null;

@@ -13,7 +13,7 @@ import { icon } from '../icon/icon.js';
 /** Number of defects named here; the list has all of them. */
 const NAMED = 3;
 
-class EmergencyBanner extends Component {
+export class EmergencyBanner extends Component {
   #alerts;
 
   mount() {

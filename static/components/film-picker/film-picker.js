@@ -15,7 +15,7 @@ import { icon } from '../icon/icon.js';
 
 const ACCEPTED = 'video/*,.mp4,.mov,.m4v,.mkv,.avi,.mpg,.mpeg,.ts,.webm';
 
-class FilmPicker extends Component {
+export class FilmPicker extends Component {
   queue = new FilmQueue();
 
   mount() {

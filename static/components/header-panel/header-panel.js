@@ -25,7 +25,7 @@ const TURNS = [-90, 90, 180];
  * @property {unknown[]} own values that the person has seen or stated in the field; any other stored value is somebody else's
  */
 
-class HeaderPanel extends Component {
+export class HeaderPanel extends Component {
   /** @type {Map<string, Entry>} entries by field name that are not on the server yet */
   #waiting = new Map();
   /** @type {Map<string, Entry>} entries that the server refuses */

@@ -50,7 +50,7 @@ const VERSIONED = { observation: ['changed', 'deleted'], inspection: ['changed',
 const hasVersion = ({ action, observation_id: id, before }) =>
   before !== null && VERSIONED[id === null ? 'inspection' : 'observation'].includes(action);
 
-class HistoryPanel extends Component {
+export class HistoryPanel extends Component {
   #events = [];
   #shown = PAGE;
   #round = 0;

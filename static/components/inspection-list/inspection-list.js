@@ -26,7 +26,7 @@ const POLL_BUSY_S = 1.5;
 const POLL_IDLE_S = 3;
 const SAMPLE_POLL_S = 0.5;
 
-class InspectionList extends Component {
+export class InspectionList extends Component {
   #list;
   /** Ids of inspections whose urgent defects were announced or already there; null before the first answer. */
   #grave = null;

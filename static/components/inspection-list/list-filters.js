@@ -15,7 +15,7 @@ const FIELDS = ['search', 'status', 'review', 'severity_from', 'label'];
 /** Names of the filters, as in the address. */
 export const FILTERS = [...FIELDS, 'project', 'no_project', 'asset'];
 
-class ListFilters extends Component {
+export class ListFilters extends Component {
   #list;
 
   mount() {

@@ -11,7 +11,7 @@ import { icon } from '../icon/icon.js';
 import { orToast } from '../toast-stack/toast-stack.js';
 import { FILTERS } from './list-filters.js';
 
-class SelectionBar extends Component {
+export class SelectionBar extends Component {
   #selection = new Selection();
   #list;
   #boxes;

@@ -39,7 +39,7 @@ import '../wall-strip/wall-strip.js';
 
 const TRACK_POLL_S = 0.7;
 
-class InspectionPage extends Component {
+export class InspectionPage extends Component {
   /** @type {string} */
   inspectionId;
   /** @type {Desk} read by the parts of the page when they are mounted */

@@ -5,7 +5,7 @@ import { noticeText } from '../../core/notices.js';
 import { Component } from '../../core/store.js';
 import { icon } from '../icon/icon.js';
 
-class RigNotice extends Component {
+export class RigNotice extends Component {
   mount() {
     const { corrections } = this.closest('inspection-page').desk;
     this.classList.add('message', 'message--warning');

@@ -11,7 +11,7 @@ const TICK_MS = 500;
 const COUNTER_POLL_S = 3;
 const LITTLE_ROOM_BYTES = 2e9;
 
-class LiveBar extends Component {
+export class LiveBar extends Component {
   /** When camera and server were last reachable, by `performance.now`. */
   #cameraMs = performance.now();
   #serverMs = performance.now();

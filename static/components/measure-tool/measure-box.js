@@ -8,7 +8,7 @@ import { t, wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { figureText, kindText } from './figures.js';
 
-class MeasureBox extends Component {
+export class MeasureBox extends Component {
   #item = null;
   /** The kind that a person chose for this defect; null: the usual one of its code. */
   #kind = null;

@@ -33,7 +33,7 @@ const REMEMBERED_FIELDS = new Set([
 const ASK_CAMERA_EVERY_S = 0.3;
 const STANDARD = { standard: 'EN 13508-2', edition: '2003+A1:2011' };
 
-class NewInspection extends Component {
+export class NewInspection extends Component {
   /** The film whose picture size is compared with the rig's. */
   #measured = null;
   /** The name that was proposed after a film. */

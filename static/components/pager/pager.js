@@ -7,7 +7,7 @@ import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { orToast } from '../toast-stack/toast-stack.js';
 
-class ListPager extends Component {
+export class ListPager extends Component {
   /** @param {import('../../core/paged-list.js').PagedList} list */
   fill(list) {
     this.parts = render(

@@ -21,7 +21,7 @@ const GRADES = ['own', 'structural', 'none'];
 /** Inspections that the preview offers. */
 const OFFERED = 50;
 
-class ReportTemplate extends Component {
+export class ReportTemplate extends Component {
   /** The project; '' is all others. */
   #project = new URLSearchParams(location.search).get('project') ?? '';
   #draft;

@@ -12,7 +12,7 @@ import { pressed, remarkRow, say } from './remarks.js';
 /** A change that takes longer waits for the line: then there is nothing to remark on yet. */
 const SENT_WITHIN_MS = 5000;
 
-class DefectReview extends Component {
+export class DefectReview extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     const { desk } = this;

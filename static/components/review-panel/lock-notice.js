@@ -13,7 +13,7 @@ import { icon } from '../icon/icon.js';
 /** What the end of a dialog has begun is sent by then. */
 const AFTER_DIALOG_MS = 500;
 
-class LockNotice extends Component {
+export class LockNotice extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     const { inspection, drafts } = this.desk;

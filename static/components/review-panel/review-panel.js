@@ -13,7 +13,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 import { goToQuestion, pressed, remarkRow } from './remarks.js';
 import { askStep } from './steps.js';
 
-class ReviewPanel extends Component {
+export class ReviewPanel extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     const { desk } = this;

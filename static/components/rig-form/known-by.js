@@ -24,7 +24,7 @@ const NAMES = [
   [OWN, t('known.own')],
 ];
 
-class KnownBy extends Component {
+export class KnownBy extends Component {
   mount() {
     this.parts = render(
       this,

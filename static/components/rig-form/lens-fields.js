@@ -12,7 +12,7 @@ import { t } from '../../core/words.js';
 
 const MODES = [['angle', t('lens.by_angle')], ['sensor', t('lens.by_sensor')], ['px', t('lens.by_px')]];
 
-class LensFields extends Component {
+export class LensFields extends Component {
   #camera = {};
 
   mount() {

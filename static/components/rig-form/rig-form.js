@@ -25,7 +25,7 @@ const REMEMBERED_LENS = 'chainage.rig.lens';
 const OF_A_PIPE = ['pipe.diameter_mm', 'tolerance.diameter_mm'];
 const idOf = (path) => `rig-${path.replace('.', '-')}`;
 
-class RigForm extends Component {
+export class RigForm extends Component {
   #touched = new Set();
   #videoSize = null;
   #presets = [];

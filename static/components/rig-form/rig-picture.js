@@ -20,7 +20,7 @@ const REST_MS = 400;
 const LABELS_ACROSS = 36;
 const TURNS = [[-90, t('rigview.turn_back')], [90, t('rigview.turn_90')], [180, t('rigview.turn_180')]];
 
-class RigPicture extends Component {
+export class RigPicture extends Component {
   #rig = null;
   #resting = 0;
   #rule = newest((rig) => this.#askRuling(rig));

@@ -13,7 +13,7 @@ import { errorText, t } from '../../core/words.js';
 import '../counter-box/counter-box.js';
 import { icon } from '../icon/icon.js';
 
-class CounterStep extends Component {
+export class CounterStep extends Component {
   /** @type {{upload: string, width: number, height: number}} */
   film;
 

@@ -24,7 +24,7 @@ const STEPS = {
 const LONG_STEP_PX = 10;
 const STEPS_OF_WIZARD = ['axis', 'width', 'counter'];
 
-class RigWizard extends Component {
+export class RigWizard extends Component {
   #rig = null;
   #uploadId = null;
   /** Size of the picture, and the axis that was found in it; null while it is closed. */

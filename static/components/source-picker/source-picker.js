@@ -23,7 +23,7 @@ const KINDS = {
   pipe: ['film', t('source.pipe')],
 };
 
-class SourcePicker extends Component {
+export class SourcePicker extends Component {
   mount() {
     const recent = recall(REMEMBERED, []);
     this.parts = render(

@@ -37,7 +37,7 @@ const MEASURED = new Set(['quality', 'speed', 'lateral', 'yaw', 'health']);
 /** Least ranges of the lanes. */
 const LEAST_SCALES = { speed: 1.25 * USUAL_LIMIT_M_PER_MIN, lateral_mm: 5, yaw_deg: 2, counter_mm: 20 };
 
-class StripLog extends Strip {
+export class StripLog extends Strip {
   #columns = null;
   /** By how many mm the counter is ahead of the camera in each frame; null while it is not compared. */
   #ahead = null;

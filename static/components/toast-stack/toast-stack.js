@@ -9,7 +9,7 @@ import { icon } from '../icon/icon.js';
 const STAYS_MS = 7000;
 const AT_MOST = 3;
 
-class ToastStack extends Component {
+export class ToastStack extends Component {
   mount() {
     this.setAttribute('role', 'status');
     this.setAttribute('aria-live', 'polite');

@@ -22,7 +22,7 @@ export const topBar = (here) => html`<header class="topbar">
   <person-menu></person-menu>
 </header>`;
 
-class PersonMenu extends Component {
+export class PersonMenu extends Component {
   mount() {
     this.parts = render(
       this,

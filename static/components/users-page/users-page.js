@@ -12,7 +12,7 @@ import { orToast, toast } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
 import { askRevoke, makeToken } from './dialogs.js';
 
-class UsersPage extends Component {
+export class UsersPage extends Component {
   #tokens = [];
 
   mount() {

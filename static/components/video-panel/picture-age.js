@@ -10,7 +10,7 @@ const LATE_MS = 500;
 /** After this long without a new picture, a message replaces the age. */
 const STALLED_MS = 1000;
 
-class PictureAge extends Component {
+export class PictureAge extends Component {
   #drawnMs = 0;
   #capturedMs = null;
 

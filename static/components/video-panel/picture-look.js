@@ -21,7 +21,7 @@ const FIELDS = [
 /** Of the blur that local contrast is measured against, in px of the shown picture. */
 const LOCAL_PX = 24;
 
-class PictureLook extends Component {
+export class PictureLook extends Component {
   #look = recallMembers(REMEMBERED, PLAIN);
 
   mount() {

@@ -6,7 +6,7 @@ import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 import { quickCodes } from './quick-codes.js';
 
-class QuickButtons extends Component {
+export class QuickButtons extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     this.listen(this, 'click', ({ target }) => this.#tag(target.closest('button')));

@@ -36,7 +36,7 @@ const LABEL_ROOM = [56, 24];
 const POINTER_ROOM = 26;
 const BUSY_SHOWN_AFTER_MS = 250;
 
-class VideoPanel extends Component {
+export class VideoPanel extends Component {
   #player = null;
   #playerEnd = null;
   #mode = null;

@@ -23,7 +23,7 @@ const CUTS = [
   ['side', t('viewer.cut_side')],
 ];
 
-class ViewerPanel extends Component {
+export class ViewerPanel extends Component {
   /** Keys pressed in the 3D view, as `keydown` events. */
   keys = new EventTarget();
   /** @type {string[]} names of keys whose default action is prevented there */

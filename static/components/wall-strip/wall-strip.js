@@ -39,7 +39,7 @@ const CURSOR_STEP_ARC = 0.04;
 const FAR = 10;
 const ANNOUNCED_AFTER_MS = 400;
 
-class WallStrip extends Strip {
+export class WallStrip extends Strip {
   /** {mm, arc} of the keyboard's cursor, or null while it is not used */
   #cursor = null;
   /** The drawn marks: [{item, x, y}] */

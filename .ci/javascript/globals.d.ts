@@ -1,0 +1,26 @@
+/** Names of types that every module of the page may use in its JSDoc comments without an import. */
+
+/** What the API takes and answers, by the name of its schema: `Api['ObservationOut']`. */
+type Api = import('./generated/openapi').components['schemas'];
+
+/** The element of a tag; of several tags, what their elements have in common. */
+type Tagged<T extends string> = T extends keyof HTMLElementTagNameMap
+  ? HTMLElementTagNameMap[T]
+  : T extends keyof SVGElementTagNameMap
+    ? SVGElementTagNameMap[T]
+    : HTMLElement;
+
+/** Filled in by `generate.py`. */
+interface PartsOf {}
+
+/** The named elements of the templates of some modules: `Parts<'strip-log/strip-log'>`. */
+type Parts<Modules extends keyof PartsOf> = Joined<PartsOf[Modules]>;
+type Joined<U> = (U extends unknown ? (member: U) => void : never) extends (all: infer All) => void ? All : never;
+
+/** The event of a name: the browser's own, else one that the page fires itself. */
+type EventOf<Name extends string> = Name extends keyof HTMLElementEventMap ? HTMLElementEventMap[Name] : CustomEvent;
+
+/** The page's own objects fire `CustomEvent`s, or an `Event` without anything in it. */
+interface EventTarget {
+  addEventListener(type: string, listener: (event: CustomEvent) => void, options?: AddEventListenerOptions): void;
+}
