@@ -76,7 +76,11 @@ export const line = {
 const passed = (path, { headers, ...options } = {}) =>
   fetchFrom(new URL(path, server), { ...options, headers: { ...headers, Authorization: `Bearer ${token}` } });
 
-globalThis.fetch = (path, options) => {
+globalThis.fetch = (path, options = {}) => {
   const pass = () => passed(path, options);
-  return line.meet ? line.meet(path, pass, options?.method ?? 'GET') : pass();
+  if (!line.meet) return pass();
+  const given = Promise.withResolvers();
+  options.signal?.addEventListener('abort', () => given.reject(options.signal.reason));
+  line.meet(path, pass, options.method ?? 'GET').then(given.resolve, given.reject);
+  return given.promise;
 };
