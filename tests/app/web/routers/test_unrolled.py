@@ -1,12 +1,13 @@
 """The unrolled wall, the health of the pictures and the joints, from the tracking to the API."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from builders import PATIENCE_S, STEP_MM, Client, assert_error, wait_until
+from builders import PATIENCE_S, STEP_MM, Client, assert_error
 
 from app.lab.simulation import SCENARIOS
 from app.lab.simulation.write import simulate
@@ -52,26 +53,49 @@ def test_what_was_not_seen_is_not_there(shared: Client, done: str) -> None:
         assert_error(answer, 404, "inspection_not_found")
 
 
-def test_tiles_follow_a_correction(server: Client, done: str) -> None:
-    before = unrolled(server, done)["tiles"]
+def test_tiles_follow_a_correction(shared: Client, own: str) -> None:
+    before = unrolled(shared, own)["tiles"]
     stated = {"zero": {"frame": 0, "offset_m": 1.25}, "remark": None}
-    answer = server.put(f"/api/inspections/{done}/corrections", json=stated)
+    answer = shared.put(f"/api/inspections/{own}/corrections", json=stated)
     assert answer.status_code == 200, answer.text
-    after = unrolled(server, done)["tiles"]
+    after = unrolled(shared, own)["tiles"]
     moved = [new["from_m"] - old["from_m"] for new, old in zip(after, before, strict=True)]
     assert moved == pytest.approx([1.25, 1.25], abs=1e-3)
     assert [tile["revision"] for tile in after] == [tile["revision"] for tile in before]
 
 
-def test_a_second_run_begins_the_wall_anew(server: Client, done: str) -> None:
-    before = {tile["index"]: tile["revision"] for tile in unrolled(server, done)["tiles"]}
-    stale = server.data / "inspections" / done / "wall" / "40.jpg"
+def runs_of(client: Client, path: str) -> set[str]:
+    """The runs that the columns of the track and of the health are of, one of both."""
+    answers = [client.get(f"{path}/{name}?format=columns") for name in ("track", "health")]
+    runs = {json.loads(answer.content.partition(b"\n")[0])["run"] for answer in answers}
+    assert len(runs) == 1
+    return runs
+
+
+def test_a_second_run_begins_the_wall_anew_and_who_watches_hears_of_its_end(
+    shared: Client, own: str
+) -> None:
+    before = {tile["index"]: tile["revision"] for tile in unrolled(shared, own)["tiles"]}
+    path = f"/api/inspections/{own}"
+    of_first = runs_of(shared, path)
+    stale = shared.data / "inspections" / own / "wall" / "40.jpg"
     stale.write_bytes(b"of the run before")
     heard = []
-    with server.server.app.state.services.live.listening(done, heard.append):
-        server.post(f"/api/inspections/{done}/retry")
-        server.wait(done, "done")
-    after = {tile["index"]: tile["revision"] for tile in unrolled(server, done)["tiles"]}
+    with (
+        shared.server.app.state.services.live.listening(own, heard.append),
+        shared.socket(f"{path}/live") as socket,
+    ):
+        shared.post(f"{path}/retry")
+        states = []
+        while states[-1:] != ["done"] or len(set(states)) == 1:
+            message = socket.recv(PATIENCE_S)
+            header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
+            socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
+            states.append(header["state"])
+        assert header["progress"]["frames_done"] == 40
+        shared.wait(own, "done")
+    after = {tile["index"]: tile["revision"] for tile in unrolled(shared, own)["tiles"]}
+    assert of_first.isdisjoint(runs_of(shared, path)), "what is read names its run"
     assert after.keys() == before.keys()
     assert all(after[index] > before[index] for index in after)
     published = [event for event in heard if isinstance(event, WallChanged)]
@@ -95,33 +119,16 @@ def test_health_has_a_row_for_every_frame_and_outlives_a_restart(shared: Client,
     assert [" ".join(complaints(Health(*row))) for row in rows] == columns["complaints"]
 
 
-def test_the_live_header_states_the_health_of_its_frame(server: Client, long_clip: Path) -> None:
-    inspection_id = server.inspect(long_clip)
-    with server.socket(f"/api/inspections/{inspection_id}/live") as socket:
-        header: dict = {"health": None}
-        while header["health"] is None:
-            message = socket.recv(PATIENCE_S)
-            header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
-            socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
-    columns = server.get(f"/api/inspections/{inspection_id}/health").json()["columns"]
-    for name, values in columns.items():
-        published, kept = header["health"][name], values[header["frame"]]
-        if name == "complaints":
-            assert " ".join(published) == kept
-        else:  # what was kept in a file has been rounded once more
-            assert published == pytest.approx(kept, abs=0.0011)
-
-
-def test_joints_are_found_while_tracking(server: Client, tmp_path: Path) -> None:
-    scenario = SCENARIOS["nominal"].shortened(900)
+def test_joints_are_found_while_tracking(shared: Client, tmp_path: Path) -> None:
+    scenario = replace(SCENARIOS["nominal"].shortened(250), first_joint_mm=150.0)
     video = simulate(scenario, tmp_path).video
-    inspection_id = server.inspect(video, rig=scenario.rig.model_dump(mode="json"))
-    wait_until(lambda: server.inspection(inspection_id)["status"] == "done")
-    tracks = server.server.app.state.services.tracks
+    inspection_id = shared.inspect(video, rig=scenario.rig.model_dump(mode="json"))
+    assert shared.wait(inspection_id)["status"] == "done"
+    tracks = shared.server.app.state.services.tracks
     (sighting,) = tracks.sightings(inspection_id)
     track = tracks.get(inspection_id)
-    assert track.distance_mm[sighting.frame] + sighting.ahead_mm == pytest.approx(400, abs=1.5)
-    assert (server.data / "inspections" / inspection_id / "joints.csv").exists()
+    assert track.distance_mm[sighting.frame] + sighting.ahead_mm == pytest.approx(150, abs=2)
+    assert (shared.data / "inspections" / inspection_id / "joints.csv").exists()
 
 
 def test_a_tile_that_cannot_be_written_waits_for_the_next_one(tmp_path: Path) -> None:
