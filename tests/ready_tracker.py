@@ -43,7 +43,8 @@ from vo_core.errors import RigVideoMismatch
 
 LIMITS = Limits(768 * 2**20, cpu_s=20)
 """The smallest limits that an operator may set."""
-WALL_CLOCK_S = 20.0
+WALL_CLOCK_S = 120.0
+"""A file that takes this long hangs; one that is worked on meets its limit before."""
 
 
 @dataclass(frozen=True)

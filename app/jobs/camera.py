@@ -48,12 +48,17 @@ def main() -> None:
         assert isinstance(request, LiveRequest)  # noqa: S101  (the parent's first message)
         limits.apply(request.limits)
         _confine(request)
-        try:
-            _run(request, connection)
-        except (ConnectionError, EOFError):
-            return  # the server has gone; it will find the closed recording when it is back
-        except Exception as error:
-            connection.send_bytes(encode(failure_of(error, "Tracking")))
+        serve(request, connection)
+
+
+def serve(request: LiveRequest, connection: Connection) -> None:
+    """Capture, record and track until the parent, or the source, ends it."""
+    try:
+        _run(request, connection)
+    except (ConnectionError, EOFError):
+        return  # the server has gone; it will find the closed recording when it is back
+    except Exception as error:
+        connection.send_bytes(encode(failure_of(error, "Tracking")))
 
 
 def _confine(request: LiveRequest) -> None:

@@ -20,7 +20,6 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import app
-import vo_core
 
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
 """System calls, whose numbers are the same on every architecture."""
@@ -89,7 +88,9 @@ def landlock_version() -> int:
 
 def _code() -> list[str]:
     """Return the interpreter, its libraries and our packages."""
-    ours = (str(Path(package.__file__).parent) for package in (app, vo_core) if package.__file__)
+    # By its place: importing vo_core here would load the decoders before the limits are set.
+    own = Path(app.__file__).parent
+    ours = (str(own), str(own.parent / "vo_core"))
     installed = (*site.getsitepackages(), site.getusersitepackages())
     return [*_CODE, sys.prefix, sys.base_prefix, *installed, *ours]
 

@@ -16,7 +16,8 @@ import msgspec
 import app
 from app.jobs.messages import MAX_MESSAGE_BYTES, encode
 
-_GRACE_S = 2.0
+_GRACE_S = 20.0
+"""A child that does not end within this time hangs; on a busy machine ending takes seconds."""
 _SEND_S = 10.0
 """A child that does not accept a message for this long hangs."""
 

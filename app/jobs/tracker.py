@@ -60,7 +60,7 @@ def _track(request: TrackRequest, connection: Connection) -> None:
         if chunk is not None:
             follower.reach(chunk)
     checkpoints = _Checkpoints(connection, begun.cpu_s)
-    pace = _Pace(request.pace)
+    pace = None if request.pace is None else Pace(request.pace)
     sent_at = 0.0
     with VideoFile(request.video) as video:
         end = begun.frames
@@ -74,7 +74,8 @@ def _track(request: TrackRequest, connection: Connection) -> None:
             if found.between or found.left_out:
                 follower.begin_part(found.between)
             follower.add(frame, found.left_out)
-            pace.keep(frame.t_s)
+            if pace is not None:
+                time.sleep(pace.pause_s(frame.t_s, time.monotonic()))
             end = frame.index + 1
         follower.leave_out(parts.left_out_after(request.marks, end))
         if chunk is not None and end == chunk.end:
@@ -158,22 +159,19 @@ class _Checkpoints:
             self._connection.send_bytes(encode(Checkpoint(frames, cpu_s, state)))
 
 
-class _Pace:
-    """Limits tracking to so many seconds of video per second; None means no limit."""
+class Pace:
+    """Limits tracking to so many seconds of video per second."""
 
-    def __init__(self, pace: float | None) -> None:
+    def __init__(self, pace: float) -> None:
         self._pace = pace
         self._first: tuple[float, float] | None = None
         """Clock and time of the first frame."""
 
-    def keep(self, t_s: float) -> None:
-        """Wait after the frame of this time."""
-        if self._pace is None:
-            return
-        now = time.monotonic()
-        begun_s, first_s = self._first = self._first or (now, t_s)
-        ahead_s = (t_s - first_s) / self._pace - (now - begun_s)
-        time.sleep(min(max(ahead_s, 0.0), _LONGEST_PAUSE_S))
+    def pause_s(self, t_s: float, now_s: float) -> float:
+        """Return how long to wait after the frame of this time, when the clock shows `now_s`."""
+        begun_s, first_s = self._first = self._first or (now_s, t_s)
+        ahead_s = (t_s - first_s) / self._pace - (now_s - begun_s)
+        return min(max(ahead_s, 0.0), _LONGEST_PAUSE_S)
 
 
 def main() -> None:

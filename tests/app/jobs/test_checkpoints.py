@@ -1,4 +1,4 @@
-"""A tracker that goes on from a checkpoint of another one, as their parent sees them."""
+"""A tracker that goes on from a checkpoint of another one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import av
 import cv2
 import msgspec
 import numpy as np
-from builders import HEIGHT, PATIENCE_S, RATE, WIDTH, clip_rig, make_clip
+from builders import HEIGHT, RATE, WIDTH, clip_rig, make_clip
+from in_process import track
 
 from app.jobs.follow import Follower
 from app.jobs.messages import (
@@ -18,7 +19,6 @@ from app.jobs.messages import (
     Checkpoint,
     Done,
     FrameRange,
-    FromTracker,
     Gauged,
     KeptCheckpoint,
     Limits,
@@ -28,12 +28,11 @@ from app.jobs.messages import (
     TrackRequest,
     encode,
 )
-from app.jobs.process import Child
 from vo_core import Rig
 from vo_core.sources import Frame, VideoFile, frame_of
 
 LIMITS = Limits(1536 * 2**20, 600)
-FRAMES = 300
+FRAMES = 120
 
 
 class Found:
@@ -58,24 +57,16 @@ class Found:
 
 def follow(request: TrackRequest, found: Found, *, leave_at: int | None = None) -> Checkpoint:
     """Collect all messages of a tracker; with `leave_at` only up to a checkpoint after it."""
-    decoder = msgspec.msgpack.Decoder(FromTracker)
     newest = Checkpoint(0, 0.0, b"")
-    child = Child("app.jobs.tracker")
-    try:
-        child.send(request)
-        while True:
-            match decoder.decode(child.receive(PATIENCE_S)):
-                case Batch() as batch:
-                    found.take(batch)
-                case Checkpoint() as newest:
-                    if leave_at is not None and newest.frames >= leave_at:
-                        return newest
-                case Done(problem):
-                    assert problem is None
-                    assert leave_at is None, "The video ended before there was such a checkpoint."
-                    return newest
-    finally:
-        child.kill()
+    for message in track(request, leave_at=leave_at)[0]:
+        match message:
+            case Batch() as batch:
+                found.take(batch)
+            case Checkpoint() as newest:
+                pass
+            case Done(problem):
+                assert problem is None
+    return newest
 
 
 def uneven_clip(path: Path) -> Path:
@@ -88,8 +79,8 @@ def test_what_goes_on_from_a_checkpoint_finds_the_same_to_the_bit(tmp_path: Path
     request = TrackRequest(str(uneven_clip(tmp_path / "clip.ts")), clip_rig(), LIMITS)
     whole, parts = Found(), Found()
     follow(request, whole)
-    slowly = msgspec.structs.replace(request, pace=8.0)  # there is time for a checkpoint
-    checkpoint = follow(slowly, parts, leave_at=2)
+    at_pace = msgspec.structs.replace(request, pace=1.0)  # there is time for a checkpoint
+    checkpoint = follow(at_pace, parts, leave_at=30)
     assert [row.frame for row in parts.rows] == list(range(checkpoint.frames))
     kept = tmp_path / "checkpoint"
     kept.write_bytes(encode(KeptCheckpoint("", 0, checkpoint)))
@@ -102,27 +93,27 @@ def test_what_goes_on_from_a_checkpoint_finds_the_same_to_the_bit(tmp_path: Path
 
 def test_a_chunk_has_the_frames_of_the_film_and_goes_on_after_its_end(tmp_path: Path) -> None:
     video = str(uneven_clip(tmp_path / "clip.ts"))
-    frames = FrameRange(100, 160, 20)
+    frames = FrameRange(30, 80, 15)
     request = TrackRequest(video, clip_rig(), LIMITS, frames=frames)
     found = Found()
     checkpoint = follow(request, found)
     with VideoFile(video) as film:
         shown = list(film)
     follower = Follower(Rig.parse(clip_rig()), frames=frames)
-    for frame in shown[100:160]:
+    for frame in shown[30:80]:
         follower.add(frame)
     batch = follower.batch()
     assert batch is not None
     assert found.rows == batch.rows
     assert found.ties == batch.ties
-    assert [tie.picture > 0 for tie in found.ties] == [True] * 20 + [False] * 20 + [True] * 20
+    assert [tie.picture > 0 for tie in found.ties] == [True] * 15 + [False] * 20 + [True] * 15
     assert len(found.layers) > 0
     assert found.tiles == {}
-    assert checkpoint.frames == 160
+    assert checkpoint.frames == 80
 
     kept = tmp_path / "checkpoint"
     kept.write_bytes(encode(KeptCheckpoint("", 0, checkpoint)))
-    longer = msgspec.structs.replace(request, frames=FrameRange(100, 190, 20))
+    longer = msgspec.structs.replace(request, frames=FrameRange(30, 95, 15))
     at_once = Found()
     follow(longer, at_once)
     follow(msgspec.structs.replace(longer, checkpoint=str(kept)), found)
@@ -132,14 +123,14 @@ def test_a_chunk_has_the_frames_of_the_film_and_goes_on_after_its_end(tmp_path: 
 
 
 def barred_frames(count: int) -> Iterator[Frame]:
-    """A floor with a dark joint every 500 px that passes by, 8 px a frame."""
+    """A floor with a dark joint every 500 px that passes by, 16 px a frame."""
     rng = np.random.default_rng(3)
-    noise = rng.integers(0, 256, (HEIGHT, WIDTH + 8 * count), np.uint8)
+    noise = rng.integers(0, 256, (HEIGHT, WIDTH + 16 * count), np.uint8)
     floor = cv2.normalize(cv2.GaussianBlur(noise, (0, 0), 2), None, 60, 225, cv2.NORM_MINMAX)
     for left in range(300, floor.shape[1], 500):
         floor[:, left : left + 6] //= 4
     for n in range(count):
-        grey = np.ascontiguousarray(floor[:, 8 * n : 8 * n + WIDTH], np.uint8)
+        grey = np.ascontiguousarray(floor[:, 16 * n : 16 * n + WIDTH], np.uint8)
         picture = av.VideoFrame.from_ndarray(grey, format="gray")
         yield frame_of(picture, n, n / RATE)
 
@@ -147,7 +138,7 @@ def barred_frames(count: int) -> Iterator[Frame]:
 def test_a_follower_made_of_a_state_sees_joints_and_wall_as_the_one_before() -> None:
     before, after = (Follower(Rig.parse(clip_rig())) for _ in range(2))
     whole, parts = Found(), Found()
-    for frame in barred_frames(220):
+    for frame in barred_frames(110):
         if frame.index % 9 == 0 and frame.index > 0:  # joints and tiles are under way each time
             take(before, whole)
             take(after, parts)
