@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from datetime import datetime
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from app.survey import rounding
 from app.survey.given import Pixel
@@ -53,7 +53,7 @@ class ObservationOut(BaseModel):
     id: str
     seq: int
     frame: int
-    pixel: list[float] | None
+    pixel: Annotated[list[float], Field(min_length=2, max_length=2)] | None
     code: str | None
     char1: str | None
     char2: str | None
@@ -169,7 +169,7 @@ class WallGridOut(BaseModel):
     rows: int
     u: list[float]
     v: list[float]
-    rays: list[list[list[float] | None]]
+    rays: list[list[Annotated[list[float], Field(min_length=3, max_length=3)] | None]]
     """Unit rays [ahead, right, down] of the robot, in rows; None outside the lens."""
     radius_mm: float | None
     """None on a floor."""

@@ -71,7 +71,7 @@ class RegisteredAssetOut(BaseModel):
     asset_id: str
     project: str | None
     header: dict[str, Any]
-    line: list[list[float]]
+    line: list[Annotated[list[float], Field(min_length=2, max_length=2)]]
     changed_at: datetime
     changed_by: str
     version: str
