@@ -48,24 +48,22 @@ def start_private_server(socket_path: Path) -> viser.ViserServer:
     """
     _prepare(socket_path)
     started: Future[viser.ViserServer] = Future()
-    with _silent_console(), _unix_sockets():
-        threading.Thread(
-            target=_start, args=(socket_path, started), name="viser-start", daemon=True
-        ).start()
-        try:
-            server = started.result(START_LIMIT_S)
-        except TimeoutError as error:
-            started.cancel()
-            raise ViewerUnavailable(
-                f"The 3D view did not start within {START_LIMIT_S:g} s."
-            ) from error
+    threading.Thread(
+        target=_start, args=(socket_path, started), name="viser-start", daemon=True
+    ).start()
+    try:
+        server = started.result(START_LIMIT_S)
+    except TimeoutError as error:
+        started.cancel()
+        raise ViewerUnavailable(f"The 3D view did not start within {START_LIMIT_S:g} s.") from error
     server.request_share_url = _refuse_share_url  # type: ignore[method-assign]
     server.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
     return server
 
 
 def _start(socket_path: Path, started: Future[viser.ViserServer]) -> None:
-    server = viser.ViserServer(host=f"{_UNIX}{socket_path}", port=0, verbose=False)
+    with _silent_console(), _unix_sockets():
+        server = viser.ViserServer(host=f"{_UNIX}{socket_path}", port=0, verbose=False)
     if started.set_running_or_notify_cancel():
         started.set_result(server)
     else:  # nobody is waiting any more

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,6 +11,12 @@ import pytest
 from viewer_client import Served, make_rig, serving
 
 from app.viewer.scene import CulvertScene
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _leave_out_what_there_was() -> None:
+    """A scene that is closed collects garbage, and would go through all that the tests import."""
+    gc.freeze()
 
 
 @pytest.fixture
