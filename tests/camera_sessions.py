@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from ipaddress import ip_network
 from pathlib import Path
@@ -81,7 +82,8 @@ class Session:
         return self
 
     def stop(self) -> Session:
-        self.child.send(StopCapture())
+        with suppress(BrokenPipeError):  # it may have ended by itself
+            self.child.send(StopCapture())
         return self.until_end()
 
     def frames(self, count: int) -> Session:

@@ -1,4 +1,4 @@
-"""Broken and malicious files through the real server: each ends clearly, nobody else notices."""
+"""Broken and malicious files: each ends clearly, nobody else notices, also through a server."""
 
 from __future__ import annotations
 
@@ -7,26 +7,26 @@ import os
 import socket
 import struct
 import threading
-import time
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
 import av
 import cv2
-import httpx
 import numpy as np
 import pytest
-from builders import TOKEN, Client, assert_error, serving
+from builders import Client, assert_error, serving, wait_until
 from hostile import FRAMES, RIG, SIZE_WH, copy_packets, write_clip
+from ready_tracker import ReadyTracker
 
+from app.jobs.messages import Limits
 from app.jobs.recording import Coding, Recording
+from app.tracking.media import Media
+from vo_core.errors import UnreadableVideo
 
-LONGEST_ANSWER_S = 5.0
-"""To others meanwhile; the machine may be busy with other tests."""
 _IN_OPEN = 0x20
 
 
@@ -74,71 +74,31 @@ class Canary:
 
 
 @dataclass
-class Bystander:
-    """Somebody who tags defects in another inspection all the while."""
+class Place:
+    """The media process, the tracker, and those who must not notice what they are given."""
 
-    client: Client
-    inspection_id: str
-    slowest_s: float = 0.0
-    refused: list[str] = field(default_factory=list)
-    _leaving: threading.Event = field(default_factory=threading.Event)
-
-    def run(self) -> None:
-        with Client(self.client.server, TOKEN) as mine:
-            while not self._leaving.wait(0.05):
-                for ask in (lambda: mine.get("/healthz"), lambda: mine.tag(self.inspection_id)):
-                    begun_s = time.monotonic()
-                    try:
-                        answer = ask()
-                    except httpx.HTTPError as error:
-                        self.refused.append(repr(error))
-                        continue
-                    self.slowest_s = max(self.slowest_s, time.monotonic() - begun_s)
-                    if answer.status_code != 200:
-                        self.refused.append(answer.text)
-
-    def leave(self) -> None:
-        self._leaving.set()
-
-
-@dataclass
-class Field:
-    """A server, and those who must not notice what is uploaded to it."""
-
-    client: Client
+    folder: Path
+    media: Media
+    tracker: ReadyTracker
     listener: Listener
     canary: Canary
-    bystander: Bystander
 
-
-@pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Field]:
-    data = tmp_path_factory.mktemp("hostile")
-    listener = Listener()
-    with serving(data, stall_s=20, job_cpu_h=0.02) as client:
-        canary = Canary(data / "uploads" / "neighbour.mp4")
-        whole = write_clip(tmp_path_factory.mktemp("whole") / "whole.mp4")
-        created = client.create(whole, rig=RIG)
-        inspection_id = created.json()["id"]
-        assert client.wait(inspection_id)["status"] == "done"
-        bystander = Bystander(client, inspection_id)
-        thread = threading.Thread(target=bystander.run)
-        thread.start()
-        yield Field(client, listener, canary, bystander)
-        bystander.leave()
-        thread.join()
-    listener.close()
-    canary.close()
+    def assert_unnoticed(self, by: str) -> None:
+        assert not self.canary.was_opened(), by
+        assert self.listener.calls == 0, by
 
 
 @pytest.fixture
-def unnoticed(place: Field) -> Iterator[Field]:
-    """Afterwards nothing was opened, nobody was called and the bystander was served."""
-    yield place
-    assert not place.canary.was_opened()
-    assert place.listener.calls == 0
-    assert place.bystander.refused == []
-    assert place.bystander.slowest_s < LONGEST_ANSWER_S
+def place(tmp_path: Path) -> Iterator[Place]:
+    folder = tmp_path / "uploads"
+    folder.mkdir()
+    canary, listener = Canary(folder / "neighbour.mp4"), Listener()
+    media = Media(Limits(768 * 2**20, reads=(str(folder),)))
+    with ReadyTracker(RIG) as tracker:
+        yield Place(folder, media, tracker, listener, canary)
+    media.close()
+    listener.close()
+    canary.close()
 
 
 def test_who_opens_the_canary_or_calls_the_listener_is_seen(tmp_path: Path) -> None:
@@ -147,8 +107,7 @@ def test_who_opens_the_canary_or_calls_the_listener_is_seen(tmp_path: Path) -> N
     canary.path.read_bytes()
     assert canary.was_opened()
     socket.create_connection(("127.0.0.1", listener.port)).close()
-    while not listener.calls:  # bounded by the time that a test may take
-        time.sleep(0.01)
+    wait_until(lambda: listener.calls)
     listener.close()
     canary.close()
 
@@ -181,35 +140,7 @@ DASH = (
 SUBTITLES = "1\n00:00:01,000 --> 00:00:02,000\n<img src='http://127.0.0.1:{port}/'>\n"
 
 
-@pytest.mark.parametrize("name", ["x.mp4", "x.m3u8"])
-@pytest.mark.parametrize(
-    "text",
-    [PLAYLIST, MASTER, KEYED, CONCAT, CONCAT_ABSOLUTE, SDP, DASH, SUBTITLES],
-    ids=["playlist", "master", "keyed", "concat", "concat_abs", "sdp", "dash", "subtitles"],
-)
-def test_what_names_other_files_or_addresses_is_refused(
-    unnoticed: Field, name: str, text: str, tmp_path: Path
-) -> None:
-    path = tmp_path / name
-    path.write_text(text.format(port=unnoticed.listener.port, file=unnoticed.canary.path))
-    answer = unnoticed.client.create(path, rig=RIG)
-    detail = assert_error(answer, 422, "unreadable_video")
-    assert name in detail
-    assert str(unnoticed.canary.path) not in detail
-
-
-def test_a_name_that_ffmpeg_would_follow_is_only_a_name(unnoticed: Field, tmp_path: Path) -> None:
-    content = write_clip(tmp_path / "whole.mp4").read_bytes()
-    canary, port = unnoticed.canary.path, unnoticed.listener.port
-    for name in (f"concat:{canary}|{canary}", f"subfile,,start,0,end,0,,:{canary}",
-                 f"http://127.0.0.1:{port}/x.mp4", "../neighbour.mp4", "%03d.mp4"):  # fmt: skip
-        upload_id = unnoticed.client.upload(content, name)
-        body = {"name": "x", "source": {"kind": "upload", "upload_id": upload_id}, "rig": RIG}
-        created = unnoticed.client.post("/api/inspections", json=body)
-        assert created.status_code == 201, created.text
-        assert created.json()["source"]["filename"] == name.rsplit("/", 1)[-1]
-        folder = unnoticed.client.data / "inspections" / created.json()["id"]
-        assert (folder / "video.mp4").read_bytes() == content
+LINKS = (PLAYLIST, MASTER, KEYED, CONCAT, CONCAT_ABSOLUTE, SDP, DASH, SUBTITLES)
 
 
 # Files that are no video, or no whole one.
@@ -287,13 +218,26 @@ NO_VIDEO: dict[str, Callable[[Path], object]] = {
 }
 
 
-@pytest.mark.parametrize("name", NO_VIDEO)
-def test_what_is_no_video_that_can_be_used_is_refused(
-    unnoticed: Field, name: str, tmp_path: Path
-) -> None:
-    NO_VIDEO[name](tmp_path / name)
-    answer = unnoticed.client.create(tmp_path / name, rig=RIG)
-    assert_error(answer, 422, "unreadable_video")
+def test_what_is_no_video_or_names_other_files_or_addresses_is_refused(place: Place) -> None:
+    def link(text: str) -> Callable[[Path], object]:
+        told = text.format(port=place.listener.port, file=place.canary.path)
+        return lambda path: path.write_text(told)
+
+    made = NO_VIDEO | {
+        f"{n}.{kind}": link(text) for n, text in enumerate(LINKS) for kind in ("mp4", "m3u8")
+    }
+    failures = []
+    for name, make in made.items():
+        path = place.folder / f"stored.{name}"
+        make(path)
+        try:
+            failures.append(f"{name}: {place.media.probe(path, name)}")
+        except UnreadableVideo as refused:
+            if str(place.folder) in str(refused) or not str(refused).endswith("."):
+                failures.append(str(refused))
+        place.assert_unnoticed(name)
+    assert not failures, "\n".join(failures)
+    assert place.media.restarts == 0
 
 
 # Videos that are tracked as far as they go, and what is said of them.
@@ -376,26 +320,53 @@ PARTIAL: dict[str, tuple[Callable[[Path], object], str]] = {
 """What makes it, and what its warning says; "" where a clear failure or a whole track is right."""
 
 
-@pytest.mark.parametrize("name", PARTIAL)
-def test_what_can_be_used_is_and_the_rest_is_said(
-    unnoticed: Field, name: str, tmp_path: Path
+def test_what_can_be_used_is_and_the_rest_is_said(place: Place) -> None:
+    failures = []
+    for name, (make, said) in PARTIAL.items():
+        path = place.folder / name
+        make(path)
+        verdict = place.tracker.verdict(path)
+        is_used = verdict.end in ("whole", "partial") and verdict.frames > 0
+        is_clear = verdict.end == "unreadable_video" and not said
+        if not (is_used or is_clear) or said not in verdict.said:
+            failures.append(f"{name}: {verdict}")
+        place.assert_unnoticed(name)
+    assert not failures, "\n".join(failures)
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    with serving(tmp_path_factory.mktemp("hostile")) as running:
+        yield running
+
+
+def test_through_the_server_a_broken_file_is_refused_or_tracked_as_far_as_it_goes(
+    client: Client, tmp_path: Path
 ) -> None:
-    make, said = PARTIAL[name]
-    make(tmp_path / name)
-    created = unnoticed.client.create(tmp_path / name, rig=RIG)
-    if created.status_code != 201 and not said:
-        assert_error(created, 422, "unreadable_video")
-        return
-    assert created.status_code == 201, created.text
-    ended = unnoticed.client.wait(created.json()["id"])
-    if ended["status"] == "failed" and not said:
-        assert ended["error"]["code"] == "unreadable_video"
-        return
-    assert ended["status"] == "done", ended
-    assert said in (ended["warning"] or ""), ended["warning"]
-    columns = unnoticed.client.get(
-        f"/api/inspections/{ended['id']}/track?format=json&raw=true"
-    ).json()["columns"]
+    (tmp_path / "x.mp4").write_text(CONCAT_ABSOLUTE.format(file="/etc/passwd"))
+    refused = assert_error(client.create(tmp_path / "x.mp4", rig=RIG), 422, "unreadable_video")
+    assert "x.mp4" in refused
+    assert "passwd" not in refused
+    PARTIAL["cut.mkv"][0](tmp_path / "cut.mkv")
+    ended = client.wait(client.inspect(tmp_path / "cut.mkv", rig=RIG))
+    assert ended["status"] == "done"
+    assert "ends at" in ended["warning"]
+    track = client.get(f"/api/inspections/{ended['id']}/track?format=json&raw=true")
+    columns = track.json()["columns"]
     assert len(columns["frame"]) == ended["progress"]["frames_done"] > 0
     assert np.all(np.diff(columns["time_s"]) > 0)
     assert np.isfinite(columns["distance_mm"]).all()
+
+
+def test_a_name_that_ffmpeg_would_follow_is_only_a_name(client: Client, tmp_path: Path) -> None:
+    content = write_clip(tmp_path / "whole.mp4").read_bytes()
+    for name in (f"concat:{tmp_path}/a|b", f"subfile,,start,0,end,0,,:{tmp_path}/a",
+                 "http://127.0.0.1:9/x.mp4", "../neighbour.mp4", "%03d.mp4"):  # fmt: skip
+        upload_id = client.upload(content, name)
+        body = {"name": "x", "source": {"kind": "upload", "upload_id": upload_id}, "rig": RIG}
+        created = client.post("/api/inspections", json=body | {"counter": {"is_present": False}})
+        assert created.status_code == 201, created.text
+        assert created.json()["source"]["filename"] == name.rsplit("/", 1)[-1]
+        folder = client.data / "inspections" / created.json()["id"]
+        assert (folder / "video.mp4").read_bytes() == content
+        client.post(f"/api/inspections/{created.json()['id']}/cancel")  # only the name matters
