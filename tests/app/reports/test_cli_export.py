@@ -9,19 +9,18 @@ import zipfile
 import pypdf
 import pytest
 from builders import wait_until
-from processes import Process
+from surveys import another
 
+from app import main
 from app.reports.bundle.signing import fingerprint
 from app.storage.signing_key import SigningKey
 
 
 @pytest.fixture(scope="module")
-def tagged(shared, clip):
+def tagged(shared, survey):
     """An inspection with a tag that has its photo, and one that no exchange format holds whole."""
-    inspection_id = shared.inspect(
-        clip, name="Jalan Besar", header={"asset_id": "CUL-7", "project": "Ring"}
-    )
-    shared.wait(inspection_id)
+    header = {"asset_id": "CUL-7", "project": "Ring"}
+    inspection_id = another(survey, shared, name="Jalan Besar", header=header)
     shared.tag(inspection_id, frame=20, code="BAB", char1="B", char2="A", severity=4)
     shared.tag(inspection_id, frame=5, remark="=look here")
     path = f"/api/inspections/{inspection_id}/observations"
@@ -67,16 +66,13 @@ def test_it_is_what_the_server_exports(chainage, shared, tagged, tmp_path):
     assert list(tmp_path.glob(".*")) == []
 
 
-@pytest.mark.parametrize("wanted", ["id", "prefix", "name"])
-def test_an_inspection_is_named_by_id_its_beginning_or_its_name(
-    chainage, shared, tagged, tmp_path, wanted
-):
-    words = {"id": tagged, "prefix": tagged[:10].upper(), "name": "Jalan Besar"}
-    made = export(chainage, shared, tmp_path / "out.csv", words[wanted])
-    assert made.code == 0, made.err
-    content = (tmp_path / "out.csv").read_text("utf-8-sig")
-    rows = list(csv.DictReader(io.StringIO(content)))
-    assert [row["frame"] for row in rows] == ["5", "20"]
+def test_an_inspection_is_named_by_id_its_beginning_or_its_name(chainage, shared, tagged, tmp_path):
+    for number, wanted in enumerate((tagged, tagged[:10].upper(), "Jalan Besar")):
+        out = tmp_path / f"{number}.csv"
+        made = export(chainage, shared, out, wanted)
+        assert made.code == 0, made.err
+        rows = list(csv.DictReader(io.StringIO(out.read_text("utf-8-sig"))))
+        assert [row["frame"] for row in rows] == ["5", "20"]
 
 
 def test_what_a_format_cannot_hold_is_reported_in_the_language(chainage, shared, tagged, tmp_path):
@@ -89,26 +85,21 @@ def test_what_a_format_cannot_hold_is_reported_in_the_language(chainage, shared,
     assert all(" ".join(loss["detail"].split()) in " ".join(made.err.split()) for loss in reported)
 
 
-@pytest.mark.parametrize(
-    ("wanted", "kind", "sentence"),
-    [
+def test_what_is_asked_wrongly_is_refused_in_a_sentence(chainage, shared, tagged, tmp_path):
+    for wanted, kind, sentence in (
         ("nothing", "csv", "no inspection has the id or the name 'nothing'"),
         ("", "csv", "no inspection has the id or the name ''"),
-        ("Jalan Besar", "docx", "there is no 'docx'; there are pdf, html"),
-        ("Jalan Besar", "geojson", "coordinates"),
-    ],
-)
-def test_what_is_asked_wrongly_is_refused_in_a_sentence(
-    chainage, shared, tagged, tmp_path, wanted, kind, sentence
-):
-    made = export(chainage, shared, tmp_path / "out", wanted, kind)
-    assert made.code == 2
-    assert sentence in " ".join(made.err.replace("│", " ").split())
-    assert list(tmp_path.iterdir()) == []
+        (tagged, "docx", "there is no 'docx'; there are pdf, html"),
+        (tagged, "geojson", "coordinates"),
+    ):
+        made = export(chainage, shared, tmp_path / "out", wanted, kind)
+        assert made.code == 2
+        assert sentence in " ".join(made.err.replace("│", " ").split())
+        assert list(tmp_path.iterdir()) == []
 
 
-def test_two_of_one_name_are_distinguished_by_id(chainage, shared, tagged, clip, tmp_path):
-    twins = [shared.inspect(clip, name="Twin") for _ in range(2)]
+def test_two_of_one_name_are_distinguished_by_id(chainage, shared, survey, tmp_path):
+    twins = [another(survey, shared, name="Twin") for _ in range(2)]
     made = export(chainage, shared, tmp_path / "out.csv", "Twin")
     assert made.code == 2
     reported = "".join(made.err.replace("│", " ").split())
@@ -125,17 +116,12 @@ def test_a_folder_without_a_database_is_reported(chainage, tmp_path):
 
 
 def test_a_run_that_goes_on_is_reported_to_have_no_distances_yet(
-    chainage, shared, long_clip, tmp_path
+    chainage, shared, survey, tmp_path
 ):
-    running = shared.inspect(long_clip, name="Still running")
-    shared.tag(running, frame=3)
-    shared.wait(running, "running", "done")
+    running = another(survey, shared, name="Still running", status="running")
     made = export(chainage, shared, tmp_path / "out.csv", running)
     assert made.code == 0
-    rows = list(csv.DictReader(io.StringIO((tmp_path / "out.csv").read_text("utf-8-sig"))))
-    if not rows[0]["distance_m"]:
-        assert "its track is written to the disk when it ends" in " ".join(made.err.split())
-    shared.post(f"/api/inspections/{running}/cancel")
+    assert "its track is written to the disk when it ends" in " ".join(made.err.split())
 
 
 def test_an_older_file_stays_when_it_fails(chainage, shared, tagged, tmp_path):
@@ -195,10 +181,8 @@ def test_a_delivery_is_verified(chainage, shared, tagged, clip, tmp_path):
         assert {"CUL-7.ribx", "CUL-7-001.jpg", clip.name} <= set(archive.namelist())
 
 
-def test_what_is_wrong_in_a_bundle_is_reported_with_exit_code_1(
-    chainage, evidence, long_clip, tmp_path
-):
-    checked = chainage("verify", evidence, "--video", long_clip, "--key", "0" * 64)
+def test_what_is_wrong_in_a_bundle_is_reported_with_exit_code_1(chainage, evidence):
+    checked = chainage("verify", evidence, "--video", evidence, "--key", "0" * 64)
     assert checked.code == 1
     assert checked.out.count("WRONG") == 2
     assert "is another film" in checked.out
@@ -232,13 +216,10 @@ def test_the_key_is_backed_up_and_restored(chainage, shared, evidence, tmp_path)
     assert stat.S_IMODE(key.stat().st_mode) == 0o600
 
 
-def test_a_server_prints_the_fingerprint_of_its_key(tmp_path):
-    server = Process(tmp_path / "data", tmp_path / "log")
-    try:
-        line = server._process.stdout.readline()
-        assert line.strip() == (
-            "Evidence bundles are signed with the key "
-            + fingerprint(SigningKey(tmp_path / "data").public_key)
-        )
-    finally:
-        server.end()
+def test_a_server_prints_the_fingerprint_of_its_key(chainage, tmp_path, monkeypatch):
+    def listens(settings, host, port, announce):
+        announce("http://127.0.0.1", None)
+
+    monkeypatch.setattr(main, "serve", listens)
+    printed = chainage("serve", "--data", tmp_path).out.split()
+    assert fingerprint(SigningKey(tmp_path).public_key) in printed

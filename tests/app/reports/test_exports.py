@@ -1,10 +1,10 @@
 import csv
 import io
 import json
-from typing import Any
 
 import pytest
 from builders import STEP_MM, Client, assert_error
+from surveys import Survey, another
 
 from app.reports.content.naming import ascii_file_name, safe_file_name
 from app.reports.tables.table import COLUMNS
@@ -17,17 +17,13 @@ def rows_of(client: Client, inspection_id: str) -> list[dict[str, str]]:
 
 
 @pytest.fixture(scope="module")
-def report(shared: Client, clip: Any) -> str:
+def report(survey: Survey, shared: Client) -> str:
     """An inspection with three observations."""
-    inspection_id = shared.inspect(
-        clip,
-        name="Jalan Besar / 7",
-        header={
-            "asset_id": "=CUL", "known_length_m": 2.5,
-            "start_lat": 3.139, "start_lon": 101.6869, "end_lat": 3.14, "end_lon": 101.6869,
-        },
-    )  # fmt: skip
-    shared.wait(inspection_id)
+    header = {
+        "asset_id": "=CUL", "known_length_m": 2.5,
+        "start_lat": 3.139, "start_lon": 101.6869, "end_lat": 3.14, "end_lon": 101.6869,
+    }  # fmt: skip
+    inspection_id = another(survey, shared, name="Jalan Besar / 7", header=header)
     shared.tag(
         inspection_id, frame=10, pixel=[127.5, 79.5], code="BAB", char1="B", char2="A",
         quant1=2, clock_from=11, severity=3, continuous="A1", remark="=HYPERLINK(1)",
@@ -107,15 +103,16 @@ def test_the_json_holds_everything_under_a_schema_version(shared: Client, report
     assert content["observations"][0]["remark"] == "=HYPERLINK(1)"
 
 
-def test_every_change_is_in_the_record(server: Client, done: str) -> None:
-    name = server.tag(done, code="BAB").json()["id"]
-    server.tag(done, name, code="BAC")
-    server.tag(done, name, code="BAC")
-    path = f"/api/inspections/{done}"
-    server.delete(f"{path}/observations/{name}")
-    server.post(f"{path}/observations/{name}/restore")
-    server.patch(path, json={"name": "New"})
-    events = server.get(f"{path}/exports/json").json()["events"]
+def test_every_change_is_in_the_record(survey: Survey, shared: Client) -> None:
+    changed = another(survey, shared)
+    name = shared.tag(changed, code="BAB").json()["id"]
+    shared.tag(changed, name, code="BAC")
+    shared.tag(changed, name, code="BAC")
+    path = f"/api/inspections/{changed}"
+    shared.delete(f"{path}/observations/{name}")
+    shared.post(f"{path}/observations/{name}/restore")
+    shared.patch(path, json={"name": "New"})
+    events = shared.get(f"{path}/exports/json").json()["events"]
     assert [event["action"] for event in events] == [
         "created", "created", "changed", "deleted", "restored", "changed",
     ]  # fmt: skip
@@ -131,9 +128,9 @@ def test_other_formats_are_refused(shared: Client, done: str) -> None:
 
 
 def test_an_inspection_without_observations_exports_an_empty_table(
-    shared: Client, clip: Any
+    shared: Client, done: str
 ) -> None:
-    assert rows_of(shared, shared.tracked(clip)) == []
+    assert rows_of(shared, done) == []
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pypdf import PdfReader
-from reports import HEADER, advised, entry, full_report, measured, remarked, report, said
+from reports import HEADER, advised, entry, full_report, measured, remarked, report
 
 from app.reports import pdf as document
 from app.reports.content import fonts
 from app.reports.content.grades import grade_of
 from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
+from app.reports.pdf.glyphs import missing_glyphs
 from app.reports.tables.table import rows
 from app.reports.template import DEFAULT_TEMPLATE
 from app.survey.rounding import decimals
@@ -35,6 +36,11 @@ def full(tmp_path_factory):
 @pytest.fixture(scope="module")
 def english(full):
     return document.write(full).content
+
+
+def only(*sections, **chosen):
+    """The template of a report with these sections."""
+    return DEFAULT_TEMPLATE.model_copy(update={"sections": list(sections), **chosen})
 
 
 def pages_of(content):
@@ -81,19 +87,6 @@ def test_every_part_has_a_bookmark_on_its_page(english):
     assert list(found.values()) == sorted(found.values())
 
 
-def test_every_font_is_embedded(english):
-    reader = PdfReader(io.BytesIO(english))
-    fonts = {
-        font.get_object()["/BaseFont"]: font.get_object()
-        for page in reader.pages
-        for font in page["/Resources"]["/Font"].values()
-    }
-
-    assert len(fonts) >= 5
-    for name, font in fonts.items():
-        assert "/FontFile2" in font["/FontDescriptor"], name
-
-
 def test_every_page_states_its_number_of_all_and_the_report(full, english):
     pages = pages_of(english)
 
@@ -118,7 +111,8 @@ def test_photos_are_embedded_and_one_that_is_missing_or_broken_says_so(full, tmp
     entries = list(full.entries)
     entries[1] = replace(entries[1], photo=replace(entries[1].photo, jpeg=tmp_path / "gone.jpg"))
     entries[2] = replace(entries[2], photo=replace(entries[2].photo, jpeg=broken))
-    content = document.write(replace(full, entries=tuple(entries), wall={})).content
+    made = replace(full, entries=tuple(entries), template=only("photos"))
+    content = document.write(made).content
 
     text = text_of(content)
     assert "CUL-0041-002.jpg is missing" in text
@@ -128,7 +122,9 @@ def test_photos_are_embedded_and_one_that_is_missing_or_broken_says_so(full, tmp
 
 
 def test_what_was_measured_stands_in_the_table_and_is_drawn_on_the_photo(tmp_path):
-    made = report(tmp_path, [{"distance_m": 1.0, "code": "BAB"}])
+    made = report(
+        tmp_path, [{"distance_m": 1.0, "code": "BAB"}], template=only("observations", "photos")
+    )
     content = document.write(replace(made, entries=tuple(map(measured, made.entries)))).content
 
     assert text_of(content).count("Width 23 ± 2 mm") == 2
@@ -140,7 +136,8 @@ def test_what_was_measured_stands_in_the_table_and_is_drawn_on_the_photo(tmp_pat
 
 
 def test_malay_and_feet(full):
-    text = text_of(document.write(replace(full, language="ms", units="ft")).content)
+    made = replace(full, language="ms", units="ft", template=only("summary", "observations"))
+    text = text_of(document.write(made).content)
 
     assert "Laporan pemeriksaan pembetung" in text
     assert "Dinding pecah: runtuh" in text
@@ -153,65 +150,56 @@ def test_names_in_every_script_are_drawn_and_can_be_searched(full, english):
 
     for name in ("陈伟明", "தமிழ்", "Ключ", "Ωμέγα", "über 0,3 m"):
         assert name in text
-    empty = document.write(replace(full, header={}, company=replace(full.company, logo=None)))
+    company = replace(full.company, logo=None)
+    empty = document.write(replace(full, header={}, company=company, template=only()))
     cover, blank = (pictures_of(content)[0] for content in (english, empty.content))
     assert np.count_nonzero(cover < 128) > np.count_nonzero(blank < 128)
 
 
 def test_a_remark_of_ten_thousand_characters_is_printed_in_full(full):
     entries = (remarked(full.entries[0], LONG[:9996] + "END."), *full.entries[1:])
-    content = document.write(replace(full, entries=entries)).content
+    content = document.write(replace(full, entries=entries, template=only("observations"))).content
 
     assert "END." in text_of(content)
 
 
-@pytest.mark.parametrize("count", range(78, 86))
-def test_a_table_may_end_anywhere_on_its_page(full, count):
+def test_a_table_may_end_anywhere_on_its_page(full):
     """Also where its last row fits and the space below does not."""
-    template = DEFAULT_TEMPLATE.model_copy(update={"sections": ["observations"]})
-    notes = tuple(entry(n, distance_m=0.3 * n) for n in range(1, count + 1))
-    pages = document.write(replace(full, entries=notes, template=template)).content
-    assert f"{0.3 * count:.2f} ±" in "".join(
-        page.extract_text() for page in PdfReader(io.BytesIO(pages)).pages
-    )
+    for count in range(78, 86):
+        notes = tuple(entry(n, distance_m=0.3 * n) for n in range(1, count + 1))
+        made = replace(full, entries=notes, template=only("observations"))
+        assert f"{0.3 * count:.2f} ±" in text_of(document.write(made).content)
 
 
 def test_characters_that_no_font_shows_are_reported(full):
-    assert document.write(full).losses == ()
+    assert missing_glyphs(full) == ()
     entries = (remarked(full.entries[0], "smile \U0001f642, again \U0001f642"), *full.entries[1:])
-
-    (loss,) = said(document.write(replace(full, entries=entries)).losses)
-
-    assert "U+1F642;" in loss
-    assert "chainage[fonts]" in loss
-
-
-def test_a_recommendation_without_glyphs_is_reported(full):
-    made = advised(full, {1: {"recommendation": "\u0d94\u0db6"}})
-
-    (loss,) = said(document.write(made).losses)
-
-    assert "U+0D94, U+0DB6;" in loss
+    for made, named in (
+        (replace(full, entries=entries), ("U+1F642",)),
+        (advised(full, {1: {"recommendation": "\u0d94\u0db6"}}), ("U+0D94", "U+0DB6")),
+    ):
+        (loss,) = missing_glyphs(made)
+        assert (loss.key, loss.values) == ("no_glyph", {"named": named})
 
 
-def test_fields_to_sign_and_charts_are_on_the_page_of_their_heading(full):
-    """Wherever on a page they come."""
+def test_fields_to_sign_and_charts_are_on_the_page_of_their_heading(full, is_long):
+    """Wherever on a page they come; they are higher than five rows."""
     t = Translator("en", "m")
     together = {
         "checks": (t("sign.signatures"), t("sign.signature")),
         "measurement": (t("measurement.along"), t("measurement.along_help")[:40]),
     }
     for section, (heading, below) in together.items():
-        for count in range(1, 40, 2):
-            template = DEFAULT_TEMPLATE.model_copy(update={"sections": ["observations", section]})
+        for count in range(1, 40, 1 if is_long else 5):
             notes = tuple(entry(n, distance_m=0.3 * n) for n in range(1, count + 1))
-            made = replace(full, entries=notes, issues=(), template=template)
+            made = replace(full, entries=notes, issues=(), template=only("observations", section))
             (page,) = (p for p in pages_of(document.write(made).content) if f"{heading} " in p)
             assert below in page.split(f"{heading} ")[1], (section, count)
 
 
 def test_the_project_is_named_in_the_language_of_the_report(full):
-    made = replace(full, header={**full.header, "project": "Klang"}, language="de")
+    header = {**full.header, "project": "Klang"}
+    made = replace(full, header=header, language="de", template=only("header"))
 
     text = text_of(document.write(made).content)
 
@@ -221,7 +209,7 @@ def test_the_project_is_named_in_the_language_of_the_report(full):
 
 def test_a_long_company_name_and_a_grade_in_words_are_not_cut(full):
     name = "Ingenieurbüro für Kanalinspektion und Bauwerksprüfung Müller-Lüdenscheidt GmbH & Co. KG"
-    template = DEFAULT_TEMPLATE.model_copy(update={"grade": "structural"})
+    template = only("summary", grade="structural")
     company = replace(full.company, name=name, address="Straße 1")
     made = replace(full, company=company, template=template, language="de")
 
@@ -247,19 +235,22 @@ def test_without_the_extra_fonts_other_scripts_stand_as_numbers(full, monkeypatc
         without.setattr(fonts, "find_spec", extra)
         for known in (fonts._characters, fonts.face_of):
             known.cache_clear()
-        made = document.write(replace(full, entries=(remarked(full.entries[0], "陈 über"),)))
+        entries = (remarked(full.entries[0], "陈 über"),)
+        made = document.write(replace(full, entries=entries, template=only("observations")))
     for known in (fonts._characters, fonts.face_of):
         known.cache_clear()
 
     assert "[U+9648] über" in text_of(made.content)
-    assert "U+9648" in said(made.losses)[0]
+    assert [loss.key for loss in made.losses] == ["no_glyph"]
 
 
 def test_hostile_text_is_shown_as_it_is(full):
     hostile = "<b>&amp; <para> {0} %s \x00\x07\ud800 \U0001f642 =1+1"
     entries = (remarked(full.entries[0], hostile), *full.entries[1:])
     header = dict.fromkeys(full.header, hostile)
-    text = text_of(document.write(replace(full, entries=entries, header=header)).content)
+    template = only("header", "observations")
+    made = replace(full, entries=entries, header=header, template=template)
+    text = text_of(document.write(made).content)
 
     assert "<b>&amp; <para> {0} %s [U+1F642] =1+1" in text
 
@@ -322,16 +313,19 @@ def test_an_uncertainty_is_never_shown_as_zero():
 
 
 def test_the_known_length_of_the_cover_is_not_denied_on_the_page_of_the_measurement():
-    text = text_of(document.write(report()).content)  # its header knows 24.6 m
+    template = only("measurement")
+    text = text_of(document.write(report(template=template)).content)  # its header knows 24.6 m
 
     assert "No known length was stated" not in text
     assert "The header states 24.60 m" in text
-    without = report(header={k: v for k, v in HEADER.items() if k != "known_length_m"})
+    header = {k: v for k, v in HEADER.items() if k != "known_length_m"}
+    without = report(header=header, template=template)
     assert "No known length was stated" in text_of(document.write(without).content)
 
 
 def test_no_half_width_is_zero_in_feet():
     sure = replace(report().track, sigma_distance_mm=np.full(500, 1.0))
-    text = text_of(document.write(report(track=sure, units="ft")).content)
+    made = report(track=sure, units="ft", template=only("measurement"))
+    text = text_of(document.write(made).content)
 
     assert re.search(r"half-width\s+0\.1 ft", text)
