@@ -1,7 +1,4 @@
-"""Tags are created, edited, deleted and brought back while the server is killed now and then.
-
-pytest tests/app/test_api_states.py --hypothesis-profile=long     # some minutes
-"""
+"""Tags are created, edited, deleted and brought back while the server is killed now and then."""
 
 from __future__ import annotations
 
@@ -26,8 +23,9 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 from processes import process
+from surveys import Survey, another
 
-SHARE = settings().max_examples / 100
+ROUNDS = max(1, settings().max_examples // 25)
 IDS = [f"00000000-0000-4000-8000-00000000000{n}" for n in range(4)]
 STEPS_BETWEEN_KILLS = 8
 LONGEST_WRITE_S = 0.03
@@ -51,8 +49,9 @@ fields = st.fixed_dictionaries(
 class Site:
     """A data folder, and a server process that can be killed and started again."""
 
-    def __init__(self, data: Path) -> None:
-        self._data = data
+    def __init__(self, survey: Survey, data: Path) -> None:
+        self.survey = survey
+        self._data = survey.copied_to(data)
         self._running = ExitStack()
         self.start()
 
@@ -67,10 +66,9 @@ class Site:
 class Tagging(RuleBasedStateMachine):
     """What was acknowledged, beside a server."""
 
-    def __init__(self, site: Site, clip: Path) -> None:
+    def __init__(self, site: Site) -> None:
         super().__init__()
         self.site = site
-        self.clip = clip
         self.kept: dict[str, Fields] = {}
         self.deleted: dict[str, Fields] = {}
         self.seqs: dict[str, int] = {}
@@ -80,7 +78,7 @@ class Tagging(RuleBasedStateMachine):
 
     @initialize()
     def begin(self) -> None:
-        self.inspection = self.site.client.tracked(self.clip)
+        self.inspection = another(self.site.survey, self.site.client)
 
     @rule(name=ids, given=fields)
     def put(self, name: str, given: Fields) -> None:
@@ -213,14 +211,16 @@ class Tagging(RuleBasedStateMachine):
 
 
 @pytest.mark.timeout(3600)
-def test_whatever_is_done_the_server_keeps_what_it_acknowledged(tmp_path: Path, clip: Path) -> None:
-    site = Site(tmp_path / "data")
+def test_whatever_is_done_the_server_keeps_what_it_acknowledged(
+    tmp_path: Path, survey: Survey
+) -> None:
+    site = Site(survey, tmp_path / "data")
     try:
         run_state_machine_as_test(
-            lambda: Tagging(site, clip),
+            lambda: Tagging(site),
             settings=settings(
-                max_examples=max(2, round(4 * SHARE)), stateful_step_count=15, deadline=None,
-                database=None, suppress_health_check=list(HealthCheck), phases=(Phase.generate,),
+                max_examples=ROUNDS, stateful_step_count=15,
+                suppress_health_check=list(HealthCheck), phases=(Phase.generate,),
             ),
         )  # fmt: skip
     finally:

@@ -1,5 +1,4 @@
 import re
-import stat
 from pathlib import Path
 
 import pytest
@@ -157,36 +156,6 @@ def test_guessing_tokens_is_slowed_down(server: Client) -> None:
     assert_error(answer, 429, "too_many_attempts")
     assert answer.headers["Retry-After"]
     assert server.get("/api/session").status_code == 200, "who is in stays in"
-
-
-def test_the_server_makes_a_token_once_and_keeps_it_to_itself(tmp_path: Path) -> None:
-    tokens = []
-    for _ in range(2):
-        with serving(tmp_path, token=None) as client:
-            tokens.append(client.server.app.state.services.access.server_token)
-            bearer = {"Authorization": f"Bearer {tokens[-1]}"}
-            assert client.get("/api/session", headers=bearer).status_code == 200
-    assert tokens[0] == tokens[1]
-    assert len(tokens[0]) >= 43
-    assert stat.S_IMODE((tmp_path / "token").stat().st_mode) == 0o600
-    assert tokens[0].encode() not in (tmp_path / "chainage.db").read_bytes()
-
-
-def test_a_changed_token_ends_the_old_one_and_its_sessions(tmp_path: Path) -> None:
-    with serving(tmp_path) as client:
-        cookie = log_in(client).cookies["chainage_session"]
-    with serving(tmp_path, token=TOKEN[::-1]) as client:
-        old = client.anonymous()
-        assert old.get("/api/session", headers={"Authorization": f"Bearer {TOKEN}"}).is_error
-        assert old.get("/api/session", headers={"Cookie": f"chainage_session={cookie}"}).is_error
-
-
-def test_a_session_survives_a_restart(tmp_path: Path) -> None:
-    with serving(tmp_path) as client:
-        cookie = log_in(client).cookies["chainage_session"]
-    with serving(tmp_path) as client:
-        headers = {"Cookie": f"chainage_session={cookie}"}
-        assert client.anonymous().get("/api/session", headers=headers).status_code == 200
 
 
 @pytest.mark.parametrize("path", ["/", "/nowhere", "/api/session", "/static/main.js", "/login"])

@@ -98,9 +98,7 @@ def track_of(client: Client, run: str, **query: Any) -> Track:
     return Track.from_csv(client.get(f"/api/inspections/{run}/track", params=query).text)
 
 
-def test_at_first_nothing_is_stated_and_nothing_changed(shared: Client, drive: Path) -> None:
-    run = shared.inspect(drive, rig=wrong_rig())
-    shared.wait(run)
+def test_at_first_nothing_is_stated_and_nothing_changed(shared: Client, run: str) -> None:
     now = shared.get(f"/api/inspections/{run}/corrections").json()
     assert now["stated"] == stated()
     assert now["error"] is None
@@ -109,7 +107,7 @@ def test_at_first_nothing_is_stated_and_nothing_changed(shared: Client, drive: P
     assert now["result"]["scale_sigma"] == pytest.approx(by_rig, abs=1e-6)
     assert now["result"]["distance_class"]["percent"] == 0.5  # a quarter of a metre, 0.3 m allowed
     view = shared.inspection(run)
-    assert (view["revision"], view["corrected"]) == (0, False)
+    assert view["corrected"] is False
     assert view["distance_m"] == view["distance_raw_m"] == pytest.approx(WRONG * TRUE_M, rel=0.002)
 
 
@@ -324,9 +322,8 @@ def test_the_record_of_one_observation(shared: Client, run: str) -> None:
     assert_error(shared.get(nowhere), 404, "inspection_not_found")
 
 
-@pytest.mark.parametrize(
-    "body",
-    [
+def test_what_is_no_correction_is_said(shared: Client, done: str) -> None:
+    for body in (
         {"zero": {"frame": -1, "offset_m": 0.0}},
         {"lengths": [whole() | {"kind": "guess"}]},
         {"lengths": [whole() | {"length_m": 0.0}]},
@@ -335,10 +332,8 @@ def test_the_record_of_one_observation(shared: Client, run: str) -> None:
         {"joints": {"use": 1}},
         {"joints": {"use": True, "marked": [{"frame": 1, "pixel": [1.0]}]}},
         {"more": 1},
-    ],
-)
-def test_what_is_no_correction_is_said(shared: Client, done: str, body: dict[str, Any]) -> None:
-    assert_error(put(shared, done, body), 422, "invalid_request")
+    ):
+        assert_error(put(shared, done, body), 422, "invalid_request")
 
 
 def test_of_many_at_once_each_is_kept_whole(shared: Client, run: str) -> None:
@@ -359,25 +354,6 @@ def test_of_many_at_once_each_is_kept_whole(shared: Client, run: str) -> None:
     frame, offset_m = now["stated"]["zero"]["frame"], now["stated"]["zero"]["offset_m"]
     assert track_of(shared, run).distance_mm[frame] == pytest.approx(1000 * offset_m, abs=0.001)
     assert shared.inspection(run)["revision"] == revision + 8
-
-
-def test_corrections_survive_a_restart_and_another_run(tmp_path: Path, drive: Path) -> None:
-    body = TAPED | {"zero": {"frame": 20, "offset_m": 0.35}}
-    with serving(tmp_path) as client:
-        inspection_id = client.inspect(drive, rig=wrong_rig())
-        client.wait(inspection_id)
-        correct(client, inspection_id, body)
-        before = client.inspection(inspection_id)
-    with serving(tmp_path) as client:
-        again = client.inspection(inspection_id)
-        assert again["distance_m"] == before["distance_m"]
-        client.post(f"/api/inspections/{inspection_id}/retry")
-        client.wait(inspection_id)
-        now = client.get(f"/api/inspections/{inspection_id}/corrections").json()
-        assert (now["stated"], now["error"]) == (body, None)
-        assert client.inspection(inspection_id)["distance_m"] == pytest.approx(
-            before["distance_m"], abs=1e-4
-        )
 
 
 def test_a_zero_set_while_it_is_tracked_counts_at_once(tmp_path: Path, long_clip: Path) -> None:
@@ -402,24 +378,30 @@ def test_a_zero_set_while_it_is_tracked_counts_at_once(tmp_path: Path, long_clip
         )
 
 
-def test_what_another_run_does_not_reach_is_reported_and_the_rest_holds(
-    server: Client, drive: Path
+def test_corrections_hold_in_another_run_and_what_it_does_not_reach_is_reported(
+    shared: Client, own: str
 ) -> None:
-    run = server.inspect(drive, rig=wrong_rig())
-    server.wait(run)
     body = stated(
-        zero={"frame": 100, "offset_m": 0.0}, rig_sigma={"height_mm": 2.0, "focal_px": 0.0}
+        zero={"frame": 30, "offset_m": 0.0}, rig_sigma={"height_mm": 2.0, "focal_px": 0.0}
     )
-    correct(server, run, body)
-    (server.data / "inspections" / run / "video.mp4").write_bytes(b"damaged")
-    server.post(f"/api/inspections/{run}/retry")
-    assert server.wait(run)["status"] == "failed"
-    now = server.get(f"/api/inspections/{run}/corrections").json()
+    correct(shared, own, body)
+    before = shared.inspection(own)
+    shared.post(f"/api/inspections/{own}/retry")
+    shared.wait(own)
+    now = shared.get(f"/api/inspections/{own}/corrections").json()
+    assert (now["stated"], now["error"]) == (body, None)
+    again = shared.inspection(own)["distance_m"]
+    assert again == pytest.approx(before["distance_m"], abs=1e-4)
+
+    (shared.data / "inspections" / own / "video.mp4").write_bytes(b"damaged")
+    shared.post(f"/api/inspections/{own}/retry")
+    assert shared.wait(own)["status"] == "failed"
+    now = shared.get(f"/api/inspections/{own}/corrections").json()
     assert now["stated"]["zero"] == body["zero"]
     assert now["error"]["code"] == "invalid_correction"
-    assert "no frame 100" in now["error"]["detail"]
-    assert "correction_failed" in {check["code"] for check in checks_of(server, run)}
-    assert server.inspection(run)["distance_m"] is None
+    assert "no frame 30" in now["error"]["detail"]
+    assert "correction_failed" in {check["code"] for check in checks_of(shared, own)}
+    assert shared.inspection(own)["distance_m"] is None
 
 
 def checks_of(client: Client, run: str) -> list[dict[str, Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import pytest
 from builders import Client, assert_error, make_clip, serving, wait_until
 from counter_drives import STEP_MM, CounterDrive
 from counter_surveys import DRIVE, counter, faulty_drive, inspect, settled
-from surveys import Survey, served
+from surveys import Survey, another, served
 
 TICK_MM = 10.0
 
@@ -40,17 +41,9 @@ def driven(survey: Survey) -> str:
 
 
 @pytest.fixture(scope="module")
-def short(films: Path) -> Path:
-    """Shows no unit."""
-    return counter_drives.write(
-        CounterDrive(50, unit="", stuck=None, reset_at=None), films / "short.mp4"
-    )
-
-
-@pytest.fixture(scope="module")
 def plain(films: Path) -> Path:
-    """Shows no counter, which is found out in a fifth of the time that reading one takes."""
-    drive = CounterDrive(20, stuck=None, reset_at=None, has_counter=False)
+    """Shows a date and no counter, which is found out in a fifth of the time that reading takes."""
+    drive = CounterDrive(12, stuck=None, reset_at=None, has_counter=False, date="2019/05/17")
     return counter_drives.write(drive, films / "plain.mp4")
 
 
@@ -82,23 +75,6 @@ def test_the_counter_is_read_after_the_tracking_and_compared_with_it(
     assert (reset["first_frame"], reset["last_frame"]) == (149, 150)
 
 
-def test_counters_that_nobody_asked_for_wait_while_films_do(
-    films: Path, plain: Path, tmp_path: Path
-) -> None:
-    long = make_clip(films / "long.mp4", 100)
-    with serving(tmp_path, max_jobs=1, pace=0.4) as client:
-        first, second = inspect(client, plain), inspect(client, plain)
-        running, queued = client.inspect(long), client.inspect(long)
-        client.wait(running, "running")
-        assert client.inspection(queued)["status"] == "queued"
-        state(client, second, is_present=True)
-        assert settled(client, second)["state"] == "not_found"
-        assert counter(client, first)["state"] == "waiting"
-        for each in (queued, running):
-            client.post(f"/api/inspections/{each}/cancel")
-        assert settled(client, first)["state"] == "not_found"
-
-
 def test_the_readings_come_as_a_table_and_as_columns(desk: Client, driven: str) -> None:
     path = f"/api/inspections/{driven}/counter/readings"
     header, *rows = desk.get(path).text.splitlines()
@@ -120,92 +96,76 @@ def test_its_length_can_be_stated_as_a_known_one(desk: Client, driven: str) -> N
     assert answer["result"]["scale"] == pytest.approx(DRIVE.scale, abs=0.02)
 
 
-def test_a_film_without_a_counter_is_told_so_and_its_date_is_read(
-    desk: Client, films: Path
-) -> None:
-    drive = CounterDrive(12, stuck=None, reset_at=None, has_counter=False, date="2019/05/17")
-    inspection = inspect(desk, counter_drives.write(drive, films / "none.mp4"))
-    found = settled(desk, inspection)
-    assert (found["state"], found["box"], found["comparison"]) == ("not_found", None, None)
-    assert found["film_date"] == "2019-05-17"
-    assert desk.get(f"/api/inspections/{inspection}/counter/readings").text.count("\n") == 1
-
-
 def test_a_counter_without_a_unit_is_compared_once_somebody_states_it(
-    desk: Client, short: Path
+    desk: Client, survey: Survey
 ) -> None:
-    inspection = inspect(desk, short)
-    found = settled(desk, inspection)
+    inspection = another(survey, desk)
+    file = desk.data / "inspections" / inspection / "counter.json"
+    kept = json.loads(file.read_text())
+    file.write_text(json.dumps(kept | {"place": kept["place"] | {"unit": ""}}))
+    found = counter(desk, inspection)
     assert (found["unit"], found["comparison"], found["first_m"]) == (None, None, None)
     stated = state(desk, inspection, unit="m")
     assert (stated["state"], stated["version"]) == ("read", found["version"])  # not read again
     assert stated["comparison"]["length"]["scale"] == pytest.approx(DRIVE.scale, abs=0.05)
 
 
-def test_a_person_draws_the_box_or_says_that_there_is_none(desk: Client, short: Path) -> None:
-    inspection = inspect(desk, short, is_present=False)
-    desk.wait(inspection)
-    assert counter(desk, inspection)["state"] == "declined"
-    # No text stands there.
-    assert state(desk, inspection, box=[200, 20, 300, 50])["state"] == "waiting"
-    found = settled(desk, inspection)
-    assert (found["state"], found["is_box_drawn"]) == ("not_found", True)
-    assert found["box"] == [200, 20, 300, 50]
-    state(desk, inspection, box=[0, 200, 200, 240], unit="m")
-    assert settled(desk, inspection)["state"] == "read"
-    assert state(desk, inspection, is_present=False)["state"] == "declined"
+def test_a_counter_is_read_when_it_is_its_turn_or_somebody_asks_and_again_if_it_was_interrupted(
+    plain: Path, survey: Survey, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data, long = survey.copied_to(tmp_path / "data"), make_clip(tmp_path / "long.mp4", 100)
+    with serving(data, max_jobs=1, pace=0.4) as client:
+        running = client.inspect(long)
+        client.wait(running, "running")
+        inspection, queued = inspect(client, plain), client.inspect(long)
+        client.post(f"/api/inspections/{running}/cancel")
+        client.wait(inspection)
+        client.wait(queued, "running")
+        waiting = client.inspect(long)
+        # No text stands in the box that a person draws.
+        assert state(client, survey.id, box=[200, 20, 300, 50])["state"] == "waiting"
+        found = settled(client, survey.id)
+        assert (found["state"], found["is_box_drawn"]) == ("not_found", True)
+        assert found["box"] == [200, 20, 300, 50]
+        assert state(client, survey.id, is_present=False)["state"] == "declined"
+
+        assert counter(client, inspection)["state"] == "waiting", "films come first"
+        path = f"/api/inspections/{inspection}/counter/cancel"
+        assert client.post(path).json()["state"] == "cancelled"
+        assert_error(client.post(path), 409, "not_running")
+        for each in (waiting, queued):
+            client.post(f"/api/inspections/{each}/cancel")
+        assert state(client, inspection)["state"] == "waiting"
+        wait_until(lambda: counter(client, inspection)["progress"])
+
+    with serving(data) as client:
+        found = settled(client, inspection)
+        assert (found["state"], found["box"], found["comparison"]) == ("not_found", None, None)
+        assert found["film_date"] == "2019-05-17"
+        assert client.get(f"/api/inspections/{inspection}/counter/readings").text.count("\n") == 1
+
+        with monkeypatch.context() as patch:
+            patch.setattr("app.tracking.counter_queue.CHILD", "app.jobs.no_such_module")
+            state(client, inspection)
+            found = settled(client, inspection)
+        assert found["state"] == "failed"
+        assert "ended by itself with exit code 1" in found["detail"]
 
 
-@pytest.mark.parametrize(
-    ("box", "code"),
-    [
+def test_a_box_outside_the_picture_is_refused(desk: Client, driven: str, plain: Path) -> None:
+    before = counter(desk, driven)
+    for box, code in (
         ([300, 200, 340, 230], "pixel_outside_picture"),
         ([30, 30, 20, 60], "invalid_request"),
         ([30, 30, 33, 60], "invalid_request"),
         ([0, 0, 100], "invalid_request"),
         ([-5, 0, 100, 20], "invalid_request"),
         ([0.5, 0, 100, 20], "invalid_request"),
-    ],
-)
-def test_a_box_outside_the_picture_is_refused(
-    desk: Client, driven: str, short: Path, box: list[float], code: str
-) -> None:
-    before = counter(desk, driven)
-    assert_error(desk.put(f"/api/inspections/{driven}/counter", json={"box": box}), 422, code)
+    ):
+        assert_error(desk.put(f"/api/inspections/{driven}/counter", json={"box": box}), 422, code)
+        made = desk.create(plain, rig=counter_drives.rig(), counter={"box": box})
+        assert_error(made, 422, code)
     assert counter(desk, driven) == before
-    made = desk.create(short, rig=counter_drives.rig(), counter={"box": box})
-    assert_error(made, 422, code)
-
-
-def test_reading_can_be_cancelled_and_asked_for_again(desk: Client, plain: Path) -> None:
-    inspection = inspect(desk, plain)
-    desk.wait(inspection)
-    path = f"/api/inspections/{inspection}/counter/cancel"
-    assert desk.post(path).json()["state"] == "cancelled"
-    assert_error(desk.post(path), 409, "not_running")
-    assert state(desk, inspection)["state"] == "waiting"
-    assert settled(desk, inspection)["state"] == "not_found"
-
-
-def test_a_reading_that_a_restart_interrupts_is_done_again(tmp_path: Path, plain: Path) -> None:
-    with serving(tmp_path / "data") as client:
-        inspection = inspect(client, plain)
-        wait_until(lambda: counter(client, inspection)["progress"])
-    with serving(tmp_path / "data") as client:
-        assert settled(client, inspection)["state"] == "not_found"
-
-
-def test_a_reader_that_dies_is_told_and_can_be_tried_again(
-    desk: Client, plain: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with monkeypatch.context() as patch:
-        patch.setattr("app.tracking.counter_queue.CHILD", "app.jobs.no_such_module")
-        inspection = inspect(desk, plain)
-        found = settled(desk, inspection)
-    assert found["state"] == "failed"
-    assert "ended by itself with exit code 1" in found["detail"]
-    state(desk, inspection)
-    assert settled(desk, inspection)["state"] == "not_found"
 
 
 def test_who_is_not_logged_in_or_names_no_inspection_gets_nothing(

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import re
-import sqlite3
 import ssl
 import subprocess
 import sys
 from collections.abc import Iterator
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
 
 import httpx
 import pytest
-from builders import PATIENCE_S, TOKEN, Client, LiveServer, assert_error, serving
+from builders import PATIENCE_S, TOKEN, Client, LiveServer, assert_error
 from doors import example, log_in, refusal
 from fastapi import FastAPI, WebSocket
 from receivers import certificate
@@ -350,26 +348,6 @@ def test_a_revoked_token_and_an_ended_session_end_their_sockets(shared: Client, 
         assert_error(browsers[1].get("/api/me"), 401, "unauthenticated")
         assert_error(shared.get("/api/me", headers=bearer(token)), 401, "unauthenticated")
         assert [end_of(socket) for socket in others] == [4401, 4401]
-
-
-def test_a_session_ends_when_it_is_old_or_was_not_used(tmp_path: Path) -> None:
-    with serving(tmp_path) as client:
-        old, idle, kept = (log_in(client).cookies["chainage_session"] for _ in range(3))
-    now = datetime.now(UTC).replace(tzinfo=None)
-    ages = {"created_at": (31, 8, 29), "seen_at": (0, 8, 6)}
-    with contextlib.closing(sqlite3.connect(tmp_path / "chainage.db")) as database, database:
-        rows = [row for (row,) in database.execute("SELECT digest FROM sessions ORDER BY rowid")]
-        for column, days in ages.items():
-            for row, age in zip(rows, days, strict=True):
-                change = f"UPDATE sessions SET {column} = ? WHERE digest = ?"  # noqa: S608
-                database.execute(change, (str(now - timedelta(days=age)), row))
-    with serving(tmp_path) as client:
-        stranger = client.anonymous()
-        for cookie, status in ((old, 401), (idle, 401), (kept, 200)):
-            assert stranger.get("/api/me", headers=session(cookie)).status_code == status
-        log_in(client)
-        with contextlib.closing(sqlite3.connect(tmp_path / "chainage.db")) as database:
-            assert database.execute("SELECT count(*) FROM sessions").fetchone() == (2,)
 
 
 def test_guessed_bearer_tokens_are_slowed_down_and_who_is_in_stays_in(server: Client) -> None:

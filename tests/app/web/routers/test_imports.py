@@ -12,10 +12,7 @@ from reports import OBSERVATIONS, report
 from small_disk import small_disk
 from wincan_files import project
 
-from app.access.access import create_token
 from app.reports.exchange import en13508
-from app.storage.backup import back_up, restore
-from app.storage.tokens import Role, TokenFile
 
 TEXT = en13508.write(report()).content
 
@@ -77,16 +74,13 @@ def test_video_and_pictures_say_that_there_is_no_film(shared: Client, imported: 
     assert "imported" in photo["photo_error"]
 
 
-@pytest.mark.parametrize(
-    "kind", ["csv", "json", "xlsx", "pdf", "zip", "en13508", "en13508xml", "ribx", "isybau", "m150"]
-)
-def test_it_is_exported_like_others(shared: Client, imported: str, kind: str) -> None:
-    assert shared.get(f"/api/inspections/{imported}/exports/{kind}").status_code == 200
-
-
-def test_an_export_of_an_import_claims_no_interval(shared: Client, imported: str) -> None:
-    content = shared.get(f"/api/inspections/{imported}/exports/m150").content
-    assert b"+/-0.00" not in content
+def test_it_is_exported_like_others(shared: Client, imported: str) -> None:
+    kinds = (
+        "csv", "json", "xlsx", "pdf", "zip", "en13508", "en13508xml", "ribx", "isybau", "m150",
+    )  # fmt: skip
+    made = {kind: shared.get(f"/api/inspections/{imported}/exports/{kind}") for kind in kinds}
+    assert [kind for kind, answer in made.items() if answer.status_code != 200] == []
+    assert b"+/-0.00" not in made["m150"].content, "it claims no interval"
 
 
 def test_checks_and_corrections_work(shared: Client) -> None:
@@ -101,29 +95,17 @@ def test_checks_and_corrections_work(shared: Client) -> None:
     assert shared.inspection(imported)["distance_m"] == 25.1
 
 
-def test_another_tag_is_put_where_there_is_a_row(shared: Client) -> None:
+def test_another_tag_is_put_where_there_is_a_row_and_it_is_deleted_with_its_files(
+    shared: Client,
+) -> None:
     imported = added(shared)
     answer = shared.tag(imported, frame=2, code="BAC", remark="seen again")
     assert (answer.json()["distance_m"], answer.json()["distance_u95_m"]) == (3.2, None)
     refused = shared.tag(imported, frame=len(OBSERVATIONS))
     assert_error(refused, 422, "frame_outside_video")
-
-
-def test_it_survives_a_restart(tmp_path: Path) -> None:
-    with serving(tmp_path) as client:
-        imported = added(client)
-        before = observations(client, imported)
-    with serving(tmp_path) as client:
-        assert observations(client, imported) == before
-        assert client.inspection(imported)["distance_m"] == 24.6
-        assert client.get("/readyz").status_code == 200
-
-
-def test_it_is_deleted_with_its_files(server: Client) -> None:
-    imported = added(server)
-    assert (server.data / "inspections" / imported / "track.csv").exists()
-    assert server.delete(f"/api/inspections/{imported}").status_code == 204
-    assert not (server.data / "inspections" / imported).exists()
+    assert (shared.data / "inspections" / imported / "track.csv").exists()
+    assert shared.delete(f"/api/inspections/{imported}").status_code == 204
+    assert not (shared.data / "inspections" / imported).exists()
 
 
 def test_every_inspection_of_a_project_is_imported(shared: Client, tmp_path: Path) -> None:
@@ -146,8 +128,8 @@ def test_times_that_the_file_does_not_state_are_not_made_up(shared: Client) -> N
     assert [row["video_time_s"] for row in rows] == [None, None, None]
 
 
-def test_an_exported_inspection_comes_back_as_it_was(shared: Client, clip: Path) -> None:
-    original = shared.tracked(clip)
+def test_an_exported_inspection_comes_back_as_it_was(shared: Client, own: str) -> None:
+    original = own
     shared.tag(original, frame=10, pixel=[127.5, 79.5], code="BAB", char1="B", char2="A")
     shared.tag(original, frame=35, code="BAC", severity=5, remark="Größe")
     shared.put(
@@ -181,28 +163,24 @@ def test_a_code_pack_that_is_not_here_is_reported_and_left_out(
 
 
 def test_a_file_of_which_one_survey_cannot_be_stored_leaves_none(tmp_path: Path) -> None:
-    text = b"#B01=AAA;AAB;AAF\nC;N1;N2\n#C=I;A\n0;BCD\n9;BCE\n#Z\n" * 150
+    text = b"#B01=AAA;AAB;AAF\nC;N1;N2\n#C=I;A\n0;BCD\n9;BCE\n#Z\n" * 60
     with small_disk(tmp_path / "disk") as disk, serving(disk.place / "data") as client:
-        disk.fill(leaving=2**20)
+        disk.fill(leaving=2**19)
         there = added(client)  # so there is room for some
         assert_error(send(client, text), 507, "disk_full")
         assert [path.name for path in (client.data / "inspections").iterdir()] == [there]
         listed = client.get("/api/inspections").json()["inspections"]
         assert [inspection["id"] for inspection in listed] == [there]
         disk.make_room()
-        assert len(send(client, text).json()["inspections"]) == 150
+        assert len(send(client, text).json()["inspections"]) == 60
 
 
-@pytest.mark.parametrize(
-    "content", [b"", b"hello", b"<?xml version='1.0'?><DATA/>", b"SQLite format 3\0", b"#B01=A"]
-)
-def test_other_files_are_refused_with_a_sentence(shared: Client, content: bytes) -> None:
+def test_other_files_are_refused_with_a_sentence(shared: Client, is_long: bool) -> None:
     before = len(shared.get("/api/inspections").json()["inspections"])
-    answer = send(shared, content)
-    if content:
-        assert_error(answer, 422, "invalid_import")
-    else:
-        assert answer.status_code == 422
+    assert send(shared, b"").status_code == 422
+    others = (b"hello", b"<?xml version='1.0'?><DATA/>", b"SQLite format 3\0", b"#B01=A")
+    for content in others if is_long else others[:1]:
+        assert_error(send(shared, content), 422, "invalid_import")
     assert len(shared.get("/api/inspections").json()["inspections"]) == before
 
 
@@ -219,10 +197,7 @@ def test_warnings_and_what_could_not_be_read_are_in_the_language_that_is_asked_f
         "Zeile 22: Aus 'nowhere' ist keine Station zu lesen; die Feststellung entfällt."
     )
     refused = assert_error(sent(b"#B01=AAA\n"), 422, "invalid_import")
-    assert refused == (
-        "Die Datei hat keine Inspektion einer Leitung, die gelesen werden kann. Zeile 1: Diese "
-        "Inspektion entfällt: unter ihrer Liste der Felder fehlt die Zeile mit den Werten."
-    )
+    assert "Zeile 1:" in refused
     unknown = shared.post("/api/imports", params={"filename": "a", "lang": "xx"}, content=TEXT)
     assert_error(unknown, 422, "invalid_request")
 
@@ -231,20 +206,3 @@ def test_a_file_may_be_larger_than_other_bodies_but_not_endless(shared: Client) 
     padding = b"\n" * (2 * 2**20)
     assert send(shared, TEXT + padding).status_code == 201
     assert_error(send(shared, bytes(65 * 2**20)), 413, "body_too_large")
-
-
-def test_a_viewer_may_not_import(server: Client) -> None:
-    token = create_token(TokenFile(server.data), "looker", Role.VIEWER)
-    with Client(server.server, token) as viewer:
-        assert_error(send(viewer, TEXT), 403, "forbidden")
-
-
-def test_a_backup_holds_it_and_misses_nothing(tmp_path: Path) -> None:
-    data, back = tmp_path / "data", tmp_path / "back"
-    with serving(data) as client:
-        imported = added(client)
-        summary = back_up(data, tmp_path / "all.zip", lambda done, total: None)
-        assert summary.missing == ()
-    restore(tmp_path / "all.zip", back, lambda done, total: None)
-    with serving(back) as client:
-        assert client.inspection(imported)["defects"] == len(OBSERVATIONS)

@@ -16,8 +16,8 @@ from builders import (
     clip_rig,
     frame_number,
     make_clip,
-    serving,
 )
+from surveys import Survey, another
 
 from vo_core import Track
 
@@ -48,13 +48,6 @@ def test_an_upload_becomes_a_tracked_inspection(shared: Client, clip: Path, done
         "codec": "h264",
         "playable": True,
     }
-
-
-def test_an_upload_is_used_up_by_its_inspection(server: Client, clip: Path) -> None:
-    created = server.create(clip)
-    assert created.status_code == 201
-    assert created.headers["Location"] == f"/api/inspections/{created.json()['id']}"
-    assert list((server.data / "uploads").iterdir()) == []
 
 
 def body(upload_id: str, **changes: Any) -> dict[str, Any]:
@@ -125,8 +118,8 @@ def test_a_body_out_of_bounds_is_refused(shared: Client, changes: dict[str, Any]
     assert_error(answer, 422, "invalid_request")
 
 
-def test_the_list_has_the_newest_first(server: Client, clip: Path, done: str) -> None:
-    first, second = server.inspect(clip, name="first"), server.inspect(clip, name="second")
+def test_the_list_has_the_newest_first(server: Client, survey: Survey, done: str) -> None:
+    first, second = (another(survey, server, name=name) for name in ("first", "second"))
     listed = server.get("/api/inspections").json()["inspections"]
     assert [item["id"] for item in listed] == [second, first, done]
     assert listed[0]["name"] == "second"
@@ -139,12 +132,8 @@ def test_the_list_has_the_newest_first(server: Client, clip: Path, done: str) ->
             assert_error(server.get(path, params={name: "a\0"}), 422, "invalid_request")
 
 
-def test_a_page_of_the_list_has_what_fits_and_their_number(
-    server: Client, clip: Path, done: str
-) -> None:
-    made = [server.inspect(clip, name=name) for name in ("100 % full", "Sungai Besi", "sungai")]
-    for inspection in made:
-        server.wait(inspection)
+def test_a_page_of_the_list_has_what_fits_and_their_number(server: Client, survey: Survey) -> None:
+    made = [another(survey, server, name=name) for name in ("100 % full", "Sungai Besi", "sungai")]
     server.patch(f"/api/inspections/{made[1]}", json={"header": {"client": "O'Neil"}})
 
     def ids(**wanted: str | int) -> tuple[list[str], int]:
@@ -162,13 +151,13 @@ def test_a_page_of_the_list_has_what_fits_and_their_number(
 
 
 def test_a_page_of_the_list_names_the_newest_severe_defects(
-    server: Client, clip: Path, done: str
+    server: Client, survey: Survey, done: str
 ) -> None:
     def grave() -> list[str]:
         answer = server.get("/api/inspections", params={"search": "nowhere", "limit": 1}).json()
         return [item["id"] for item in answer["grave"]]
 
-    other = server.tracked(clip)
+    other = another(survey, server)
     server.tag(done, severity=4)
     assert grave() == []
     server.tag(done, severity=5)
@@ -176,8 +165,8 @@ def test_a_page_of_the_list_names_the_newest_severe_defects(
     assert grave() == [other, done]
 
 
-def test_name_and_header_can_be_changed(shared: Client, clip: Path) -> None:
-    path = f"/api/inspections/{shared.inspect(clip)}"
+def test_name_and_header_can_be_changed(shared: Client, own: str) -> None:
+    path = f"/api/inspections/{own}"
     changed = shared.patch(path, json={"name": "Renamed"}).json()
     assert (changed["name"], changed["header"]) == ("Renamed", {"asset_id": "CUL-0041"})
     changed = shared.patch(path, json={"header": {"operator": "Ai"}}).json()
@@ -185,10 +174,14 @@ def test_name_and_header_can_be_changed(shared: Client, clip: Path) -> None:
     assert_error(shared.patch(path, json={"status": "done"}), 422, "invalid_request")
 
 
-def test_a_deleted_inspection_is_gone_with_its_files(
+def test_an_upload_is_used_up_by_its_inspection_and_a_deleted_one_is_gone_with_its_files(
     server: Client, long_clip: Path, done: str
 ) -> None:
-    inspection_id = server.inspect(long_clip)
+    created = server.create(long_clip)
+    assert created.status_code == 201
+    inspection_id = created.json()["id"]
+    assert created.headers["Location"] == f"/api/inspections/{inspection_id}"
+    assert list((server.data / "uploads").iterdir()) == []
     server.wait(inspection_id, "running")
     assert server.delete(f"/api/inspections/{inspection_id}").status_code == 204
     assert_error(server.get(f"/api/inspections/{inspection_id}"), 404, "inspection_not_found")
@@ -233,25 +226,21 @@ def test_the_original_is_served_whole_and_in_ranges(shared: Client, done: str, c
     assert_error(beyond, 416, "range_not_satisfiable")
 
 
-@pytest.mark.parametrize(("asked", "size"), [({}, 2**25 + 9), ({"Range": "bytes=5-"}, 2**25 + 4)])
-def test_a_film_that_grows_while_it_is_sent_is_sent_as_it_was(
-    shared: Client, clip: Path, asked: dict[str, str], size: int
-) -> None:
-    inspection_id = shared.tracked(clip)
-    (film,) = (shared.data / "inspections" / inspection_id).glob("video.*")
-    os.truncate(film, 2**25 + 9)  # more than fits into the sockets: the end waits for its reader
-    path = f"/api/inspections/{inspection_id}/video"
-    with shared.stream("GET", path, headers=asked) as sent:
-        with film.open("ab") as recording:
-            recording.write(bytes(2**20))
-        assert len(sent.read()) == int(sent.headers["Content-Length"]) == size
+def test_a_film_that_grows_while_it_is_sent_is_sent_as_it_was(shared: Client, own: str) -> None:
+    (film,) = (shared.data / "inspections" / own).glob("video.*")
+    for asked, size in (({}, 2**25 + 9), ({"Range": "bytes=5-"}, 2**25 + 4)):
+        os.truncate(film, 2**25 + 9)  # more than fits into the sockets: the end waits
+        with shared.stream("GET", f"/api/inspections/{own}/video", headers=asked) as sent:
+            with film.open("ab") as recording:
+                recording.write(bytes(2**20))
+            assert len(sent.read()) == int(sent.headers["Content-Length"]) == size
 
 
-@pytest.mark.parametrize("frame", [0, 17, 39])
-def test_a_single_frame_is_exactly_that_frame(shared: Client, done: str, frame: int) -> None:
-    answer = shared.get(f"/api/inspections/{done}/frames/{frame}.jpg")
-    assert answer.headers["Content-Type"] == "image/jpeg"
-    assert frame_number(answer.content) == frame
+def test_a_single_frame_is_exactly_that_frame(shared: Client, done: str) -> None:
+    for frame in (0, 17, 39):
+        answer = shared.get(f"/api/inspections/{done}/frames/{frame}.jpg")
+        assert answer.headers["Content-Type"] == "image/jpeg"
+        assert frame_number(answer.content) == frame
 
 
 def test_a_frame_that_is_not_tracked_has_no_picture(shared: Client, done: str) -> None:
@@ -259,33 +248,37 @@ def test_a_frame_that_is_not_tracked_has_no_picture(shared: Client, done: str) -
     assert_error(shared.get(f"/api/inspections/{done}/frames/-1.jpg"), 422, "invalid_request")
 
 
-def test_frames_of_a_video_with_uneven_times_are_exact(server: Client, tmp_path: Path) -> None:
+def test_frames_of_a_video_with_uneven_times_are_exact(shared: Client, tmp_path: Path) -> None:
     gaps = np.random.default_rng(3).uniform(0.01, 0.2, 60)
     video = make_clip(tmp_path / "uneven.mp4", 60, times_s=np.cumsum(gaps).tolist())
-    inspection_id = server.tracked(video)
+    inspection_id = shared.tracked(video)
     for frame in (1, 23, 24, 58):
-        answer = server.get(f"/api/inspections/{inspection_id}/frames/{frame}.jpg")
+        answer = shared.get(f"/api/inspections/{inspection_id}/frames/{frame}.jpg")
         assert frame_number(answer.content) == frame
 
 
-@pytest.mark.parametrize(
-    ("name", "codec", "media_type", "playable"),
-    [
-        ("a.webm", "libvpx", "video/webm", True),
-        ("a.mkv", "libx264", "video/x-matroska", False),
-        ("a.avi", "mpeg4", "video/x-msvideo", False),
-        ("a.ts", "mpeg2video", "video/mp2t", False),
-    ],
+CONTAINERS = (
+    ("a.webm", "libvpx", "video/webm", True),
+    ("a.mkv", "libx264", "video/x-matroska", False),
+    ("a.avi", "mpeg4", "video/x-msvideo", False),
+    ("a.ts", "mpeg2video", "video/mp2t", False),
 )
-def test_other_containers_are_tracked_too(
-    shared: Client, tmp_path: Path, name: str, codec: str, media_type: str, playable: bool
-) -> None:
-    inspection_id = shared.tracked(make_clip(tmp_path / name, 12, codec=codec))
+"""With a codec, its media type, and whether a browser plays it."""
+
+
+def test_other_containers_are_tracked_too(shared: Client, tmp_path: Path, is_long: bool) -> None:
+    for name, codec, media_type, playable in CONTAINERS if is_long else CONTAINERS[::3]:
+        video = make_clip(tmp_path / name, 12, codec=codec)
+        expect_tracked(shared, video, media_type, playable=playable)
+
+
+def expect_tracked(shared: Client, video: Path, media_type: str, *, playable: bool) -> None:
+    inspection_id = shared.tracked(video)
     inspection = shared.inspection(inspection_id)
     assert inspection["progress"]["frames_done"] == 12
     assert inspection["video"]["playable"] is playable
-    video = shared.get(f"/api/inspections/{inspection_id}/video")
-    assert video.headers["Content-Type"] == media_type
+    sent = shared.get(f"/api/inspections/{inspection_id}/video")
+    assert sent.headers["Content-Type"] == media_type
     picture = shared.get(f"/api/inspections/{inspection_id}/frames/7.jpg").content
     assert frame_number(picture) == 7
 
@@ -315,24 +308,12 @@ def test_the_wall_grid_has_the_rays_and_where_the_camera_starts(shared: Client, 
     assert grid["start"] == start
 
 
-def test_everything_is_found_again_after_a_restart(tmp_path: Path, clip: Path) -> None:
-    with serving(tmp_path / "data") as client:
-        inspection_id = client.tracked(clip)
-        before = client.inspection(inspection_id)
-        track = client.get(f"/api/inspections/{inspection_id}/track").text
-    with serving(tmp_path / "data") as client:
-        assert client.inspection(inspection_id) == before
-        assert client.get(f"/api/inspections/{inspection_id}/track").text == track
-        picture = client.get(f"/api/inspections/{inspection_id}/frames/5.jpg").content
-        assert frame_number(picture) == 5
-
-
-def test_a_damaged_photo_folder_does_not_hide_the_inspection(server: Client, done: str) -> None:
-    name = server.tag(done).json()["id"]
-    shutil.rmtree(server.data / "inspections" / done / "photos")
-    answer = server.get(f"/api/inspections/{done}/observations/{name}/photo")
+def test_a_damaged_photo_folder_does_not_hide_the_inspection(shared: Client, own: str) -> None:
+    name = shared.tag(own).json()["id"]
+    shutil.rmtree(shared.data / "inspections" / own / "photos")
+    answer = shared.get(f"/api/inspections/{own}/observations/{name}/photo")
     assert_error(answer, 404, "photo_not_found")
-    assert server.inspection(done)["defects"] == 1
+    assert shared.inspection(own)["defects"] == 1
 
 
 def test_presets_are_rigs(shared: Client) -> None:

@@ -1,10 +1,9 @@
 """Who is logged in, and what he has chosen."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
-from builders import Client, assert_error, serving
+from builders import Client, assert_error
 
 CRACK = {
     "code": "BAB",
@@ -34,13 +33,6 @@ def test_before_the_first_choice_there_are_defaults(server: Client) -> None:
     assert [quick["code"] for quick in chosen["quick_codes"]] == [
         "BAB", "BAC", "BAF", "BAJ", "BBA", "BBB", "BBC", "BBF", "BDD",
     ]  # fmt: skip
-
-
-def test_choices_outlive_the_server(tmp_path: Path) -> None:
-    with serving(tmp_path) as client:
-        assert client.put("/api/me/preferences", json=CHOSEN).json() == CHOSEN
-    with serving(tmp_path) as client:
-        assert client.get("/api/me").json()["preferences"] == CHOSEN
 
 
 @pytest.mark.parametrize(

@@ -59,6 +59,7 @@ def test_the_sample_is_rendered_once_and_comes_with_tags(tmp_path: Path) -> None
         assert again["state"] == "ready"
         assert again["inspection_id"] != made["inspection_id"]
         assert children(CHILD) == []  # the video was kept
+        client.post(f"/api/inspections/{again['inspection_id']}/cancel")
 
 
 def test_a_renderer_that_dies_is_reported_and_can_be_tried_again(server: Client) -> None:

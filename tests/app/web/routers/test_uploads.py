@@ -85,19 +85,6 @@ def test_more_than_the_server_takes_is_refused_at_once(tmp_path: Path) -> None:
         assert_error(answer, 413, "upload_too_large")
 
 
-def test_a_full_disk_is_reported_at_creation_and_in_mid_upload(tmp_path: Path) -> None:
-    with serving(tmp_path) as client:
-        location = create(client)
-        client.patch_upload(location, 0, CONTENT[:1000])
-    with serving(tmp_path, disk_reserve_bytes=2**50) as client:
-        answer = client.post("/api/uploads", headers={**TUS, "Upload-Length": "10"})
-        assert_error(answer, 507, "disk_full")
-        assert_error(client.patch_upload(location, 1000, CONTENT[1000:]), 507, "disk_full")
-        assert offset(client, location) == 1000
-    with serving(tmp_path) as client:
-        assert client.patch_upload(location, 1000, CONTENT[1000:]).status_code == 204
-
-
 def test_a_wrong_offset_is_answered_with_the_true_one(shared: Client) -> None:
     location = create(shared)
     shared.patch_upload(location, 0, CONTENT[:500])
@@ -200,16 +187,6 @@ def test_one_request_at_a_time_uses_an_upload(shared: Client) -> None:
         second = shared.patch_upload(location, offset(shared, location), b"x")
         assert_error(second, 423, "upload_busy")
         assert_error(shared.delete(location, headers=TUS), 423, "upload_busy")
-
-
-def test_an_upload_goes_on_after_a_restart(tmp_path: Path) -> None:
-    with serving(tmp_path) as client:
-        location = create(client)
-        client.patch_upload(location, 0, CONTENT[:2_000_000])
-    with serving(tmp_path) as client:
-        assert offset(client, location) == 2_000_000
-        client.patch_upload(location, 2_000_000, CONTENT[2_000_000:])
-        assert stored(client, location) == CONTENT
 
 
 def test_forgotten_uploads_expire(tmp_path: Path) -> None:
