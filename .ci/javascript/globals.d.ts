@@ -17,8 +17,28 @@ interface PartsOf {}
 type Parts<Modules extends keyof PartsOf> = Joined<PartsOf[Modules]>;
 type Joined<U> = (U extends unknown ? (member: U) => void : never) extends (all: infer All) => void ? All : never;
 
-/** The event of a name: the browser's own, else one that the page fires itself. */
-type EventOf<Name extends string> = Name extends keyof HTMLElementEventMap ? HTMLElementEventMap[Name] : CustomEvent;
+/** The event of a name: the browser's own, else one that the page fires itself. Its target is in the page's own markup. */
+type EventOf<Name extends string> = (Name extends keyof HTMLElementEventMap ? HTMLElementEventMap[Name] : CustomEvent) & {
+  readonly target: any;
+  readonly currentTarget: any;
+};
+
+/** The element of a selector: known where that is a tag. */
+type Selected<S extends string> = S extends keyof HTMLElementTagNameMap ? HTMLElementTagNameMap[S] : any;
+
+interface ParentNode {
+  querySelector<S extends string>(selectors: S): Selected<S> | null;
+  querySelectorAll<S extends string>(selectors: S): NodeListOf<Selected<S>>;
+}
+
+interface Element {
+  closest<S extends string>(selectors: S): Selected<S> | null;
+}
+
+interface HTMLElement {
+  /** The named elements of a row, kept by the module that made it. */
+  parts: any;
+}
 
 /** The page's own objects fire `CustomEvent`s, or an `Event` without anything in it. */
 interface EventTarget {

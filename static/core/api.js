@@ -3,9 +3,9 @@
 /** A refused or failed request. `status` is 0 when the server could not be reached. */
 export class ApiError extends Error {
   /** For an overtaken change: the stored content, null if it was deleted. */
-  current = null;
+  current = /** @type {any} */ (null);
   /** The version of that content. */
-  version = null;
+  version = /** @type {string|null} */ (null);
 
   /**
    * @param {number} status
@@ -49,7 +49,7 @@ export const session = new EventTarget();
  * Sends a request; returns the response, or throws an ApiError when it is not a success.
  * @param {string} method
  * @param {string} path
- * @param {{headers?: object, body?: BodyInit, signal?: AbortSignal, allow?: number[]}} [options]
+ * @param {{headers?: Record<string, string>, body?: BodyInit, signal?: AbortSignal, allow?: number[]}} [options]
  *     allow: failing statuses that the caller handles
  */
 export async function send(method, path, { headers = {}, body, signal, allow = [] } = {}) {

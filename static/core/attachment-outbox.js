@@ -49,7 +49,7 @@ export class AttachmentOutbox extends EventTarget {
    * @param {AbortSignal} signal
    */
   static async open(tags, signal) {
-    const operations = await Operations.open(NAME);
+    const operations = /** @type {Operations<Operation>} */ (await Operations.open(NAME));
     return new AttachmentOutbox(operations, await operations.all(), tags, signal);
   }
 
@@ -124,6 +124,7 @@ export class AttachmentOutbox extends EventTarget {
 
   /** Sends the stored operations, not those that this tab last saw: another tab may have sent some. */
   async #sendAll() {
+    /** @param {Operation} operation */
     const isReady = ({ refusal, observation }) => !refusal && !this.#tags.isWaiting(observation);
     let operation;
     while ((operation = (await this.#operations.all()).find(isReady))) {
@@ -204,6 +205,6 @@ async function deliver({ inspection, observation, attachment, kind, body, sound,
   if (kind === 'restore') return post(`${path}/restore`, undefined, signal);
   if (kind === 'put') return put(path, body, signal);
   const headers = { 'Content-Type': sound.type };
-  const query = new URLSearchParams({ duration_s: shown.duration_s });
+  const query = new URLSearchParams({ duration_s: String(shown.duration_s) });
   return bodyOf(await send('PUT', `${path}/voice?${query}`, { headers, body: sound, signal }), 'json');
 }

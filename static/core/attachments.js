@@ -17,8 +17,8 @@ const NONE = Object.freeze([]);
  * @typedef {import('./observations.js').Observation} Observation
  * @typedef {Api['Stroke']} Stroke
  *
- * @typedef {Pick<Api['AttachmentOut'], 'id'|'observation_id'|'kind'|'rank'|'strokes'|'file'> &
- *     Partial<Api['AttachmentOut']>} Shown an attachment as far as the page knows it
+ * @typedef {Pick<Api['AttachmentOut'], 'id'|'observation_id'|'kind'|'rank'|'file'> & {strokes?: Stroke[]} &
+ *     Partial<Omit<Api['AttachmentOut'], 'strokes'>>} Shown an attachment as far as the page knows it
  *
  * @typedef {object} Saving
  * @property {'saved'|'waiting'|'refused'} save
@@ -35,8 +35,7 @@ export class Attachments extends Store {
   #outbox;
   #history;
   #signal;
-  /** Those that the server has, by id. @type {Map<string, Api['AttachmentOut']>} */
-  #stored = new Map();
+  #stored = /** @type {Map<string, Shown>} */ (new Map());
   /** @type {Map<string, Attachment[]>} */
   #byObservation = new Map();
   #version = 0;
@@ -63,6 +62,7 @@ export class Attachments extends Store {
   /** Reads the server's list. */
   async load() {
     const version = this.#version;
+    /** @type {{attachments: Shown[]}} */
     const { attachments } = await get(`/api/inspections/${this.#inspection}/attachments`, this.#signal);
     if (version !== this.#version) {
       await this.load(); // something was stored meanwhile: the list is older than what is known
@@ -96,7 +96,9 @@ export class Attachments extends Store {
    */
   add(observation, picture) {
     const ranks = this.of(observation.id).map(({ rank }) => rank);
+    /** @type {Api['Picture']} */
     const body = { strokes: [], rank: Math.max(0, ...ranks) + 1, ...picture };
+    /** @type {Shown} */
     const shown = { id: newId(), observation_id: observation.id, ...body, file: null, photo_error: null };
     this.#put(shown, body);
     this.#add('attach', observation, shown);
@@ -110,6 +112,7 @@ export class Attachments extends Store {
    * @param {number} durationS
    */
   say(observation, sound, durationS) {
+    /** @type {Shown} */
     const shown = {
       id: newId(), observation_id: observation.id, kind: 'voice', rank: 0, strokes: [], duration_s: durationS, file: null,
     };
@@ -124,6 +127,7 @@ export class Attachments extends Store {
    * @param {Stroke[]} strokes
    */
   redraw(observation, item, strokes) {
+    /** @param {Stroke[]} drawn */
     const draw = (drawn) => this.#put({ ...item, strokes: drawn }, { ...bodyOf(item), strokes: drawn });
     draw(strokes);
     this.#history.add({
@@ -133,14 +137,15 @@ export class Attachments extends Store {
 
   /**
    * Puts the pictures of an observation into another order.
-   * @param {object} observation
+   * @param {Observation} observation
    * @param {(Attachment|null)[]} pictures null is the observation's own photo
    */
   order(observation, pictures) {
     const own = Math.max(0, pictures.indexOf(null));
-    const wanted = pictures.map((item, i) => [item, i - own]).filter(([item, rank]) => item && item.rank !== rank);
-    const before = wanted.map(([item]) => [item, item.rank]);
-    const apply = (ranks) => ranks.forEach(([item, rank]) => this.#put({ ...item, rank }, { ...bodyOf(item), rank }));
+    const wanted = pictures.map((item, i) => ({ item, rank: i - own })).filter(({ item, rank }) => item && item.rank !== rank);
+    const before = wanted.map(({ item }) => ({ item, rank: item.rank }));
+    /** @param {{item: Attachment, rank: number}[]} ranks */
+    const apply = (ranks) => ranks.forEach(({ item, rank }) => this.#put({ ...item, rank }, { ...bodyOf(item), rank }));
     apply(wanted);
     this.#history.add({
       what: 'order', item: observation, changes: [], run: (isBack) => apply(isBack ? before : wanted), isOvertaken,
@@ -185,6 +190,7 @@ export class Attachments extends Store {
    * @param {Shown} item
    */
   #add(what, observation, item) {
+    /** @param {boolean} isBack */
     const run = (isBack) => {
       if (isBack === (what === 'attach')) this.#queue('delete', item);
       else this.#queue('restore', item, { shown: item });
@@ -192,7 +198,7 @@ export class Attachments extends Store {
     this.#history.add({ what, item: observation, changes: [item], run, isOvertaken });
   }
 
-  /** @param {{operation: import('./attachment-outbox.js').Operation, answer: Api['AttachmentOut']|null}} detail */
+  /** @param {{operation: import('./attachment-outbox.js').Operation, answer: Shown|null}} detail */
   #answered({ operation, answer }) {
     if (operation.inspection !== this.#inspection) return;
     this.#version += 1;
@@ -203,6 +209,7 @@ export class Attachments extends Store {
   }
 
   #publish() {
+    /** @type {Map<string, any>} */
     const known = new Map([...this.#stored].map(([id, item]) => [id, { ...item, save: 'saved' }]));
     for (const { id: operation, attachment: id, kind, shown, sound, refusal } of this.#outbox.openFor(this.#inspection)) {
       const state = refusal ? { save: 'refused', refusal: errorText(refusal), operation } : { save: 'waiting' };
@@ -222,6 +229,7 @@ export class Attachments extends Store {
 
   /** Waits for pictures, which are made after their row is stored. */
   #awaitPictures() {
+    /** @param {Shown} item */
     const isMissing = ({ kind, file, photo_error: error }) => kind !== 'voice' && !file && !error;
     if ([...this.#stored.values()].some(isMissing)) this.#loadLater();
   }

@@ -8,6 +8,7 @@
  * @param {AbortSignal} signal
  */
 export function followRun({ axis, track, playhead, selection, observations }, signal) {
+  /** @type {{mm: number, isLive: boolean}|null} */
   let seen = null;
   track.addEventListener('change', () => axis.setRun(track.range), { signal });
   // A person who looks elsewhere is not disturbed.

@@ -23,6 +23,7 @@ export function followChanges(live, read, onError, signal) {
     isDue = true;
     if (!timer && !isReading) readIn(PAUSE_MS);
   };
+  /** @param {number} ms */
   const readIn = (ms) => {
     timer = setTimeout(readAll, ms);
   };

@@ -52,7 +52,7 @@ function meaning(group, row) {
   return common.filter((part) => !known.includes(part)).join(', ') || common.join(', ');
 }
 
-/** Hours that are being typed: @3, @10, @01, @9@3; a lone 1 may become 10, 11 or 12. */
+/** Hours that are being typed, each after an at sign: 3, 10, 01, 9 and 3; a lone 1 may become 10, 11 or 12. */
 const HOUR = '(?:0[1-9]?|1[0-2]?|[2-9])';
 const CLOCK = new RegExp(`^@(?:${HOUR}(?:@${HOUR}?)?)?$`);
 
@@ -75,6 +75,7 @@ export function hoursOf(text) {
  * @param {number} most
  */
 export function lastCodes(observations, most) {
+  /** @param {import('./observations.js').Observation} item */
   const numberOf = ({ seq }) => seq ?? Number.MAX_SAFE_INTEGER; // one that the server has not numbered yet is newer than all
   const newestFirst = observations.filter(({ code }) => code).reverse().sort((a, b) => numberOf(b) - numberOf(a));
   const found = new Map();

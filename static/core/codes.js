@@ -24,6 +24,7 @@ export class Catalogue {
    * @param {string|null} [pack] id of an imported code pack; the built-in one without
    */
   static async load(signal, pack = null) {
+    /** @type {Api['CodeOut'][]} */
     const rows = await get(pack ? `/api/codes?pack=${encodeURIComponent(pack)}` : '/api/codes', signal);
     return new Catalogue(
       rows.map((row) => ({
@@ -37,7 +38,7 @@ export class Catalogue {
     );
   }
 
-  /** @param {CodeRow[]} rows */
+  /** @param {FullRow[]} rows */
   constructor(rows) {
     this.#rows = rows;
     this.#byCode = Map.groupBy(rows, (row) => row.code);
@@ -138,9 +139,8 @@ export class Catalogue {
     if (continuous?.startsWith('B')) return lacks; // the finish repeats its start
     const rules = this.row(code, char1, char2);
     if (rules.needs_clock === 'yes' && !(clockFrom ?? clock)) lacks.push('clock');
-    for (const name of ['quant1', 'quant2']) {
-      if (rules[name.replace('quant', 'needs_q')] === 'yes' && (item[name] ?? null) === null) lacks.push(name);
-    }
+    if (rules.needs_q1 === 'yes' && (item.quant1 ?? null) === null) lacks.push('quant1');
+    if (rules.needs_q2 === 'yes' && (item.quant2 ?? null) === null) lacks.push('quant2');
     return lacks;
   }
 
@@ -154,7 +154,7 @@ export class Catalogue {
   /**
    * Returns rows that begin with the letters of the text, then those that contain every word of it in code
    * or label, in any language; main codes come first.
-   * @returns {{code, char1, char2, label}[]}
+   * @returns {CodeRow[]}
    * @param {string} text
    * @param {number} [limit]
    */

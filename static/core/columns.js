@@ -169,7 +169,7 @@ class GrowingColumns {
  * @returns {Column}
  */
 function enlarged(column, length) {
-  const room = new column.constructor(Math.max(length, 2 * column.length));
+  const room = new /** @type {ColumnType} */ (column.constructor)(Math.max(length, 2 * column.length));
   room.set(column);
   return room;
 }

@@ -10,7 +10,8 @@ import { Store } from './store.js';
 /**
  * @typedef {Api['LengthIn']} Length
  * @typedef {Api['StatedIn']} Stated
- * @typedef {Pick<Api['CorrectionsOut'], 'stated'|'result'|'error'> & Partial<Api['CorrectionsOut']>} Answer
+ * @typedef {{stated: Stated, result: Record<string, any>|null, error: Api['ErrorOut']|null, reason?: Record<string, any>|null,
+ *     version?: string}} Answer
  */
 
 /** @type {Stated} */
@@ -27,7 +28,7 @@ export const knownLength = ({ lengths }) => lengths.find(({ kind }) => kind === 
 
 /**
  * A store of the answer for the stored statements; null until it is loaded.
- * @extends {Store<Api['CorrectionsOut']|null>}
+ * @extends {Store<Answer|null>}
  */
 export class Corrections extends Store {
   /** The statements being edited. */
@@ -219,6 +220,6 @@ class KeptDraft {
 function isSame(a, b) {
   if (a === b) return true;
   if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return false;
-  const [names, others] = [Object.keys(a), Object.keys(b)];
-  return names.length === others.length && names.every((name) => isSame(a[name], b[name]));
+  const [one, other] = [new Map(Object.entries(a)), new Map(Object.entries(b))];
+  return one.size === other.size && [...one].every(([name, value]) => other.has(name) && isSame(value, other.get(name)));
 }

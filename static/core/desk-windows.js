@@ -118,7 +118,7 @@ export class DeskWindows extends Store {
 
   #show() {
     const { playhead: { value: now }, selection, picking } = this.#desk;
-    const playhead = { ...now, capturedMs: null }; // that is by the clock of this page
+    const playhead = { ...now, capturedMs: /** @type {number|null} */ (null) }; // that is by the clock of this page
     this.#channel.postMessage({ type: 'shown', playhead, selection: selection.value, isPicking: picking.value !== null });
   }
 }

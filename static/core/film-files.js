@@ -48,6 +48,7 @@ export function filmsAmong(found) {
  */
 export function namesOf(paths) {
   const names = paths.map((path) => withoutEnding(path.split('/').at(-1)));
+  /** @param {string} name */
   const isAmbiguous = (name) => names.filter((other) => other === name).length > 1;
   // The end of a path distinguishes two films.
   return paths.map((path, i) => (isAmbiguous(names[i]) ? withoutEnding(path) : names[i]).slice(-LONGEST_NAME));
@@ -65,10 +66,11 @@ const isFilm = ({ name, type }) => !name.startsWith('.') && (FILM.test(name) || 
 /** @param {FileSystemEntry} entry @returns {Promise<Found[]>} */
 async function filesBelow(entry) {
   if (entry.isFile) {
-    const file = await new Promise((resolve, reject) => entry.file(resolve, reject));
+    const found = /** @type {FileSystemFileEntry} */ (entry);
+    const file = await new Promise((resolve, reject) => found.file(resolve, reject));
     return [{ file, path: entry.fullPath.replace(/^\//, '') }];
   }
-  const reader = entry.createReader();
+  const reader = /** @type {FileSystemDirectoryEntry} */ (entry).createReader();
   const children = [];
   // A reader returns at most a hundred entries at a time, and none when it has returned all.
   for (let some; (some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject))).length; ) {

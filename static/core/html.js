@@ -37,7 +37,7 @@ export function html(strings, ...values) {
 
 /**
  * Replaces the content of an element.
- * @template [Named={}]
+ * @template [Named=Record<string, any>]
  * @param {Element} element
  * @param {Markup} markup
  * @returns {Named} the elements marked `data-part`, by that name
@@ -74,7 +74,7 @@ export function setText(element, text) {
  * Updates the children of `container` to match `items` without rebuilding those that stay, so that focus
  * and scroll position survive.
  * @template Item
- * @template {HTMLElement} Row
+ * @template {Element} Row
  * @param {Element} container whose children are all made here
  * @param {readonly Item[]} items
  * @param {(item: Item) => string|number} keyOf
@@ -82,7 +82,7 @@ export function setText(element, text) {
  * @param {(element: Row, item: Item) => void} update
  */
 export function patchList(container, items, keyOf, create, update) {
-  const children = /** @type {Row[]} */ ([...container.children]);
+  const children = /** @type {any[]} */ ([...container.children]);
   const present = new Map(children.map((child) => [child.dataset.key, child]));
   let next = container.firstElementChild;
   for (const item of items) {

@@ -104,8 +104,8 @@ export class Inspection extends Store {
   /**
    * Changes name or header, based on the stored state; tries again with the new state when somebody else was
    * faster.
-   * @param {(inspection: object) => object|null} changesOf null leaves it as it is
-   * @returns {Promise<object>} the stored state that the change was based on
+   * @param {(inspection: Api['InspectionOut']) => object|null} changesOf null leaves it as it is
+   * @returns {Promise<Api['InspectionOut']>} the stored state that the change was based on
    */
   async #put(changesOf) {
     for (;;) {

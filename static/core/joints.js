@@ -18,7 +18,7 @@ export const isSeen = ({ u95_m: u95M }) => u95M !== null;
  */
 export function jointsOf(result) {
   if (!result) return [];
-  const expected = result.expected_joints.map((joint) => ({ ...joint, u95_m: null }));
+  const expected = result.expected_joints.map((joint) => /** @type {Joint} */ ({ ...joint, u95_m: null }));
   const seen = result.joints.filter(({ number }) => number === null || number > 0);
   return [...seen, ...expected].sort((a, b) => a.distance_m - b.distance_m);
 }

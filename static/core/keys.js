@@ -75,7 +75,7 @@ export function bindKeys(target, bindings, signal, except = new Set()) {
   const table = new Map(bindings.flatMap((binding) => binding.keys.map((key) => [key, binding])));
   target.addEventListener(
     'keydown',
-    (event) => {
+    (/** @type {any} */ event) => {
       const key = keyName(event);
       const binding = table.get(key);
       if (!binding || !isKeyOn(key) || event.altKey || except.has(key) || isTaken(event.target, key)) return;

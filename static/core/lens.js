@@ -53,6 +53,7 @@ export const focalOfSensor = (focalMm, sensorMm, { width }) => (focalMm / sensor
  */
 export function resized(camera, width, height) {
   const scale = width / camera.width;
+  /** @param {number} centre */
   const to = (centre) => (centre + 0.5) * scale - 0.5; // pixel centres are at integers
   return {
     width, height,

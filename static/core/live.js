@@ -21,7 +21,7 @@ const DEAD_AFTER_MS = 10_000;
 /**
  * Splits one binary message.
  * @param {ArrayBuffer} message
- * @returns {{header: object, jpeg: Uint8Array|null}}
+ * @returns {{header: {seq: number, age_ms: number|null}, jpeg: Uint8Array|null}}
  */
 export function parseMessage(message) {
   const length = new DataView(message).getUint32(0);

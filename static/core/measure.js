@@ -54,7 +54,7 @@ export function measured(kind, sights, radius) {
   if (sights.length < KINDS[kind].least || sights.includes(null)) return null;
   if (kind === 'depth' && radius === null) return null;
   const share = kind === 'depth' ? fillShare(sights) : null;
-  const value = share === null ? SIZE[kind](sights, radius) : 2 * radius * share;
+  const value = share === null ? SIZE[/** @type {keyof typeof SIZE} */ (kind)](sights, radius) : 2 * radius * share;
   if (!Number.isFinite(value)) return null;
   const percent = share === null ? null : 100 * share;
   return { value, u95: null, unit: kind === 'area' ? 'mm2' : 'mm', percent, percent_u95: null };
@@ -104,7 +104,7 @@ function lengthOf(sights, radius) {
  * @returns {[number, number][]}
  */
 function developed(sights, radius) {
-  if (radius === null) return sights.map(({ at }) => at.slice(0, 2));
+  if (radius === null) return sights.map(({ at: [along, right] }) => [along, right]);
   /** @type {number|null} */
   let before = null;
   return sights.map(({ at: [along, right, down] }) => {

@@ -167,6 +167,7 @@ export const metresPerPx = ({ y, zoom }) => EQUATOR_M / Math.cosh(Math.PI * (1 -
 export function scaleBar(mPerPx, mostPx, lengthUnit) {
   const most = mPerPx * mostPx;
   const isLong = lengthUnit === 'm' ? most >= 1000 : most >= FT_PER_MI * M_PER_FT;
+  /** @type {['m'|'km'|'ft'|'mi', number]} */
   const [unit, metres] = lengthUnit === 'm'
     ? [isLong ? 'km' : 'm', isLong ? 1000 : 1]
     : [isLong ? 'mi' : 'ft', isLong ? FT_PER_MI * M_PER_FT : M_PER_FT];

@@ -96,11 +96,13 @@ export class Observations extends Store {
   /** Reads the server's list and applies what is still in the outbox. */
   async load(signal = this.#signal) {
     const version = this.#version;
+    /** @type {Api['ObservationsOut']} */
     const { observations, next_stretch: next } = await get(this.#path, signal);
     if (version !== this.#version) {
       await this.load(signal); // something changed meanwhile: the list is older than what is shown
       return;
     }
+    /** @type {Map<string, any>} */
     const known = new Map(observations.map((item) => [item.id, { ...item, save: 'saved' }]));
     for (const { observation, kind, fields, refusal } of this.#outbox.openFor(this.#inspection)) {
       if (kind === 'delete' && refusal && known.has(observation)) {
@@ -177,6 +179,7 @@ export class Observations extends Store {
       this.#history.add({ ...this.#step('edit', edited, item), visit });
       return;
     }
+    /** @param {Change} change */
     const beforeOf = (change) => last.changes.find(({ id: other }) => other === change.id)?.before;
     const whole = edited.map((change) => ({ ...change, before: beforeOf(change) ?? change.before })).filter(isReal);
     this.#history.replaceLast(whole.length ? { ...this.#step('edit', whole, last.item), visit } : null);
@@ -205,7 +208,7 @@ export class Observations extends Store {
     const [start, ...others] = partsOf(this.value, { continuous: `A${number}` });
     this.#do('stretch', [
       changeOf(start, { continuous: null }),
-      ...others.map((part) => ({ id: part.id, before: fieldsOf(part), after: null })),
+      ...others.map((part) => /** @type {Change} */ ({ id: part.id, before: fieldsOf(part), after: null })),
     ]);
   }
 
@@ -275,7 +278,7 @@ export class Observations extends Store {
   }
 
   /**
-   * @param {object|null} item its earlier state, null when it did not exist
+   * @param {Observation|null} item its earlier state, null when it did not exist
    * @param {string} what
    * @param {Change[]} changes
    * @returns {import('./history.js').Step}
@@ -300,7 +303,7 @@ export class Observations extends Store {
     for (const { id, before, after } of changes) {
       const [from, to] = isBack ? [after, before] : [before, after];
       if (to === null) this.#remove(id);
-      else if (from === null) this.#bring(id, to);
+      else if (from === null) this.#bring(id, /** @type {Fields} */ (to));
       else if (this.find(id)) this.#save(id, to, seen, queue);
     }
   }
@@ -321,7 +324,7 @@ export class Observations extends Store {
       const now = found?.isDeleted ? null : found;
       const left = isBack ? after : before;
       if (left === null || now === null) return left !== now;
-      return Object.entries(left).some(([name, value]) => !isSame(now[name], value));
+      return Object.entries(left).some(([name, value]) => !isSame(now[/** @type {keyof Fields} */ (name)], value));
     });
   }
 
@@ -339,13 +342,14 @@ export class Observations extends Store {
    */
   #save(id, changes, seen, queue) {
     const before = this.find(id);
+    /** @type {Observation} */
     const item = { ...before, ...changes, save: 'waiting', version: null, isDeleted: false };
     const isMoved = 'frame' in changes || 'pixel' in changes;
     const place = isMoved ? { ...this.#placeOf(item.frame, item.pixel), photo: null, photo_error: null } : {};
     const clock = 'clock_from' in changes && {
       clock: item.clock_from ?? this.#placeOf(item.frame, item.pixel).clock,
     };
-    const figures = 'measures' in changes && { measured: null };
+    const figures = 'measures' in changes && /** @type {Partial<Observation>} */ ({ measured: null });
     this.#replace({ ...item, ...place, ...clock, ...figures });
     queue('save', id, fieldsOf(item), madeOf(before, seen));
   }
@@ -412,6 +416,7 @@ export class Observations extends Store {
   /** Waits for photos, which are made after their observation is stored. */
   #awaitPhotos() {
     clearTimeout(this.#timer);
+    /** @param {Observation} item */
     const isMissing = ({ save, photo, photo_error: error }) => save === 'saved' && !photo && !error;
     if (this.value.some(isMissing)) this.#loadLater();
   }
@@ -466,7 +471,7 @@ export class Observations extends Store {
 }
 
 /** @param {string} id @returns {Observation} */
-const unsaved = (id) => ({
+const unsaved = (id) => /** @type {Observation} */ ({
   id, code: null, distance_m: null, distance_u95_m: null, clock: null, photo: null, severity: null,
   remark: null, version: null,
 });
@@ -492,7 +497,7 @@ const undeleted = (item, refusal) => ({
  * @param {Partial<Fields>} [seen]
  */
 function madeOf(item, seen = {}) {
-  const isStored = Object.entries(seen).every(([name, value]) => isSame(item[name], value));
+  const isStored = Object.entries(seen).every(([name, value]) => isSame(item[/** @type {keyof Fields} */ (name)], value));
   return { before: { ...fieldsOf(item), ...seen }, version: isStored ? item.version : null };
 }
 
@@ -504,7 +509,7 @@ function madeOf(item, seen = {}) {
  */
 const changeOf = (item, changes) => ({
   id: item.id,
-  before: Object.fromEntries(Object.keys(changes).map((name) => [name, item[name] ?? null])),
+  before: Object.fromEntries(Object.keys(changes).map((name) => [name, item[/** @type {keyof Fields} */ (name)] ?? null])),
   after: changes,
 });
 

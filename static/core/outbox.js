@@ -69,7 +69,7 @@ export class Outbox extends EventTarget {
 
   /** Opens the outbox of this browser and sends what it still holds. */
   static async open() {
-    const operations = await Operations.open(NAME);
+    const operations = /** @type {Operations<Operation>} */ (await Operations.open(NAME));
     return new Outbox(operations, await operations.all());
   }
 
@@ -257,6 +257,7 @@ export class Outbox extends EventTarget {
    */
   async #deliver(path, { kind, observation, fields, before, version, isSent }, signal) {
     const isDelete = kind === 'delete';
+    /** @param {string} [replaced] */
     const send = (replaced) => (isDelete ? remove(path, signal, replaced) : put(path, fields, signal, replaced));
     if (!before && (isDelete || !isSent)) return send();
     const taken = this.#taken.get(observation);

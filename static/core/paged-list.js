@@ -117,12 +117,12 @@ export class PagedList extends Store {
   }
 
   #query() {
-    return new URLSearchParams([...this.#chosen(), ['offset', this.offset], ['limit', this.limit]]);
+    return new URLSearchParams([...this.#chosen(), ['offset', String(this.offset)], ['limit', String(this.limit)]]);
   }
 
   #keepInAddress() {
     const page = this.offset / this.limit + 1;
-    const query = new URLSearchParams([...this.#chosen(), ...(page > 1 ? [['page', page]] : [])]);
+    const query = new URLSearchParams([...this.#chosen(), ...(page > 1 ? [['page', String(page)]] : [])]);
     history.replaceState(null, '', `${location.pathname}${query.size ? `?${query}` : ''}`);
   }
 }

@@ -10,6 +10,7 @@ import { Store } from './store.js';
  */
 export class People extends Store {
   #live;
+  /** @type {string|null} */
   #editing = null;
 
   /**

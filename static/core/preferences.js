@@ -17,6 +17,8 @@ const UNSTATED = {
   char1: null, char2: null, severity: null, quant1: null, quant2: null, clock_from: null, clock_to: null,
 };
 
+const QUICK = /** @type {(keyof Api['QuickCode'])[]} */ (['code', ...Object.keys(UNSTATED)]);
+
 /** Main codes of EN 13508-2 for the digit keys 1 to 9, the server's defaults. @type {Required<Api['QuickCode']>[]} */
 export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BBF', 'BDD'].map(
   (code) => ({ code, ...UNSTATED }),
@@ -95,4 +97,4 @@ export function quickCodesWith(i, tag) {
  * @returns {Required<Api['QuickCode']>}
  */
 export const templateOf = (tag) =>
-  Object.fromEntries(['code', ...Object.keys(UNSTATED)].map((name) => [name, tag[name] ?? null]));
+  /** @type {any} */ (Object.fromEntries(QUICK.map((name) => [name, tag[name] ?? null])));

@@ -51,4 +51,4 @@ export class Proposals extends Store {
 }
 
 /** @param {Proposal} proposal */
-const nearness = ({ code, char1 }) => (code !== null) + (char1 !== null);
+const nearness = ({ code, char1 }) => Number(code !== null) + Number(char1 !== null);

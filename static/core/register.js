@@ -35,7 +35,8 @@ export const alike = (assetId, signal) => get(`${REGISTER}/like?${new URLSearchP
  * @returns {Promise<string[]>}
  */
 export async function idsWith(text, signal) {
-  const { assets } = await get(`${REGISTER}/assets?${new URLSearchParams({ search: text, limit: OFFERED })}`, signal);
+  /** @type {Api['RegisterOut']} */
+  const { assets } = await get(`${REGISTER}/assets?${new URLSearchParams({ search: text, limit: String(OFFERED) })}`, signal);
   return assets.map(({ asset_id: id }) => id);
 }
 
@@ -80,7 +81,9 @@ export const importTable = (file, isDryRun, signal) => sendFile(`${REGISTER}/imp
  * @param {Record<string, unknown>} header
  */
 export function lacking(fields, header) {
+  /** @param {string} name */
   const isEmpty = (name) => (header[name] ?? '') === '';
+  /** @param {string} name */
   const contradicts = (name) => name in fields && !isEmpty(name) && header[name] !== fields[name];
   const contradicted = new Set(TOGETHER.filter((names) => names.some(contradicts)).flat());
   if (!isEmpty('job_ref') || !isEmpty('client_job_ref')) contradicted.add('project');
@@ -105,7 +108,7 @@ export function readLine(text) {
   const points = rows.map((row) => {
     const found = /^(-?\d+(?:\.\d+)?)[\s,;]+(-?\d+(?:\.\d+)?)$/.exec(row.replaceAll('−', '-'));
     const [lat, lon] = found ? [Number(found[1]), Number(found[2])] : [NaN, NaN];
-    return Math.abs(lat) <= 90 && Math.abs(lon) <= 180 ? [lon, lat] : null;
+    return Math.abs(lat) <= 90 && Math.abs(lon) <= 180 ? /** @type {[number, number]} */ ([lon, lat]) : null;
   });
   const wrong = points.indexOf(null);
   return wrong < 0 ? { line: points, fault: null } : { line: [], fault: rows[wrong] };

@@ -30,12 +30,13 @@ export function recall(key, otherwise) {
 
 /**
  * Returns `usual` with the members that are remembered; one of another kind counts as not remembered.
- * @template T
+ * @template {Record<string, any>} T
  * @param {string} key
  * @param {T} usual a member that is null may become anything
  * @returns {T}
  */
 export function recallMembers(key, usual) {
+  /** @param {[string, any]} member */
   const isFit = ([name, value]) => name in usual && (usual[name] === null || kindOf(value) === kindOf(usual[name]));
   return { ...usual, ...Object.fromEntries(Object.entries(recall(key, {})).filter(isFit)) };
 }

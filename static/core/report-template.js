@@ -27,6 +27,7 @@ const pathOf = (project) => `${TEMPLATES}/${encodeURIComponent(project)}`;
  * @param {AbortSignal} [signal]
  */
 export async function projectsWithTemplate(signal) {
+  /** @type {Api['ReportTemplatesOut']} */
   const { templates } = await get(TEMPLATES, signal);
   return templates.map(({ project }) => project);
 }

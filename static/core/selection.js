@@ -55,7 +55,7 @@ export class Selection extends EventTarget {
   /**
    * Selects or leaves out one item of a page, or all from the one that was marked last to it. Of "all" the rest of
    * the page stays: the other pages are not known one by one.
-   * @param {{id: string}[]} page
+   * @param {Item[]} page
    * @param {string} id
    * @param {{isSelected: boolean, isRange: boolean}} how
    */

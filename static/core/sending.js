@@ -57,7 +57,7 @@ export class Sender {
 
 /**
  * Resolves when no operation of an inspection is waiting, or when `signal` aborts.
- * @param {EventTarget} box fires `change`; `openFor` returns its operations, with `refusal` where they do not wait
+ * @param {import('./outbox.js').Outbox|import('./attachment-outbox.js').AttachmentOutbox} box
  * @param {string} inspection
  * @param {AbortSignal} signal
  */

@@ -32,6 +32,7 @@ export function stretchesOf(observations, endM) {
     ({ continuous }) => continuous.slice(1),
   );
   return [...byNumber].flatMap(([number, parts]) => {
+    /** @param {string} role */
     const of = (role) => parts.find(({ continuous }) => continuous.startsWith(role));
     const [start, finish] = [of('A'), of('B')];
     if (!start) return [];

@@ -61,6 +61,7 @@ export class Track extends RunColumns {
   /** @returns {Row|null} @param {number} frame */
   row(frame) {
     if (!(frame >= 0 && frame < this.length)) return null;
+    /** @type {any} */
     const row = { frame };
     for (const name of COLUMNS) row[name] = this.column(name)[frame];
     row.status = STATUSES[row.status];

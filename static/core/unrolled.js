@@ -107,6 +107,7 @@ export class TilePictures extends EventTarget {
    */
   want(tiles, widthPx, heightPx) {
     const { width_px: width, height_px: height } = this.#unrolled.value;
+    /** @type {[number, number]} */
     const size = [enough(widthPx, width), enough(heightPx, height)];
     this.#wanted = tiles.filter((tile) => !this.#isGood(tile, size)).map((tile) => ({ tile, size }));
     this.#loadNext();
@@ -153,6 +154,7 @@ export class TilePictures extends EventTarget {
     const path = this.#unrolled.pathOf(tile);
     try {
       const picture = await blob(path, this.#signal);
+      /** @type {ImageBitmapOptions} */
       const options = { resizeWidth, resizeHeight, resizeQuality: 'medium' };
       this.#keep(tile, await createImageBitmap(picture, options));
     } catch (error) {

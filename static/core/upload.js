@@ -43,7 +43,7 @@ export const isArchive = ({ name }) => name.toLowerCase().endsWith('.zip');
 export function unfinishedFilms() {
   return Object.keys(localStorage)
     .filter((key) => key.startsWith(REMEMBERED))
-    .map((key) => ({ key, ...recall(key, {}) }))
+    .map((key) => ({ key, ...recall(key, /** @type {Omit<Unfinished, 'key'>} */ ({})) }))
     .filter((upload) => upload.url && !isArchive(upload));
 }
 
@@ -79,7 +79,7 @@ export class Upload extends EventTarget {
     this.#file = file;
     this.#path = path;
     this.#key = keyOf(file, path);
-    this.#url = recall(this.#key, {}).url ?? null;
+    this.#url = recall(this.#key, /** @type {Partial<Unfinished>} */ ({})).url ?? null;
   }
 
   get size() {

@@ -84,6 +84,7 @@ export class WallGrid {
     const view = this.#view(pose);
     const at = ray && this.#meet(ray, view);
     if (!at) return null;
+    /** @param {Vector} point @returns {Vector} */
     const corrected = ([x, y, z]) => [pose.x_mm + this.#grid.scale * (x - pose.x_mm), this.#grid.scale * y, this.#grid.scale * z];
     return { at: corrected(at), from: corrected(view.from) };
   }
@@ -98,8 +99,9 @@ export class WallGrid {
     const { from, turn } = this.#view(pose);
     const angle = radius === null ? 0 : angleAt(point.clock_h);
     const [y, z] = radius === null ? [point.right_mm, 0] : [radius * Math.sin(angle), radius * Math.cos(angle)];
+    /** @type {Vector} */
     const away = [1000 * point.distance_m - from[0], y - from[1], z - from[2]];
-    const sight = unit([0, 1, 2].map((k) => turn.reduce((sum, row, i) => sum + row[k] * away[i], 0)));
+    const sight = unit(vector((k) => turn.reduce((sum, row, i) => sum + row[k] * away[i], 0)));
     for (const strip of this.#strips) {
       if (!isWithin(strip.cone, sight)) continue;
       for (const triangle of strip.triangles) {
@@ -157,7 +159,7 @@ export class WallGrid {
     const { rays } = this.#grid;
     const corners = this.#corners(u, v);
     if (!corners || corners.some(({ i, j }) => rays[i][j] === null)) return null;
-    return [0, 1, 2].map((k) => corners.reduce((sum, { i, j, weight }) => sum + weight * rays[i][j][k], 0));
+    return vector((k) => corners.reduce((sum, { i, j, weight }) => sum + weight * rays[i][j][k], 0));
   }
 
   /** Returns the wall point that a ray of the robot meets, or null. @param {Vector} ray @param {View} view */
@@ -237,8 +239,11 @@ function rotation({ yaw_deg: yaw, pitch_deg: pitch, roll_deg: roll }) {
 /** @param {Vector} a @param {Vector} b */
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 
-/** @param {Vector} vector */
-const unit = (vector) => vector.map((part) => part / Math.hypot(...vector));
+/** @param {Vector} ray */
+const unit = (ray) => vector((k) => ray[k] / Math.hypot(...ray));
+
+/** @param {(k: number) => number} part @returns {Vector} */
+const vector = (part) => [part(0), part(1), part(2)];
 
 /**
  * @param {Vector} a
@@ -252,7 +257,9 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a
  * @param {Grid} grid
  */
 function stripsOf({ cols, rows, u, v, rays }) {
+  /** @param {number} i @param {number} j */
   const corner = (i, j) => ({ ray: rays[i][j], u: u[j], v: v[i] });
+  /** @param {number} i @param {number} j */
   const halvesOf = (i, j) => [
     [corner(i, j), corner(i, j + 1), corner(i + 1, j)],
     [corner(i + 1, j + 1), corner(i, j + 1), corner(i + 1, j)],
@@ -274,7 +281,7 @@ function stripsOf({ cols, rows, u, v, rays }) {
  * @returns {Cone}
  */
 function coneOf(corners) {
-  const axis = unit([0, 1, 2].map((k) => corners.reduce((sum, { ray }) => sum + ray[k], 0)));
+  const axis = unit(vector((k) => corners.reduce((sum, { ray }) => sum + ray[k], 0)));
   return { axis, cosine: Math.min(...corners.map(({ ray }) => dot(ray, axis))) - ROUNDING };
 }
 
@@ -293,6 +300,7 @@ function inTriangle(ray, [p, q, s]) {
   const shares = [[q, s], [s, p], [p, q]].map(([one, other]) => dot(ray, cross(one.ray, other.ray)) / volume);
   if (shares.some((share) => share < -ROUNDING)) return null;
   const total = shares[0] + shares[1] + shares[2];
+  /** @param {'u'|'v'} name */
   const mean = (name) => [p, q, s].reduce((sum, corner, k) => sum + shares[k] * corner[name], 0) / total;
   return [mean('u'), mean('v')];
 }

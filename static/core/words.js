@@ -8,7 +8,7 @@
 import { preferences } from './preferences.js';
 
 /** [code, own name] of each language that the server has words of; it names them in the head of the page. */
-export const LANGUAGES = [...document.querySelectorAll('link[hreflang]')].map(({ hreflang, title }) => [hreflang, title]);
+export const LANGUAGES = [.../** @type {NodeListOf<HTMLLinkElement>} */ (document.querySelectorAll('link[hreflang]'))].map(({ hreflang, title }) => [hreflang, title]);
 
 /** @param {string|null} code */
 const isOffered = (code) => LANGUAGES.some(([offered]) => offered === code);

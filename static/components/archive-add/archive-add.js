@@ -43,6 +43,7 @@ export class ArchiveAdd extends Component {
   #wanted = null;
 
   mount() {
+    /** @type {Parts<'archive-add/archive-add'>} */
     this.parts = render(
       this,
       archivePage({

@@ -18,6 +18,7 @@ export class ArchiveAssets extends Component {
   }
 
   #showAll() {
+    /** @type {Parts<'archive-assets/archive-assets'>} */
     this.parts = render(this, archivePage({ title: t('archive.assets'), ways: exportButton(), content: assetTableMarkup() }));
     const { parts, signal } = this;
     const list = fillAssetTable(this, false);
@@ -30,6 +31,7 @@ export class ArchiveAssets extends Component {
   }
 
   #showOne(asset) {
+    /** @type {Parts<'archive-assets/archive-assets'>} */
     this.parts = render(
       this,
       archivePage({

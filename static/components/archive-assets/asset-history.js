@@ -39,6 +39,7 @@ export class AssetHistory extends Component {
   #asked = new AbortController();
 
   mount() {
+    /** @type {Parts<'archive-assets/asset-history'>} */
     this.parts = render(
       this,
       html`<div class="asset__about"><div class="asset__facts" data-part="facts"></div><asset-map class="asset__map" data-part="map" hidden></asset-map></div>

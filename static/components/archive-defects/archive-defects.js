@@ -27,6 +27,7 @@ export class ArchiveDefects extends Component {
 
   mount() {
     const { signal } = this;
+    /** @type {Parts<'archive-defects/archive-defects'>} */
     this.parts = render(this, archivePage({ title: t('archive.defects'), ways: exportButton(), content: contentMarkup() }));
     const { parts } = this;
     const list = new PagedList('/api/archive/defects', { filters: [...FILTERS, 'sort', 'descending'], signal });

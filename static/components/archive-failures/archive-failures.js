@@ -18,6 +18,7 @@ export class ArchiveFailures extends Component {
   #groups = [];
 
   mount() {
+    /** @type {Parts<'archive-failures/archive-failures'>} */
     this.parts = render(
       this,
       archivePage({

@@ -42,6 +42,7 @@ export class ArchiveFilms extends Component {
   #states = {};
 
   mount() {
+    /** @type {Parts<'archive-films/archive-films'>} */
     this.parts = render(
       this,
       archivePage({

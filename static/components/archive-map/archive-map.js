@@ -43,6 +43,7 @@ export class ArchiveMap extends Component {
     const query = new URLSearchParams(location.search);
     this.#filters = Object.fromEntries(FILTERS.map((name) => [name, query.get(name) ?? '']));
     this.#next = lookOf(query.get('at')) ?? 'all';
+    /** @type {Parts<'archive-map/archive-map'>} */
     this.parts = render(this, archivePage({ title: t('archive.map'), content: contentMarkup() }));
     const { parts, signal } = this;
     this.#card = new Card(parts.card, signal);

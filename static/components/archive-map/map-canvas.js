@@ -49,6 +49,7 @@ export class MapCanvas extends Component {
   #isStale = true;
 
   mount() {
+    /** @type {Parts<'archive-map/map-canvas'>} */
     this.parts = render(
       this,
       html`<div class="map__sheet" data-part="sheet" tabindex="0" role="application" aria-label="${t('map.label')}" aria-describedby="map-keys">

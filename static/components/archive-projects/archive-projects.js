@@ -27,6 +27,7 @@ export class ArchiveProjects extends Component {
   }
 
   #showAll() {
+    /** @type {Parts<'archive-projects/archive-projects'>} */
     this.parts = render(
       this,
       archivePage({
@@ -65,6 +66,7 @@ export class ArchiveProjects extends Component {
 
   #showOne(project) {
     const query = queryOf(project);
+    /** @type {Parts<'archive-projects/archive-projects'>} */
     this.parts = render(
       this,
       archivePage({

@@ -26,6 +26,7 @@ const PROBLEMS = [
 
 export class ArchiveQuality extends Component {
   mount() {
+    /** @type {Parts<'archive-quality/archive-quality'>} */
     this.parts = render(
       this,
       archivePage({

@@ -22,6 +22,7 @@ export class ArchiveRegister extends Component {
   #list;
 
   mount() {
+    /** @type {Parts<'archive-register/archive-register'>} */
     this.parts = render(
       this,
       archivePage({

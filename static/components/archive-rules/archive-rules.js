@@ -21,6 +21,7 @@ export class ArchiveRules extends Component {
   #fields = [];
 
   mount() {
+    /** @type {Parts<'archive-rules/archive-rules'>} */
     this.parts = render(
       this,
       archivePage({

@@ -31,6 +31,7 @@ export class AssetMap extends Component {
     this.#places = placesOf(assets.slice(0, 1));
     this.#tiles = tiles && new Tiles(tiles, () => this.repaint(), () => {});
     const [place] = this.#places;
+    /** @type {Parts<'asset-map/asset-map'>} */
     this.parts = render(this, place ? markup(place, tiles && attribution) : html`<p class="panel find__nothing">${t('map.unknown')}</p>`);
     this.repaint();
   }

@@ -22,6 +22,7 @@ export class AssetNote extends Component {
   #asked = new AbortController();
 
   mount() {
+    /** @type {Parts<'asset-note/asset-note'>} */
     this.parts = render(this, html`<div role="status" data-part="same"></div><div role="status" data-part="filled"></div>`);
     this.listen(this.parts.same, 'click', ({ target }) => {
       const button = target.closest('[data-take]');

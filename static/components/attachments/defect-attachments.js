@@ -31,6 +31,7 @@ export class DefectAttachments extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     this.observationId = this.closest('defect-form').observationId;
+    /** @type {Parts<'attachments/defect-attachments'>} */
     this.parts = render(
       this,
       html`<ul class="thumbs" aria-label="${t('attach.photos')}" data-part="photos"></ul>

@@ -28,6 +28,7 @@ const LISTED = 50;
 export class ChecksPanel extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'checks-panel/checks-panel'>} */
     this.parts = render(
       this,
       html`<div class="checks__head"><p role="status" data-part="summary"></p>

@@ -48,6 +48,7 @@ export class ComparePage extends Component {
     document.title = t('compare.page');
     const query = new URLSearchParams(location.search);
     this.ids = { a: query.get('a'), b: query.get('b') };
+    /** @type {Parts<'compare-page/compare-page'>} */
     this.parts = render(
       this,
       html`${topBar(t('compare.title'))}

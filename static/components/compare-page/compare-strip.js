@@ -23,6 +23,7 @@ export class CompareStrip extends Component {
   #scale = 1;
 
   mount() {
+    /** @type {Parts<'compare-page/compare-strip'>} */
     this.parts = render(
       this,
       html`<div class="compare-strip__track" role="slider" tabindex="0" aria-label="${t('compare.strip')}" data-part="track">

@@ -17,6 +17,7 @@ export class RunChoice extends Component {
   mount() {
     // A search must leave the runs in the address, so they are among the filters; the server ignores them.
     this.#list = new PagedList('/api/inspections', { filters: [...SIDES, 'search'], signal: this.signal });
+    /** @type {Parts<'compare-page/run-choice'>} */
     this.parts = render(
       this,
       html`<div class="compare__choose">

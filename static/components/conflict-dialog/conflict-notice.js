@@ -19,6 +19,7 @@ export class ConflictNotice extends Component {
     const { conflicts, observations } = this.#desk;
     this.classList.add('message', 'message--warning');
     this.setAttribute('role', 'status');
+    /** @type {Parts<'conflict-dialog/conflict-notice'>} */
     this.parts = render(
       this,
       html`${icon('alert')}<span data-part="text"></span>

@@ -22,6 +22,7 @@ export class CorrectionsPanel extends Component {
   mount() {
     this.page = this.closest('inspection-page');
     this.corrections = this.page.desk.corrections;
+    /** @type {Parts<'corrections-panel/corrections-panel'>} */
     this.parts = render(
       this,
       html`<div class="fix__body">

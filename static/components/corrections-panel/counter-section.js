@@ -19,6 +19,7 @@ export class CounterSection extends Component {
     this.desk = this.page.desk;
     this.hidden = !hasFilm(this.desk.inspection.value);
     if (this.hidden) return;
+    /** @type {Parts<'corrections-panel/counter-section'>} */
     this.parts = render(
       this,
       html`<h3>${t('counter.title')}</h3>

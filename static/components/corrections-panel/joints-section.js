@@ -15,6 +15,7 @@ export class JointsSection extends Component {
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'corrections-panel/joints-section'>} */
     this.parts = render(
       this,
       html`<h3>${t('corrections.joints')}</h3>

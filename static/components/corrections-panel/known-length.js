@@ -26,6 +26,7 @@ export class KnownLength extends Component {
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'corrections-panel/known-length'>} */
     this.parts = render(
       this,
       html`<h3>${t('corrections.known')}</h3>

@@ -26,6 +26,7 @@ export class CorrectionOutcome extends Component {
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'corrections-panel/outcome'>} */
     this.parts = render(
       this,
       html`<dl class="ends-of-run number">

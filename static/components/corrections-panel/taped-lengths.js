@@ -20,6 +20,7 @@ export class TapedLengths extends Component {
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'corrections-panel/taped-lengths'>} */
     this.parts = render(
       this,
       html`<h3>${t('corrections.tapes')}</h3>

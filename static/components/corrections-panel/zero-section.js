@@ -11,6 +11,7 @@ export class ZeroSection extends Component {
   mount() {
     this.page = this.closest('inspection-page');
     this.desk = this.page.desk;
+    /** @type {Parts<'corrections-panel/zero-section'>} */
     this.parts = render(
       this,
       html`<h3>${t('corrections.zero')}</h3>

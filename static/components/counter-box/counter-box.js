@@ -34,6 +34,7 @@ export class CounterBox extends Component {
   draw({ source, alt, width, height }, box) {
     this.#size = [width, height];
     this.#box = box;
+    /** @type {Parts<'counter-box/counter-box'>} */
     this.parts = render(
       this,
       html`<div class="counter-box__picture" data-part="frame">

@@ -33,6 +33,7 @@ export class DataTable extends Component {
   fill({ caption, columns, keyOf, list, usual }) {
     this.#columns = columns;
     this.#keyOf = keyOf;
+    /** @type {Parts<'data-table/data-table'>} */
     this.parts = render(
       this,
       html`<table class="table" role="table">

@@ -42,6 +42,7 @@ export class ClockDial extends Component {
   mount() {
     this.setAttribute('role', 'group');
     this.setAttribute('aria-label', t('dial.label'));
+    /** @type {Parts<'defect-form/clock-dial'>} */
     this.parts = render(
       this,
       html`<svg class="dial" viewBox="-99 -99 198 198" data-part="face">

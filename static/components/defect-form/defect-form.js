@@ -45,6 +45,7 @@ export class DefectForm extends Component {
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'defect-form/defect-form'>} */
     this.parts = render(
       this,
       html`<div class="form__head">

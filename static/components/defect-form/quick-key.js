@@ -17,6 +17,7 @@ export class QuickKey extends Component {
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'defect-form/quick-key'>} */
     this.parts = render(
       this,
       html`<select class="input" data-part="key" aria-label="${t('form.quick_key')}" title="${t('form.quick_key_help')}"></select>`,

@@ -31,6 +31,7 @@ export class DefectList extends Component {
     this.desk = this.closest('inspection-page').desk;
     this.setAttribute('role', 'region');
     this.setAttribute('aria-label', t('defects.label'));
+    /** @type {Parts<'defect-list/defect-list'>} */
     this.parts = render(
       this,
       html`<open-stretches></open-stretches>

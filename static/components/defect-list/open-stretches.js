@@ -13,6 +13,7 @@ export class OpenStretches extends Component {
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'defect-list/open-stretches'>} */
     this.parts = render(this, html`<ul data-part="rows" aria-label="${t('stretch.open')}"></ul>`);
     this.listen(this.desk.observations, 'change', () => this.#update());
     this.listen(this.desk.playhead, 'change', () => this.#open.length && this.repaint());

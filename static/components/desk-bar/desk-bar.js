@@ -26,6 +26,7 @@ export class DeskBar extends Component {
     this.page = this.closest('inspection-page');
     this.desk = this.page.desk;
     const { id, name } = this.desk.inspection.value;
+    /** @type {Parts<'desk-bar/desk-bar'>} */
     this.parts = render(
       this,
       html`<header class="topbar desk-bar">

@@ -17,7 +17,7 @@ let opened = 0;
  * @param {'narrow'|'wide'} [options.size]
  * @param {() => Question|null} [options.question] what is asked before the cross or Escape loses something, null
  *     while there is nothing to lose; a click outside is ignored until then
- * @returns {{dialog: HTMLDialogElement, parts: Record<string, HTMLElement>, closed: Promise<string>}}
+ * @returns {{dialog: HTMLDialogElement, parts: Record<string, any>, closed: Promise<string>}}
  *     parts: those of the content; closed: the value it was closed with, '' when it was dismissed
  */
 export function openDialog({ title, content, size = 'narrow', question = () => null }) {

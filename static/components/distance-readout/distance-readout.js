@@ -33,6 +33,7 @@ export class DistanceReadout extends Component {
     this.desk = this.closest('inspection-page').desk;
     this.setAttribute('role', 'region');
     this.setAttribute('aria-label', t('readout.label'));
+    /** @type {Parts<'distance-readout/distance-readout'>} */
     this.parts = render(
       this,
       html`<p class="readout__distance number"><span data-part="value">–</span> <span class="readout__unit">${lengthUnit}</span></p>

@@ -22,6 +22,7 @@ export class EmergencyBanner extends Component {
     this.#alerts = new Alerts(id, this.signal);
     this.setAttribute('role', 'region');
     this.setAttribute('aria-label', t('emergency.title'));
+    /** @type {Parts<'emergency-banner/emergency-banner'>} */
     this.parts = render(
       this,
       html`<p class="emergency__title">${severityMark(GRAVEST)}<b>${t('emergency.title')}</b></p>

@@ -19,6 +19,7 @@ export class FilmPicker extends Component {
   queue = new FilmQueue();
 
   mount() {
+    /** @type {Parts<'film-picker/film-picker'>} */
     this.parts = render(
       this,
       html`<div class="drop" data-part="drop">

@@ -164,6 +164,7 @@ export class HeaderForm extends Component {
       html`<div class="header-form__grid">${this.#fields
         .filter((field) => field.group === name)
         .map((field) => fieldMarkup(field, packs))}</div>`;
+    /** @type {Parts<'header-form/header-form'>} */
     this.parts = render(
       this,
       html`<fieldset class="header-form__group">

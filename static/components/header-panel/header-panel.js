@@ -41,6 +41,7 @@ export class HeaderPanel extends Component {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     this.#unsent = new Unsent(this.desk.inspection.id);
+    /** @type {Parts<'header-panel/header-panel'>} */
     this.parts = render(
       this,
       html`<div class="header-panel__rig" data-part="rigs" data-needs="operator" hidden>

@@ -57,6 +57,7 @@ export class HistoryPanel extends Component {
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'history-panel/history-panel'>} */
     this.parts = render(
       this,
       html`<div class="history__head">

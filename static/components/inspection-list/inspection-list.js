@@ -33,6 +33,7 @@ export class InspectionList extends Component {
 
   mount() {
     document.title = t('list.page');
+    /** @type {Parts<'inspection-list/inspection-list'>} */
     this.parts = render(
       this,
       html`${topBar()}

@@ -19,6 +19,7 @@ export class ListFilters extends Component {
   #list;
 
   mount() {
+    /** @type {Parts<'inspection-list/list-filters'>} */
     this.parts = render(
       this,
       html`<search class="find">

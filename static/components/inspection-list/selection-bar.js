@@ -18,6 +18,7 @@ export class SelectionBar extends Component {
 
   mount() {
     this.hidden = true;
+    /** @type {Parts<'inspection-list/selection-bar'>} */
     this.parts = render(
       this,
       html`<div class="selection-bar panel" role="group" aria-label="${t('list.selected_actions')}">

@@ -53,10 +53,9 @@ const POINTED_M = 0.5;
  * {text, action?, run?}: the effect of a command, and an alternative).
  */
 export class Desk extends EventTarget {
-  /** @type {{value: Playhead}} */
-  playhead = new Store({ frame: -1, row: null, isLive: false, capturedMs: null });
-  /** @type {{value: string|null}} id of the selected observation */
-  selection = new Store(null);
+  playhead = new Store(/** @type {Playhead} */ ({ frame: -1, row: null, isLive: false, capturedMs: null }));
+  /** Id of the selected observation. */
+  selection = new Store(/** @type {string|null} */ (null));
   /** Whether the form of the selected observation is open. */
   editing = new Store(false);
   /** Name of the visible tab beside the film: 'defects', 'header' and the others of tabs.js. */
@@ -64,9 +63,9 @@ export class Desk extends EventTarget {
   conflicts = new Conflicts();
   /** The part of the culvert that the strips show. */
   axis = new Axis();
-  /** @type {{value: ((mark: {frame: number, pixel: [number, number]}) => void)|null}} takes clicks on the picture instead of a tag */
-  picking = new Store(null);
-  /** Set by the page: shows a frame. */
+  /** Takes clicks on the picture instead of a tag. */
+  picking = new Store(/** @type {((mark: {frame: number, pixel: [number, number]}) => void)|null} */ (null));
+  /** @type {((frame: number) => void)|null} set by the page: shows a frame */
   seek = null;
   /** @type {import('../../core/desk-windows.js').DeskWindows|null} parts in windows of their own; null in such a window */
   windows = null;

@@ -103,6 +103,7 @@ export class InspectionPage extends Component {
     desk.people = new People(desk.live, this.signal);
     const edit = () => desk.people.edit(desk.editing.value ? desk.selection.value : null);
     for (const store of [desk.editing, desk.selection]) this.listen(store, 'change', edit);
+    /** @type {Parts<'inspection-page/inspection-page'>} */
     this.parts = render(
       this,
       html`<desk-bar></desk-bar>

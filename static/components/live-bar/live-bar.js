@@ -22,6 +22,7 @@ export class LiveBar extends Component {
     this.desk = this.page.desk;
     this.setAttribute('role', 'region');
     this.setAttribute('aria-label', t('live.label'));
+    /** @type {Parts<'live-bar/live-bar'>} */
     this.parts = render(
       this,
       html`<p class="live__state" data-part="state"><span data-part="sign"></span><span class="number" data-part="text"></span></p>

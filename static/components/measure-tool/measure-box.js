@@ -15,6 +15,7 @@ export class MeasureBox extends Component {
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'measure-tool/measure-box'>} */
     this.parts = render(
       this,
       html`<div class="measure__row">

@@ -43,6 +43,7 @@ export class NewInspection extends Component {
 
   mount() {
     document.title = t('new.page');
+    /** @type {Parts<'new-inspection/new-inspection'>} */
     this.parts = render(
       this,
       html`${topBar(t('new.title'))}

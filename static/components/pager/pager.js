@@ -10,6 +10,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 export class ListPager extends Component {
   /** @param {import('../../core/paged-list.js').PagedList} list */
   fill(list) {
+    /** @type {Parts<'pager/pager'>} */
     this.parts = render(
       this,
       html`<nav class="pager" aria-label="${t('pager.title')}">

@@ -30,6 +30,7 @@ export class ReportTemplate extends Component {
   #changes = null;
 
   mount() {
+    /** @type {Parts<'report-template/report-template'>} */
     this.parts = render(
       this,
       archivePage({

@@ -18,6 +18,7 @@ export class DefectReview extends Component {
     const { desk } = this;
     const { drafts } = desk;
     const id = this.closest('defect-form').observationId;
+    /** @type {Parts<'review-panel/defect-review'>} */
     this.parts = render(
       this,
       html`<h3>${t('reviewing.of_defect')}</h3>

@@ -26,6 +26,7 @@ const NAMES = [
 
 export class KnownBy extends Component {
   mount() {
+    /** @type {Parts<'rig-form/known-by'>} */
     this.parts = render(
       this,
       html`<div class="field"><label for="rig-known-by">${t('known.label')}</label>

@@ -16,6 +16,7 @@ export class LensFields extends Component {
   #camera = {};
 
   mount() {
+    /** @type {Parts<'rig-form/lens-fields'>} */
     this.parts = render(
       this,
       html`<div class="rig__grid">

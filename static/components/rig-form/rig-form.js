@@ -33,6 +33,7 @@ export class RigForm extends Component {
   #name = '';
 
   mount() {
+    /** @type {Parts<'rig-form/rig-form'>} */
     this.parts = render(
       this,
       html`<div class="rig__source">

@@ -27,6 +27,7 @@ export class RigPicture extends Component {
   #judge = newest((rig) => this.#askAdvice(rig));
 
   mount() {
+    /** @type {Parts<'rig-form/rig-picture'>} */
     this.parts = render(
       this,
       html`<figure class="rig-picture" data-part="figure" hidden>

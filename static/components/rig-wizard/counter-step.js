@@ -22,6 +22,7 @@ export class CounterStep extends Component {
   #isOpen = false;
 
   mount() {
+    /** @type {Parts<'rig-wizard/counter-step'>} */
     this.parts = render(
       this,
       html`<counter-box data-part="picture"></counter-box>

@@ -37,6 +37,7 @@ export class RigWizard extends Component {
   #aim = newest(() => this.#askAim());
 
   mount() {
+    /** @type {Parts<'rig-wizard/rig-wizard'>} */
     this.parts = render(
       this,
       html`<div class="wizard__ask">

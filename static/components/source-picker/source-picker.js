@@ -26,6 +26,7 @@ const KINDS = {
 export class SourcePicker extends Component {
   mount() {
     const recent = recall(REMEMBERED, []);
+    /** @type {Parts<'source-picker/source-picker'>} */
     this.parts = render(
       this,
       html`<fieldset class="source__list">

@@ -49,6 +49,7 @@ export class StripLog extends Strip {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     const { desk } = this;
+    /** @type {Parts<'strip-log/strip-log'>} */
     this.parts = render(
       this,
       html`<div class="strip__bar">

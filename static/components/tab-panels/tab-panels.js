@@ -27,6 +27,7 @@ export class TabPanels extends Component {
   fill(tabs, label, shown) {
     this.#tabs = tabs;
     this.#shown = shown;
+    /** @type {Parts<'tab-panels/tab-panels'>} */
     this.parts = render(
       this,
       html`<div class="tabs__list" role="tablist" aria-label="${label}" data-part="list">

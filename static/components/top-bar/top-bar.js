@@ -24,6 +24,7 @@ export const topBar = (here) => html`<header class="topbar">
 
 export class PersonMenu extends Component {
   mount() {
+    /** @type {Parts<'top-bar/top-bar'>} */
     this.parts = render(
       this,
       html`<details class="menu" data-part="menu">

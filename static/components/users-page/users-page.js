@@ -17,6 +17,7 @@ export class UsersPage extends Component {
 
   mount() {
     document.title = t('users.page');
+    /** @type {Parts<'users-page/users-page'>} */
     this.parts = render(
       this,
       html`${topBar(t('users.title'))}

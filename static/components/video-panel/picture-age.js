@@ -16,6 +16,7 @@ export class PictureAge extends Component {
 
   mount() {
     const { desk } = this.closest('inspection-page');
+    /** @type {Parts<'video-panel/picture-age'>} */
     this.parts = render(this, html`${icon('alert')}<span class="number" data-part="text"></span>`);
     this.listen(desk.playhead, 'change', () => {
       this.#capturedMs = desk.playhead.value.capturedMs;

@@ -25,6 +25,7 @@ export class PictureLook extends Component {
   #look = recallMembers(REMEMBERED, PLAIN);
 
   mount() {
+    /** @type {Parts<'video-panel/picture-look'>} */
     this.parts = render(
       this,
       html`<details class="menu" data-part="menu">

@@ -53,6 +53,7 @@ export class VideoPanel extends Component {
     this.desk = this.closest('inspection-page').desk;
     this.#marks = new Marks(this.desk);
     const { video } = this.desk.inspection.value;
+    /** @type {Parts<'video-panel/video-panel'>} */
     this.parts = render(
       this,
       html`<div class="stage" data-part="stage">

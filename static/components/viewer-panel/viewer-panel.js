@@ -41,6 +41,7 @@ export class ViewerPanel extends Component {
     const isPipe = this.desk.inspection.value.rig?.pipe.shape !== 'flat';
     const gl = document.createElement('canvas').getContext('webgl2');
     this.#isSlow = gl !== null && isSlow(gl);
+    /** @type {Parts<'viewer-panel/viewer-panel'>} */
     this.parts = render(
       this,
       html`<div class="viewer__head">

@@ -54,6 +54,7 @@ export class WallStrip extends Strip {
     const { diameter_mm: diameter } = desk.inspection.value.rig.pipe;
     this.radius = diameter ? diameter / 2 : null;
     this.pictures = new TilePictures(desk.unrolled, this.signal);
+    /** @type {Parts<'wall-strip/wall-strip'>} */
     this.parts = render(
       this,
       html`<div class="wall__modes" role="group" data-needs="operator" aria-label="${t('wall.click')}">
