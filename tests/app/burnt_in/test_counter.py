@@ -29,7 +29,11 @@ def reading(tmp_path):
 @pytest.mark.parametrize(
     ("film", "unit"),
     [
-        (CounterFilm(**SHORT, font="segments", height_px=26, colour=GREEN, backing="box"), "m"),
+        pytest.param(
+            CounterFilm(**SHORT, font="segments", height_px=26, colour=GREEN, backing="box"),
+            "m",
+            marks=pytest.mark.long,
+        ),
         (
             CounterFilm(
                 **SHORT, font="dots", backing="box", height_px=14, is_interlaced=True, crf=30,
@@ -37,12 +41,13 @@ def reading(tmp_path):
             ),
             "ft",
         ),
-        (
+        pytest.param(
             CounterFilm(
                 frames=30, speed=0.12, step=0.01, font="mono", height_px=12, wall=170,
                 counter=Text("{value:+.2f}m", AT),
             ),
             "m",
+            marks=pytest.mark.long,
         ),
     ],
     ids=["segments", "interlaced feet", "signed metres"],
