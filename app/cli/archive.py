@@ -178,11 +178,12 @@ def run(
     """
     query = _filters(search, None, project, asset, None)
     with _api(data, tracks=True) as api:
-        started = api.ask("POST", "/archive/start", json={"where": query})["changed"]
-        separator = "&" if "?" in api.page else "?"
-        err.print(f"Open {api.page}{separator}next=/archive" if api.is_own else f"Open {api.page}")
-        err.print(f"{started} films started.")
         try:
+            started = api.ask("POST", "/archive/start", json={"where": query})["changed"]
+            separator = "&" if "?" in api.page else "?"
+            page = f"{api.page}{separator}next=/archive" if api.is_own else api.page
+            err.print(f"Open {page}")
+            err.print(f"{started} films started.")
             states = _follow(api, query)
         except KeyboardInterrupt:
             err.print(
