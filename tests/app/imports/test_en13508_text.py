@@ -40,6 +40,7 @@ BCD,no distance column
 #C=I,A
 2.5,BAC"""
 
+
 def test_a_file_of_another_program_is_read_field_by_field() -> None:
     survey, last = read(FOREIGN.encode("latin-1")).surveys
     assert survey.header == {

@@ -20,6 +20,8 @@ from app.reports.report import Report
 
 KINDS = ("en13508", "en13508xml", "ribx", "isybau", "m150")
 each = pytest.mark.parametrize("kind", KINDS)
+
+
 def survey_in(content: bytes) -> ImportedSurvey:
     file = any_file.read(content)
     assert isinstance(file, ImportedFile)
@@ -58,13 +60,14 @@ DUTCH = {"start_lat": 52.155, "start_lon": 5.387, "end_lat": 52.156, "end_lon": 
 
 
 @each
-@pytest.mark.parametrize("direction", ["with_flow", "against_flow", "unknown"])
-def test_the_ends_come_back_to_their_places(kind: str, direction: str) -> None:
+def test_the_ends_come_back_to_their_places(kind: str) -> None:
     places = DUTCH if kind == "ribx" else {name: HEADER[name] for name in DUTCH}
-    header = assert_comes_back(kind, report(header={**HEADER, **places, "direction": direction}))
-    for name, degrees in places.items():
-        assert header.header[name] == pytest.approx(degrees, abs=1e-7), name
-    assert header.header["direction"] == direction
+    for direction in ("with_flow", "against_flow", "unknown"):
+        made = report(header={**HEADER, **places, "direction": direction})
+        header = assert_comes_back(kind, made).header
+        for name, degrees in places.items():
+            assert header[name] == pytest.approx(degrees, abs=1e-7), name
+        assert header["direction"] == direction
 
 
 @each
@@ -97,25 +100,25 @@ def test_fields_without_a_place_in_the_format_are_fields_again(kind: str) -> Non
     assert "Rita" not in str(found["remarks"])
 
 
-@each
 @given(made=reports(), header=STORED_HEADERS)
-def test_anything_comes_back(kind: str, made: Report, header: Mapping[str, Any]) -> None:
-    made = replace(made, header=header)
-    survey = survey_in(FORMATS[kind].write(made).content)
-    assume(not survey.warnings)  # a sign of one letter may take several in ASCII, and be too long
+def test_anything_comes_back(made: Report, header: Mapping[str, Any]) -> None:
     assume(made.distance_m is not None or not made.entries)
-    assert_comes_back(kind, made)
+    made = replace(made, header=header)
+    for kind in KINDS:
+        survey = survey_in(FORMATS[kind].write(made).content)
+        if not survey.warnings:  # a sign of one letter may take several in ASCII, and be too long
+            assert_comes_back(kind, made)
 
 
 @each
-@pytest.mark.parametrize("letter", ["x", "\u00f6", "\u94a2", "\U0001f573"])
-def test_the_longest_remarks_of_the_api_come_back(kind: str, letter: str) -> None:
-    made = report(
-        observations=[
-            {"distance_m": 3.0, "code": "BDB", "remark": 4000 * letter, "severity": 3},
-            {"distance_m": 4.0, "code": "BDC", "char1": "A", "remark": "silt"},
-        ],
-        header={**HEADER, "remarks": 2000 * letter, "end_condition": "abandoned",
-                "abandon_reason": 1000 * letter, "shape": "rectangular", "width_mm": 1500},
-    )  # fmt: skip
-    assert_comes_back(kind, made)
+def test_the_longest_remarks_of_the_api_come_back(kind: str) -> None:
+    for letter in ("x", "\u00f6", "\u94a2", "\U0001f573"):
+        made = report(
+            observations=[
+                {"distance_m": 3.0, "code": "BDB", "remark": 4000 * letter, "severity": 3},
+                {"distance_m": 4.0, "code": "BDC", "char1": "A", "remark": "silt"},
+            ],
+            header={**HEADER, "remarks": 2000 * letter, "end_condition": "abandoned",
+                    "abandon_reason": 1000 * letter, "shape": "rectangular", "width_mm": 1500},
+        )  # fmt: skip
+        assert_comes_back(kind, made)
