@@ -22,6 +22,7 @@ from builders import (
 )
 from cameras import MjpegCamera
 from small_disk import SmallDisk, small_disk
+from surveys import Survey
 
 PACK = (
     "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
@@ -36,11 +37,13 @@ def disk(tmp_path: Path) -> Iterator[SmallDisk]:
         yield disk
 
 
-def test_what_writes_is_refused_and_goes_on_when_there_is_room(disk: SmallDisk, clip: Path) -> None:
-    content = clip.read_bytes()
-    with serving(disk.place / "data") as client, client.anonymous() as browser:
+def test_what_writes_is_refused_and_goes_on_when_there_is_room(
+    disk: SmallDisk, clip: Path, survey: Survey
+) -> None:
+    content, data = clip.read_bytes(), survey.copied_to(disk.place / "data")
+    with serving(data) as client, client.anonymous() as browser:
         assert browser.post("/api/login", json={"token": TOKEN}).is_success
-        done, kept = client.tracked(clip), str(uuid.uuid4())
+        done, kept = survey.id, str(uuid.uuid4())
         path, tags = f"/api/inspections/{done}", f"/api/inspections/{done}/observations"
         assert client.tag(done, kept).status_code == 200
         photo = wait_until(lambda: photo_of(client, tags, kept))
@@ -107,25 +110,27 @@ def photo_of(client: Client, tags: str, observation_id: str) -> bytes | None:
     return answer.content if answer.is_success else None
 
 
-@pytest.mark.parametrize("is_restarted", [False, True])
-def test_a_track_is_kept_when_there_is_room_again(
-    disk: SmallDisk, tmp_path: Path, is_restarted: bool
+def test_a_track_is_kept_when_there_is_room_again_also_after_a_restart(
+    disk: SmallDisk, tmp_path: Path
 ) -> None:
     video = make_clip(tmp_path / "clip.mp4", 150)
     with serving(disk.place / "data") as client:
-        inspection_id = client.inspect(video)
-        client.wait(inspection_id, "running")
-        disk.fill()
-        waiting = wait_until(lambda: held_up(client, inspection_id))
-        assert "disk is full" in waiting["warning"]
-        assert (waiting["status"], waiting["progress"]["frames_done"]) == ("running", 150)
-        if not is_restarted:
-            disk.make_room()
-            assert_done(client, inspection_id)
-    if is_restarted:
+        first, second = client.inspect(video), client.inspect(video)
+        track_without_room(client, disk, first)
         disk.make_room()
-        with serving(disk.place / "data") as client:
-            assert_done(client, inspection_id)
+        assert_done(client, first)
+        track_without_room(client, disk, second)
+    disk.make_room()
+    with serving(disk.place / "data") as client:
+        assert_done(client, second)
+
+
+def track_without_room(client: Client, disk: SmallDisk, inspection_id: str) -> None:
+    client.wait(inspection_id, "running")
+    disk.fill()
+    waiting = wait_until(lambda: held_up(client, inspection_id))
+    assert "disk is full" in waiting["warning"]
+    assert (waiting["status"], waiting["progress"]["frames_done"]) == ("running", 150)
 
 
 def held_up(client: Client, inspection_id: str) -> dict[str, Any] | None:

@@ -1,4 +1,4 @@
-"""What outlives the server: all that was stated, uploaded and logged in is there after a restart."""
+"""What was stated, uploaded and logged in outlives the server."""
 
 from __future__ import annotations
 

@@ -14,9 +14,9 @@ MANY = 44
 
 
 def test_a_tag_does_not_wait_for_reports_that_are_being_written(
-    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
+    shared: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reports = server.server.app.state.services.reports
+    reports = shared.server.app.state.services.reports
     write, is_begun, may_end = reports.export, threading.Event(), threading.Event()
 
     def slowly(*positional: Any, **named: Any) -> Any:
@@ -27,18 +27,18 @@ def test_a_tag_does_not_wait_for_reports_that_are_being_written(
     monkeypatch.setattr(reports, "export", slowly)
     path = f"/api/inspections/{done}/exports/csv"
     with ThreadPoolExecutor(MANY) as pool:
-        asked = [pool.submit(server.get, path) for _ in range(MANY)]
+        asked = [pool.submit(shared.get, path) for _ in range(MANY)]
         assert is_begun.wait(PATIENCE_S)
-        tagged = server.tag(done, frame=20, code="BAB")
+        tagged = shared.tag(done, frame=20, code="BAB")
         may_end.set()
         assert tagged.status_code == 200
         assert {answer.result().status_code for answer in asked} == {200}
 
 
 def test_a_report_does_not_wait_for_the_thumbnails_of_a_long_list(
-    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
+    shared: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    thumbnails = server.server.app.state.services.thumbnails
+    thumbnails = shared.server.app.state.services.thumbnails
     make, is_begun, may_end = thumbnails.jpeg, threading.Event(), threading.Event()
 
     def slowly(shown: Any) -> Any:
@@ -49,18 +49,18 @@ def test_a_report_does_not_wait_for_the_thumbnails_of_a_long_list(
     monkeypatch.setattr(thumbnails, "jpeg", slowly)
     with ThreadPoolExecutor(MANY) as pool:
         path = f"/api/inspections/{done}/thumbnail"
-        asked = [pool.submit(server.get, path) for _ in range(MANY)]
+        asked = [pool.submit(shared.get, path) for _ in range(MANY)]
         assert is_begun.wait(PATIENCE_S)
-        report = server.get(f"/api/inspections/{done}/exports/csv")
+        report = shared.get(f"/api/inspections/{done}/exports/csv")
         may_end.set()
         assert report.status_code == 200
         assert {answer.result().status_code for answer in asked} == {200}
 
 
 def test_a_report_is_written_once_for_its_losses_and_for_itself(
-    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
+    shared: Client, own: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reports = server.server.app.state.services.reports
+    reports = shared.server.app.state.services.reports
     make, made = reports.report, []
 
     def counted(*positional: Any, **named: Any) -> Any:
@@ -68,16 +68,16 @@ def test_a_report_is_written_once_for_its_losses_and_for_itself(
         return make(*positional, **named)
 
     monkeypatch.setattr(reports, "report", counted)
-    path = f"/api/inspections/{done}/exports/m150"
-    tag_with_photo(server, done, frame=20, code="BAB")
-    server.get(f"{path}/losses")
-    first = server.get(path).content
+    path = f"/api/inspections/{own}/exports/m150"
+    tag_with_photo(shared, own, frame=20, code="BAB")
+    shared.get(f"{path}/losses")
+    first = shared.get(path).content
     assert len(made) == 1
-    tag_with_photo(server, done, frame=30, code="BBC")
-    assert server.get(path).content != first
-    server.get(f"{path}/losses")
+    tag_with_photo(shared, own, frame=30, code="BBC")
+    assert shared.get(path).content != first
+    shared.get(f"{path}/losses")
     assert len(made) == 2
-    server.get(path, params={"lang": "ms"})
+    shared.get(path, params={"lang": "ms"})
     assert len(made) == 3
 
 

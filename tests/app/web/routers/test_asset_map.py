@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from builders import Client, assert_error, serving, wait_until
 from mapped_assets import Inspected, Registered, fill
-from postgres import ON_BOTH
 
-from app.storage.database import Database, stored_at
+from app.storage.database import FILE, Database
 
 TILES = "https://tiles.example:8443/roads/{z}/{x}/{y}.png?key=k"
 ENDS = {"start_lat": 3.1, "start_lon": 101.6, "end_lat": 3.2, "end_lon": 101.7}
@@ -34,16 +33,14 @@ INSPECTIONS = [
 
 
 @pytest.fixture(scope="module")
-def client(
-    new_url: Callable[[], str | None], tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Client]:
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
     """A server with the assets above, and an administrator's tiles."""
-    data, url = tmp_path_factory.mktemp("data"), new_url()
-    database = Database(data / "chainage.db" if url is None else stored_at(url, data))
+    data = tmp_path_factory.mktemp("data")
+    database = Database(data / FILE)
     fill(database, REGISTER, INSPECTIONS)
     database.close()
     settings = {"map_tiles": TILES, "map_attribution": "© Surveyors"}
-    with serving(data, database=url, **settings) as running:
+    with serving(data, **settings) as running:
         yield running
 
 
@@ -59,7 +56,6 @@ def shown(client: Client, **wanted: Any) -> dict[str, Any]:
     return wait_until(answer)
 
 
-@ON_BOTH
 def test_each_asset_has_its_place_and_the_grade_of_its_newest_inspection(client: Client) -> None:
     found = shown(client)
     assert found.pop("assets") == [

@@ -15,7 +15,6 @@ import av
 import pytest
 from builders import HEIGHT, WIDTH, Client, assert_error, frame_number, serving
 from PIL import Image
-from postgres import ON_BOTH
 from surveys import Survey
 
 from app.reports.bundle.verify import verify
@@ -50,7 +49,6 @@ def of(client: Client, inspection: str, tag: str) -> list[dict[str, Any]]:
     return [item for item in listed if item["observation_id"] == tag]
 
 
-@ON_BOTH
 def test_photos_and_drawings_are_of_their_frames_and_in_the_order_of_the_person(
     shared: Client, done: str
 ) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 
 import pypdf
 import pytest
-from builders import Client, assert_error, wait_until
+from builders import PATIENCE_S, Client, assert_error, wait_until
 
 from app.reports.bundle.verify import verify
 from app.reports.formats import FORMATS
@@ -109,12 +109,12 @@ def test_an_archive_is_cancelled_while_it_waits_is_made_or_is_there(
 
     def slow(_report: Report) -> Written:
         is_writing.set()
-        assert may_go_on.wait(60)
+        assert may_go_on.wait(PATIENCE_S)
         return Written(b"x")
 
     monkeypatch.setitem(FORMATS, "json", replace(FORMATS["json"], write=slow))  # type: ignore[attr-defined]
     running, waiting = order(shared, [done, NOBODY], "json"), order(shared, [done], "csv")
-    assert is_writing.wait(60)
+    assert is_writing.wait(PATIENCE_S)
     body = {"inspections": [done], "formats": ["csv"]}
     assert_error(shared.post("/api/bulk-exports", json=body), 503, "busy")
     for each in (waiting, running):
@@ -207,7 +207,7 @@ def test_an_order_with_a_large_film_is_cancelled_within_the_film(
 
     monkeypatch.setattr(StoredBlob, "blocks", endless)
     made = order(shared, [done], "delivery", film=True)
-    assert has_begun.wait(60)
+    assert has_begun.wait(PATIENCE_S)
     assert shared.delete(f"/api/bulk-exports/{made}").status_code == 204
     assert ended(shared, made)["state"] == "cancelled"
 

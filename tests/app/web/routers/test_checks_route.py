@@ -25,30 +25,30 @@ def films(client: Client, problem: str) -> list[dict[str, Any]]:
 
 
 def test_lost_and_dark_frames_a_lost_photo_and_a_zero_are_checked(
-    server: Client, clip: Path, tmp_path: Path
+    shared: Client, clip: Path, tmp_path: Path
 ) -> None:
     dark = with_dark_frames(clip, tmp_path / "dark.mp4", range(10, 20))
-    inspection_id = server.inspect(dark, header={"asset_id": "CUL-1"})
-    server.wait(inspection_id)
-    server.tag(inspection_id, TAG, frame=2, code="BAB").raise_for_status()
-    server.put(
+    inspection_id = shared.inspect(dark, header={"asset_id": "CUL-1"})
+    shared.wait(inspection_id)
+    shared.tag(inspection_id, TAG, frame=2, code="BAB").raise_for_status()
+    shared.put(
         f"/api/inspections/{inspection_id}/corrections",
         json={"zero": {"frame": 39, "offset_m": 0.0}},
     ).raise_for_status()
-    (server.data / "inspections" / inspection_id / "photos" / f"{TAG}-2.jpg").unlink()
+    (shared.data / "inspections" / inspection_id / "photos" / f"{TAG}-2.jpg").unlink()
 
-    found = {check["code"]: check for check in checks(server, inspection_id)}
+    found = {check["code"]: check for check in checks(shared, inspection_id)}
 
-    empty = [c for c in checks(server, inspection_id) if c["code"] == "header_field_empty"]
+    empty = [c for c in checks(shared, inspection_id) if c["code"] == "header_field_empty"]
     assert "asset_id" not in [check["params"]["field"] for check in empty]
     assert "operator" in [check["params"]["field"] for check in empty]
     assert {"no_start", "no_finish", "length_unknown"} <= found.keys()
     assert found["lost"]["level"] == "warn"
     assert found["lost"]["params"] == {"percent": 25.0, "frames": 10}
-    poor = [c["params"] for c in checks(server, inspection_id) if c["code"] == "poor_pictures"]
+    poor = [c["params"] for c in checks(shared, inspection_id) if c["code"] == "poor_pictures"]
     assert {"complaint": "too_dark", "percent": 25.0} in poor
     for problem, name in (("lost", "lost_share"), ("too_dark", "dark_share")):
-        (film,) = wait_until(partial(films, server, problem))
+        (film,) = wait_until(partial(films, shared, problem))
         assert (film["inspection_id"], film[name]) == (inspection_id, 0.25)
     for code in ("photo_missing", "before_zero"):
         assert (found[code]["level"], found[code]["observation_id"]) == ("block", TAG)

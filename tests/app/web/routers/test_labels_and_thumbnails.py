@@ -52,10 +52,10 @@ def test_labels_sort_the_list_and_outlive_export_and_import(server: Client, done
     assert len(server.get("/api/inspections/labels").json()["labels"]) == 1
 
 
-def test_an_approved_inspection_still_gets_labels(server: Client, done: str) -> None:
-    review(server, done, "submitted", "in_review", "approved")
-    assert label(server, done, "invoiced") == ["invoiced"]
-    assert listed(server, review="approved", label="invoiced") == [done]
+def test_an_approved_inspection_still_gets_labels(shared: Client, own: str) -> None:
+    review(shared, own, "submitted", "in_review", "approved")
+    assert label(shared, own, "invoiced") == ["invoiced"]
+    assert listed(shared, review="approved", label="invoiced") == [own]
 
 
 @pytest.mark.parametrize("labels", [[""], ["a" * 51], ["a\nb"], [str(n) for n in range(21)], None])
@@ -66,15 +66,15 @@ def test_what_is_no_label_is_refused(shared: Client, done: str, labels: Any) -> 
                  "inspection_not_found")  # fmt: skip
 
 
-def test_the_thumbnail_is_the_photo_of_the_worst_defect(server: Client, done: str) -> None:
-    path = f"/api/inspections/{done}/thumbnail"
-    film = server.get(path)
+def test_the_thumbnail_is_the_photo_of_the_worst_defect(shared: Client, own: str) -> None:
+    path = f"/api/inspections/{own}/thumbnail"
+    film = shared.get(path)
     assert (film.status_code, film.headers["Content-Type"]) == (200, "image/jpeg")
-    server.tag(done, TAGS[0], frame=5, code="BAB", severity=1).raise_for_status()
-    server.tag(done, TAGS[1], frame=30, code="BAC", severity=4).raise_for_status()
-    worst = server.get(path)
+    shared.tag(own, TAGS[0], frame=5, code="BAB", severity=1).raise_for_status()
+    shared.tag(own, TAGS[1], frame=30, code="BAC", severity=4).raise_for_status()
+    worst = shared.get(path)
     assert worst.headers["ETag"] != film.headers["ETag"]
-    photo = server.get(f"/api/inspections/{done}/observations/{TAGS[1]}/photo").content
+    photo = shared.get(f"/api/inspections/{own}/observations/{TAGS[1]}/photo").content
     small, whole = (
         cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR).astype(float)
         for jpeg in (worst.content, photo)
@@ -83,7 +83,7 @@ def test_the_thumbnail_is_the_photo_of_the_worst_defect(server: Client, done: st
     assert frame_number(photo) == 30
     expected = cv2.resize(whole, small.shape[1::-1], interpolation=cv2.INTER_AREA)
     assert np.abs(small - expected).mean() < 3
-    unchanged = server.get(path, headers={"If-None-Match": worst.headers["ETag"]})
+    unchanged = shared.get(path, headers={"If-None-Match": worst.headers["ETag"]})
     assert (unchanged.status_code, unchanged.content) == (304, b"")
 
 

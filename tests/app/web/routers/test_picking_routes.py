@@ -87,10 +87,10 @@ def test_click_on_the_wall_reaches_the_page_of_the_same_browser(shared: Client, 
         assert next_message(stranger)["distance_m"] == 0.04
 
 
-def test_click_on_a_pin_is_reported_as_its_observation(server: Client, done: str) -> None:
-    tag = server.tag(done, frame=20, code="BAB").json()
-    browser = Browser(server)
-    with browser.live(done) as page, browser.view(done) as view:
+def test_click_on_a_pin_is_reported_as_its_observation(shared: Client, own: str) -> None:
+    tag = shared.tag(own, frame=20, code="BAB").json()
+    browser = Browser(shared)
+    with browser.live(own) as page, browser.view(own) as view:
         wait_for(view, b"BAB")
         shift_click(view, (tag["distance_m"], 0.0))
         assert next_message(page) == {"type": "pin_click", "observation": tag["id"]}

@@ -9,7 +9,6 @@ from urllib.parse import quote
 
 import pytest
 from builders import Client, assert_error, wait_until
-from postgres import ON_BOTH
 
 from app.storage.assets import AssetStore
 from app.storage.backup import back_up, restore
@@ -74,7 +73,6 @@ def test_an_asset_is_kept_found_changed_and_deleted(
     assert_error(server.get(path_of(name)), 404, "asset_not_found")
 
 
-@ON_BOTH
 def test_a_table_is_tried_imported_whole_or_not_at_all_and_exported(
     server: Client,
 ) -> None:

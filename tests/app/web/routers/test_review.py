@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import httpx
 import pytest
-from builders import Client, assert_error, clip_rig, make_clip, serving
+from builders import Client, assert_error, clip_rig
 
 from app.access.access import create_token
 from app.storage.tokens import Role, TokenFile
@@ -20,13 +19,9 @@ UNSTATED = {"zero": None, "lengths": [], "rig_sigma": None, "forced": None, "rem
 
 
 @pytest.fixture(scope="module")
-def reviewed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Review]:
-    folder = tmp_path_factory.mktemp("review")
-    secret = create_token(TokenFile(folder / "data"), "Ana", Role.OPERATOR)
-    with serving(folder / "data") as server:
-        inspection = server.tracked(make_clip(folder / "clip.mp4", 12))
-        tag = server.tag(inspection, frame=3).json()["id"]
-        yield Review(server, secret, inspection, tag)
+def reviewed(shared: Client, done: str) -> Review:
+    secret = create_token(TokenFile(shared.data), "Ana", Role.OPERATOR)
+    return Review(shared, secret, done, shared.tag(done, frame=3).json()["id"])
 
 
 class Review:

@@ -17,13 +17,13 @@ def notices(client: Client, inspection_id: str) -> list[dict[str, Any]]:
     return list(corrections["result"]["notices"])
 
 
-def test_a_tilted_mount_is_named_live_and_afterwards(server: Client, tmp_path: Path) -> None:
+def test_a_tilted_mount_is_named_live_and_afterwards(shared: Client, tmp_path: Path) -> None:
     scenario = replace(
         SCENARIOS["nominal"].shortened(200.0), true_rig=make_rig(mount={"pitch_deg": 3.0}), seed=9
     )
     rig = scenario.rig.model_dump(mode="json")
-    inspection_id = server.inspect(simulate(scenario, tmp_path).video, rig=rig)
-    with server.socket(f"/api/inspections/{inspection_id}/live") as socket:
+    inspection_id = shared.inspect(simulate(scenario, tmp_path).video, rig=rig)
+    with shared.socket(f"/api/inspections/{inspection_id}/live") as socket:
         header: dict[str, Any] = {"notices": []}
         while not header["notices"]:
             message = socket.recv(PATIENCE_S)
@@ -31,14 +31,14 @@ def test_a_tilted_mount_is_named_live_and_afterwards(server: Client, tmp_path: P
             socket.send(json.dumps({"type": "ack", "seq": header["seq"]}))
     assert header["notices"] == ["looks_ahead"]
 
-    assert server.wait(inspection_id)["status"] == "done"
-    found = notices(server, inspection_id)
+    assert shared.wait(inspection_id)["status"] == "done"
+    found = notices(shared, inspection_id)
     params = {"turned_deg": 3.0, "tolerance_deg": 1.0, "seen_deg": 3.0}
     assert found == [{"code": "looks_ahead", "params": params}]
-    file = server.data / "inspections" / inspection_id / "track.csv"
+    file = shared.data / "inspections" / inspection_id / "track.csv"
     assert metadata_of(file.read_text().splitlines())["mount_pitch_deg"].startswith(("2.9", "3.0"))
 
-    report = server.get(f"/api/inspections/{inspection_id}/exports/json").content
-    answer = server.post("/api/imports", params={"filename": "report.json"}, content=report)
+    report = shared.get(f"/api/inspections/{inspection_id}/exports/json").content
+    answer = shared.post("/api/imports", params={"filename": "report.json"}, content=report)
     (imported,) = answer.json()["inspections"]
-    assert notices(server, imported["id"]) == found
+    assert notices(shared, imported["id"]) == found

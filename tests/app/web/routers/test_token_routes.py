@@ -5,26 +5,26 @@ from __future__ import annotations
 from builders import Client, assert_error
 
 
-def test_a_token_is_made_changed_and_ended(server: Client) -> None:
-    made = server.post("/api/tokens", json={"name": "Ana / crew 2", "role": "viewer"})
+def test_a_token_is_made_changed_and_ended(shared: Client) -> None:
+    made = shared.post("/api/tokens", json={"name": "Ana / crew 2", "role": "viewer"})
     crew = {"Authorization": f"Bearer {made.json()['secret']}"}
     assert_error(
-        server.post("/api/tokens", json={"name": "Ana / crew 2", "role": "admin"}),
+        shared.post("/api/tokens", json={"name": "Ana / crew 2", "role": "admin"}),
         409,
         "token_name_taken",
     )
     for name in ("server", " spaced", ""):
-        refused = server.post("/api/tokens", json={"name": name, "role": "admin"})
+        refused = shared.post("/api/tokens", json={"name": name, "role": "admin"})
         assert_error(refused, 422, "invalid_request")
 
-    assert_error(server.post("/api/samples", headers=crew), 403, "forbidden")
+    assert_error(shared.post("/api/samples", headers=crew), 403, "forbidden")
     path = "/api/tokens/Ana%20%2F%20crew%202"
-    assert server.put(f"{path}/role", json={"role": "operator"}).status_code == 204
-    assert_error(server.get("/api/tokens", headers=crew), 403, "forbidden")
-    with server.anonymous() as browser:
+    assert shared.put(f"{path}/role", json={"role": "operator"}).status_code == 204
+    assert_error(shared.get("/api/tokens", headers=crew), 403, "forbidden")
+    with shared.anonymous() as browser:
         entered = browser.post("/api/login", json={"token": made.json()["secret"]})
         assert entered.status_code == 204
-    own, ana = server.get("/api/tokens").json()["tokens"]
+    own, ana = shared.get("/api/tokens").json()["tokens"]
     assert own["is_server"]
     assert own["seen_at"] is not None
     assert (ana["name"], ana["role"], ana["sessions"]) == ("Ana / crew 2", "operator", 1)
@@ -32,10 +32,10 @@ def test_a_token_is_made_changed_and_ended(server: Client) -> None:
     assert "digest" not in ana
     assert "secret" not in ana
 
-    assert server.delete(path).status_code == 204
-    assert_error(server.get("/api/me", headers=crew), 401, "unauthenticated")
-    assert_error(server.delete(path), 404, "token_not_found")
-    assert_error(server.delete("/api/tokens/server"), 404, "token_not_found")
-    (_, ended) = server.get("/api/tokens").json()["tokens"]
+    assert shared.delete(path).status_code == 204
+    assert_error(shared.get("/api/me", headers=crew), 401, "unauthenticated")
+    assert_error(shared.delete(path), 404, "token_not_found")
+    assert_error(shared.delete("/api/tokens/server"), 404, "token_not_found")
+    (_, ended) = shared.get("/api/tokens").json()["tokens"]
     assert ended["revoked_at"] is not None
     assert ended["sessions"] == 0
