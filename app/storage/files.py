@@ -143,7 +143,7 @@ class DataFolder(Places):
 def write_durably(path: Path, content: bytes, *, mode: int = 0o644) -> None:
     """Replace a file atomically: after a power cut it is either the old or the whole new one."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+    part = _part_of(path)
     try:
         with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as out:  # noqa: PTH123
             out.write(content)
@@ -155,6 +155,11 @@ def write_durably(path: Path, content: bytes, *, mode: int = 0o644) -> None:
         raise_if_full(error)
         raise
     sync_folder(path.parent)
+
+
+def _part_of(path: Path) -> Path:
+    """Return where to write a file before it is renamed; several may write it at once."""
+    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
 
 
 def append_durably(path: Path, at: int, content: bytes | bytearray) -> int:
@@ -175,7 +180,7 @@ def append_durably(path: Path, at: int, content: bytes | bytearray) -> int:
 
 def replace_file(path: Path, content: bytes) -> None:
     """Replace a file that can be made again: after a power cut it may be missing."""
-    part = path.with_name(f".{path.name}.part")
+    part = _part_of(path)
     try:
         part.write_bytes(content)
         part.replace(path)
@@ -186,7 +191,7 @@ def replace_file(path: Path, content: bytes) -> None:
 
 def copy_durably(source: Path, target: Path) -> None:
     """Copy a file into the data folder; the target is complete or missing."""
-    part = target.with_name(f".{target.name}.part")
+    part = _part_of(target)
     try:
         shutil.copyfile(source, part)
         sync_file(part)
