@@ -6,20 +6,28 @@ import json
 import re
 import uuid
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from clip_surveys import FRAMES
-from clips import numbered_clip, wide_rig
 from desks import delete_observations, expect_frame, expect_saved, observations
 from looks import expect_no_fault
 from playwright.sync_api import Page, Route, expect
-from steps import Server, log_in, start_inspection
+from steps import Server, log_in
 from surveys import Survey
 
-STEP_M = 4 * 8.0 / 600
-"""The clip moves by 4 px a frame; its wall is 8 m away at a focal length of 600 px."""
 TAG = {"pixel": [159.5, 119.5]}
+
+
+TEMPLATE = {
+    "recommendations": [
+        {"text": "Watch it.", "cost": 50.0},
+        {"text": "Rebuild the wall.", "code": "BAC", "severity_from": 4, "cost": 9000.0},
+        {"text": "Seal the crack.", "code": "BAB"},
+    ],
+    "costs": True,
+    "currency": "MYR",
+}
+"""Of the reports of all projects."""
 
 
 @pytest.fixture(scope="module")
@@ -73,30 +81,49 @@ def codes(page: Page) -> list[str]:
     return page.locator(".defect__what b").all_text_contents()
 
 
-def test_keys_tag_the_moving_picture_without_stopping_it(
-    page: Page, server: Server, tmp_path: Path
-) -> None:
-    clip = numbered_clip(tmp_path / "long.mp4", "libx264", frames=240)
-    log_in(page, server, "/new")
-    inspection = start_inspection(page, server, clip, wide_rig(tmp_path / "rig.json"), "Live")
-    expect(page.locator(".stage__badge")).to_be_visible()
-    page.wait_for_function(
-        "() => document.querySelector('inspection-page').desk?.playhead.value.row"
-    )
-    for key in ("t", "2", "t", "Pause"):
-        page.keyboard.press(key)
-    expect(page.locator(".defect")).to_have_count(4)
-    assert page.evaluate("document.activeElement === document.body")
-    expect(page.locator(".chip")).to_have_text("Done")
-    expect_saved(page)
-    made = observations(server, inspection)
-    assert sorted(item["code"] or "" for item in made) == ["", "", "", "BAC"]
-    for item in made:
-        assert item["distance_m"] == pytest.approx(item["frame"] * STEP_M, abs=0.02)
-        assert item["photo"]
+def start_anew(desk: Page, server: Server, inspection: str) -> None:
+    """Without any tag, form or dialog, at the first frame; the history of the page stays."""
+    for _ in range(2):
+        desk.keyboard.press("Escape")
+    desk.get_by_role("tab", name="Defects").click()
+    expect_saved(desk)
+    delete_observations(server, inspection)
+    expect(desk.locator(".defect")).to_have_count(0)
+    desk.keyboard.press("Home")
+    expect_frame(desk, 0)
 
 
-def test_the_form_asks_only_for_what_the_code_needs(desk: Page) -> None:
+def test_defects_are_tagged_described_and_undone(page: Page, server: Server, empty: str) -> None:
+    server.ask("PUT", "/api/report-templates/", TEMPLATE)
+    opened(page, server, empty)
+    for step in (
+        the_form_asks_only_for_what_the_code_needs,
+        the_clock_is_set_by_keys_and_by_drawing,
+        a_stretch_is_started_changed_and_finished,
+        a_stretch_without_a_length_is_asked_about,
+        two_like_points_far_apart_are_offered_as_a_stretch,
+        what_somebody_else_has_changed_is_not_undone_in_silence,
+        the_address_follows_the_selection_and_leads_back_to_it,
+        of_marks_on_one_spot_of_the_picture_the_gravest_is_taken,
+        the_photo_opens_large_with_its_mark,
+        a_pedal_tags_while_a_form_is_filled_in,
+        a_click_in_the_3d_view_tags_the_wall_or_selects_the_pin,
+        each_change_is_undone_in_turn,
+        the_form_saves_every_field_as_it_is_left,
+        keys_belong_to_a_field_while_it_is_typed_in,
+        a_closed_form_gives_the_keys_back_to_the_film,
+        a_stretch_starts_where_the_robot_is_and_says_so,
+        a_clicked_tag_gets_the_code_of_the_next_key,
+        a_proposal_of_the_project_becomes_the_recommendation_of_a_defect,
+        the_list_is_filtered_and_walked_by_keys,
+        a_change_of_the_header_is_undone_field_by_field,
+        a_tag_does_not_scroll_the_page_away_from_the_picture,
+    ):
+        start_anew(page, server, empty)
+        step(page, server, empty)
+
+
+def the_form_asks_only_for_what_the_code_needs(desk: Page, server: Server, inspection: str) -> None:
     desk.keyboard.press("t")
     desk.keyboard.press("Enter")
     code, needs = desk.get_by_label("Code", exact=True), desk.locator(".form__needed:visible")
@@ -125,48 +152,7 @@ def test_the_form_asks_only_for_what_the_code_needs(desk: Page) -> None:
     expect_no_fault(desk)
 
 
-def test_a_proposal_of_the_project_becomes_the_recommendation_of_a_defect(
-    page: Page, server: Server, empty: str
-) -> None:
-    proposals = [
-        {"text": "Watch it.", "cost": 50.0},
-        {"text": "Rebuild the wall.", "code": "BAC", "severity_from": 4, "cost": 9000.0},
-        {"text": "Seal the crack.", "code": "BAB"},
-    ]
-    template = {"recommendations": proposals, "costs": True, "currency": "MYR"}
-    server.ask("PUT", "/api/report-templates/", template)
-    put(server, empty, frame=0, code="BAC", char1="B", severity=4)
-    opened(page, server, empty)
-    page.get_by_role("button", name="Edit BAC").click()
-    advice = page.get_by_label("Recommendation", exact=True)
-    proposed = page.get_by_label("Proposed recommendations")
-    expect(proposed.locator("option")).to_have_text(
-        ["Take a proposal …", "Rebuild the wall. (9000 MYR)", "Watch it. (50 MYR)"]
-    )
-
-    proposed.select_option("0")
-    expect(advice).to_have_value("Rebuild the wall.")
-    expect(advice).to_be_focused()
-    expect(page.get_by_label("Estimated cost")).to_have_value("9000")
-    page.keyboard.press("End")
-    page.keyboard.type(" Close the road.")
-    page.get_by_label("Estimated cost").fill("9500,5")
-    page.keyboard.press("Escape")
-    expect_saved(page)
-    [item] = observations(server, empty)
-    assert (item["recommendation"], item["cost"]) == ("Rebuild the wall. Close the road.", 9500.5)
-
-    for _ in range(3):  # the cost, the words, the proposal
-        page.keyboard.press("u")
-    redo = page.locator("[data-part=redo]")
-    expect(redo).to_have_attribute("title", re.compile("^Redo: recommendation – → Rebuild"))
-    expect_saved(page)
-    [item] = observations(server, empty)
-    assert (item["recommendation"], item["cost"], item["severity"]) == (None, None, 4)
-    expect_no_fault(page)
-
-
-def test_the_clock_is_set_by_keys_and_by_drawing(desk: Page, server: Server, empty: str) -> None:
+def the_clock_is_set_by_keys_and_by_drawing(desk: Page, server: Server, inspection: str) -> None:
     desk.keyboard.press("1")
     desk.keyboard.press("e")
     start, end = (desk.get_by_role("slider", name=f"Clock {name}") for name in ("from", "to"))
@@ -181,9 +167,9 @@ def test_the_clock_is_set_by_keys_and_by_drawing(desk: Page, server: Server, emp
         desk.keyboard.press("ArrowUp")
     expect(end).to_have_attribute("aria-valuetext", "2 o’clock")
     expect_saved(desk)
-    assert [(item["clock_from"], item["clock_to"]) for item in observations(server, empty)] == [
-        (11, 2)
-    ]
+    assert [
+        (item["clock_from"], item["clock_to"]) for item in observations(server, inspection)
+    ] == [(11, 2)]
     # Delete belongs to the dial here, not to the defect.
     desk.keyboard.press("Delete")
     expect(end).to_have_attribute("aria-valuetext", "one position")
@@ -206,7 +192,7 @@ def test_the_clock_is_set_by_keys_and_by_drawing(desk: Page, server: Server, emp
     expect(desk.locator(".dial__hours-text")).to_have_text("1 – 3")
 
 
-def test_a_stretch_is_started_changed_and_finished(desk: Page, server: Server, empty: str) -> None:
+def a_stretch_is_started_changed_and_finished(desk: Page, server: Server, inspection: str) -> None:
     desk.keyboard.press("5")
     desk.keyboard.press("s")
     bar = desk.get_by_role("list", name="Open stretches")
@@ -225,7 +211,7 @@ def test_a_stretch_is_started_changed_and_finished(desk: Page, server: Server, e
         re.compile(r"1 defect · stretches cover 5\d % of the length")
     )
     expect_saved(desk)
-    parts = [(item["continuous"][0], item["char1"]) for item in observations(server, empty)]
+    parts = [(item["continuous"][0], item["char1"]) for item in observations(server, inspection)]
     assert parts == [("A", "C"), ("C", "C"), ("B", "C")]
     for _ in range(3):  # the finish, the kind, the change
         desk.keyboard.press("u")
@@ -233,7 +219,7 @@ def test_a_stretch_is_started_changed_and_finished(desk: Page, server: Server, e
     expect(bar).to_be_visible()
 
 
-def test_a_stretch_without_a_length_is_asked_about(desk: Page, server: Server, empty: str) -> None:
+def a_stretch_without_a_length_is_asked_about(desk: Page, server: Server, inspection: str) -> None:
     desk.keyboard.press("5")
     desk.keyboard.press("s")
     name = desk.locator(".open-stretch b").first
@@ -243,31 +229,361 @@ def test_a_stretch_without_a_length_is_asked_about(desk: Page, server: Server, e
     desk.get_by_role("button", name="Keep one point").click()
     expect(desk.locator(".defect")).to_have_count(1)
     expect_saved(desk)
-    assert [item["continuous"] for item in observations(server, empty)] == [None]
+    assert [item["continuous"] for item in observations(server, inspection)] == [None]
     # A number is never used twice.
     desk.keyboard.press("s")
     expect(name).to_have_text(f"A{number + 1} BBA")
 
 
-def test_two_like_points_far_apart_are_offered_as_a_stretch(
-    page: Page, server: Server, empty: str
+def two_like_points_far_apart_are_offered_as_a_stretch(
+    desk: Page, server: Server, inspection: str
 ) -> None:
-    put(server, empty, frame=2, code="BBA", char1="A")
-    put(server, empty, frame=30, code="BBA", char1="A")
-    desk = opened(page, server, empty)
+    put(server, inspection, frame=2, code="BBA", char1="A")
+    put(server, inspection, frame=30, code="BBA", char1="A")
+    expect(desk.locator(".defect__main")).to_have_count(2)
     desk.locator(".defect__main").last.click()
     desk.keyboard.press("e")
     desk.get_by_role("button", name="Make it a stretch from 0.11 m").click()
     expect(desk.locator("[data-part=stretch]")).to_contain_text("finish of stretch")
     expect_saved(desk)
-    roles = [item["continuous"][0] for item in observations(server, empty)]
+    roles = [item["continuous"][0] for item in observations(server, inspection)]
     assert roles == ["A", "B"]
     # It was one step.
     desk.get_by_role("button", name="Done").click()
     desk.keyboard.press("u")
     expect(desk.locator(".toast").last).to_contain_text("Undone: stretch of BBA")
     expect_saved(desk)
-    assert [item["continuous"] for item in observations(server, empty)] == [None, None]
+    assert [item["continuous"] for item in observations(server, inspection)] == [None, None]
+
+
+def what_somebody_else_has_changed_is_not_undone_in_silence(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    desk.keyboard.press("1")
+    desk.keyboard.press("Shift+Digit2")
+    expect_saved(desk)
+    [item] = observations(server, inspection)
+    put(server, inspection, item["id"], frame=0, code="BAB", severity=5)
+    desk.keyboard.press("u")
+    expect(desk.locator(".toast").last).to_contain_text(
+        "Not undone: severity – → 2 of BAB at 0.00 m. Somebody has changed it meanwhile."
+    )
+    expect(desk.locator(".defect .severity")).to_have_attribute("aria-label", re.compile("5"))
+    desk.get_by_role("button", name="Undo it nevertheless").click()
+    expect(desk.locator(".defect .severity")).to_have_attribute("aria-label", "not rated")
+    expect_saved(desk)
+    assert [item["severity"] for item in observations(server, inspection)] == [None]
+
+
+def a_change_of_the_header_is_undone_field_by_field(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    path = f"/api/inspections/{inspection}"
+    server.ask("PATCH", path, {"header": {"client": "Town"}})
+    desk.get_by_role("tab", name="Header").click()
+    operator = desk.get_by_role("textbox", name="Operator", exact=True)
+    operator.fill("Aisyah")
+    operator.press("Tab")
+    undo = desk.locator("[data-part=undo]")
+    expect(undo).to_have_attribute("title", "Undo: operator – → Aisyah (U)")
+    server.ask("PATCH", path, {"header": {"client": "County", "operator": "Aisyah"}})
+    undo.click()
+    expect(desk.locator(".toast").last).to_contain_text("Undone: operator")
+    assert json.load(server.ask("GET", path))["header"] == {"client": "County"}
+
+
+def the_address_follows_the_selection_and_leads_back_to_it(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    one = put(server, inspection, frame=7, code="BAB")
+    put(server, inspection, frame=9, code="BAC")
+    row = desk.locator(".defect__main").first
+    expect(row).to_have_attribute("href", f"/inspections/{inspection}?defect={one}")
+    row.click()
+    expect(desk).to_have_url(f"{server.url}/inspections/{inspection}?defect={one}")
+    desk.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    desk.keyboard.press("y")
+    expect(desk.locator(".toast").last).to_contain_text("Link copied")
+    assert desk.evaluate("navigator.clipboard.readText()") == desk.url
+    desk.keyboard.press("Escape")
+    expect(desk).to_have_url(f"{server.url}/inspections/{inspection}")
+
+
+def of_marks_on_one_spot_of_the_picture_the_gravest_is_taken(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    put(server, inspection, frame=0, severity=1)
+    grave = put(server, inspection, frame=0, severity=4)
+    put(server, inspection, frame=0, severity=2)
+    expect(desk.locator(".defect")).to_have_count(3)
+    desk.locator(".stage__overlay").click()
+    expect(desk).to_have_url(f"{server.url}/inspections/{inspection}?defect={grave}")
+
+
+def the_list_is_filtered_and_walked_by_keys(desk: Page, server: Server, inspection: str) -> None:
+    put(server, inspection, frame=3, code="BAB", char1="B", char2="A", quant1=0.5, severity=5)
+    put(server, inspection, frame=9, code="BBA", char1="A", remark="by the headwall")
+    put(server, inspection, frame=15)
+    rows = desk.locator(".defect__main")
+    expect(desk.locator(".defect__lacks")).to_have_text(["", "quantity missing", "no code"])
+    rows.first.focus()
+    desk.keyboard.press("ArrowDown")
+    expect(rows.nth(1)).to_be_focused()
+    expect_frame(desk, 9)
+    desk.keyboard.press("Delete")
+    expect(rows).to_have_count(2)
+    expect(rows.nth(1)).to_be_focused()
+    desk.keyboard.press("u")
+    expect(rows).to_have_count(3)
+    desk.get_by_placeholder("Filter by code or word").fill("headwall")
+    expect(desk.locator(".defects__count")).to_have_text("1 of 3 defects")
+    desk.get_by_placeholder("Filter by code or word").fill("")
+    desk.get_by_label("Which defects").select_option("Incomplete")
+    assert codes(desk) == ["BBA A", ""]
+    desk.get_by_label("Which defects").select_option("Act now (5)")
+    assert codes(desk) == ["BAB B A"]
+    desk.get_by_label("Which defects").select_option("All")
+    desk.get_by_role("button", name="Newest first").click()
+    assert codes(desk) == ["", "BBA A", "BAB B A"]
+    expect_no_fault(desk)
+
+
+def the_photo_opens_large_with_its_mark(desk: Page, server: Server, inspection: str) -> None:
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    desk.get_by_role("button", name="Open the photo").click()
+    photo = desk.get_by_role("dialog").get_by_role("img", name=re.compile("Photo of BAB"))
+    expect(photo).to_be_visible()
+    shown, mark = photo.bounding_box(), desk.locator(".photo__line circle").bounding_box()
+    assert shown is not None
+    assert mark is not None
+    for at, size in (("x", "width"), ("y", "height")):
+        middle = shown[at] + shown[size] / 2
+        assert mark[at] + mark[size] / 2 == pytest.approx(middle, abs=2)
+    expect_no_fault(desk)
+
+
+def a_pedal_tags_while_a_form_is_filled_in(desk: Page, server: Server, inspection: str) -> None:
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    desk.get_by_label("Remark").fill("half a sent")
+    desk.keyboard.press("Pause")
+    expect(desk.locator("#tab-defects")).to_contain_text("2")
+    expect(desk.get_by_label("Remark")).to_be_focused()
+    expect(desk.get_by_label("Remark")).to_have_value("half a sent")
+
+
+def a_click_in_the_3d_view_tags_the_wall_or_selects_the_pin(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    dispatch = """([type, detail]) => document.querySelector('inspection-page').desk.live
+        .dispatchEvent(new CustomEvent(type, { detail }))"""
+    desk.evaluate(dispatch, ["wall_click", {"distance_m": 0.8, "clock_h": 6.0, "lateral_m": 0.0}])
+    expect(desk.locator(".defect__where")).to_have_text(re.compile(r"0\.(79|80) m"))
+    expect_saved(desk)
+    [item] = observations(server, inspection)
+    assert item["distance_m"] == pytest.approx(0.8, abs=0.02)
+    desk.keyboard.press("Escape")
+    desk.evaluate(dispatch, ["pin_click", {"observation": item["id"]}])
+    expect(desk.locator(".defect__main")).to_have_attribute("aria-current", "true")
+    expect_frame(desk, item["frame"])
+
+
+def a_proposal_of_the_project_becomes_the_recommendation_of_a_defect(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    put(server, inspection, frame=0, code="BAC", char1="B", severity=4)
+    desk.get_by_role("button", name="Edit BAC").click()
+    advice = desk.get_by_label("Recommendation", exact=True)
+    proposed = desk.get_by_label("Proposed recommendations")
+    expect(proposed.locator("option")).to_have_text(
+        ["Take a proposal …", "Rebuild the wall. (9000 MYR)", "Watch it. (50 MYR)"]
+    )
+
+    proposed.select_option("0")
+    expect(advice).to_have_value("Rebuild the wall.")
+    expect(advice).to_be_focused()
+    expect(desk.get_by_label("Estimated cost")).to_have_value("9000")
+    desk.keyboard.press("End")
+    desk.keyboard.type(" Close the road.")
+    desk.get_by_label("Estimated cost").fill("9500,5")
+    desk.keyboard.press("Escape")
+    expect_saved(desk)
+    [item] = observations(server, inspection)
+    assert (item["recommendation"], item["cost"]) == ("Rebuild the wall. Close the road.", 9500.5)
+
+    for _ in range(3):  # the cost, the words, the proposal
+        desk.keyboard.press("u")
+    redo = desk.locator("[data-part=redo]")
+    expect(redo).to_have_attribute("title", re.compile("^Redo: recommendation – → Rebuild"))
+    expect_saved(desk)
+    [item] = observations(server, inspection)
+    assert (item["recommendation"], item["cost"], item["severity"]) == (None, None, 4)
+    expect_no_fault(desk)
+
+
+def each_change_is_undone_in_turn(desk: Page, server: Server, inspection: str) -> None:
+    code = desk.locator(".defect__what b")
+    desk.keyboard.press("t")
+    desk.keyboard.press("e")
+    desk.get_by_label("Code", exact=True).fill("crack spiral")
+    desk.get_by_role("listbox", name="Codes").get_by_role("option").first.click()
+    desk.get_by_role("button", name="Done").click()
+    expect(code).to_have_text(["BAB A D"])
+    desk.keyboard.press("Delete")
+    expect(code).to_have_count(0)
+
+    desk.get_by_role("status").get_by_role("button", name="Undo").last.click()
+    expect(code).to_have_text(["BAB A D"])
+    desk.keyboard.press("u")
+    expect(code).to_have_text([""])
+    desk.keyboard.press("Control+z")
+    expect(code).to_have_count(0)
+    expect_saved(desk)
+    expect(desk.locator(".defects__empty")).to_be_visible()
+    assert observations(server, inspection) == []
+
+
+def the_form_saves_every_field_as_it_is_left(desk: Page, server: Server, inspection: str) -> None:
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    desk.get_by_label("Kind").select_option("B")
+    desk.get_by_label("Detail").select_option("A")
+    desk.locator("input[name=severity][value='4']").check(force=True)
+    for name, strokes in (("from", 5), ("to", 3)):
+        desk.get_by_role("slider", name=f"Clock {name}").focus()
+        for _ in range(strokes):
+            desk.keyboard.press("ArrowRight")
+    desk.get_by_label("Quantity", exact=True).fill("3.5")
+    desk.get_by_label("Remark").fill("=2+2 at the crown")
+    desk.get_by_role("button", name="Done").click()
+    expect_saved(desk)
+    expect(desk.locator(".defect__what")).to_have_text(
+        re.compile("BAB B A Crack: line, edges touching, along the pipe")
+    )
+    expect(desk.locator(".defect__more")).to_contain_text("11 to 2 o’clock")
+    expect(desk.locator(".defect__more")).to_contain_text("=2+2 at the crown")
+    expect(desk.locator(".defect .severity")).to_have_attribute(
+        "aria-label", "severity 4, plan repair"
+    )
+
+
+def keys_belong_to_a_field_while_it_is_typed_in(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    desk.get_by_label("Remark").fill("t 1 u")
+    desk.get_by_label("Remark").press("t")
+    expect(desk.locator(".form__head h2")).to_contain_text("BAB")
+    desk.get_by_label("Remark").press("Escape")
+    expect(desk.locator(".defect")).to_have_count(1)
+
+
+def a_closed_form_gives_the_keys_back_to_the_film(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    expect(desk.get_by_label("Code", exact=True)).to_be_focused()
+    desk.keyboard.press("Escape")
+    desk.keyboard.press("ArrowRight")
+    expect_frame(desk, 1)
+    desk.keyboard.press(" ")
+    expect_frame(desk, FRAMES - 1)
+
+
+def a_tag_does_not_scroll_the_page_away_from_the_picture(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    desk.set_viewport_size({"width": 390, "height": 844})
+    for _ in range(3):
+        desk.keyboard.press("t")
+    expect(desk.locator(".defect")).to_have_count(3)
+    assert desk.evaluate("scrollY") == 0
+
+
+def a_stretch_starts_where_the_robot_is_and_says_so(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    toast = desk.locator(".toast").last
+
+    def starts() -> list[tuple[int, str | None, bool]]:
+        expect_saved(desk)
+        made = observations(server, inspection)
+        return [(item["frame"], item["code"], item["continuous"] is not None) for item in made]
+
+    desk.keyboard.press("5")
+    desk.keyboard.press("s")  # where it was just tagged
+    expect(toast).to_contain_text(re.compile(r"Stretch A\d+ starts at 0\.00 m"))
+    assert starts() == [(0, "BBA", True)]
+    desk.keyboard.press("u")
+    expect(desk.locator("open-stretches li")).to_have_count(0)
+    desk.keyboard.press("End")
+    expect_frame(desk, FRAMES - 1)
+    desk.keyboard.press("s")
+    expect(toast).to_contain_text(re.compile(r"Stretch A\d+ starts at 2\.0\d m"))
+    assert starts() == [(0, "BBA", False), (FRAMES - 1, None, True)]
+    desk.get_by_role("button", name="Start it at 0.00 m instead").click()
+    expect(toast).to_contain_text(re.compile(r"Stretch A\d+ starts at 0\.00 m"))
+    assert starts() == [(0, "BBA", True)]
+    toast.get_by_role("button", name="Undo").click()
+    expect(desk.locator("open-stretches li")).to_have_count(0)
+    assert starts() == [(0, "BBA", False)]
+    # The form is about its own tag, wherever the robot is.
+    desk.keyboard.press("e")
+    desk.get_by_role("button", name="Start a stretch at 0.00 m").click()
+    assert starts() == [(0, "BBA", True)]
+
+
+def a_clicked_tag_gets_the_code_of_the_next_key(
+    desk: Page, server: Server, inspection: str
+) -> None:
+    def tags() -> list[tuple[str | None, bool]]:
+        expect_saved(desk)
+        made = observations(server, inspection)
+        in_middle = [item["pixel"] == [159.5, 119.5] for item in made]
+        return sorted(zip((item["code"] or "" for item in made), in_middle, strict=True))
+
+    stage = desk.locator(".stage__overlay")
+    box = stage.bounding_box()
+    assert box is not None
+    stage.click(position={"x": 0.4 * box["width"], "y": 0.7 * box["height"]})
+    desk.keyboard.press("ArrowRight")
+    expect_frame(desk, 1)
+    desk.keyboard.press("1")
+    assert tags() == [("BAB", False)]
+    desk.keyboard.press("u")
+    expect(desk.locator(".defect__what b")).to_have_text([""])
+    assert tags() == [("", False)]
+    # Elsewhere the key means what is seen there.
+    desk.keyboard.press("End")
+    expect_frame(desk, FRAMES - 1)
+    desk.keyboard.press("2")
+    assert tags() == [("", False), ("BAC", True)]
+    desk.locator(".defect__main").first.click()
+    expect_frame(desk, 0)
+    desk.locator(".quick__code", has_text="Surface").click()
+    assert tags() == [("BAC", True), ("BAF", False)]
+
+
+@pytest.mark.parametrize(("width", "height"), [(1024, 768), (390, 844)])
+def test_the_form_comes_into_sight_below_the_film_and_goes_again(
+    desk: Page, width: int, height: int
+) -> None:
+    desk.set_viewport_size({"width": width, "height": height})
+    desk.keyboard.press("1")
+    desk.keyboard.press("e")
+    code = desk.get_by_label("Code", exact=True)
+    expect(code).to_be_focused()
+    expect(code).to_be_in_viewport(ratio=1)
+    readout = desk.locator("distance-readout").bounding_box()
+    title = desk.locator(".form__head").bounding_box()
+    assert readout is not None
+    assert title is not None
+    assert title["y"] >= readout["y"] + readout["height"]
+    desk.keyboard.press("Escape")
+    expect(desk.locator(".stage")).to_be_in_viewport(ratio=0.7)
 
 
 def test_everything_is_undone_and_done_again_across_a_restart_of_the_server(
@@ -309,43 +625,6 @@ def test_everything_is_undone_and_done_again_across_a_restart_of_the_server(
     assert (item["frame"], item["severity"], item["continuous"][0]) == (5, 4, "A")
 
 
-def test_what_somebody_else_has_changed_is_not_undone_in_silence(
-    desk: Page, server: Server, empty: str
-) -> None:
-    desk.keyboard.press("1")
-    desk.keyboard.press("Shift+Digit2")
-    expect_saved(desk)
-    [item] = observations(server, empty)
-    put(server, empty, item["id"], frame=0, code="BAB", severity=5)
-    desk.keyboard.press("u")
-    expect(desk.locator(".toast")).to_contain_text(
-        "Not undone: severity – → 2 of BAB at 0.00 m. Somebody has changed it meanwhile."
-    )
-    expect(desk.locator(".defect .severity")).to_have_attribute("aria-label", re.compile("5"))
-    desk.get_by_role("button", name="Undo it nevertheless").click()
-    expect(desk.locator(".defect .severity")).to_have_attribute("aria-label", "not rated")
-    expect_saved(desk)
-    assert [item["severity"] for item in observations(server, empty)] == [None]
-
-
-def test_a_change_of_the_header_is_undone_field_by_field(
-    page: Page, server: Server, empty: str
-) -> None:
-    path = f"/api/inspections/{empty}"
-    server.ask("PATCH", path, {"header": {"client": "Town"}})
-    desk = opened(page, server, empty)
-    desk.get_by_role("tab", name="Header").click()
-    operator = desk.get_by_role("textbox", name="Operator", exact=True)
-    operator.fill("Aisyah")
-    operator.press("Tab")
-    undo = desk.locator("[data-part=undo]")
-    expect(undo).to_have_attribute("title", "Undo: operator – → Aisyah (U)")
-    server.ask("PATCH", path, {"header": {"client": "County", "operator": "Aisyah"}})
-    undo.click()
-    expect(desk.locator(".toast")).to_contain_text("Undone: operator")
-    assert json.load(server.ask("GET", path))["header"] == {"client": "County"}
-
-
 def test_an_address_shows_its_place(page: Page, server: Server, empty: str) -> None:
     log_in(page, server, f"/inspections/{empty}?frame=12")
     expect_frame(page, 12)
@@ -355,68 +634,6 @@ def test_an_address_shows_its_place(page: Page, server: Server, empty: str) -> N
     expect(page.locator(".transport__clock")).to_have_text(re.compile(r"^0:00\.(4[3-9]|50)"))
     page.goto(f"{server.url}/inspections/{empty}?frame=9999")
     expect_frame(page, FRAMES - 1)
-
-
-def test_the_address_follows_the_selection_and_leads_back_to_it(
-    page: Page, server: Server, empty: str
-) -> None:
-    one = put(server, empty, frame=7, code="BAB")
-    put(server, empty, frame=9, code="BAC")
-    desk = opened(page, server, empty)
-    row = desk.locator(".defect__main").first
-    expect(row).to_have_attribute("href", f"/inspections/{empty}?defect={one}")
-    row.click()
-    expect(desk).to_have_url(f"{server.url}/inspections/{empty}?defect={one}")
-    desk.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    desk.keyboard.press("y")
-    expect(desk.locator(".toast")).to_contain_text("Link copied")
-    link = desk.evaluate("navigator.clipboard.readText()")
-    desk.keyboard.press("Escape")
-    expect(desk).to_have_url(f"{server.url}/inspections/{empty}")
-    desk.goto(link)
-    expect(row).to_have_attribute("aria-current", "true")
-    expect_frame(desk, 7)
-
-
-def test_of_marks_on_one_spot_of_the_picture_the_gravest_is_taken(
-    page: Page, server: Server, empty: str
-) -> None:
-    put(server, empty, frame=0, severity=1)
-    grave = put(server, empty, frame=0, severity=4)
-    put(server, empty, frame=0, severity=2)
-    desk = opened(page, server, empty)
-    expect(desk.locator(".defect")).to_have_count(3)
-    desk.locator(".stage__overlay").click()
-    expect(desk).to_have_url(f"{server.url}/inspections/{empty}?defect={grave}")
-
-
-def test_the_list_is_filtered_and_walked_by_keys(page: Page, server: Server, empty: str) -> None:
-    put(server, empty, frame=3, code="BAB", char1="B", char2="A", quant1=0.5, severity=5)
-    put(server, empty, frame=9, code="BBA", char1="A", remark="by the headwall")
-    put(server, empty, frame=15)
-    desk = opened(page, server, empty)
-    rows = desk.locator(".defect__main")
-    expect(desk.locator(".defect__lacks")).to_have_text(["", "quantity missing", "no code"])
-    rows.first.focus()
-    desk.keyboard.press("ArrowDown")
-    expect(rows.nth(1)).to_be_focused()
-    expect_frame(desk, 9)
-    desk.keyboard.press("Delete")
-    expect(rows).to_have_count(2)
-    expect(rows.nth(1)).to_be_focused()
-    desk.keyboard.press("u")
-    expect(rows).to_have_count(3)
-    desk.get_by_placeholder("Filter by code or word").fill("headwall")
-    expect(desk.locator(".defects__count")).to_have_text("1 of 3 defects")
-    desk.get_by_placeholder("Filter by code or word").fill("")
-    desk.get_by_label("Which defects").select_option("Incomplete")
-    assert codes(desk) == ["BBA A", ""]
-    desk.get_by_label("Which defects").select_option("Act now (5)")
-    assert codes(desk) == ["BAB B A"]
-    desk.get_by_label("Which defects").select_option("All")
-    desk.get_by_role("button", name="Newest first").click()
-    assert codes(desk) == ["", "BBA A", "BAB B A"]
-    expect_no_fault(desk)
 
 
 def test_two_tabs_share_one_outbox(desk: Page, server: Server, empty: str) -> None:
@@ -488,44 +705,3 @@ def test_a_full_disk_of_the_browser_is_reported(desk: Page, server: Server, empt
     expect_saved(desk)
     expect(desk.get_by_text("gives the page no storage")).to_be_hidden()
     assert [item["code"] for item in observations(server, empty)] == ["BAB"]
-
-
-def test_the_photo_opens_large_with_its_mark(desk: Page) -> None:
-    desk.keyboard.press("1")
-    desk.keyboard.press("e")
-    desk.get_by_role("button", name="Open the photo").click()
-    photo = desk.get_by_role("dialog").get_by_role("img", name=re.compile("Photo of BAB"))
-    expect(photo).to_be_visible()
-    shown, mark = photo.bounding_box(), desk.locator(".photo__line circle").bounding_box()
-    assert shown is not None
-    assert mark is not None
-    for at, size in (("x", "width"), ("y", "height")):
-        middle = shown[at] + shown[size] / 2
-        assert mark[at] + mark[size] / 2 == pytest.approx(middle, abs=2)
-    expect_no_fault(desk)
-
-
-def test_a_pedal_tags_while_a_form_is_filled_in(desk: Page) -> None:
-    desk.keyboard.press("1")
-    desk.keyboard.press("e")
-    desk.get_by_label("Remark").fill("half a sent")
-    desk.keyboard.press("Pause")
-    expect(desk.locator("#tab-defects")).to_contain_text("2")
-    expect(desk.get_by_label("Remark")).to_be_focused()
-    expect(desk.get_by_label("Remark")).to_have_value("half a sent")
-
-
-def test_a_click_in_the_3d_view_tags_the_wall_or_selects_the_pin(
-    desk: Page, server: Server, empty: str
-) -> None:
-    dispatch = """([type, detail]) => document.querySelector('inspection-page').desk.live
-        .dispatchEvent(new CustomEvent(type, { detail }))"""
-    desk.evaluate(dispatch, ["wall_click", {"distance_m": 0.8, "clock_h": 6.0, "lateral_m": 0.0}])
-    expect(desk.locator(".defect__where")).to_have_text(re.compile(r"0\.(79|80) m"))
-    expect_saved(desk)
-    [item] = observations(server, empty)
-    assert item["distance_m"] == pytest.approx(0.8, abs=0.02)
-    desk.keyboard.press("Escape")
-    desk.evaluate(dispatch, ["pin_click", {"observation": item["id"]}])
-    expect(desk.locator(".defect__main")).to_have_attribute("aria-current", "true")
-    expect_frame(desk, item["frame"])
