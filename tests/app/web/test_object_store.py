@@ -192,23 +192,24 @@ def test_a_recording_goes_to_the_store_when_it_ends_and_can_be_continued(object_
         inspection_id = made.json()["id"]
         root = f"/api/inspections/{inspection_id}"
         folder = tmp_path / "data" / "inspections" / inspection_id
-        record(client, root, 10)
+        recorded = record(client, root, 10)
         film = client.get(f"{root}/video").content
         assert {f"archive/inspections/{inspection_id}/recording.mkv"} <= object_store.keys(url)
         shutil.rmtree(folder)
         going_on = client.post(f"{root}/continue", json={"url": camera.url, "robot": "stood_still"})
         assert going_on.status_code == 200, going_on.text
-        record(client, root, 25)
+        assert record(client, root, recorded + 10) > recorded
         assert len(client.get(f"{root}/video").content) > len(film)
         assert client.get(f"{root}/frames/3.jpg").is_success
         assert not {path.suffix for path in folder.iterdir()} & {".mkv", ".mp4"}
 
 
 def record(client, root, frames):
-    """Wait for so many frames of a live inspection, then end it."""
+    """Wait for so many frames of a live inspection, then end it; return how many it has then."""
     wait_until(lambda: client.get(root).json()["progress"]["frames_done"] >= frames)
     ended = client.post(f"{root}/finish", json={"end_condition": "complete"})
     assert ended.json()["status"] == "done", ended.text
+    return ended.json()["progress"]["frames_done"]
 
 
 @pytest.mark.parametrize(
