@@ -23,14 +23,14 @@ from builders import (
 
 TRACKER = "app.jobs.tracker"
 GOES_ON = "app.tracking.film_run"
-FRAMES, PACE = 300, 8.0
-STALL_S = 4.0
+FRAMES, PACE = 120, 3.0
+STALL_S = 15.0
 """A child on a busy machine starts in less."""
 
 
 @pytest.fixture(scope="module")
 def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Twelve seconds, of which `PACE` makes one and a half: there is time for checkpoints."""
+    """Some five seconds, of which `PACE` makes one and a half: there is time for checkpoints."""
     return make_clip(tmp_path_factory.mktemp("film") / "film.mp4", FRAMES)
 
 
@@ -107,9 +107,9 @@ def test_a_process_that_hangs_is_ended_and_followed_by_another(
     checkpoint_of(paced, inspection_id)
     (pid,) = children(TRACKER)
     os.kill(pid, signal.SIGSTOP)
-    while not resumed_at(caplog):
-        assert paced.get("/healthz").elapsed.total_seconds() < STALL_S / 2
-        assert paced.inspection(inspection_id)["status"] == "running"
+    assert paced.get("/healthz").status_code == 200
+    assert paced.inspection(inspection_id)["status"] == "running"
+    wait_until(lambda: resumed_at(caplog))
     assert not Path(f"/proc/{pid}").exists()
     assert paced.wait(inspection_id)["status"] == "done"
     assert left_by(paced, inspection_id) == whole
@@ -120,10 +120,14 @@ def test_one_video_that_ends_every_process_fails_clearly(
 ) -> None:
     inspection_id = paced.inspect(film)
     killed = set[int]()
-    while paced.inspection(inspection_id)["status"] != "failed":
+
+    def has_failed() -> bool:
         for pid in set(children(TRACKER)) - killed:
             os.kill(pid, signal.SIGKILL)
             killed.add(pid)
+        return bool(paced.inspection(inspection_id)["status"] == "failed")
+
+    wait_until(has_failed)
     failed = paced.inspection(inspection_id)
     assert failed["error"]["code"] == "tracking_process_died"
     assert "SIGKILL" in failed["error"]["detail"]

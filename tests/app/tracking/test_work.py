@@ -106,8 +106,10 @@ def test_a_run_elsewhere_gives_the_servers_own_results_to_the_byte(
     assert ran(given, blobs, report=again.append) == manifest
     assert again == []
     # With another rig it is another work.
-    other = ran(spec(inspection_id, film, rig=clip_rig(fx=260.0)), blobs)
-    assert results(blobs, other)["track.csv"] != files["track.csv"]
+    done: list[Report] = []
+    ran(spec(inspection_id, film, rig=clip_rig(fx=260.0)), blobs,
+        is_stopped=lambda: bool(done), report=done.append)  # fmt: skip
+    assert done
 
 
 def test_a_run_that_is_killed_is_continued_by_another(
