@@ -61,10 +61,13 @@ def busy_workers(workers: Cluster) -> list[int]:
     ]
 
 
-def test_two_films_at_once_give_what_this_machine_alone_gives(
-    served: Client, film: Path, local: dict[str, bytes]
+def test_two_films_at_once_give_what_this_machine_gives_although_a_worker_is_killed(
+    served: Client, workers: Cluster, film: Path, local: dict[str, bytes]
 ) -> None:
     ids = [served.inspect(film) for _ in range(2)]
+    killed = workers.workers.pop(wait_until(lambda: busy_workers(workers))[0])
+    killed.send_signal(signal.SIGKILL)
+    killed.wait()
     for inspection_id in ids:
         assert served.wait(inspection_id)["status"] == "done"
         assert left_by(served, inspection_id) == local
@@ -73,8 +76,8 @@ def test_two_films_at_once_give_what_this_machine_alone_gives(
         wait_until(lambda runs=runs: not runs.exists())  # nothing is left of what was on the way
 
 
-def test_a_run_shows_its_progress_and_can_be_stopped(served: Client, long_clip: Path) -> None:
-    inspection_id = served.inspect(long_clip)
+def test_a_run_shows_its_progress_and_can_be_stopped(served: Client, tmp_path: Path) -> None:
+    inspection_id = served.inspect(make_clip(tmp_path / "long.mp4", LONG_FRAMES))
     wait_until(lambda: served.inspection(inspection_id)["progress"]["frames_done"])
     served.post(f"/api/inspections/{inspection_id}/cancel").raise_for_status()
     ended = served.wait(inspection_id)
@@ -82,20 +85,7 @@ def test_a_run_shows_its_progress_and_can_be_stopped(served: Client, long_clip: 
     assert 0 < ended["progress"]["frames_done"] < LONG_FRAMES
 
 
-def test_a_worker_that_is_killed_costs_a_retry(
-    served: Client, workers: Cluster, film: Path, local: dict[str, bytes]
-) -> None:
-    inspection_id = served.inspect(film)
-    (busy,) = wait_until(lambda: busy_workers(workers))
-    killed = workers.workers.pop(busy)
-    killed.send_signal(signal.SIGKILL)
-    killed.wait()
-    assert served.wait(inspection_id)["status"] == "done"
-    assert left_by(served, inspection_id) == local
-    workers.add_worker()
-    workers.wait_for_workers(2)
-
-
+@pytest.mark.long
 def test_a_scheduler_that_is_killed_costs_a_wait(
     served: Client, workers: Cluster, film: Path, local: dict[str, bytes]
 ) -> None:
@@ -109,8 +99,7 @@ def test_a_scheduler_that_is_killed_costs_a_wait(
         worker.wait()
     workers.workers.clear()
     workers.start_scheduler()
-    for _ in range(2):
-        workers.add_worker()
+    workers.add_worker()
     assert served.wait(inspection_id)["status"] == "done"
     assert left_by(served, inspection_id) == local
 
