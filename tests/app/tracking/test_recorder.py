@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -32,6 +31,7 @@ from vo_core.sources import VideoFile
 
 CAMERA = "app.jobs.camera"
 LOOPBACK = ("127.0.0.0/8",)
+OPEN = "6f1c2a34-0000-4000-8000-00000000000c"
 
 
 @pytest.fixture(scope="module")
@@ -98,29 +98,30 @@ def receive(socket: ClientConnection) -> tuple[dict[str, Any], bytes]:
     return header, message[4 + length :]
 
 
-@pytest.mark.parametrize(
-    ("kind", "codec", "playable"), [(MjpegCamera, "mjpeg", False), (RtspCamera, "h264", True)]
-)
-def test_a_camera_that_drops_out_twice_becomes_one_inspection(
-    field: Client, kind: type[Camera], codec: str, playable: bool
+def test_a_camera_that_drops_out_and_whose_process_is_killed_becomes_one_inspection(
+    field: Client,
 ) -> None:
-    with kind() as camera:
+    with RtspCamera() as camera:
         inspection_id = recorded(field, camera)
         assert field.inspection(inspection_id)["live"]["connected"]
-        for _ in range(2):
-            camera.drop_out()
-            wait_until(lambda: not field.inspection(inspection_id)["live"]["connected"])
-            assert field.inspection(inspection_id)["live"]["detail"]
-            camera.come_back()
-            before = frames_done(field, inspection_id)
-            wait_until(lambda: frames_done(field, inspection_id) >= before + 15)  # noqa: B023
+        camera.drop_out()
+        wait_until(lambda: not field.inspection(inspection_id)["live"]["connected"])
+        assert field.inspection(inspection_id)["live"]["detail"]
+        camera.come_back()
+        before = frames_done(field, inspection_id)
+        wait_until(lambda: frames_done(field, inspection_id) >= before + 15)
+        (first,) = children(CAMERA)
+        send_signal(CAMERA, signal.SIGKILL)
+        before = frames_done(field, inspection_id)
+        wait_until(lambda: frames_done(field, inspection_id) >= before + 15)
+        assert children(CAMERA) != [first]
         live = field.inspection(inspection_id)["live"]
-        assert live["reconnects"] == 2
+        assert live["reconnects"] >= 2
         assert live["recorded_s"] > 1.0
         done = finish(field, inspection_id, known_length_m=12.5).json()
     assert (done["status"], done["error"], done["live"]) == ("done", None, None)
     assert done["header"] == {"end_condition": "complete", "known_length_m": 12.5}
-    assert (done["video"]["codec"], done["video"]["playable"]) == (codec, playable)
+    assert (done["video"]["codec"], done["video"]["playable"]) == ("h264", True)
     assert done["source"]["kind"] == "live"
     assert done["source"]["size"] > 10_000
     assert len(done["source"]["sha256"]) == 64
@@ -180,20 +181,6 @@ def test_a_ping_is_answered(field: Client, done: str) -> None:
         assert json.loads(socket.recv(PATIENCE_S)) == {"type": "pong", "t": 12.5}
 
 
-def test_a_camera_process_that_is_killed_is_followed_by_another(field: Client) -> None:
-    with RtspCamera() as camera:
-        inspection_id = recorded(field, camera)
-        (first,) = children(CAMERA)
-        send_signal(CAMERA, signal.SIGKILL)
-        before = frames_done(field, inspection_id)
-        wait_until(lambda: frames_done(field, inspection_id) >= before + 15)
-        assert children(CAMERA) != [first]
-        assert field.inspection(inspection_id)["live"]["reconnects"] == 1
-        done = finish(field, inspection_id).json()
-    assert (done["status"], done["error"]) == ("done", None)
-    assert_track_is_recording(field, inspection_id)
-
-
 def test_a_stopped_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: Path) -> None:
     with MjpegCamera() as camera:
         with serving(tmp_path, camera_networks=LOOPBACK) as client:
@@ -204,9 +191,6 @@ def test_a_stopped_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: 
             assert done["status"] == "done"
             assert "server ended during the recording" in done["warning"]
             assert_track_is_recording(client, inspection_id)
-            again = client.post(f"/api/inspections/{inspection_id}/retry")
-            assert again.status_code == 200
-            assert client.wait(inspection_id)["warning"] is None
 
 
 def test_a_killed_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: Path) -> None:
@@ -223,22 +207,6 @@ def test_a_killed_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: P
         (tag,) = client.get(f"/api/inspections/{inspection_id}/observations").json()["observations"]
         assert tag["frame"] == 18
         assert tag["distance_m"] > 0
-
-
-def test_an_open_stretch_is_named_before_the_end(field: Client) -> None:
-    with MjpegCamera() as camera:
-        inspection_id = recorded(field, camera)
-        start = field.tag(inspection_id, frame=3, code="BAF", continuous="A2")
-        assert start.status_code == 200
-        detail = assert_error(finish(field, inspection_id), 409, "open_stretches")
-        assert "A2" in detail
-        assert field.inspection(inspection_id)["status"] == "running"
-        field.tag(inspection_id, frame=9, code="BAF", continuous="B2")
-        abandoned = finish(
-            field, inspection_id, end_condition="abandoned", abandon_reason="Blocked by roots."
-        ).json()
-    assert abandoned["status"] == "done"
-    assert abandoned["header"]["abandon_reason"] == "Blocked by roots."
 
 
 def test_an_end_is_stated_for_a_past_video_too_and_is_in_the_audit(
@@ -312,10 +280,6 @@ def test_deleting_a_live_inspection_ends_its_recording(field: Client) -> None:
         assert field.delete(f"/api/inspections/{inspection_id}").status_code == 204
     assert not children(CAMERA)
     assert not (field.data / "inspections" / inspection_id).exists()
-    deadline = time.monotonic() + 1
-    while time.monotonic() < deadline and camera.connections < 2:
-        time.sleep(0.05)
-    assert camera.connections == 1
 
 
 @pytest.mark.parametrize(("kind", "robot"), [(MjpegCamera, "moved"), (RtspCamera, "stood_still")])
@@ -326,7 +290,14 @@ def test_a_stopped_recording_goes_on_as_the_next_part(
         inspection_id = recorded(field, camera)
         path = f"/api/inspections/{inspection_id}"
         field.tag(inspection_id, "6f1c2a34-0000-4000-8000-00000000000a", frame=8)
-        first = finish(field, inspection_id).json()
+        assert_error(field.put(f"{path}/rig", json={"rig": clip_rig()}), 409, "still_running")
+        field.tag(inspection_id, OPEN, frame=3, code="BAF", continuous="A2")
+        assert "A2" in assert_error(finish(field, inspection_id), 409, "open_stretches")
+        assert field.inspection(inspection_id)["status"] == "running"
+        field.delete(f"{path}/observations/{OPEN}")
+        first = finish(field, inspection_id, end_condition="abandoned", abandon_reason="Roots.")
+        first = first.json()
+        assert first["header"]["abandon_reason"] == "Roots."
         part_at = first["progress"]["frames_done"]
         before = field.get(f"{path}/track?format=json&raw=true").json()["columns"]
         picture = field.get(f"{path}/frames/8.jpg").content
@@ -353,44 +324,28 @@ def test_a_stopped_recording_goes_on_as_the_next_part(
     events = field.get(f"{path}/events").json()["events"]
     assert [event["action"] for event in events[:2]] == ["finished", "continued"]
     assert events[1]["after"]["robot"] == robot
-    # Tracked again from the film, each part goes on as it did.
-    assert field.post(f"{path}/retry").status_code == 200
-    assert field.wait(inspection_id)["progress"]["frames_done"] == len(times)
+    # Tracked again from the film, with another rig, each part goes on as it did.
+    (tag,) = field.get(f"{path}/observations").json()["observations"]
+    rig = clip_rig()
+    rig["camera"] |= {"fx": 2 * rig["camera"]["fx"], "fy": 2 * rig["camera"]["fy"]}
+    misfit = field.put(f"{path}/rig", json={"rig": clip_rig(width=320)})
+    assert_error(misfit, 422, "rig_video_mismatch")
+    assert field.put(f"{path}/rig", json={"rig": rig}).json()["status"] in ("queued", "running")
+    ended = field.wait(inspection_id)
+    assert (ended["status"], ended["rig"]["camera"]["fx"]) == ("done", rig["camera"]["fx"])
+    assert ended["progress"]["frames_done"] == len(times)
     again = field.get(f"{path}/track?format=json&raw=true").json()["columns"]
     error_mm = again["distance_mm"][part_at] - again["distance_mm"][part_at - 1]
     assert abs(error_mm) < 0.01
-    (tag,) = field.get(f"{path}/observations").json()["observations"]
-    assert tag["frame"] == 8
+    (same,) = field.get(f"{path}/observations").json()["observations"]
+    assert (same["frame"], same["photo"]) == (8, tag["photo"])
+    assert abs(same["distance_m"] - tag["distance_m"] / 2) < 0.01
+    event = field.get(f"{path}/events").json()["events"][0]
+    assert event["action"] == "rig_changed"
+    assert event["after"] == {name: rig["camera"][name[7:]] for name in ("camera.fx", "camera.fy")}
 
 
 def test_only_an_ended_recording_of_a_camera_goes_on(field: Client, done: str) -> None:
     stated = {"url": "http://127.0.0.1:9/", "robot": "moved"}
     refused = field.post(f"/api/inspections/{done}/continue", json=stated)
     assert_error(refused, 409, "nothing_recorded")
-
-
-def test_a_live_run_is_tracked_again_with_another_rig_and_all_frames(field: Client) -> None:
-    with MjpegCamera() as camera:
-        inspection_id = recorded(field, camera, 30)
-        path = f"/api/inspections/{inspection_id}"
-        field.tag(inspection_id, "6f1c2a34-0000-4000-8000-00000000000b", frame=20)
-        running = field.put(f"{path}/rig", json={"rig": clip_rig()})
-        assert_error(running, 409, "still_running")
-        done = finish(field, inspection_id).json()
-    (tag,) = field.get(f"{path}/observations").json()["observations"]
-    rig = clip_rig()
-    rig["camera"] |= {"fx": 2 * rig["camera"]["fx"], "fy": 2 * rig["camera"]["fy"]}
-    assert_error(
-        field.put(f"{path}/rig", json={"rig": clip_rig(width=320)}), 422, "rig_video_mismatch"
-    )
-    assert field.put(f"{path}/rig", json={"rig": rig}).json()["status"] in ("queued", "running")
-    again = field.wait(inspection_id)
-    assert (again["status"], again["rig"]["camera"]["fx"]) == ("done", rig["camera"]["fx"])
-    assert again["progress"]["frames_done"] == done["progress"]["frames_done"]
-    (same,) = field.get(f"{path}/observations").json()["observations"]
-    assert (same["frame"], same["photo"]) == (20, tag["photo"])
-    assert abs(same["distance_m"] - tag["distance_m"] / 2) < 0.01
-    assert same["distance_m"] != pytest.approx(tag["distance_m"], abs=0.005)
-    event = field.get(f"{path}/events").json()["events"][0]
-    assert event["action"] == "rig_changed"
-    assert event["after"] == {name: rig["camera"][name[7:]] for name in ("camera.fx", "camera.fy")}
