@@ -54,19 +54,12 @@ def report_with(**parts: object) -> bytes:
     return json.dumps(json.loads(write(report()).content) | parts).encode()
 
 
-@pytest.mark.parametrize(
-    ("part", "value"),
-    [
-        ("tags", [{}] * 1_500_000),
-        ("events", [{"x": 1}] * 1_000_000),
-        ("sightings", [[]] * 2_000_000),
-        ("track", {"columns": {"status": ["x"] * 1_500_000}}),
-    ],
-)
-def test_a_report_in_which_all_is_missing_costs_the_server_nothing(
-    part: str, value: object
-) -> None:
-    refused(report_with(**{part: value}))
+def test_a_report_in_which_all_is_missing_costs_the_server_nothing(is_long: bool) -> None:
+    refused(report_with(track={"columns": {"status": ["x"] * 1_500_000}}))
+    if is_long:
+        refused(report_with(tags=[{}] * 1_500_000))
+        refused(report_with(events=[{"x": 1}] * 1_000_000))
+        refused(report_with(sightings=[[]] * 2_000_000))
 
 
 def test_a_report_that_needs_more_memory_than_there_is_is_refused_in_a_sentence() -> None:
@@ -80,6 +73,7 @@ def test_a_report_that_takes_too_long_is_refused_in_a_sentence() -> None:
     assert "took longer" in refused(objects, reader)
 
 
+@pytest.mark.long
 def test_events_that_say_very_much_are_refused() -> None:
     at = "2026-09-14T09:42:00Z"
     hostile = {"at": at, "who": "x", "action": "created", "before": {"a": [[]] * 1_200_000}}
@@ -113,9 +107,12 @@ LAUGHS = b"""<?xml version="1.0"?>
 <DATA><ZB><AAA>&b;</AAA></ZB></DATA>"""
 
 
-def test_xml_that_grows_when_it_is_read_is_refused() -> None:
+def test_xml_that_grows_when_it_is_read_is_refused(is_long: bool) -> None:
     assert "defines a document type or entities" in refused(LAUGHS)
-    assert "more elements than surveys do" in refused(b"<DATA>" + b"<A/>" * 1_100_000 + b"</DATA>")
+    if is_long:
+        assert "more elements than surveys do" in refused(
+            b"<DATA>" + b"<A/>" * 1_100_000 + b"</DATA>"
+        )
 
 
 _TAKEN_OVER = """
