@@ -304,8 +304,14 @@ def track() -> str:
 
 @pytest.mark.parametrize(
     ("database_kind", "revision"),
-    # PostgreSQL has the same migrations: from the first one all of them, from the last every table.
-    [*(("sqlite", each) for each in OLDER), *(("postgresql", each) for each in (OLDER[0], "0001"))],
+    # From the first one all migrations, from the last every table; PostgreSQL has the same.
+    [
+        ("sqlite", "0001"),
+        ("sqlite", OLDER[0]),
+        ("postgresql", "0001"),
+        pytest.param("postgresql", OLDER[0], marks=pytest.mark.long),
+        *(pytest.param("sqlite", each, marks=pytest.mark.long) for each in OLDER[1:-1]),
+    ],
     indirect=["database_kind"],
     scope="module",
 )
