@@ -19,7 +19,15 @@ history.replaceState(null, '', onward);
 const box = document.createElement('div');
 box.className = 'login__box';
 document.title = t('login.title');
-const { form, token: field, fault, submit: button, link, session, stay } = render(
+const {
+  form,
+  token: field,
+  fault,
+  submit: button,
+  link,
+  session,
+  stay,
+} = render(
   box,
   html`<p class="dim">${t('login.tagline')}</p>
     <form class="login__form" data-part="form" novalidate>
@@ -36,8 +44,10 @@ const { form, token: field, fault, submit: button, link, session, stay } = rende
       <p class="help" id="help">${t('login.help')}</p>
     </form>
     <div class="login__languages" role="group" aria-label="${t('settings.language')}">
-      ${LANGUAGES.map(([code, name]) => html`<button type="button" class="button button--small" lang="${code}"
-        data-language="${code}" aria-pressed="${String(code === language)}">${name}</button>`)}
+      ${LANGUAGES.map(
+        ([code, name]) => html`<button type="button" class="button button--small" lang="${code}"
+        data-language="${code}" aria-pressed="${String(code === language)}">${name}</button>`,
+      )}
     </div>`,
 );
 document.querySelector('.login').append(box);

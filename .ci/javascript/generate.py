@@ -1,7 +1,7 @@
 """Writes what the type check of the page is made from, into the folder `generated` beside it.
 
-    openapi.json   the API's own document, for openapi-typescript
-    page.d.ts      the custom elements, and the elements of each module's templates that have a name (`data-part`)
+openapi.json   the API's own document, for openapi-typescript
+page.d.ts      the custom elements, and the elements of each module's templates that have a name (`data-part`)
 """
 
 import json
@@ -15,7 +15,9 @@ from app.settings import Settings
 HERE = Path(__file__).parent
 STATIC = HERE.parent.parent / "static"
 GENERATED = HERE / "generated"
-NAMED = re.compile(r"""<([a-z][\w-]*)\b(?:(?!<[a-z])[\s\S])*?\bdata-part="((?:\$\{\w+\})?[\w-]+)\"""")
+NAMED = re.compile(
+    r"""<([a-z][\w-]*)\b(?:(?!<[a-z])[\s\S])*?\bdata-part="((?:\$\{\w+\})?[\w-]+)\""""
+)
 PLACEHOLDER = re.compile(r"\$\{\w+\}")
 DEFINED = re.compile(r"customElements\.define\('([\w-]+)', (\w+)\)")
 
@@ -33,12 +35,16 @@ def page() -> str:
         text = path.read_text("utf-8")
         name = path.relative_to(STATIC).with_suffix("").as_posix().removeprefix("components/")
         for tag, of in DEFINED.findall(text):
-            elements.append(f"    '{tag}': import('../../../static/{path.relative_to(STATIC)}').{of};")
+            elements.append(
+                f"    '{tag}': import('../../../static/{path.relative_to(STATIC)}').{of};"
+            )
         tags: dict[str, set[str]] = {}
         for tag, part in NAMED.findall(text):
             tags.setdefault(part, set()).add(f"'{tag}'")
         if tags:
-            members = (f"{_key(part)}: Tagged<{' | '.join(sorted(of))}>" for part, of in tags.items())
+            members = (
+                f"{_key(part)}: Tagged<{' | '.join(sorted(of))}>" for part, of in tags.items()
+            )
             parts.append(f"    '{name}': {{ {'; '.join(members)} }};")
     return "\n".join(
         (

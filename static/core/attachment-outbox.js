@@ -41,7 +41,11 @@ export class AttachmentOutbox extends EventTarget {
   /** The outbox of the observations. */
   #tags;
   #others = new BroadcastChannel(NAME);
-  #sender = new Sender(NAME, () => this.#sendAll(), () => this.reason !== null);
+  #sender = new Sender(
+    NAME,
+    () => this.#sendAll(),
+    () => this.reason !== null,
+  );
 
   /**
    * Opens the outbox of this browser and sends what it still holds.
@@ -67,9 +71,13 @@ export class AttachmentOutbox extends EventTarget {
     this.#others.onmessage = () => this.#readAgain();
     tags.addEventListener('change', () => this.count && this.#sender.flush(), { signal });
     addEventListener('online', () => this.#sender.flush(), { signal });
-    addEventListener('beforeunload', (event) => {
-      if (!this.#operations.isKept && this.count) event.preventDefault();
-    }, { signal });
+    addEventListener(
+      'beforeunload',
+      (event) => {
+        if (!this.#operations.isKept && this.count) event.preventDefault();
+      },
+      { signal },
+    );
     signal.addEventListener('abort', () => this.#close());
     this.#sender.flush();
   }

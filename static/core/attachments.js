@@ -114,7 +114,13 @@ export class Attachments extends Store {
   say(observation, sound, durationS) {
     /** @type {Shown} */
     const shown = {
-      id: newId(), observation_id: observation.id, kind: 'voice', rank: 0, strokes: [], duration_s: durationS, file: null,
+      id: newId(),
+      observation_id: observation.id,
+      kind: 'voice',
+      rank: 0,
+      strokes: [],
+      duration_s: durationS,
+      file: null,
     };
     this.#queue('voice', shown, { shown, sound });
     this.#add('attach', observation, shown);
@@ -131,7 +137,11 @@ export class Attachments extends Store {
     const draw = (drawn) => this.#put({ ...item, strokes: drawn }, { ...bodyOf(item), strokes: drawn });
     draw(strokes);
     this.#history.add({
-      what: 'draw', item: observation, changes: [], run: (isBack) => draw(isBack ? item.strokes : strokes), isOvertaken,
+      what: 'draw',
+      item: observation,
+      changes: [],
+      run: (isBack) => draw(isBack ? item.strokes : strokes),
+      isOvertaken,
     });
   }
 
@@ -142,13 +152,19 @@ export class Attachments extends Store {
    */
   order(observation, pictures) {
     const own = Math.max(0, pictures.indexOf(null));
-    const wanted = pictures.map((item, i) => ({ item, rank: i - own })).filter(({ item, rank }) => item && item.rank !== rank);
+    const wanted = pictures
+      .map((item, i) => ({ item, rank: i - own }))
+      .filter(({ item, rank }) => item && item.rank !== rank);
     const before = wanted.map(({ item }) => ({ item, rank: item.rank }));
     /** @param {{item: Attachment, rank: number}[]} ranks */
     const apply = (ranks) => ranks.forEach(({ item, rank }) => this.#put({ ...item, rank }, { ...bodyOf(item), rank }));
     apply(wanted);
     this.#history.add({
-      what: 'order', item: observation, changes: [], run: (isBack) => apply(isBack ? before : wanted), isOvertaken,
+      what: 'order',
+      item: observation,
+      changes: [],
+      run: (isBack) => apply(isBack ? before : wanted),
+      isOvertaken,
     });
   }
 
@@ -211,7 +227,9 @@ export class Attachments extends Store {
   #publish() {
     /** @type {Map<string, any>} */
     const known = new Map([...this.#stored].map(([id, item]) => [id, { ...item, save: 'saved' }]));
-    for (const { id: operation, attachment: id, kind, shown, sound, refusal } of this.#outbox.openFor(this.#inspection)) {
+    for (const { id: operation, attachment: id, kind, shown, sound, refusal } of this.#outbox.openFor(
+      this.#inspection,
+    )) {
       const state = refusal ? { save: 'refused', refusal: errorText(refusal), operation } : { save: 'waiting' };
       if (kind !== 'delete') known.set(id, { ...shown, file: known.get(id)?.file ?? shown.file, sound, ...state });
       else if (!refusal) known.delete(id);

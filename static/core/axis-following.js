@@ -12,17 +12,25 @@ export function followRun({ axis, track, playhead, selection, observations }, si
   let seen = null;
   track.addEventListener('change', () => axis.setRun(track.range), { signal });
   // A person who looks elsewhere is not disturbed.
-  playhead.addEventListener('change', () => {
-    const { row, isLive } = playhead.value;
-    const before = seen;
-    seen = row && { mm: row.distance_mm, isLive };
-    if (row && isLive) {
-      if (!before?.isLive) axis.letFollow();
-      axis.follow(row.distance_mm);
-    } else if (row && before && axis.holds(before.mm)) axis.reveal(row.distance_mm);
-  }, { signal });
-  selection.addEventListener('change', () => {
-    const metres = selection.value && observations.find(selection.value)?.distance_m;
-    if (typeof metres === 'number') axis.reveal(metres * 1000);
-  }, { signal });
+  playhead.addEventListener(
+    'change',
+    () => {
+      const { row, isLive } = playhead.value;
+      const before = seen;
+      seen = row && { mm: row.distance_mm, isLive };
+      if (row && isLive) {
+        if (!before?.isLive) axis.letFollow();
+        axis.follow(row.distance_mm);
+      } else if (row && before && axis.holds(before.mm)) axis.reveal(row.distance_mm);
+    },
+    { signal },
+  );
+  selection.addEventListener(
+    'change',
+    () => {
+      const metres = selection.value && observations.find(selection.value)?.distance_m;
+      if (typeof metres === 'number') axis.reveal(metres * 1000);
+    },
+    { signal },
+  );
 }

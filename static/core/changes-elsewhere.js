@@ -50,11 +50,15 @@ export function followChanges(live, read, onError, signal) {
   }
 
   live.addEventListener('changed', soon, { signal });
-  live.addEventListener('state', () => {
-    if (live.state !== 'OPEN') return;
-    if (wasOpen) soon(); // what happened meanwhile was not announced
-    wasOpen = true;
-  }, { signal });
+  live.addEventListener(
+    'state',
+    () => {
+      if (live.state !== 'OPEN') return;
+      if (wasOpen) soon(); // what happened meanwhile was not announced
+      wasOpen = true;
+    },
+    { signal },
+  );
   document.addEventListener('visibilitychange', () => document.hidden || soon(), { signal });
   signal.addEventListener('abort', () => clearTimeout(timer));
 }

@@ -65,7 +65,10 @@ export const isClock = (text) => CLOCK.test(text);
  * @returns {{clock_from: number|null, clock_to: number|null}}
  */
 export function hoursOf(text) {
-  const [from = null, to = null] = text.split('@').map(Number).filter((hour) => hour > 0);
+  const [from = null, to = null] = text
+    .split('@')
+    .map(Number)
+    .filter((hour) => hour > 0);
   return { clock_from: from, clock_to: to };
 }
 
@@ -77,7 +80,10 @@ export function hoursOf(text) {
 export function lastCodes(observations, most) {
   /** @param {import('./observations.js').Observation} item */
   const numberOf = ({ seq }) => seq ?? Number.MAX_SAFE_INTEGER; // one that the server has not numbered yet is newer than all
-  const newestFirst = observations.filter(({ code }) => code).reverse().sort((a, b) => numberOf(b) - numberOf(a));
+  const newestFirst = observations
+    .filter(({ code }) => code)
+    .reverse()
+    .sort((a, b) => numberOf(b) - numberOf(a));
   const found = new Map();
   for (const item of newestFirst) {
     if (found.size === most) break;

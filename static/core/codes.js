@@ -83,9 +83,7 @@ export class Catalogue {
   label(code, char1, char2) {
     const rows = this.#byCode.get(code);
     if (!rows) return code ? t('code.unknown') : t('code.none');
-    const exact = rows.find(
-      (row) => row.char1 === (char1 ?? '') && row.char2 === (char2 ?? ''),
-    );
+    const exact = rows.find((row) => row.char1 === (char1 ?? '') && row.char2 === (char2 ?? ''));
     return exact?.label ?? title(rows[0].label);
   }
 
@@ -95,9 +93,7 @@ export class Catalogue {
    * @param {string|null} [kept]
    */
   firstChars(code, kept = null) {
-    const rows = (this.#byCode.get(code) ?? []).filter(
-      (row) => row.char1 && (row.isOffered || row.char1 === kept),
-    );
+    const rows = (this.#byCode.get(code) ?? []).filter((row) => row.char1 && (row.isOffered || row.char1 === kept));
     return [...Map.groupBy(rows, (row) => row.char1)].map(([value, group]) => ({
       value,
       label: shared(group.map((row) => detail(row.label))).join(', '),
@@ -117,7 +113,10 @@ export class Catalogue {
     const known = shared(rows.map((row) => detail(row.label))).length;
     return rows.map((row) => ({
       value: row.char2,
-      label: detail(row.label).slice(rows.length > 1 ? known : 0).join(', ') || t('code.not_specified'),
+      label:
+        detail(row.label)
+          .slice(rows.length > 1 ? known : 0)
+          .join(', ') || t('code.not_specified'),
     }));
   }
 

@@ -221,5 +221,7 @@ function isSame(a, b) {
   if (a === b) return true;
   if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return false;
   const [one, other] = [new Map(Object.entries(a)), new Map(Object.entries(b))];
-  return one.size === other.size && [...one].every(([name, value]) => other.has(name) && isSame(value, other.get(name)));
+  return (
+    one.size === other.size && [...one].every(([name, value]) => other.has(name) && isSame(value, other.get(name)))
+  );
 }

@@ -62,9 +62,13 @@ export class DeskWindows extends Store {
       store.addEventListener('change', () => this.value.length && this.#show(), { signal });
     }
     desk.observations.addEventListener('change', () => this.#select(this.#awaited), { signal });
-    desk.selection.addEventListener('change', () => {
-      if (desk.selection.value !== null) this.#awaited = null; // the person has gone on to something else
-    }, { signal });
+    desk.selection.addEventListener(
+      'change',
+      () => {
+        if (desk.selection.value !== null) this.#awaited = null; // the person has gone on to something else
+      },
+      { signal },
+    );
     this.#channel.postMessage({ type: 'who' }); // after a reload its windows are still there
   }
 
@@ -117,9 +121,18 @@ export class DeskWindows extends Store {
   }
 
   #show() {
-    const { playhead: { value: now }, selection, picking } = this.#desk;
+    const {
+      playhead: { value: now },
+      selection,
+      picking,
+    } = this.#desk;
     const playhead = { ...now, capturedMs: /** @type {number|null} */ (null) }; // that is by the clock of this page
-    this.#channel.postMessage({ type: 'shown', playhead, selection: selection.value, isPicking: picking.value !== null });
+    this.#channel.postMessage({
+      type: 'shown',
+      playhead,
+      selection: selection.value,
+      isPicking: picking.value !== null,
+    });
   }
 }
 
@@ -155,14 +168,22 @@ export function followDesk(desk, part, signal) {
     channel.postMessage({ type: 'seek', frame });
   };
   observations.addEventListener('change', select, { signal });
-  selection.addEventListener('change', () => {
-    if (selection.value === null || selection.value === selected) return;
-    selected = selection.value;
-    channel.postMessage({ type: 'select', id: selected });
-  }, { signal });
-  picking.addEventListener('change', () => {
-    if (picking.value === null && isPicking) channel.postMessage({ type: 'unpicked' });
-  }, { signal });
+  selection.addEventListener(
+    'change',
+    () => {
+      if (selection.value === null || selection.value === selected) return;
+      selected = selection.value;
+      channel.postMessage({ type: 'select', id: selected });
+    },
+    { signal },
+  );
+  picking.addEventListener(
+    'change',
+    () => {
+      if (picking.value === null && isPicking) channel.postMessage({ type: 'unpicked' });
+    },
+    { signal },
+  );
   addEventListener('pagehide', () => channel.postMessage({ type: 'closed', part }), { signal });
   signal.addEventListener('abort', () => channel.close());
   channel.postMessage({ type: 'open', part });

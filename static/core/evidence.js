@@ -5,10 +5,15 @@ import { t } from './words.js';
 
 /** The server names evidence in English, in three forms. @type {[RegExp, (parts: string[]) => string][]} */
 const FORMS = [
-  [/^([\d.]+) m ± ([\d.]+) mm between frames (\d+) and (\d+)$/, ([, metres, sigma, first, last]) =>
-    t('corrections.by_length', { length: chainage(Number(metres)), sigma, first, last })],
-  [/^(\d+) joints ([\d.]+) mm apart$/, ([, n, mm]) =>
-    t('corrections.by_joints', { n: Number(n), length: chainage(Number(mm) / 1000) })],
+  [
+    /^([\d.]+) m ± ([\d.]+) mm between frames (\d+) and (\d+)$/,
+    ([, metres, sigma, first, last]) =>
+      t('corrections.by_length', { length: chainage(Number(metres)), sigma, first, last }),
+  ],
+  [
+    /^(\d+) joints ([\d.]+) mm apart$/,
+    ([, n, mm]) => t('corrections.by_joints', { n: Number(n), length: chainage(Number(mm) / 1000) }),
+  ],
   [/^the rig, to ([\d.e-]+) %$/, ([, percent]) => t('corrections.by_rig', { percent })],
 ];
 

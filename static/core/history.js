@@ -99,7 +99,10 @@ export class History extends EventTarget {
    */
   #inTurn(run) {
     const result = this.#running.then(run);
-    this.#running = result.then(() => {}, () => {}); // the caller handles its failure
+    this.#running = result.then(
+      () => {},
+      () => {},
+    ); // the caller handles its failure
     return result;
   }
 

@@ -35,8 +35,7 @@ export const isKeyOn = (key) => preferences.value.single_keys || !SINGLE.test(ke
  * @param {string} what
  * @param {string} [key]
  */
-export const withKey = (what, key) =>
-  key && isKeyOn(key) ? t('video.with_key', { what, key }) : what;
+export const withKey = (what, key) => (key && isKeyOn(key) ? t('video.with_key', { what, key }) : what);
 
 /** Keys of a pedal, which no field needs. */
 const PEDAL = /^(F\d+|Pause)$/;
@@ -44,9 +43,10 @@ const TYPING = 'input:not([type=range], [type=radio], [type=checkbox]), textarea
 /** @type {[string, Set<string>][]} */
 const OWN_KEYS = [
   ['button, a[href], summary, [role=option]', new Set([' ', 'Enter'])],
-  ['[role=slider], [type=range], [type=radio]', new Set([
-    ' ', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Home', 'End', 'PageUp', 'PageDown',
-  ])],
+  [
+    '[role=slider], [type=range], [type=radio]',
+    new Set([' ', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Home', 'End', 'PageUp', 'PageDown']),
+  ],
   ['[role=separator]', new Set(['ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown', 'Home'])],
   ['[role=tab]', new Set(['ArrowLeft', 'ArrowRight', 'Home', 'End'])],
 ];

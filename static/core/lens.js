@@ -56,9 +56,12 @@ export function resized(camera, width, height) {
   /** @param {number} centre */
   const to = (centre) => (centre + 0.5) * scale - 0.5; // pixel centres are at integers
   return {
-    width, height,
-    fx: camera.fx * scale, fy: camera.fy * scale,
-    cx: to(camera.cx), cy: to(camera.cy),
+    width,
+    height,
+    fx: camera.fx * scale,
+    fy: camera.fy * scale,
+    cx: to(camera.cx),
+    cy: to(camera.cy),
     ...(camera.skew && { skew: camera.skew * scale }),
   };
 }

@@ -69,11 +69,9 @@ export class LiveFeed extends EventTarget {
     this.#url = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}${path}`;
     signal.addEventListener('abort', () => this.#end('ENDED'));
     // A hidden page requests nothing; it resumes at once when it becomes visible.
-    document.addEventListener(
-      'visibilitychange',
-      () => (document.hidden ? this.#close() : this.#connect()),
-      { signal },
-    );
+    document.addEventListener('visibilitychange', () => (document.hidden ? this.#close() : this.#connect()), {
+      signal,
+    });
     addEventListener('online', () => this.#connect(), { signal });
     this.addEventListener('pong', ({ detail }) => this.#answered(detail.t));
     this.#connect();

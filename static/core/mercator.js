@@ -113,7 +113,7 @@ export function fitted(points, size, margin) {
  */
 export function placeIn({ x, y, zoom }, { width, height }, point) {
   const scale = scaleAt(zoom);
-  return [width / 2 + (turned(point[0] - x, -0.5)) * scale, height / 2 + (point[1] - y) * scale];
+  return [width / 2 + turned(point[0] - x, -0.5) * scale, height / 2 + (point[1] - y) * scale];
 }
 
 /**
@@ -168,9 +168,10 @@ export function scaleBar(mPerPx, mostPx, lengthUnit) {
   const most = mPerPx * mostPx;
   const isLong = lengthUnit === 'm' ? most >= 1000 : most >= FT_PER_MI * M_PER_FT;
   /** @type {['m'|'km'|'ft'|'mi', number]} */
-  const [unit, metres] = lengthUnit === 'm'
-    ? [isLong ? 'km' : 'm', isLong ? 1000 : 1]
-    : [isLong ? 'mi' : 'ft', isLong ? FT_PER_MI * M_PER_FT : M_PER_FT];
+  const [unit, metres] =
+    lengthUnit === 'm'
+      ? [isLong ? 'km' : 'm', isLong ? 1000 : 1]
+      : [isLong ? 'mi' : 'ft', isLong ? FT_PER_MI * M_PER_FT : M_PER_FT];
   const power = 10 ** Math.floor(Math.log10(most / metres));
   const value = [5, 2, 1].find((size) => size * power * metres <= most) * power;
   return { px: (value * metres) / mPerPx, value, unit };

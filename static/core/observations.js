@@ -31,8 +31,21 @@ import { errorText } from './words.js';
 /** Fields that a person enters; the server derives all others. */
 /** @type {(keyof Fields)[]} */
 const FIELDS = [
-  'frame', 'pixel', 'code', 'char1', 'char2', 'quant1', 'quant2', 'clock_from', 'clock_to',
-  'severity', 'continuous', 'remark', 'recommendation', 'cost', 'measures',
+  'frame',
+  'pixel',
+  'code',
+  'char1',
+  'char2',
+  'quant1',
+  'quant2',
+  'clock_from',
+  'clock_to',
+  'severity',
+  'continuous',
+  'remark',
+  'recommendation',
+  'cost',
+  'measures',
 ];
 /** Fields that are equal throughout a stretch. */
 const SHARED = ['code', 'char1', 'char2'];
@@ -43,8 +56,7 @@ const LOAD_PAUSE_MS = 1500;
 const LOOK_LIMIT_MS = 3000;
 
 /** @param {Observation} a @param {Observation} b */
-const byDistance = (a, b) =>
-  (a.distance_m ?? Infinity) - (b.distance_m ?? Infinity) || a.frame - b.frame;
+const byDistance = (a, b) => (a.distance_m ?? Infinity) - (b.distance_m ?? Infinity) || a.frame - b.frame;
 
 /** @param {Partial<Fields>} observation */
 const fieldsOf = (observation) =>
@@ -200,7 +212,10 @@ export class Observations extends Store {
 
   /** Changes several observations in one step: [id, changes] for each. @param {[string, Partial<Fields>][]} edits */
   editTogether(edits) {
-    this.#do('stretch', edits.map(([id, changes]) => changeOf(this.find(id), changes)));
+    this.#do(
+      'stretch',
+      edits.map(([id, changes]) => changeOf(this.find(id), changes)),
+    );
   }
 
   /** Turns a stretch into a point at its start. @param {string|number} number */
@@ -471,10 +486,18 @@ export class Observations extends Store {
 }
 
 /** @param {string} id @returns {Observation} */
-const unsaved = (id) => /** @type {Observation} */ ({
-  id, code: null, distance_m: null, distance_u95_m: null, clock: null, photo: null, severity: null,
-  remark: null, version: null,
-});
+const unsaved = (id) =>
+  /** @type {Observation} */ ({
+    id,
+    code: null,
+    distance_m: null,
+    distance_u95_m: null,
+    clock: null,
+    photo: null,
+    severity: null,
+    remark: null,
+    version: null,
+  });
 
 /**
  * Returns an observation whose deletion was refused, as it was stored then.
@@ -497,7 +520,9 @@ const undeleted = (item, refusal) => ({
  * @param {Partial<Fields>} [seen]
  */
 function madeOf(item, seen = {}) {
-  const isStored = Object.entries(seen).every(([name, value]) => isSame(item[/** @type {keyof Fields} */ (name)], value));
+  const isStored = Object.entries(seen).every(([name, value]) =>
+    isSame(item[/** @type {keyof Fields} */ (name)], value),
+  );
   return { before: { ...fieldsOf(item), ...seen }, version: isStored ? item.version : null };
 }
 
@@ -509,7 +534,9 @@ function madeOf(item, seen = {}) {
  */
 const changeOf = (item, changes) => ({
   id: item.id,
-  before: Object.fromEntries(Object.keys(changes).map((name) => [name, item[/** @type {keyof Fields} */ (name)] ?? null])),
+  before: Object.fromEntries(
+    Object.keys(changes).map((name) => [name, item[/** @type {keyof Fields} */ (name)] ?? null]),
+  ),
   after: changes,
 });
 

@@ -25,8 +25,7 @@ export class Operations {
     if (!globalThis.indexedDB) return new Operations(null);
     try {
       const request = indexedDB.open(name, 1);
-      request.onupgradeneeded = () =>
-        request.result.createObjectStore(OPERATIONS, { keyPath: 'id' });
+      request.onupgradeneeded = () => request.result.createObjectStore(OPERATIONS, { keyPath: 'id' });
       return new Operations(await settled(request));
     } catch (error) {
       if (!(error instanceof DOMException)) throw error; // blocked by the browser, or damaged

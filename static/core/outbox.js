@@ -65,7 +65,11 @@ export class Outbox extends EventTarget {
   #written = Promise.resolve();
   #typedTimer = 0;
   #others = new BroadcastChannel(NAME);
-  #sender = new Sender(NAME, () => this.#sendAll(), () => this.reason !== null);
+  #sender = new Sender(
+    NAME,
+    () => this.#sendAll(),
+    () => this.reason !== null,
+  );
 
   /** Opens the outbox of this browser and sends what it still holds. */
   static async open() {
@@ -341,4 +345,8 @@ const isSame = (a, b) => statedIn(a) === statedIn(b);
 
 /** @param {object|null|undefined} fields */
 const statedIn = (fields) =>
-  JSON.stringify(Object.entries(fields ?? {}).filter(([, value]) => value !== null).sort());
+  JSON.stringify(
+    Object.entries(fields ?? {})
+      .filter(([, value]) => value !== null)
+      .sort(),
+  );

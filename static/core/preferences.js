@@ -14,15 +14,22 @@ const COPY = 'chainage.preferences';
  * @type {Omit<Required<Api['QuickCode']>, 'code'>}
  */
 const UNSTATED = {
-  char1: null, char2: null, severity: null, quant1: null, quant2: null, clock_from: null, clock_to: null,
+  char1: null,
+  char2: null,
+  severity: null,
+  quant1: null,
+  quant2: null,
+  clock_from: null,
+  clock_to: null,
 };
 
 const QUICK = /** @type {(keyof Api['QuickCode'])[]} */ (['code', ...Object.keys(UNSTATED)]);
 
 /** Main codes of EN 13508-2 for the digit keys 1 to 9, the server's defaults. @type {Required<Api['QuickCode']>[]} */
-export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BBF', 'BDD'].map(
-  (code) => ({ code, ...UNSTATED }),
-);
+export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BBF', 'BDD'].map((code) => ({
+  code,
+  ...UNSTATED,
+}));
 
 /** @typedef {Api['PreferencesIn']} Chosen */
 

@@ -36,7 +36,10 @@ export const alike = (assetId, signal) => get(`${REGISTER}/like?${new URLSearchP
  */
 export async function idsWith(text, signal) {
   /** @type {Api['RegisterOut']} */
-  const { assets } = await get(`${REGISTER}/assets?${new URLSearchParams({ search: text, limit: String(OFFERED) })}`, signal);
+  const { assets } = await get(
+    `${REGISTER}/assets?${new URLSearchParams({ search: text, limit: String(OFFERED) })}`,
+    signal,
+  );
   return assets.map(({ asset_id: id }) => id);
 }
 
@@ -87,9 +90,7 @@ export function lacking(fields, header) {
   const contradicts = (name) => name in fields && !isEmpty(name) && header[name] !== fields[name];
   const contradicted = new Set(TOGETHER.filter((names) => names.some(contradicts)).flat());
   if (!isEmpty('job_ref') || !isEmpty('client_job_ref')) contradicted.add('project');
-  return Object.fromEntries(
-    Object.entries(fields).filter(([name]) => isEmpty(name) && !contradicted.has(name)),
-  );
+  return Object.fromEntries(Object.entries(fields).filter(([name]) => isEmpty(name) && !contradicted.has(name)));
 }
 
 /**
@@ -104,7 +105,10 @@ export const lineText = (line) => line.map(([lon, lat]) => `${lat}, ${lon}`).joi
  * @param {string} text
  */
 export function readLine(text) {
-  const rows = text.split('\n').map((row) => row.trim()).filter(Boolean);
+  const rows = text
+    .split('\n')
+    .map((row) => row.trim())
+    .filter(Boolean);
   const points = rows.map((row) => {
     const found = /^(-?\d+(?:\.\d+)?)[\s,;]+(-?\d+(?:\.\d+)?)$/.exec(row.replaceAll('−', '-'));
     const [lat, lon] = found ? [Number(found[1]), Number(found[2])] : [NaN, NaN];

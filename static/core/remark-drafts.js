@@ -33,7 +33,9 @@ export class RemarkDrafts extends Store {
   /** @param {string} text empty when it is sent or given up @param {string} observation */
   put(observation, text) {
     // Another page may have kept others since; what could not be kept is only here.
-    const { [observation]: _, ...others } = this.#isKept ? recall(this.#key, /** @type {Record<string, string>} */ ({})) : this.value;
+    const { [observation]: _, ...others } = this.#isKept
+      ? recall(this.#key, /** @type {Record<string, string>} */ ({}))
+      : this.value;
     const all = text ? { ...others, [observation]: text } : others;
     this.#isKept = remember(this.#key, Object.keys(all).length ? all : null);
     this.set(all);

@@ -16,7 +16,16 @@ const MOST_STEPS = 100;
 
 /** @type {Template['sections']} */
 const SECTIONS = [
-  'summary', 'header', 'graphic', 'observations', 'photos', 'wall', 'scene', 'condition', 'measurement', 'checks',
+  'summary',
+  'header',
+  'graphic',
+  'observations',
+  'photos',
+  'wall',
+  'scene',
+  'condition',
+  'measurement',
+  'checks',
 ];
 
 /** @param {string} project */

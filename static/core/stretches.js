@@ -39,14 +39,16 @@ export function stretchesOf(observations, endM) {
     const ends = [start.distance_m, finish ? finish.distance_m : Math.max(endM, start.distance_m)];
     const severities = parts.map(({ severity }) => severity ?? -1);
     const worst = Math.max(...severities);
-    return [{
-      number,
-      start,
-      from_m: Math.min(...ends),
-      to_m: Math.max(...ends),
-      isOpen: !finish,
-      severity: worst < 0 ? null : worst,
-    }];
+    return [
+      {
+        number,
+        start,
+        from_m: Math.min(...ends),
+        to_m: Math.max(...ends),
+        isOpen: !finish,
+        severity: worst < 0 ? null : worst,
+      },
+    ];
   });
 }
 

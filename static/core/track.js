@@ -9,9 +9,18 @@ import { RunColumns } from './columns.js';
 export const STATUSES = ['ok', 'weak', 'lost'];
 
 const TYPES = {
-  time_s: Float64Array, x_mm: Float64Array, distance_mm: Float64Array, y_mm: Float32Array,
-  z_mm: Float32Array, yaw_deg: Float32Array, pitch_deg: Float32Array, roll_deg: Float32Array,
-  sigma_distance_mm: Float32Array, quality: Float32Array, status: Uint8Array, looking_around: Uint8Array,
+  time_s: Float64Array,
+  x_mm: Float64Array,
+  distance_mm: Float64Array,
+  y_mm: Float32Array,
+  z_mm: Float32Array,
+  yaw_deg: Float32Array,
+  pitch_deg: Float32Array,
+  roll_deg: Float32Array,
+  sigma_distance_mm: Float32Array,
+  quality: Float32Array,
+  status: Uint8Array,
+  looking_around: Uint8Array,
 };
 const COLUMNS = Object.keys(TYPES);
 /** Browsers round media times to microseconds. */

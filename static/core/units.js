@@ -57,9 +57,7 @@ export const speed = (mPerMin) => `${signed(toShown(mPerMin), 1)} ${lengthUnit}/
  * @param {string} text
  */
 export function parseDistance(text) {
-  const match = /^([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+))\s*(m|ft|')?$/i.exec(
-    text.trim().replace('−', '-'),
-  );
+  const match = /^([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+))\s*(m|ft|')?$/i.exec(text.trim().replace('−', '-'));
   if (!match) return null;
   const number = Number(match[1].replace(',', '.'));
   const unit = match[2]?.toLowerCase() ?? lengthUnit;

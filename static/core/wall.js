@@ -85,7 +85,11 @@ export class WallGrid {
     const at = ray && this.#meet(ray, view);
     if (!at) return null;
     /** @param {Vector} point @returns {Vector} */
-    const corrected = ([x, y, z]) => [pose.x_mm + this.#grid.scale * (x - pose.x_mm), this.#grid.scale * y, this.#grid.scale * z];
+    const corrected = ([x, y, z]) => [
+      pose.x_mm + this.#grid.scale * (x - pose.x_mm),
+      this.#grid.scale * y,
+      this.#grid.scale * z,
+    ];
     return { at: corrected(at), from: corrected(view.from) };
   }
 
@@ -127,9 +131,7 @@ export class WallGrid {
       ...Array.from({ length: cols }, (_, j) => [last, end - j]),
       ...Array.from({ length: rows }, (_, i) => [last - i, 0]),
     ];
-    return border
-      .map(([i, j]) => rays[i][j] && this.#cast(rays[i][j], view))
-      .filter((point) => point !== null);
+    return border.map(([i, j]) => rays[i][j] && this.#cast(rays[i][j], view)).filter((point) => point !== null);
   }
 
   /**
@@ -297,7 +299,11 @@ const isWithin = ({ axis, cosine }, ray) => dot(axis, ray) >= cosine;
 function inTriangle(ray, [p, q, s]) {
   const volume = dot(p.ray, cross(q.ray, s.ray));
   if (Math.abs(volume) < 1e-12) return null;
-  const shares = [[q, s], [s, p], [p, q]].map(([one, other]) => dot(ray, cross(one.ray, other.ray)) / volume);
+  const shares = [
+    [q, s],
+    [s, p],
+    [p, q],
+  ].map(([one, other]) => dot(ray, cross(one.ray, other.ray)) / volume);
   if (shares.some((share) => share < -ROUNDING)) return null;
   const total = shares[0] + shares[1] + shares[2];
   /** @param {'u'|'v'} name */

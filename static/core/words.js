@@ -8,14 +8,17 @@
 import { preferences } from './preferences.js';
 
 /** [code, own name] of each language that the server has words of; it names them in the head of the page. */
-export const LANGUAGES = [.../** @type {NodeListOf<HTMLLinkElement>} */ (document.querySelectorAll('link[hreflang]'))].map(({ hreflang, title }) => [hreflang, title]);
+export const LANGUAGES = [
+  .../** @type {NodeListOf<HTMLLinkElement>} */ (document.querySelectorAll('link[hreflang]')),
+].map(({ hreflang, title }) => [hreflang, title]);
 
 /** @param {string|null} code */
 const isOffered = (code) => LANGUAGES.some(([offered]) => offered === code);
 
 /** Code of the language of the page: the chosen one, else the first of the browser's that there is. */
 export const language =
-  [preferences.value.language, ...navigator.languages.map((tag) => tag.toLowerCase().split('-')[0])].find(isOffered) ?? 'en';
+  [preferences.value.language, ...navigator.languages.map((tag) => tag.toLowerCase().split('-')[0])].find(isOffered) ??
+  'en';
 
 const { default: catalogue } = await import(`../words/${language}.json`, {
   with: { type: 'json' },
@@ -84,10 +87,30 @@ export function wordFor(area, name) {
 
 /** Errors whose sentence from the server says more than ours: it names the field, the file, the number. */
 const WORDED_BY_THE_SERVER = new Set([
-  'invalid_request', 'invalid_rig', 'rig_video_mismatch', 'unreadable_video', 'invalid_pack',
-  'invalid_correction', 'invalid_message', 'shape_mismatch', 'open_stretches', 'live_source_refused',
-  'not_ready', 'unknown_host', 'sample_failed', 'camera_unreachable', 'export_not_available', 'invalid_table',
-  'folder_not_allowed', 'no_such_film', 'film_missing', 'film_changed', 'no_rule', 'no_rig', 'rig_missing', 'invalid_header',
+  'invalid_request',
+  'invalid_rig',
+  'rig_video_mismatch',
+  'unreadable_video',
+  'invalid_pack',
+  'invalid_correction',
+  'invalid_message',
+  'shape_mismatch',
+  'open_stretches',
+  'live_source_refused',
+  'not_ready',
+  'unknown_host',
+  'sample_failed',
+  'camera_unreachable',
+  'export_not_available',
+  'invalid_table',
+  'folder_not_allowed',
+  'no_such_film',
+  'film_missing',
+  'film_changed',
+  'no_rule',
+  'no_rig',
+  'rig_missing',
+  'invalid_header',
 ]);
 
 /**

@@ -11,7 +11,11 @@ export const REMEMBERED_FOLDER = 'chainage.archive-folder';
 const orDash = (value) => html`${value ?? html`<span class="dim">–</span>`}`;
 
 export const additionColumns = () => [
-  { name: 'path', title: t('add.path'), cell: ({ path, name }) => html`${name && html`<b>${name}</b>`}<small>${path}</small>` },
+  {
+    name: 'path',
+    title: t('add.path'),
+    cell: ({ path, name }) => html`${name && html`<b>${name}</b>`}<small>${path}</small>`,
+  },
   { name: 'rule', title: t('add.rule'), cell: ({ rule }) => orDash(rule) },
   { name: 'rig', title: t('archive.rig'), cell: ({ rig_name: rig }) => orDash(rig) },
   { name: 'project', title: t('archive.project'), cell: ({ project }) => orDash(project) },
@@ -19,7 +23,10 @@ export const additionColumns = () => [
   {
     name: 'problem',
     title: t('add.problem'),
-    cell: ({ problem }) => (problem ? html`<span class="additions__problem">${icon('alert')}<span>${problem}</span></span>` : html`<span class="additions__fine">${icon('check')}${t('add.fine')}</span>`),
+    cell: ({ problem }) =>
+      problem
+        ? html`<span class="additions__problem">${icon('alert')}<span>${problem}</span></span>`
+        : html`<span class="additions__fine">${icon('check')}${t('add.fine')}</span>`,
   },
 ];
 

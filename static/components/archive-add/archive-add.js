@@ -48,7 +48,9 @@ export class ArchiveAdd extends Component {
       this,
       archivePage({
         title: t('archive.add'),
-        content: may('admin') ? formMarkup() : html`<p class="message">${icon('info')}<span>${t('add.admin')}</span></p>`,
+        content: may('admin')
+          ? formMarkup()
+          : html`<p class="message">${icon('info')}<span>${t('add.admin')}</span></p>`,
       }),
     );
     if (!may('admin')) return;
@@ -67,7 +69,10 @@ export class ArchiveAdd extends Component {
 
   async #preview() {
     const { parts } = this;
-    const paths = parts.paths.value.split('\n').map((line) => line.trim()).filter(Boolean);
+    const paths = parts.paths.value
+      .split('\n')
+      .map((line) => line.trim())
+      .filter(Boolean);
     parts.fault.replaceChildren();
     parts.pathsFault.textContent = paths.length ? '' : t('add.path_needed');
     parts.paths.setAttribute('aria-invalid', String(paths.length === 0));
@@ -76,7 +81,11 @@ export class ArchiveAdd extends Component {
       return;
     }
     const [file] = parts.header.files;
-    const wanted = { paths, ...(file && { header_csv: await file.text() }), ...(parts.priority.value !== '' && { priority: Number(parts.priority.value) }) };
+    const wanted = {
+      paths,
+      ...(file && { header_csv: await file.text() }),
+      ...(parts.priority.value !== '' && { priority: Number(parts.priority.value) }),
+    };
     await this.#during(parts.look, async () => {
       this.#found = await post('/api/archive/films/preview', wanted, this.signal);
       this.#wanted = wanted;
@@ -125,7 +134,8 @@ export class ArchiveAdd extends Component {
   }
 }
 
-const formMarkup = () => html`<p class="dim add__help">${t('add.help')} <a href="/archive/rules">${t('archive.rules')}</a></p>
+const formMarkup =
+  () => html`<p class="dim add__help">${t('add.help')} <a href="/archive/rules">${t('archive.rules')}</a></p>
   <form class="panel add__form" data-part="form" novalidate>
     <div class="field add__paths"><label for="add-paths">${t('add.paths')}</label>
       <textarea class="input" id="add-paths" rows="3" spellcheck="false" autocomplete="off" aria-describedby="add-paths-help add-paths-fault" data-part="paths"></textarea>

@@ -19,7 +19,10 @@ export class ArchiveAssets extends Component {
 
   #showAll() {
     /** @type {Parts<'archive-assets/archive-assets'>} */
-    this.parts = render(this, archivePage({ title: t('archive.assets'), ways: exportButton(), content: assetTableMarkup() }));
+    this.parts = render(
+      this,
+      archivePage({ title: t('archive.assets'), ways: exportButton(), content: assetTableMarkup() }),
+    );
     const { parts, signal } = this;
     const list = fillAssetTable(this, false);
     closesElsewhere(this.querySelector('.export-all'), signal);

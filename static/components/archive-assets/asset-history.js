@@ -58,9 +58,11 @@ export class AssetHistory extends Component {
       const button = target.closest('[data-change]');
       if (button) this.#choose(button.dataset.change);
     });
-    this.listen(around.edit, 'click', () => orToast(async () => {
-      if (await editAsset(asset)) this.#ask(asset, around);
-    }));
+    this.listen(around.edit, 'click', () =>
+      orToast(async () => {
+        if (await editAsset(asset)) this.#ask(asset, around);
+      }),
+    );
     this.signal.addEventListener('abort', () => this.#asked.abort());
     this.#ask(asset, around);
   }
@@ -92,7 +94,10 @@ export class AssetHistory extends Component {
     if (answers === this.#shown) return;
     this.#shown = answers;
     this.#history = history;
-    render(parts.facts, html`${projectLinks(history, registered)}${alsoWritten(history.also_written)}${registerFacts(registered)}`);
+    render(
+      parts.facts,
+      html`${projectLinks(history, registered)}${alsoWritten(history.also_written)}${registerFacts(registered)}`,
+    );
     parts.map.hidden = map.assets.length === 0;
     if (map.assets.length) parts.map.show(map);
     render(parts.pending, pendingNote(history.pending));
@@ -119,7 +124,13 @@ export class AssetHistory extends Component {
         ${traces.length > 0 && html`<div class="asset-history__changes" role="group" aria-label="${t('assets.by_change')}">${CHANGES.map((change) => this.#changeButton(change))}</div>`}
         <div class="history-scroll" tabindex="0" role="region" aria-label="${t('assets.history')}"><table class="asset-history">
         <caption class="visually-hidden">${t('assets.history')}</caption>
-        <thead><tr><th scope="col">${t('search.defect')}</th>${inspections.map((one, i) => inspectionHead(one, inspections[i - 1], inspections.some(({ has_film: hasFilm }) => hasFilm)))}</tr></thead>
+        <thead><tr><th scope="col">${t('search.defect')}</th>${inspections.map((one, i) =>
+          inspectionHead(
+            one,
+            inspections[i - 1],
+            inspections.some(({ has_film: hasFilm }) => hasFilm),
+          ),
+        )}</tr></thead>
         <tbody>${shown.map((trace) => traceRow(trace, inspections))}</tbody></table></div>
         ${traces.length === 0 && html`<p class="panel find__nothing">${inspections.some(({ defects }) => defects.length) ? t('assets.no_places') : t('assets.no_defects')}</p>`}`,
     );
@@ -146,7 +157,18 @@ function compareLink(inspections) {
 }
 
 const inspectionHead = (inspection, before, haveFilms) => {
-  const { id, name, at, status, length_m: length, worst_severity: worst, direction, defects, has_film: hasFilm, labels } = inspection;
+  const {
+    id,
+    name,
+    at,
+    status,
+    length_m: length,
+    worst_severity: worst,
+    direction,
+    defects,
+    has_film: hasFilm,
+    labels,
+  } = inspection;
   return html`<th scope="col">${haveFilms && thumbnail(hasFilm ? id : null)}
     <span class="number">${day(at)}</span><a href="/inspections/${id}">${name}</a>
     <span class="asset-history__facts">${statusChip(status)}${length !== null && html`<span class="number dim">${chainage(length)}</span>`}${worst !== null && severityMark(worst)}<span class="dim">${t('search.found', { n: defects.length, count: count(defects.length) })}</span></span>
@@ -188,6 +210,7 @@ const notSeen = (change) =>
     ? html`<span class="asset-history__gone">${icon('minus')}${wordFor('assets.change', 'gone')}</span>`
     : html`<span class="dim" title="${t('assets.not_seen')}">–</span>`;
 
-const sightingMarkup = (sighting) => html`<a class="asset-history__seen" href="${defectPath(sighting)}">${severityMark(sighting.severity)}<b>${sighting.severity ?? '–'}</b></a>`;
+const sightingMarkup = (sighting) =>
+  html`<a class="asset-history__seen" href="${defectPath(sighting)}">${severityMark(sighting.severity)}<b>${sighting.severity ?? '–'}</b></a>`;
 
 customElements.define('asset-history', AssetHistory);

@@ -22,7 +22,8 @@ export const assetPath = (asset) => `/archive/assets?${new URLSearchParams({ ass
 export const alsoWritten = (others) =>
   html`${others.length > 0 && html`<span class="chip asset__clash" title="${t('assets.clash_help')}">${icon('alert')}${t('assets.clash', { others: others.join(', ') })}</span>`}`;
 
-export const assetTableMarkup = () => html`<search class="find"><div class="field find__text"><label class="visually-hidden" for="assets-text">${t('assets.search')}</label>
+export const assetTableMarkup =
+  () => html`<search class="find"><div class="field find__text"><label class="visually-hidden" for="assets-text">${t('assets.search')}</label>
     <input class="input" id="assets-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('assets.search')}" data-part="text" /></div>
     <span class="find__filters" data-part="chips"></span></search>
   <div data-part="pending"></div>
@@ -38,7 +39,10 @@ export const assetTableMarkup = () => html`<search class="find"><div class="fiel
  */
 export function fillAssetTable(page, isOfProject) {
   const { parts, signal } = page;
-  const list = new PagedList('/api/archive/assets', { filters: ['search', 'project', 'no_project', 'sort', 'descending'], signal });
+  const list = new PagedList('/api/archive/assets', {
+    filters: ['search', 'project', 'no_project', 'sort', 'descending'],
+    signal,
+  });
   parts.text.value = list.filters.search;
   const columns = allColumns().filter(({ name }) => name !== 'project' || !isOfProject);
   parts.table.fill({ caption: t('archive.assets'), columns, keyOf: ({ asset }) => asset, list, usual: USUAL });
@@ -52,27 +56,53 @@ export function fillAssetTable(page, isOfProject) {
     parts.nothing.hidden = total > 0;
     render(parts.pending, pendingNote(pending));
   });
-  list.follow(() => POLL_S, (error) => showFault(parts.fault, error));
+  list.follow(
+    () => POLL_S,
+    (error) => showFault(parts.fault, error),
+  );
   return list;
 }
 
 const allColumns = () => [
-  { name: 'picture', title: html`<span class="visually-hidden">${t('assets.picture')}</span>`, cell: ({ filmed_id: id }) => thumbnail(id) },
+  {
+    name: 'picture',
+    title: html`<span class="visually-hidden">${t('assets.picture')}</span>`,
+    cell: ({ filmed_id: id }) => thumbnail(id),
+  },
   {
     name: 'asset',
     title: t('archive.asset'),
     sort: 'asset',
     cell: ({ asset, also_written: others }) => html`<a href="${assetPath(asset)}">${asset}</a> ${alsoWritten(others)}`,
   },
-  { name: 'project', title: t('archive.project'), sort: 'project', cell: ({ project }) => likeButton('project', project) },
+  {
+    name: 'project',
+    title: t('archive.project'),
+    sort: 'project',
+    cell: ({ project }) => likeButton('project', project),
+  },
   {
     name: 'inspections',
     title: t('assets.inspections'),
     sort: 'inspections',
     descends: true,
     cell: ({ asset, inspections: n }) =>
-      n ? html`<a class="number" href="/?${new URLSearchParams({ asset })}">${n}</a>` : html`<span class="dim">${t('assets.never_short')}</span>`,
+      n
+        ? html`<a class="number" href="/?${new URLSearchParams({ asset })}">${n}</a>`
+        : html`<span class="dim">${t('assets.never_short')}</span>`,
   },
-  { name: 'last', title: t('assets.last'), sort: 'last_on', descends: true, cell: ({ last_at: at }) => html`<span class="number">${at ? day(at) : '–'}</span>` },
-  { name: 'worst', title: t('list.worst'), sort: 'worst_severity', descends: true, cell: ({ worst_severity: worst }) => worstMarkup(worst) },
+  {
+    name: 'last',
+    title: t('assets.last'),
+    sort: 'last_on',
+    descends: true,
+    cell: ({ last_at: at }) => html`<span class="number">${at ? day(at) : '–'}</span>`,
+  },
+  {
+    name: 'worst',
+    title: t('list.worst'),
+    sort: 'worst_severity',
+    descends: true,
+    cell: ({ worst_severity: worst }) => worstMarkup(worst),
+  },
 ];

@@ -8,7 +8,15 @@ import { Component } from '../../core/store.js';
 import { chainage, clockHour, count, day, lengthUnit, parseDistance, plusMinus } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
 import { assetPath } from '../archive-assets/asset-table.js';
-import { archivePage, exportButton, filterChips, followFilters, likeButton, pendingNote, showFault } from '../archive-shell/archive-shell.js';
+import {
+  archivePage,
+  exportButton,
+  filterChips,
+  followFilters,
+  likeButton,
+  pendingNote,
+  showFault,
+} from '../archive-shell/archive-shell.js';
 import { codeSearch } from '../code-search/code-search.js';
 import '../data-table/data-table.js';
 import { showKeys } from '../key-help/key-help.js';
@@ -28,7 +36,10 @@ export class ArchiveDefects extends Component {
   mount() {
     const { signal } = this;
     /** @type {Parts<'archive-defects/archive-defects'>} */
-    this.parts = render(this, archivePage({ title: t('archive.defects'), ways: exportButton(), content: contentMarkup() }));
+    this.parts = render(
+      this,
+      archivePage({ title: t('archive.defects'), ways: exportButton(), content: contentMarkup() }),
+    );
     const { parts } = this;
     const list = new PagedList('/api/archive/defects', { filters: [...FILTERS, 'sort', 'descending'], signal });
     this.#list = list;
@@ -49,7 +60,10 @@ export class ArchiveDefects extends Component {
     this.listen(list, 'change', () => this.#show());
     this.#offersCodes();
     this.#bindsKeys();
-    list.follow(() => POLL_S, (error) => showFault(parts.fault, error));
+    list.follow(
+      () => POLL_S,
+      (error) => showFault(parts.fault, error),
+    );
   }
 
   /** Offers the codes of the catalogue; the beginning of one finds all below it. */
@@ -65,7 +79,11 @@ export class ArchiveDefects extends Component {
   #find() {
     const { parts } = this;
     const code = parts.code.value.trim().toUpperCase();
-    const wanted = { text: parts.text.value, code: CODE.test(code) ? code : '', severity_from: parts.severity_from.value };
+    const wanted = {
+      text: parts.text.value,
+      code: CODE.test(code) ? code : '',
+      severity_from: parts.severity_from.value,
+    };
     for (const name of ['clock', 'after', 'before']) wanted[name] = parts[name].value;
     let fault = '';
     for (const name of ['from_m', 'to_m']) {
@@ -91,7 +109,10 @@ export class ArchiveDefects extends Component {
     parts.empty.hidden = total > 0 || isNarrowed;
     parts.found.textContent = total ? t('search.found', { n: total, count: count(total) }) : '';
     render(parts.pending, pendingNote(pending));
-    const chosen = [['project', t('archive.project'), filters.project], ['asset', t('archive.asset'), filters.asset]];
+    const chosen = [
+      ['project', t('archive.project'), filters.project],
+      ['asset', t('archive.asset'), filters.asset],
+    ];
     render(parts.chips, filterChips(chosen.filter(([, , value]) => value)));
   }
 
@@ -103,7 +124,12 @@ export class ArchiveDefects extends Component {
       { keys: ['n'], label: t('pager.next'), run: turn('next') },
       { keys: ['p'], label: t('pager.previous'), run: turn('previous') },
     ];
-    const shown = [{ title: t('archive.defects'), bindings: [...bindings, { keys: ['ArrowUp', 'ArrowDown'], shown: ['↑', '↓'], label: t('table.rows') }] }];
+    const shown = [
+      {
+        title: t('archive.defects'),
+        bindings: [...bindings, { keys: ['ArrowUp', 'ArrowDown'], shown: ['↑', '↓'], label: t('table.rows') }],
+      },
+    ];
     const help = () => showKeys(shown, { hasStage: false });
     bindKeys(document, [...bindings, { keys: ['?'], label: t('keys.list'), run: help }], this.signal);
   }
@@ -125,7 +151,12 @@ const contentMarkup = () => html`<form class="search-form" role="search" data-pa
         <div class="field"><label for="defects-to">${t('search.to')}</label><span class="input-with-unit"><input class="input" id="defects-to" inputmode="decimal" autocomplete="off" aria-describedby="defects-distance" data-part="to_m" /><span class="unit">${lengthUnit}</span></span></div>
         <div class="field"><label for="defects-clock">${t('search.clock')}</label>
           <select class="input" id="defects-clock" data-part="clock"><option value="">${t('search.any')}</option>
-            ${[['11-1', t('search.crown')], ['2-4', t('search.right')], ['5-7', t('search.invert')], ['8-10', t('search.left')]].map(([value, name]) => html`<option value="${value}">${name}</option>`)}
+            ${[
+              ['11-1', t('search.crown')],
+              ['2-4', t('search.right')],
+              ['5-7', t('search.invert')],
+              ['8-10', t('search.left')],
+            ].map(([value, name]) => html`<option value="${value}">${name}</option>`)}
             ${HOURS.map((hour) => html`<option value="${hour}">${clockHour(hour)}</option>`)}</select></div>
         <div class="field"><label for="defects-after">${t('search.after')}</label><input class="input" id="defects-after" type="date" data-part="after" /></div>
         <div class="field"><label for="defects-before">${t('search.before')}</label><input class="input" id="defects-before" type="date" data-part="before" /></div>
@@ -141,7 +172,8 @@ const contentMarkup = () => html`<form class="search-form" role="search" data-pa
   <list-pager data-part="pager"></list-pager>`;
 
 /** The address of a defect in its inspection: the page opens it at its frame. */
-export const defectPath = ({ inspection_id: inspection, observation_id: defect }) => `/inspections/${inspection}?${new URLSearchParams({ defect })}`;
+export const defectPath = ({ inspection_id: inspection, observation_id: defect }) =>
+  `/inspections/${inspection}?${new URLSearchParams({ defect })}`;
 
 const columns = () => [
   {
@@ -149,31 +181,56 @@ const columns = () => [
     title: t('search.severity_column'),
     sort: 'severity',
     descends: true,
-    cell: ({ severity }) => html`<span class="inspection__worst">${severityMark(severity)}<b>${severity ?? ''}</b> <span class="dim">${wordFor('severity', String(severity ?? 'none'))}</span></span>`,
+    cell: ({ severity }) =>
+      html`<span class="inspection__worst">${severityMark(severity)}<b>${severity ?? ''}</b> <span class="dim">${wordFor('severity', String(severity ?? 'none'))}</span></span>`,
   },
   {
     name: 'defect',
     title: t('search.defect'),
     sort: 'code',
-    cell: (item) => html`<a href="${defectPath(item)}">${[item.code, item.char1, item.char2].filter(Boolean).join(' ') || t('code.none')}</a>
+    cell: (
+      item,
+    ) => html`<a href="${defectPath(item)}">${[item.code, item.char1, item.char2].filter(Boolean).join(' ') || t('code.none')}</a>
       <small>${labelOf(item)}</small>${item.remark && html`<small class="defects-table__remark">“${item.remark}”</small>`}`,
   },
   {
     name: 'distance',
     title: t('search.distance'),
     sort: 'distance_m',
-    cell: ({ distance_m: m, distance_u95_m: u95, clock }) => html`${m === null ? html`<span class="dim">–</span>` : html`<b class="number">${chainage(m)}</b> <small class="number">${u95 !== null && plusMinus(u95)}</small>`}
+    cell: ({
+      distance_m: m,
+      distance_u95_m: u95,
+      clock,
+    }) => html`${m === null ? html`<span class="dim">–</span>` : html`<b class="number">${chainage(m)}</b> <small class="number">${u95 !== null && plusMinus(u95)}</small>`}
       ${clock && html`<small>${clockHour(clock)}</small>`}`,
   },
-  { name: 'asset', title: t('archive.asset'), sort: 'asset', cell: ({ asset }) => html`${likeButton('asset', asset)}${asset && html`<small><a href="${assetPath(asset)}">${t('assets.history')}</a></small>`}` },
-  { name: 'project', title: t('archive.project'), sort: 'project', cell: ({ project }) => likeButton('project', project) },
+  {
+    name: 'asset',
+    title: t('archive.asset'),
+    sort: 'asset',
+    cell: ({ asset }) =>
+      html`${likeButton('asset', asset)}${asset && html`<small><a href="${assetPath(asset)}">${t('assets.history')}</a></small>`}`,
+  },
+  {
+    name: 'project',
+    title: t('archive.project'),
+    sort: 'project',
+    cell: ({ project }) => likeButton('project', project),
+  },
   {
     name: 'inspection',
     title: t('search.inspection'),
     sort: 'inspection',
-    cell: ({ inspection_id: id, inspection, frame, photo }) => html`<a href="/inspections/${id}">${inspection}</a><small class="number">${t('search.frame', { frame })}${photo && html` · ${t('search.photo')}`}</small>`,
+    cell: ({ inspection_id: id, inspection, frame, photo }) =>
+      html`<a href="/inspections/${id}">${inspection}</a><small class="number">${t('search.frame', { frame })}${photo && html` · ${t('search.photo')}`}</small>`,
   },
-  { name: 'day', title: t('search.day'), sort: 'surveyed_on', descends: true, cell: ({ surveyed_on: on }) => html`<span class="number">${day(on)}</span>` },
+  {
+    name: 'day',
+    title: t('search.day'),
+    sort: 'surveyed_on',
+    descends: true,
+    cell: ({ surveyed_on: on }) => html`<span class="number">${day(on)}</span>`,
+  },
 ];
 
 customElements.define('archive-defects', ArchiveDefects);

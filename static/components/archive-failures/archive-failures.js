@@ -32,7 +32,11 @@ export class ArchiveFailures extends Component {
       const group = this.#groups.find((other) => keyOf(other) === button?.closest('[data-key]').dataset.key);
       if (group) orToast(() => this.#repair(button.dataset.repair, group));
     });
-    poll(() => this.#load(), this.signal, (error) => showFault(this.parts.fault, error));
+    poll(
+      () => this.#load(),
+      this.signal,
+      (error) => showFault(this.parts.fault, error),
+    );
   }
 
   async #load() {

@@ -96,8 +96,15 @@ export class ArchiveFilms extends Component {
     this.#selects();
     this.#listensForActions();
     this.#bindsKeys();
-    list.follow(() => (UNDER_WAY.some((state) => this.#states[state]) ? BUSY_S : IDLE_S), (error) => showFault(parts.fault, error));
-    poll(() => this.#loadProgress(), signal, (error) => showFault(parts.fault, error));
+    list.follow(
+      () => (UNDER_WAY.some((state) => this.#states[state]) ? BUSY_S : IDLE_S),
+      (error) => showFault(parts.fault, error),
+    );
+    poll(
+      () => this.#loadProgress(),
+      signal,
+      (error) => showFault(parts.fault, error),
+    );
   }
 
   async #loadProgress() {
@@ -151,7 +158,8 @@ export class ArchiveFilms extends Component {
       const films = this.#list.value?.films ?? [];
       const { checked: isSelected } = target;
       if (target.matches('[data-mark-page]')) selection.mark(films, isSelected);
-      else if (target.matches('[data-mark]')) selection.markOne(films, target.dataset.mark, { isSelected, isRange: shiftKey });
+      else if (target.matches('[data-mark]'))
+        selection.markOne(films, target.dataset.mark, { isSelected, isRange: shiftKey });
     });
     this.listen(parts.all, 'click', () => selection.markAll(whereOf(this.#list.filters), this.#list.total));
     this.listen(parts.none, 'click', () => selection.clear());
@@ -168,7 +176,12 @@ export class ArchiveFilms extends Component {
     const head = parts.table.querySelector('[data-mark-page]');
     head.checked = films.length > 0 && onPage === films.length;
     head.indeterminate = onPage > 0 && onPage < films.length;
-    setText(parts.chosen, selection.size ? t('archive.chosen', { n: selection.size, count: count(selection.size) }) : t('archive.chosen_none'));
+    setText(
+      parts.chosen,
+      selection.size
+        ? t('archive.chosen', { n: selection.size, count: count(selection.size) })
+        : t('archive.chosen_none'),
+    );
     setText(parts.all, t('archive.select_all', { n: this.#list.total, count: count(this.#list.total) }));
     parts.all.hidden = selection.isAll || this.#list.total === 0;
     parts.none.hidden = selection.size === 0;
@@ -199,7 +212,8 @@ export class ArchiveFilms extends Component {
     });
     this.listen(parts.progress, 'click', ({ target }) => {
       const state = target.closest('[data-go]')?.dataset.go;
-      if (state !== undefined) orToast(() => this.#list.want({ state: this.#list.filters.state === state ? '' : state }));
+      if (state !== undefined)
+        orToast(() => this.#list.want({ state: this.#list.filters.state === state ? '' : state }));
       if (target.closest('[data-start-all]')) orToast(() => this.#startAll());
     });
     this.listen(parts.change, 'click', () => orToast(() => this.#change()));
@@ -241,12 +255,18 @@ export class ArchiveFilms extends Component {
     if (!wanted) return;
     const n = await change(meant, wanted);
     const before = isAll || wanted.rig_name ? null : films;
-    const undo = before && (async () => {
-      for (const film of before) {
-        const set = Object.fromEntries(Object.keys(wanted).map((name) => [name, film[name]]).filter(([, value]) => value !== null));
-        await change({ ids: [film.id] }, set);
-      }
-    });
+    const undo =
+      before &&
+      (async () => {
+        for (const film of before) {
+          const set = Object.fromEntries(
+            Object.keys(wanted)
+              .map((name) => [name, film[name]])
+              .filter(([, value]) => value !== null),
+          );
+          await change({ ids: [film.id] }, set);
+        }
+      });
     const canUndo = before?.every((film) => Object.keys(wanted).every((name) => film[name] !== null));
     await this.#announce(t('archive.done_change', { n, count: count(n) }), canUndo ? undo : null);
   }
@@ -270,10 +290,21 @@ export class ArchiveFilms extends Component {
       { keys: ['/'], label: t('archive.search'), run: () => parts.text.focus() },
       { keys: ['n'], label: t('pager.next'), run: turn('next') },
       { keys: ['p'], label: t('pager.previous'), run: turn('previous') },
-      ...(may('operator') ? [{ keys: ['a'], label: t('archive.select_page'), run: () => this.#selection.mark(this.#list.value?.films ?? [], true) }] : []),
+      ...(may('operator')
+        ? [
+            {
+              keys: ['a'],
+              label: t('archive.select_page'),
+              run: () => this.#selection.mark(this.#list.value?.films ?? [], true),
+            },
+          ]
+        : []),
     ];
     const shown = [
-      { title: t('archive.films'), bindings: [...bindings, { keys: ['ArrowUp', 'ArrowDown'], shown: ['↑', '↓'], label: t('table.rows') }] },
+      {
+        title: t('archive.films'),
+        bindings: [...bindings, { keys: ['ArrowUp', 'ArrowDown'], shown: ['↑', '↓'], label: t('table.rows') }],
+      },
     ];
     const help = () => showKeys(shown, { hasStage: false });
     bindKeys(document, [...bindings, { keys: ['?'], label: t('keys.list'), run: help }], this.signal);
@@ -286,11 +317,14 @@ const dim = (text) => html`<small>${text}</small>`;
 
 const columns = () => [
   ...(may('operator')
-    ? [{
-        name: 'mark',
-        title: html`<label><span class="visually-hidden">${t('archive.select_page')}</span><input type="checkbox" data-mark-page /></label>`,
-        cell: ({ id, name }) => html`<label><span class="visually-hidden">${t('archive.select', { name })}</span><input type="checkbox" data-mark="${id}" /></label>`,
-      }]
+    ? [
+        {
+          name: 'mark',
+          title: html`<label><span class="visually-hidden">${t('archive.select_page')}</span><input type="checkbox" data-mark-page /></label>`,
+          cell: ({ id, name }) =>
+            html`<label><span class="visually-hidden">${t('archive.select', { name })}</span><input type="checkbox" data-mark="${id}" /></label>`,
+        },
+      ]
     : []),
   {
     name: 'film',
@@ -299,7 +333,12 @@ const columns = () => [
     cell: ({ name, path, size, inspection_id: inspection }) =>
       html`${inspection ? html`<a href="/inspections/${inspection}">${name}</a>` : html`<b>${name}</b>`}<small title="${path}">${path} · ${bytes(size)}</small>`,
   },
-  { name: 'project', title: t('archive.project'), sort: 'project', cell: ({ project }) => likeButton('project', project) },
+  {
+    name: 'project',
+    title: t('archive.project'),
+    sort: 'project',
+    cell: ({ project }) => likeButton('project', project),
+  },
   { name: 'asset', title: t('archive.asset'), sort: 'asset', cell: ({ asset }) => likeButton('asset', asset) },
   {
     name: 'rig',
@@ -309,15 +348,30 @@ const columns = () => [
       html`${hasRig ? (rig ?? t('archive.rig_own')) : html`<span class="dim">${t('archive.rig_none')}</span>`}${rule && dim(t('archive.by_rule', { rule }))}`,
   },
   { name: 'state', title: t('list.status'), sort: 'state', cell: stateMarkup },
-  { name: 'priority', title: t('archive.priority'), sort: 'priority', descends: true, cell: ({ priority }) => html`<span class="number">${signed(priority, 0)}</span>` },
-  { name: 'length', title: t('list.length'), sort: 'distance_m', descends: true, cell: ({ distance_m: m }) => html`<b class="number">${m === null ? '–' : chainage(m)}</b>` },
+  {
+    name: 'priority',
+    title: t('archive.priority'),
+    sort: 'priority',
+    descends: true,
+    cell: ({ priority }) => html`<span class="number">${signed(priority, 0)}</span>`,
+  },
+  {
+    name: 'length',
+    title: t('list.length'),
+    sort: 'distance_m',
+    descends: true,
+    cell: ({ distance_m: m }) => html`<b class="number">${m === null ? '–' : chainage(m)}</b>`,
+  },
 ];
 
 function stateMarkup(film) {
   const { state, error, frames_done: done, frames_total: total } = film;
   return html`${statusChip(state)}
-    ${state === 'running' && html`<span class="inspection__progress"><progress class="bar" max="1" value="${total ? done / total : 0}" aria-label="${t('progress.label')}"></progress>
-      <span class="dim number">${pace(film)}</span></span>`}
+    ${
+      state === 'running' &&
+      html`<span class="inspection__progress"><progress class="bar" max="1" value="${total ? done / total : 0}" aria-label="${t('progress.label')}"></progress>
+      <span class="dim number">${pace(film)}</span></span>`
+    }
     ${error && html`<small class="films-table__reason" title="${errorText(error)}">${errorText(error)}</small>`}`;
 }
 

@@ -8,11 +8,19 @@ import { ask, openDialog } from '../dialog/dialog.js';
 
 /** Asks whether films may be stopped: what was tracked of them would be begun again. */
 export const askCancel = (n) =>
-  ask({ title: t('archive.cancel_title', { n, count: count(n) }), text: t('archive.cancel_text'), submit: t('archive.cancel_submit') });
+  ask({
+    title: t('archive.cancel_title', { n, count: count(n) }),
+    text: t('archive.cancel_text'),
+    submit: t('archive.cancel_submit'),
+  });
 
 /** Asks whether films may be taken off the list: their rig and header in the archive are lost. */
 export const askTakeOff = (n) =>
-  ask({ title: t('archive.off_title', { n, count: count(n) }), text: t('archive.off_text'), submit: t('archive.off_submit') });
+  ask({
+    title: t('archive.off_title', { n, count: count(n) }),
+    text: t('archive.off_text'),
+    submit: t('archive.off_submit'),
+  });
 
 /**
  * Asks what to set for some films; returns it, or null. Empty fields stay as they are.

@@ -11,7 +11,10 @@ import { FILM_STATES, statusSign } from '../status-chip/status-chip.js';
  * @param {object} progress answer of the API
  * @param {number} all number of films
  */
-export function progressMarkup({ states, films_done: done, fps, films_per_h: filmsPerH, eta_s: etaS, engine, intake }, all) {
+export function progressMarkup(
+  { states, films_done: done, fps, films_per_h: filmsPerH, eta_s: etaS, engine, intake },
+  all,
+) {
   const percent = Math.floor((100 * done) / all);
   return html`<div class="archive-progress__whole">
       <p><b class="number">${t('archive.done_of', { done: count(done), all: count(all), percent })}</b></p>
@@ -23,8 +26,11 @@ export function progressMarkup({ states, films_done: done, fps, films_per_h: fil
       ${fact(t('archive.engine'), html`${engineName(engine)}${engine.dashboard_url && html` · <a href="${engine.dashboard_url}" target="_blank" rel="noopener noreferrer">${t('archive.dashboard')}</a>`}`)}
     </dl>
     ${states.ready && may('operator') && html`<button class="button button--primary archive-progress__start" data-start-all>${icon('play')}${t('archive.start_all', { n: states.ready, count: count(states.ready) })}</button>`}
-    <ul class="archive-progress__states" aria-label="${t('archive.by_state')}">${FILM_STATES.filter((state) => states[state]).map(
-      (state) => html`<li><button class="button button--small chip--${state}" data-go="${state}">${statusSign(state)}${wordFor('status', state)} <b class="number">${count(states[state])}</b></button></li>`,
+    <ul class="archive-progress__states" aria-label="${t('archive.by_state')}">${FILM_STATES.filter(
+      (state) => states[state],
+    ).map(
+      (state) =>
+        html`<li><button class="button button--small chip--${state}" data-go="${state}">${statusSign(state)}${wordFor('status', state)} <b class="number">${count(states[state])}</b></button></li>`,
     )}</ul>
     ${intake.name && html`<p class="dim number">${t('archive.intake', { name: intake.name, done: bytes(intake.bytes_done), all: bytes(intake.bytes_total) })}</p>`}
     ${engine.problem && html`<p class="message message--error">${icon('alert')}<span>${engine.problem}</span></p>`}

@@ -93,7 +93,10 @@ export class ArchiveMap extends Component {
   #show(answer) {
     const { parts } = this;
     const { map } = parts;
-    if (!this.answer) map.setTiles(answer.tiles, (isFaulty) => { parts.tilesFault.hidden = !isFaulty; });
+    if (!this.answer)
+      map.setTiles(answer.tiles, (isFaulty) => {
+        parts.tilesFault.hidden = !isFaulty;
+      });
     this.answer = answer;
     this.#places = placesOf(answer.assets);
     const isEmpty = answer.placed === 0;
@@ -118,7 +121,10 @@ export class ArchiveMap extends Component {
     const names = projects.includes(project) || project === '' ? projects : [project, ...projects];
     if (names.join('\n') === this.#offered) return; // a list that is open stays open
     this.#offered = names.join('\n');
-    render(this.parts.project, html`<option value="">${t('search.any')}</option>${names.map((name) => html`<option value="${name}">${name}</option>`)}`);
+    render(
+      this.parts.project,
+      html`<option value="">${t('search.any')}</option>${names.map((name) => html`<option value="${name}">${name}</option>`)}`,
+    );
     this.parts.project.value = project;
   }
 

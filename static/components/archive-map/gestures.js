@@ -60,11 +60,15 @@ export function mapGestures(element, { move, zoom, point, pick }, signal) {
   });
   listen('pointercancel', ({ pointerId }) => pressed.delete(pointerId));
   listen('pointerleave', () => pressed.size === 0 && point(null));
-  listen('wheel', (event) => {
-    event.preventDefault();
-    const px = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_PX : 1);
-    zoom(Math.exp(-px * (event.ctrlKey ? PINCH : WHEEL)), placeOf(event));
-  }, { passive: false });
+  listen(
+    'wheel',
+    (event) => {
+      event.preventDefault();
+      const px = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_PX : 1);
+      zoom(Math.exp(-px * (event.ctrlKey ? PINCH : WHEEL)), placeOf(event));
+    },
+    { passive: false },
+  );
 }
 
 const between = (a, b) => [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];

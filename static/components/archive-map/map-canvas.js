@@ -60,15 +60,33 @@ export class MapCanvas extends Component {
     mapGestures(
       sheet,
       {
-        move: (by) => this.#see(moved(this.#view, this.#size, by.map((px) => px / this.#scale))),
-        zoom: (factor, at) => this.zoom(factor, at.map((px) => px / this.#scale)),
+        move: (by) =>
+          this.#see(
+            moved(
+              this.#view,
+              this.#size,
+              by.map((px) => px / this.#scale),
+            ),
+          ),
+        zoom: (factor, at) =>
+          this.zoom(
+            factor,
+            at.map((px) => px / this.#scale),
+          ),
         point: (at) => this.#point(at && this.#markAt(at)),
         pick: (at) => this.#announce('pick', this.#markAt(at)),
       },
       this.signal,
     );
     const arrows = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-    const step = (_, key) => this.#see(moved(this.#view, this.#size, arrows[key].map((way) => way * STEP_PX)));
+    const step = (_, key) =>
+      this.#see(
+        moved(
+          this.#view,
+          this.#size,
+          arrows[key].map((way) => way * STEP_PX),
+        ),
+      );
     bindKeys(sheet, [{ keys: Object.keys(arrows), run: step }], this.signal);
     onThemeChange(() => this.#stale(), this.signal);
     this.listen(window, 'online', () => {

@@ -57,7 +57,11 @@ function paintGraticule({ context, styles, view, size }) {
     const x = Math.round(size.width / 2 + (lon - middle) * perDegree) + 0.5;
     context.moveTo(x, 0);
     context.lineTo(x, size.height);
-    context.fillText(degreesText(((((lon + 180) % 360) + 360) % 360) - 180, decimals, t('map.east'), t('map.west')), x + 4, 4);
+    context.fillText(
+      degreesText(((((lon + 180) % 360) + 360) % 360) - 180, decimals, t('map.east'), t('map.west')),
+      x + 4,
+      4,
+    );
   }
   context.textAlign = 'right';
   for (const parallel of lines(Math.max(lat - down, -85), Math.min(lat + down, 85))) {
@@ -93,7 +97,10 @@ export function paintLines(sheet, places) {
   }
   context.lineCap = 'round';
   context.lineJoin = 'round';
-  for (const [width, colourOf] of [[7, () => '--sunken'], [4, (severity) => `--severity-${severity}`]]) {
+  for (const [width, colourOf] of [
+    [7, () => '--sunken'],
+    [4, (severity) => `--severity-${severity}`],
+  ]) {
     context.lineWidth = width;
     for (const [severity, path] of paths) {
       context.strokeStyle = styles.getPropertyValue(colourOf(severity));

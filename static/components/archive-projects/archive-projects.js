@@ -61,7 +61,10 @@ export class ArchiveProjects extends Component {
       parts.nothing.hidden = total > 0;
       render(parts.pending, pendingNote(pending));
     });
-    list.follow(() => POLL_S, (error) => showFault(parts.fault, error));
+    list.follow(
+      () => POLL_S,
+      (error) => showFault(parts.fault, error),
+    );
   }
 
   #showOne(project) {
@@ -73,9 +76,12 @@ export class ArchiveProjects extends Component {
         title: project ?? t('projects.none'),
         ways: html`<a class="button" href="/archive/projects">${icon('back')}${t('archive.projects')}</a>
           <a class="button" href="/?${query}">${icon('video')}${t('projects.inspections')}</a>
-          ${project !== null && html`<a class="button" href="/archive/defects?${query}">${icon('search')}${t('archive.defects')}</a>
+          ${
+            project !== null &&
+            html`<a class="button" href="/archive/defects?${query}">${icon('search')}${t('archive.defects')}</a>
             <a class="button" href="/archive/map?${query}">${icon('map')}${t('projects.map')}</a>
-            <a class="button" href="/archive/template?${query}">${icon('edit')}${t('archive.template')}</a>`}
+            <a class="button" href="/archive/template?${query}">${icon('edit')}${t('archive.template')}</a>`
+          }
           <button class="button button--primary" data-part="export" disabled>${icon('download')}${t('list.export')}</button>`,
         content: html`<div class="project-facts panel" data-part="facts"></div>${assetTableMarkup()}`,
       }),
@@ -116,7 +122,13 @@ const columns = () => [
     sort: 'project',
     cell: ({ project }) => html`<a href="/archive/projects?${queryOf(project)}">${project ?? t('projects.none')}</a>`,
   },
-  { name: 'assets', title: t('archive.assets'), sort: 'assets', descends: true, cell: ({ assets }) => html`<span class="number">${count(assets)}</span>` },
+  {
+    name: 'assets',
+    title: t('archive.assets'),
+    sort: 'assets',
+    descends: true,
+    cell: ({ assets }) => html`<span class="number">${count(assets)}</span>`,
+  },
   {
     name: 'inspections',
     title: t('list.title'),
@@ -124,10 +136,34 @@ const columns = () => [
     descends: true,
     cell: ({ project, inspections }) => html`<a class="number" href="/?${queryOf(project)}">${count(inspections)}</a>`,
   },
-  { name: 'done', title: t('projects.done'), sort: 'done', descends: true, cell: ({ done, inspections }) => shareMarkup(done, inspections) },
-  { name: 'approved', title: t('projects.approved'), sort: 'approved', descends: true, cell: ({ approved, inspections }) => shareMarkup(approved, inspections) },
-  { name: 'last', title: t('assets.last'), sort: 'last_on', descends: true, cell: ({ last_at: at }) => html`<span class="number">${at ? day(at) : '–'}</span>` },
-  { name: 'worst', title: t('projects.worst'), sort: 'worst_severity', descends: true, cell: ({ worst_severity: worst }) => worstMarkup(worst) },
+  {
+    name: 'done',
+    title: t('projects.done'),
+    sort: 'done',
+    descends: true,
+    cell: ({ done, inspections }) => shareMarkup(done, inspections),
+  },
+  {
+    name: 'approved',
+    title: t('projects.approved'),
+    sort: 'approved',
+    descends: true,
+    cell: ({ approved, inspections }) => shareMarkup(approved, inspections),
+  },
+  {
+    name: 'last',
+    title: t('assets.last'),
+    sort: 'last_on',
+    descends: true,
+    cell: ({ last_at: at }) => html`<span class="number">${at ? day(at) : '–'}</span>`,
+  },
+  {
+    name: 'worst',
+    title: t('projects.worst'),
+    sort: 'worst_severity',
+    descends: true,
+    cell: ({ worst_severity: worst }) => worstMarkup(worst),
+  },
 ];
 
 const shareMarkup = (n, all) =>

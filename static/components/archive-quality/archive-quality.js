@@ -59,9 +59,13 @@ export class ArchiveQuality extends Component {
       parts.table.hidden = total === 0;
       parts.nothing.hidden = total > 0;
       render(parts.pending, pendingNote(pending));
-      for (const button of parts.choices.children) button.setAttribute('aria-pressed', String(button.dataset.problem === list.filters.problem));
+      for (const button of parts.choices.children)
+        button.setAttribute('aria-pressed', String(button.dataset.problem === list.filters.problem));
     });
-    list.follow(() => POLL_S, (error) => showFault(parts.fault, error));
+    list.follow(
+      () => POLL_S,
+      (error) => showFault(parts.fault, error),
+    );
   }
 }
 
@@ -72,9 +76,27 @@ const shareCell = (share, isProblem) =>
     : html`<span class="number ${isProblem && 'quality__problem'}">${isProblem && icon('alert')}${signed(100 * share, 1)} %</span>`;
 
 const columns = () => [
-  { name: 'film', title: t('archive.film'), sort: 'name', cell: ({ inspection_id: id, name, asset, project }) => html`<a href="/inspections/${id}">${name}</a><small>${[asset, project].filter(Boolean).join(' · ')}</small>` },
-  { name: 'day', title: t('search.day'), sort: 'surveyed_on', descends: true, cell: ({ surveyed_on: on }) => html`<span class="number">${day(on)}</span>` },
-  { name: 'frames', title: t('quality.frames'), sort: 'frames', descends: true, cell: ({ frames }) => html`<span class="number">${count(frames)}</span>` },
+  {
+    name: 'film',
+    title: t('archive.film'),
+    sort: 'name',
+    cell: ({ inspection_id: id, name, asset, project }) =>
+      html`<a href="/inspections/${id}">${name}</a><small>${[asset, project].filter(Boolean).join(' · ')}</small>`,
+  },
+  {
+    name: 'day',
+    title: t('search.day'),
+    sort: 'surveyed_on',
+    descends: true,
+    cell: ({ surveyed_on: on }) => html`<span class="number">${day(on)}</span>`,
+  },
+  {
+    name: 'frames',
+    title: t('quality.frames'),
+    sort: 'frames',
+    descends: true,
+    cell: ({ frames }) => html`<span class="number">${count(frames)}</span>`,
+  },
   ...PROBLEMS.map(([problem, share]) => ({
     name: problem,
     title: wordFor('film_problem', problem),
@@ -82,7 +104,13 @@ const columns = () => [
     descends: true,
     cell: (film) => shareCell(film[share], film.problems.includes(problem)),
   })),
-  { name: 'weak', title: t('quality.weak'), sort: 'weak_share', descends: true, cell: ({ weak_share: share }) => shareCell(share, false) },
+  {
+    name: 'weak',
+    title: t('quality.weak'),
+    sort: 'weak_share',
+    descends: true,
+    cell: ({ weak_share: share }) => shareCell(share, false),
+  },
 ];
 
 customElements.define('archive-quality', ArchiveQuality);

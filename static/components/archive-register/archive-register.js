@@ -53,7 +53,10 @@ export class ArchiveRegister extends Component {
       if (edit !== undefined) orToast(() => this.#edit(edit));
       if (remove !== undefined) orToast(() => this.#delete(remove));
     });
-    list.follow(() => POLL_S, (error) => showFault(parts.fault, error));
+    list.follow(
+      () => POLL_S,
+      (error) => showFault(parts.fault, error),
+    );
   }
 
   #show() {
@@ -68,7 +71,14 @@ export class ArchiveRegister extends Component {
 
   async #import() {
     const done = await importAssets();
-    if (done) toast(t('register.imported', { n: done.added + done.changed, added: count(done.added), changed: count(done.changed) }));
+    if (done)
+      toast(
+        t('register.imported', {
+          n: done.added + done.changed,
+          added: count(done.added),
+          changed: count(done.changed),
+        }),
+      );
     await this.#list.again();
   }
 
@@ -87,11 +97,13 @@ export class ArchiveRegister extends Component {
       await this.#list.again(); // a refusal means that others have changed it
     }
     this.parts.text.focus(); // the row with the button is gone
-    const run = () => orToast(async () => {
-      if (await loadAsset(assetId)) toast(t('register.exists', { id: assetId })); // somebody has added it again
-      else await saveAsset(asset);
-      await this.#list.again();
-    });
+    const run = () =>
+      orToast(async () => {
+        if (await loadAsset(assetId))
+          toast(t('register.exists', { id: assetId })); // somebody has added it again
+        else await saveAsset(asset);
+        await this.#list.again();
+      });
     toast(t('register.deleted', { id: assetId }), { action: t('page.undo'), run });
   }
 }
@@ -119,18 +131,28 @@ const columns = () => [
       <small>${[road, where].filter(Boolean).join(' · ')}</small>`,
   },
   { name: 'project', title: t('archive.project'), cell: ({ project }) => orDash(project) },
-  { name: 'section', title: t('header.shape'), cell: ({ header }) => html`${orDash(sectionOf(header))}<small>${header.material}</small>` },
+  {
+    name: 'section',
+    title: t('header.shape'),
+    cell: ({ header }) => html`${orDash(sectionOf(header))}<small>${header.material}</small>`,
+  },
   {
     name: 'length',
     title: t('register.length'),
-    cell: ({ header: { known_length_m: known, expected_length_m: expected } }) => html`<span class="number">${orDash((known ?? expected) !== undefined && chainage(known ?? expected))}</span>`,
+    cell: ({ header: { known_length_m: known, expected_length_m: expected } }) =>
+      html`<span class="number">${orDash((known ?? expected) !== undefined && chainage(known ?? expected))}</span>`,
   },
   {
     name: 'place',
     title: t('register.place'),
-    cell: ({ line }) => html`<span class="number">${orDash(placeOf(line))}</span>${line.length > 1 && html`<small>${t('register.points', { n: line.length })}</small>`}`,
+    cell: ({ line }) =>
+      html`<span class="number">${orDash(placeOf(line))}</span>${line.length > 1 && html`<small>${t('register.points', { n: line.length })}</small>`}`,
   },
-  { name: 'changed', title: t('register.changed'), cell: ({ changed_at: at, changed_by: who }) => html`<span class="number">${date(at)}</span><small>${who}</small>` },
+  {
+    name: 'changed',
+    title: t('register.changed'),
+    cell: ({ changed_at: at, changed_by: who }) => html`<span class="number">${date(at)}</span><small>${who}</small>`,
+  },
   ...(may('operator') ? [{ name: 'ways', title: t('register.ways'), cell: waysOf }] : []),
 ];
 

@@ -16,7 +16,11 @@ const SHOWN = 20;
  * @returns {Promise<{added: number, changed: number}|null>} what was done; null: it was dismissed
  */
 export async function importAssets() {
-  const { dialog, parts, closed } = openDialog({ title: t('register.import_title'), content: dialogMarkup(), size: 'wide' });
+  const { dialog, parts, closed } = openDialog({
+    title: t('register.import_title'),
+    content: dialogMarkup(),
+    size: 'wide',
+  });
   const left = new AbortController();
   let file = null;
   let done = null;
@@ -40,23 +44,24 @@ export async function importAssets() {
     render(parts.result, resultMarkup(found));
   };
 
-  const tryOut = (chosen) => during(async () => {
-    file = chosen;
-    parts.result.replaceChildren();
-    parts.state.textContent = '';
-    parts.take.hidden = true;
-    parts.name.textContent = `${file.name} · ${bytes(file.size)}`;
-    if (file.size > MOST_BYTES) {
-      parts.fault.textContent = t('register.too_large', { size: bytes(file.size), most: bytes(MOST_BYTES) });
-      return;
-    }
-    parts.state.textContent = t('register.checking');
-    const found = await importTable(file, true, left.signal);
-    const changes = found.added + found.changed;
-    showResult(found);
-    parts.take.textContent = t('register.take_all', { n: changes, count: count(changes) });
-    parts.take.hidden = found.faulty > 0 || changes === 0;
-  });
+  const tryOut = (chosen) =>
+    during(async () => {
+      file = chosen;
+      parts.result.replaceChildren();
+      parts.state.textContent = '';
+      parts.take.hidden = true;
+      parts.name.textContent = `${file.name} · ${bytes(file.size)}`;
+      if (file.size > MOST_BYTES) {
+        parts.fault.textContent = t('register.too_large', { size: bytes(file.size), most: bytes(MOST_BYTES) });
+        return;
+      }
+      parts.state.textContent = t('register.checking');
+      const found = await importTable(file, true, left.signal);
+      const changes = found.added + found.changed;
+      showResult(found);
+      parts.take.textContent = t('register.take_all', { n: changes, count: count(changes) });
+      parts.take.hidden = found.faulty > 0 || changes === 0;
+    });
 
   parts.pick.addEventListener('click', () => parts.input.click());
   parts.input.addEventListener('change', () => {
@@ -68,19 +73,22 @@ export async function importAssets() {
     parts.drop.addEventListener(type, (event) => {
       event.preventDefault();
       parts.drop.classList.toggle('drop--over', type === 'dragover');
-      if (type === 'drop' && event.dataTransfer.files.length && !parts.pick.disabled) tryOut(event.dataTransfer.files[0]);
+      if (type === 'drop' && event.dataTransfer.files.length && !parts.pick.disabled)
+        tryOut(event.dataTransfer.files[0]);
     });
   }
   parts.cancel.addEventListener('click', () => dialog.close());
-  parts.take.addEventListener('click', () => during(async () => {
-    parts.state.textContent = t('register.importing');
-    // The register may have changed since the dry run: what is done now is what counts.
-    const found = await importTable(file, false, left.signal);
-    if (found.faulty === 0) {
-      done = found;
-      dialog.close();
-    } else showResult(found);
-  }));
+  parts.take.addEventListener('click', () =>
+    during(async () => {
+      parts.state.textContent = t('register.importing');
+      // The register may have changed since the dry run: what is done now is what counts.
+      const found = await importTable(file, false, left.signal);
+      if (found.faulty === 0) {
+        done = found;
+        dialog.close();
+      } else showResult(found);
+    }),
+  );
   parts.pick.focus();
   await closed;
   left.abort();
@@ -109,14 +117,43 @@ function resultMarkup({ added, changed, same, faulty, faults, warnings, rows, ig
   const good = rows.filter(({ action }) => action !== 'fault');
   const total = added + changed + same;
   return html`${ignored.length > 0 && html`<p class="message">${icon('info')}<span>${t('register.ignored', { n: ignored.length, names: ignored.join(', ') })}</span></p>`}
-    ${faulty > 0 && html`<p class="message message--error">${icon('alert')}<span>${t('register.repair')}${new Set(faults.map(({ row }) => row)).size < faulty && ` ${t('register.more_faults', { n: faults.length })}`}</span></p>
-      ${tableMarkup(t('register.faults'), [t('register.column'), t('register.fault')], faults.map(({ row, column, detail }) => [row, column ?? t('register.whole_row'), html`<span lang="en">${detail}</span>`]))}`}
-    ${warnings.length > 0 && html`<p class="message message--warning">${icon('alert')}<span>${t('register.alike')}</span></p>
-      ${tableMarkup(t('register.alike'), [t('archive.asset'), t('register.known_as')], warnings.map(({ row, asset_id: id, same: others }) => [row, id, others.join(', ')]))}`}
-    ${good.length > 0 && html`<h3>${t('register.first_rows', { n: Math.min(good.length, SHOWN), total: count(total) })}</h3>
-      ${tableMarkup(t('register.result'), [t('archive.asset'), t('register.action')], good.slice(0, SHOWN).map(({ row, asset_id: id, action }) => [row, id, wordFor('register.actions', action)]))}`}`;
+    ${
+      faulty > 0 &&
+      html`<p class="message message--error">${icon('alert')}<span>${t('register.repair')}${new Set(faults.map(({ row }) => row)).size < faulty && ` ${t('register.more_faults', { n: faults.length })}`}</span></p>
+      ${tableMarkup(
+        t('register.faults'),
+        [t('register.column'), t('register.fault')],
+        faults.map(({ row, column, detail }) => [
+          row,
+          column ?? t('register.whole_row'),
+          html`<span lang="en">${detail}</span>`,
+        ]),
+      )}`
+    }
+    ${
+      warnings.length > 0 &&
+      html`<p class="message message--warning">${icon('alert')}<span>${t('register.alike')}</span></p>
+      ${tableMarkup(
+        t('register.alike'),
+        [t('archive.asset'), t('register.known_as')],
+        warnings.map(({ row, asset_id: id, same: others }) => [row, id, others.join(', ')]),
+      )}`
+    }
+    ${
+      good.length > 0 &&
+      html`<h3>${t('register.first_rows', { n: Math.min(good.length, SHOWN), total: count(total) })}</h3>
+      ${tableMarkup(
+        t('register.result'),
+        [t('archive.asset'), t('register.action')],
+        good.slice(0, SHOWN).map(({ row, asset_id: id, action }) => [row, id, wordFor('register.actions', action)]),
+      )}`
+    }`;
 }
 
-const tableMarkup = (title, heads, rows) => html`<div class="register__rows" tabindex="0" role="region" aria-label="${title}"><table>
+const tableMarkup = (
+  title,
+  heads,
+  rows,
+) => html`<div class="register__rows" tabindex="0" role="region" aria-label="${title}"><table>
   <thead><tr><th scope="col">${t('register.row')}</th>${heads.map((head) => html`<th scope="col">${head}</th>`)}</tr></thead>
   <tbody>${rows.map(([row, ...cells]) => html`<tr><td class="number">${row}</td>${cells.map((cell) => html`<td>${cell}</td>`)}</tr>`)}</tbody></table></div>`;

@@ -63,7 +63,11 @@ export class ArchiveRules extends Component {
     this.listen(parts.try, 'click', () => orToast(() => tryRules(this.#edited, this.signal)));
     parts.try.hidden = !may('admin');
     this.listen(window, 'beforeunload', (event) => this.#isChanged && event.preventDefault());
-    poll(() => this.#load(), this.signal, (error) => showFault(parts.fault, error));
+    poll(
+      () => this.#load(),
+      this.signal,
+      (error) => showFault(parts.fault, error),
+    );
   }
 
   get #isChanged() {
@@ -94,8 +98,14 @@ export class ArchiveRules extends Component {
     const { parts } = this;
     const { rigs, rules } = edited;
     const names = Object.keys(rigs);
-    render(parts.rules, html`${rules.map((rule, i) => html`<li class="panel rule" data-rule="${i}">${ruleCard(rule, i, { rules, names, fields: this.#fields })}</li>`)}`);
-    render(parts.rigs, html`${names.map((name) => html`<li class="panel rig-card">${rigMarkup(name, rigs[name], rules)}</li>`)}`);
+    render(
+      parts.rules,
+      html`${rules.map((rule, i) => html`<li class="panel rule" data-rule="${i}">${ruleCard(rule, i, { rules, names, fields: this.#fields })}</li>`)}`,
+    );
+    render(
+      parts.rigs,
+      html`${names.map((name) => html`<li class="panel rig-card">${rigMarkup(name, rigs[name], rules)}</li>`)}`,
+    );
     parts.noRules.hidden = rules.length > 0;
     parts.noRigs.hidden = names.length > 0;
     render(parts.faults, html``);
@@ -169,7 +179,13 @@ export class ArchiveRules extends Component {
   #addRule() {
     const { rules, rigs } = this.#edited;
     const [rig] = Object.keys(rigs);
-    rules.push({ name: t('rules.new_name', { n: rules.length + 1 }), pattern: '{project}/{asset}_*.mp4', ...(rig && { rig }), header: {}, priority: 0 });
+    rules.push({
+      name: t('rules.new_name', { n: rules.length + 1 }),
+      pattern: '{project}/{asset}_*.mp4',
+      ...(rig && { rig }),
+      header: {},
+      priority: 0,
+    });
     this.#refresh(`[data-rule="${rules.length - 1}"] [data-field=name]`);
   }
 
@@ -188,7 +204,8 @@ export class ArchiveRules extends Component {
     const { json, jsonFault } = this.parts;
     try {
       const { rigs = {}, rules = [] } = JSON.parse(json.value);
-      if (!Array.isArray(rules) || Array.isArray(rigs) || typeof rigs !== 'object') throw new SyntaxError(t('rules.json_shape'));
+      if (!Array.isArray(rules) || Array.isArray(rigs) || typeof rigs !== 'object')
+        throw new SyntaxError(t('rules.json_shape'));
       this.#show({ rigs, rules });
     } catch (error) {
       if (!(error instanceof SyntaxError || error instanceof TypeError)) throw error;
@@ -237,7 +254,10 @@ export class ArchiveRules extends Component {
       first ??= input;
     }
     const all = [...(first ? [t('rules.faults')] : []), ...(rest.length ? rest : [])];
-    render(this.parts.faults, html`<p class="message message--error">${icon('alert')}<span>${first || rest.length ? all.join(' ') : errorText(error)}</span></p>`);
+    render(
+      this.parts.faults,
+      html`<p class="message message--error">${icon('alert')}<span>${first || rest.length ? all.join(' ') : errorText(error)}</span></p>`,
+    );
     first?.focus();
   }
 

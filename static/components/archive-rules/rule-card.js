@@ -27,8 +27,13 @@ export function ruleCard(rule, i, { rules, names, fields }) {
     </div>
     ${field(i, 'pattern', t('rules.pattern'), html`<input class="input rule__pattern" id="rule-${i}-pattern" value="${rule.pattern}" maxlength="1000" autocomplete="off" spellcheck="false" data-field="pattern" aria-describedby="rule-${i}-pattern-fault rule-${i}-pattern-help" />`, t('rules.pattern_help', { field: '{asset}', example: '{project}/{asset}_*.mp4' }))}
     <div class="rule__grid">
-      ${field(i, 'rig', t('archive.rig'), html`<select class="input" id="rule-${i}-rig" data-field="rig" aria-describedby="rule-${i}-rig-fault">
-        <option value="">${t('rules.no_rig')}</option>${[...(missing ? [rule.rig] : []), ...names].map((name) => html`<option value="${name}" ${name === rule.rig && 'selected'}>${name}</option>`)}</select>`)}
+      ${field(
+        i,
+        'rig',
+        t('archive.rig'),
+        html`<select class="input" id="rule-${i}-rig" data-field="rig" aria-describedby="rule-${i}-rig-fault">
+        <option value="">${t('rules.no_rig')}</option>${[...(missing ? [rule.rig] : []), ...names].map((name) => html`<option value="${name}" ${name === rule.rig && 'selected'}>${name}</option>`)}</select>`,
+      )}
       ${field(i, 'priority', t('archive.priority'), html`<input class="input" id="rule-${i}-priority" type="number" min="-9" max="9" step="1" value="${rule.priority ?? 0}" data-field="priority" aria-describedby="rule-${i}-priority-fault" />`)}
     </div>
     <details class="rule__more" ${TEMPLATES.some(([name]) => rule[name]) || Object.keys(rule.header ?? {}).length ? 'open' : ''}>
@@ -46,16 +51,24 @@ function headerMarkup(header, i, fields) {
       const known = fields.find((other) => other.name === name);
       const id = `rule-${i}-header-${name}`;
       return html`<div class="field"><label for="${id}">${wordFor('header', name) ?? name}${known?.unit && html` (${known.unit})`}</label>
-        ${known?.kind === 'choice'
-          ? html`<select class="input" id="${id}" data-header="${name}"><option value="">${t('rules.remove')}</option>${known.choices.map((choice) => html`<option value="${choice}" ${choice === value && 'selected'}>${wordFor('header.choice', choice) ?? choice}</option>`)}</select>`
-          : html`<input class="input" id="${id}" value="${value}" autocomplete="off" data-header="${name}" />`}</div>`;
+        ${
+          known?.kind === 'choice'
+            ? html`<select class="input" id="${id}" data-header="${name}"><option value="">${t('rules.remove')}</option>${known.choices.map((choice) => html`<option value="${choice}" ${choice === value && 'selected'}>${wordFor('header.choice', choice) ?? choice}</option>`)}</select>`
+            : html`<input class="input" id="${id}" value="${value}" autocomplete="off" data-header="${name}" />`
+        }</div>`;
     })}
     <div class="field" data-needs="operator"><label for="rule-${i}-header-add">${t('rules.header_add')}</label>
       <select class="input" id="rule-${i}-header-add" data-header="+"><option value="">${t('header.choose')}</option>
         ${free.map(({ name }) => html`<option value="${name}">${wordFor('header', name) ?? name}</option>`)}</select></div></fieldset>`;
 }
 
-const field = (i, name, title, control, help) => html`<div class="field"><label for="rule-${i}-${name}">${title}</label>${control}
+const field = (
+  i,
+  name,
+  title,
+  control,
+  help,
+) => html`<div class="field"><label for="rule-${i}-${name}">${title}</label>${control}
   <span class="fault" id="rule-${i}-${name}-fault"></span>${help && html`<span class="help" id="rule-${i}-${name}-help">${help}</span>`}</div>`;
 
 /** Returns the value of a field for the API; null: it is left out. */
@@ -77,8 +90,13 @@ export function writeHeader(rule, input, fields) {
   const { kind } = fields.find((other) => other.name === name) ?? {};
   const text = input.value.trim();
   if (text === '') delete header[name];
-  else header[name] = kind === 'number' && Number.isFinite(Number(text)) ? Number(text) : kind === 'bool' ? text === 'true' : text;
+  else
+    header[name] =
+      kind === 'number' && Number.isFinite(Number(text)) ? Number(text) : kind === 'bool' ? text === 'true' : text;
 }
 
 /** The control of a rule that the server names; the whole rule's is its name. */
-export const fieldOf = (card, name) => card?.querySelector(`[data-field="${CSS.escape(name ?? 'name')}"]`) ?? card?.querySelector('[data-field=name]') ?? null;
+export const fieldOf = (card, name) =>
+  card?.querySelector(`[data-field="${CSS.escape(name ?? 'name')}"]`) ??
+  card?.querySelector('[data-field=name]') ??
+  null;

@@ -32,13 +32,19 @@ export function tryRules(rules, signal) {
       const path = parts.path.value.trim();
       const found = await post('/api/archive/films/preview', { paths: [path], rules }, signal);
       remember(REMEMBERED_FOLDER, path);
-      render(parts.result, html`${additionSummary(found)}${found.films.length > SHOWN && html`<p class="dim">${t('add.first', { n: SHOWN })}</p>`}`);
+      render(
+        parts.result,
+        html`${additionSummary(found)}${found.films.length > SHOWN && html`<p class="dim">${t('add.first', { n: SHOWN })}</p>`}`,
+      );
       parts.table.show(found.films.slice(0, SHOWN));
       parts.table.hidden = found.films.length === 0;
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       parts.table.hidden = true;
-      render(parts.result, html`<p class="message message--error">${icon('alert')}<span>${errorText(error)}</span></p>`);
+      render(
+        parts.result,
+        html`<p class="message message--error">${icon('alert')}<span>${errorText(error)}</span></p>`,
+      );
     }
   });
 }

@@ -29,7 +29,8 @@ export function archivePage({ title, ways, content }) {
   document.title = t('archive.page', { title });
   return html`${topBar(t('archive.title'))}
     <nav class="archive-nav" aria-label="${t('archive.title')}"><ul>${PAGES.map(
-      ([path, name, sign]) => html`<li><a href="${path}" ${location.pathname === path && html`aria-current="page"`}>${icon(sign)}${name}</a></li>`,
+      ([path, name, sign]) =>
+        html`<li><a href="${path}" ${location.pathname === path && html`aria-current="page"`}>${icon(sign)}${name}</a></li>`,
     )}</ul></nav>
     <main id="main" class="content content--broad" tabindex="-1">
       <div class="content__head"><h1>${title}</h1><div class="content__ways">${ways}</div></div>
@@ -77,8 +78,10 @@ export const likeButton = (filter, value) =>
 
 /** The filters that were set by such a value, each with a way to remove it. */
 export const filterChips = (filters) =>
-  html`${filters.map(([name, title, value]) => html`<button class="button button--small filter-chip" data-unfilter="${name}"
-    title="${t('archive.remove_filter')}">${title}: <b>${value}</b>${icon('close')}</button>`)}`;
+  html`${filters.map(
+    ([name, title, value]) => html`<button class="button button--small filter-chip" data-unfilter="${name}"
+    title="${t('archive.remove_filter')}">${title}: <b>${value}</b>${icon('close')}</button>`,
+  )}`;
 
 /** Narrows a list by a click on a value, and widens it by one on its chip. */
 export function followFilters(element, list, signal, onError) {
@@ -95,16 +98,21 @@ export function followFilters(element, list, signal, onError) {
 }
 
 /** Says that some inspections are not in the answer yet. */
-export const pendingNote = (n) => html`${n > 0 && html`<p class="message">${icon('wait')}<span>${t('search.pending', { n })}</span></p>`}`;
+export const pendingNote = (n) =>
+  html`${n > 0 && html`<p class="message">${icon('wait')}<span>${t('search.pending', { n })}</span></p>`}`;
 
 /** Facts side by side: [name, value]. */
 export const factsMarkup = (facts) =>
   html`<dl class="facts">${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd class="number">${value}</dd></div>`)}</dl>`;
 
 /** The way to everything, for other programs. */
-export const exportButton = () => html`<details class="menu export-all"><summary class="button">${icon('download')}${t('archive.export')}</summary>
+export const exportButton =
+  () => html`<details class="menu export-all"><summary class="button">${icon('download')}${t('archive.export')}</summary>
   <div class="menu__list panel"><p class="menu__note">${t('archive.export_help')}</p>
-    ${[['parquet', 'Parquet'], ['json', 'JSON']].map(
+    ${[
+      ['parquet', 'Parquet'],
+      ['json', 'JSON'],
+    ].map(
       ([format, name]) => html`<a class="menu__item" href="/api/archive/export?format=${format}" download>${name}</a>
         <a class="menu__item" href="/api/archive/export?format=${format}&tracks=1" download>${t('archive.export_tracks', { name })}</a>`,
     )}</div></details>`;

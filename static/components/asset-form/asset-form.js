@@ -10,7 +10,10 @@ import { fieldMarkup, read, written } from '../header-form/fields.js';
 
 /** The fields by subject, in the order of the form. */
 const GROUPS = [
-  [t('register.group_barrel'), ['asset_type', 'shape', 'height_mm', 'width_mm', 'material', 'lining_type', 'lining_material', 'year']],
+  [
+    t('register.group_barrel'),
+    ['asset_type', 'shape', 'height_mm', 'width_mm', 'material', 'lining_type', 'lining_material', 'year'],
+  ],
   [t('register.group_lengths'), ['known_length_m', 'known_length_source', 'expected_length_m', 'unit_length_m']],
   [t('register.group_network'), ['start_node', 'end_node', 'upstream_node', 'downstream_node', 'client']],
   [t('register.group_place'), ['road', 'road_chainage', 'road_chainage_end', 'location_text']],
@@ -22,7 +25,10 @@ const GROUPS = [
  * @returns {Promise<import('../../core/register.js').Asset|null>} the saved asset; null: it was dismissed
  */
 export async function editAsset(assetId = '') {
-  const [{ fields }, stored] = await Promise.all([get('/api/header-fields'), assetId === '' ? null : loadAsset(assetId)]);
+  const [{ fields }, stored] = await Promise.all([
+    get('/api/header-fields'),
+    assetId === '' ? null : loadAsset(assetId),
+  ]);
   const known = stored ?? { asset_id: assetId, project: null, header: {}, line: [] };
   const byName = new Map(fields.map((field) => [field.name, field]));
   const { dialog, parts, closed } = openDialog({
@@ -35,14 +41,19 @@ export async function editAsset(assetId = '') {
         : { title: t('register.leave_title'), text: t('register.leave_text'), submit: t('register.leave') },
   });
   const allTyped = () => JSON.stringify([...parts.form.elements].map(({ value }) => value));
-  const inputs = [...parts.form.querySelectorAll('[data-field]')].map((input) => ({ input, field: byName.get(input.dataset.field) }));
+  const inputs = [...parts.form.querySelectorAll('[data-field]')].map((input) => ({
+    input,
+    field: byName.get(input.dataset.field),
+  }));
   const shownOf = (field) => written(field, known.header[field.name] ?? null);
   for (const { input, field } of inputs) input.value = shownOf(field);
   parts.line.value = lineText(known.line);
   const begun = allTyped();
   if (!stored) {
     parts.note.follow(parts.id);
-    parts.note.addEventListener('looked', ({ detail }) => show(parts.id, detail.fields === null ? '' : t('register.exists', { id: detail.assetId })));
+    parts.note.addEventListener('looked', ({ detail }) =>
+      show(parts.id, detail.fields === null ? '' : t('register.exists', { id: detail.assetId })),
+    );
   }
   (stored ? parts.project : parts.id).focus();
   parts.cancel.addEventListener('click', () => dialog.close());
@@ -112,8 +123,10 @@ function formMarkup({ asset_id: id, project }, isStored, byName) {
       <div class="field"><label for="asset-project">${t('archive.project')}</label>
         <input class="input" id="asset-project" maxlength="200" autocomplete="off" value="${project ?? ''}" data-part="project" /></div>
     </div>
-    ${GROUPS.map(([title, names]) => html`<fieldset class="asset-form__group"><legend>${title}</legend>
-      <div class="asset-form__grid">${names.map((name) => fieldMarkup(byName.get(name)))}</div></fieldset>`)}
+    ${GROUPS.map(
+      ([title, names]) => html`<fieldset class="asset-form__group"><legend>${title}</legend>
+      <div class="asset-form__grid">${names.map((name) => fieldMarkup(byName.get(name)))}</div></fieldset>`,
+    )}
     <div class="field"><label for="asset-line">${t('register.line')}</label>
       <textarea class="input asset-form__line" id="asset-line" rows="3" spellcheck="false" autocomplete="off"
         aria-describedby="asset-line-help asset-line-fault" data-part="line"></textarea>

@@ -29,10 +29,19 @@ export class AssetMap extends Component {
   /** @param {{assets: object[], tiles: string|null, attribution: string|null}} answer of `/api/map?asset=` */
   show({ assets, tiles, attribution }) {
     this.#places = placesOf(assets.slice(0, 1));
-    this.#tiles = tiles && new Tiles(tiles, () => this.repaint(), () => {});
+    this.#tiles =
+      tiles &&
+      new Tiles(
+        tiles,
+        () => this.repaint(),
+        () => {},
+      );
     const [place] = this.#places;
     /** @type {Parts<'asset-map/asset-map'>} */
-    this.parts = render(this, place ? markup(place, tiles && attribution) : html`<p class="panel find__nothing">${t('map.unknown')}</p>`);
+    this.parts = render(
+      this,
+      place ? markup(place, tiles && attribution) : html`<p class="panel find__nothing">${t('map.unknown')}</p>`,
+    );
     this.repaint();
   }
 

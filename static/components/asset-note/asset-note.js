@@ -23,7 +23,10 @@ export class AssetNote extends Component {
 
   mount() {
     /** @type {Parts<'asset-note/asset-note'>} */
-    this.parts = render(this, html`<div role="status" data-part="same"></div><div role="status" data-part="filled"></div>`);
+    this.parts = render(
+      this,
+      html`<div role="status" data-part="same"></div><div role="status" data-part="filled"></div>`,
+    );
     this.listen(this.parts.same, 'click', ({ target }) => {
       const button = target.closest('[data-take]');
       if (button) this.#take(button.dataset.take);
@@ -49,8 +52,11 @@ export class AssetNote extends Component {
   showFilled(names, undo) {
     const { undo: button } = render(
       this.parts.filled,
-      html`${names.length > 0 && html`<p class="message">${icon('info')}<span>${t('register.filled', { names: names.join(', ') })}</span>
-        <button type="button" class="button button--small" data-part="undo">${icon('undo')}${t('page.undo')}</button></p>`}`,
+      html`${
+        names.length > 0 &&
+        html`<p class="message">${icon('info')}<span>${t('register.filled', { names: names.join(', ') })}</span>
+        <button type="button" class="button button--small" data-part="undo">${icon('undo')}${t('page.undo')}</button></p>`
+      }`,
     );
     button?.addEventListener('click', () => {
       undo();
@@ -92,9 +98,12 @@ export class AssetNote extends Component {
     const shown = same.slice(0, MOST_SPELLINGS);
     render(
       this.parts.same,
-      html`${shown.length > 0 && html`<p class="message message--warning">${icon('alert')}
+      html`${
+        shown.length > 0 &&
+        html`<p class="message message--warning">${icon('alert')}
         <span>${t('register.same', { n: shown.length, ids: shown.join(', ') })}</span>
-        ${shown.map((id) => html`<button type="button" class="button button--small" data-take="${id}">${t('register.take', { id })}</button>`)}</p>`}`,
+        ${shown.map((id) => html`<button type="button" class="button button--small" data-take="${id}">${t('register.take', { id })}</button>`)}</p>`
+      }`,
     );
   }
 

@@ -21,14 +21,23 @@ export async function openClip(inspection, item, title) {
   const end = new AbortController();
   dialog.addEventListener('close', () => end.abort());
   try {
-    const clip = await blob(`/api/inspections/${inspection}/observations/${item.id}/clip?frame=${item.frame}`, end.signal);
+    const clip = await blob(
+      `/api/inspections/${inspection}/observations/${item.id}/clip?frame=${item.frame}`,
+      end.signal,
+    );
     const address = URL.createObjectURL(clip);
     end.signal.addEventListener('abort', () => URL.revokeObjectURL(address));
-    render(parts.clip, html`<video class="clip" src="${address}" controls muted loop autoplay aria-label="${t('attach.clip_of', { name: title })}"></video>
-      <p><a class="button button--small" href="${address}" download="${title}.mp4">${icon('download')}${t('attach.clip_save')}</a></p>`);
+    render(
+      parts.clip,
+      html`<video class="clip" src="${address}" controls muted loop autoplay aria-label="${t('attach.clip_of', { name: title })}"></video>
+      <p><a class="button button--small" href="${address}" download="${title}.mp4">${icon('download')}${t('attach.clip_save')}</a></p>`,
+    );
   } catch (error) {
     if (error.name === 'AbortError') return;
     if (!(error instanceof ApiError)) throw error;
-    render(parts.clip, html`<p class="message message--error" role="alert">${icon('alert')}<span>${errorText(error)}</span></p>`);
+    render(
+      parts.clip,
+      html`<p class="message message--error" role="alert">${icon('alert')}<span>${errorText(error)}</span></p>`,
+    );
   }
 }

@@ -57,7 +57,8 @@ export class DefectAttachments extends Component {
       const button = target.closest('[data-do]');
       if (button) this.#doWithNote(button.dataset.do, button.closest('li').dataset.key);
     });
-    for (const store of [desk.attachments, desk.observations, desk.inspection]) this.listen(store, 'change', () => this.#fill());
+    for (const store of [desk.attachments, desk.observations, desk.inspection])
+      this.listen(store, 'change', () => this.#fill());
     this.signal.addEventListener('abort', () => this.#leave());
     this.#fill();
   }
@@ -87,7 +88,8 @@ export class DefectAttachments extends Component {
       else this.#recording.discard(); // the form was closed while the browser asked
     } catch (error) {
       if (!(error instanceof DOMException)) throw error;
-      parts.fault.textContent = error.name === 'NotAllowedError' ? t('attach.microphone_refused') : t('attach.no_microphone');
+      parts.fault.textContent =
+        error.name === 'NotAllowedError' ? t('attach.microphone_refused') : t('attach.no_microphone');
     } finally {
       this.#isAsking = false;
     }
@@ -108,10 +110,22 @@ export class DefectAttachments extends Component {
     const { parts, desk } = this;
     const photos = photosOf(desk, item);
     parts.photos.hidden = photos.length === 0;
-    patchList(parts.photos, photos, ({ id }) => id, createThumb, (element, photo) => this.#fillThumb(element, photo, photos.indexOf(photo)));
+    patchList(
+      parts.photos,
+      photos,
+      ({ id }) => id,
+      createThumb,
+      (element, photo) => this.#fillThumb(element, photo, photos.indexOf(photo)),
+    );
     const items = desk.attachments.of(item.id).filter(({ kind, save }) => kind === 'voice' || save === 'refused');
     parts.voices.hidden = items.length === 0;
-    patchList(parts.voices, items, ({ id }) => id, () => document.createElement('li'), (element, note) => this.#fillNote(element, note));
+    patchList(
+      parts.voices,
+      items,
+      ({ id }) => id,
+      () => document.createElement('li'),
+      (element, note) => this.#fillNote(element, note),
+    );
     const { value } = desk.inspection;
     const hasFilm = value.source.kind !== 'import';
     parts.add.hidden = !hasFilm;
@@ -120,7 +134,11 @@ export class DefectAttachments extends Component {
   }
 
   #fillThumb(element, { url, strokes, attachment }, n) {
-    const [button, picture, canvas] = [element.firstChild, element.querySelector('img'), element.querySelector('canvas')];
+    const [button, picture, canvas] = [
+      element.firstChild,
+      element.querySelector('img'),
+      element.querySelector('canvas'),
+    ];
     if (picture.getAttribute('src') !== url) picture.src = url;
     const label = n === 0 ? t('form.photo') : t('attach.photo_n', { n: n + 1 });
     button.setAttribute('aria-label', label);
@@ -135,15 +153,27 @@ export class DefectAttachments extends Component {
     const shows = JSON.stringify([save, file, refusal]);
     if (element.dataset.shows === shows) return;
     element.dataset.shows = shows;
-    const name = kind === 'voice' ? t('attach.voice_note', { length: timecode(seconds, 0) }) : wordFor('attach.kind', kind);
+    const name =
+      kind === 'voice' ? t('attach.voice_note', { length: timecode(seconds, 0) }) : wordFor('attach.kind', kind);
     const address = file ?? this.#addressOf(note);
-    const offers = save === 'refused' ? [['again', 'retry', t('form.send_again')], ['drop', 'undo', t('form.give_up')]] : [['delete', 'trash', t('attach.delete')]];
+    const offers =
+      save === 'refused'
+        ? [
+            ['again', 'retry', t('form.send_again')],
+            ['drop', 'undo', t('form.give_up')],
+          ]
+        : [['delete', 'trash', t('attach.delete')]];
     render(
       element,
       html`<p class="voices__name number">${name}${save === 'waiting' && html` <span class="dim">${t('attach.waiting')}</span>`}</p>
         ${kind === 'voice' && address && html`<audio controls preload="none" src="${address}" aria-label="${name}"></audio>`}
-        ${mayEdit() && offers.map(([what, sign, label]) => html`<button type="button" class="button button--quiet button--small button--icon"
-          data-do="${what}" title="${label}" aria-label="${label}">${icon(sign)}</button>`)}
+        ${
+          mayEdit() &&
+          offers.map(
+            ([what, sign, label]) => html`<button type="button" class="button button--quiet button--small button--icon"
+          data-do="${what}" title="${label}" aria-label="${label}">${icon(sign)}</button>`,
+          )
+        }
         ${refusal && html`<p class="fault">${refusal}</p>`}`,
     );
     if (file) this.#forget(id);
@@ -170,7 +200,10 @@ export class DefectAttachments extends Component {
     button.disabled = !canRecord() || !mayEdit();
     button.title = canRecord() ? '' : t('attach.needs_https');
     const seconds = isOn ? (performance.now() - this.#recording.since) / 1000 : 0;
-    setText(button.lastElementChild, isOn ? t('attach.stop_recording', { length: timecode(seconds, 0) }) : t('attach.record'));
+    setText(
+      button.lastElementChild,
+      isOn ? t('attach.stop_recording', { length: timecode(seconds, 0) }) : t('attach.record'),
+    );
   }
 
   /** The form is closed: what was said so far is kept. */
@@ -183,7 +216,10 @@ export class DefectAttachments extends Component {
 
 function createThumb() {
   const element = document.createElement('li');
-  render(element, html`<button type="button" class="thumbs__photo"><img alt="" /><canvas aria-hidden="true" hidden></canvas></button>`);
+  render(
+    element,
+    html`<button type="button" class="thumbs__photo"><img alt="" /><canvas aria-hidden="true" hidden></canvas></button>`,
+  );
   return element;
 }
 

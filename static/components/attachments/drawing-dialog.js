@@ -26,7 +26,11 @@ const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowD
  * @returns {Promise<object[]|null>} the strokes, null if nothing was changed
  */
 export async function openDrawing(photo, video, title) {
-  const { parts, closed } = openDialog({ title: t('attach.draw_on', { name: title }), size: 'wide', content: markup(photo, video) });
+  const { parts, closed } = openDialog({
+    title: t('attach.draw_on', { name: title }),
+    size: 'wide',
+    content: markup(photo, video),
+  });
   parts.picture.style.setProperty('--aspect', video.width / video.height);
   const pad = new Pad(parts, photo.strokes, video);
   parts.canvas.focus();
@@ -102,7 +106,8 @@ class Pad {
     const { kind, points } = this.#open;
     const [u, v] = points.at(-1);
     if (kind === 'arrow') this.#open.points = [points[0], point];
-    else if (points.length < MOST_POINTS && Math.hypot(point[0] - u, point[1] - v) > this.#video.width * LEAST_STEP) points.push(point);
+    else if (points.length < MOST_POINTS && Math.hypot(point[0] - u, point[1] - v) > this.#video.width * LEAST_STEP)
+      points.push(point);
     this.#paint();
   }
 
@@ -152,7 +157,10 @@ class Pad {
 function paintCross(canvas, [u, v], width) {
   const context = canvas.getContext('2d');
   const arm = width / 60;
-  for (const [ink, wide] of [['#000000', width / 200], ['#ffffff', width / 500]]) {
+  for (const [ink, wide] of [
+    ['#000000', width / 200],
+    ['#ffffff', width / 500],
+  ]) {
     context.strokeStyle = ink;
     context.lineWidth = Math.max(1, wide);
     context.stroke(new Path2D(`M${u - arm} ${v}H${u + arm}M${u} ${v - arm}V${v + arm}`));
@@ -163,8 +171,13 @@ const markup = ({ url }, { width, height }) => html`<form class="drawing__tools"
     <fieldset class="drawing__choice"><legend class="visually-hidden">${t('attach.tools')}</legend>
       ${TOOLS.map((tool, i) => html`<label class="button button--small"><input type="radio" class="visually-hidden" name="tool" value="${tool}" ${i === 0 && 'checked'} />${wordFor('attach.tool', tool)}</label>`)}</fieldset>
     <fieldset class="drawing__choice"><legend class="visually-hidden">${t('attach.colours')}</legend>
-      ${Object.keys(COLOURS).map((colour, i) => html`<label class="drawing__colour drawing__colour--${colour}" title="${wordFor('attach.colour', colour)}"><input type="radio"
-        name="colour" value="${colour}" aria-label="${wordFor('attach.colour', colour)}" ${i === 0 && 'checked'} /></label>`)}</fieldset>
+      ${Object.keys(COLOURS).map(
+        (
+          colour,
+          i,
+        ) => html`<label class="drawing__colour drawing__colour--${colour}" title="${wordFor('attach.colour', colour)}"><input type="radio"
+        name="colour" value="${colour}" aria-label="${wordFor('attach.colour', colour)}" ${i === 0 && 'checked'} /></label>`,
+      )}</fieldset>
     <input class="input drawing__text" name="text" maxlength="200" autocomplete="off" aria-label="${t('attach.text')}" placeholder="${t('attach.text')}" />
     <button type="button" class="button button--small" data-part="undo">${icon('undo')}${t('attach.undo_stroke')}</button>
     <button type="button" class="button button--small" data-part="clear">${icon('trash')}${t('attach.clear')}</button>

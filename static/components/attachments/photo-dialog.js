@@ -19,7 +19,11 @@ import { paintStrokes } from './strokes.js';
  * @param {string} title
  */
 export function openPhotos(desk, observation, shown, title) {
-  const { dialog, parts } = openDialog({ title, size: 'wide', content: html`<div class="photos" data-part="photos"></div>` });
+  const { dialog, parts } = openDialog({
+    title,
+    size: 'wide',
+    content: html`<div class="photos" data-part="photos"></div>`,
+  });
   const end = new AbortController();
   dialog.addEventListener('close', () => end.abort());
   new PhotoDialog(desk, observation, shown, { title, dialog, place: parts.photos, signal: end.signal });
@@ -42,7 +46,8 @@ class PhotoDialog {
     this.#title = title;
     this.#dialog = dialog;
     this.#place = place;
-    for (const store of [desk.attachments, desk.observations]) store.addEventListener('change', () => this.#show(), { signal });
+    for (const store of [desk.attachments, desk.observations])
+      store.addEventListener('change', () => this.#show(), { signal });
     place.addEventListener('click', ({ target }) => {
       const button = target.closest('[data-do]');
       if (button) this.#do(button.dataset.do);
@@ -65,7 +70,10 @@ class PhotoDialog {
       this.#dialog.close();
       return;
     }
-    const at = Math.max(0, photos.findIndex(({ id }) => id === this.#shown));
+    const at = Math.max(
+      0,
+      photos.findIndex(({ id }) => id === this.#shown),
+    );
     const photo = photos[at];
     this.#shown = photo.id;
     const focused = this.#place.contains(document.activeElement) ? document.activeElement.dataset.do : null;
@@ -112,10 +120,20 @@ class PhotoDialog {
   }
 }
 
-const tool = (what, sign, label, isOff = false) => html`<button type="button" class="button button--small" data-do="${what}"
+const tool = (
+  what,
+  sign,
+  label,
+  isOff = false,
+) => html`<button type="button" class="button button--small" data-do="${what}"
   ${(isOff || !mayEdit()) && 'disabled'}>${icon(sign)}${label}</button>`;
 
-const step = (what, sign, label, isOff) => html`<button type="button" class="button button--small button--icon" data-do="${what}"
+const step = (
+  what,
+  sign,
+  label,
+  isOff,
+) => html`<button type="button" class="button button--small button--icon" data-do="${what}"
   title="${label}" aria-label="${label}" ${isOff && 'disabled'}>${icon(sign)}</button>`;
 
 function markup(desk, item, photos, at, title, isBurntIn) {
@@ -133,8 +151,11 @@ function markup(desk, item, photos, at, title, isBurntIn) {
       <span class="dim number">${t('form.frame', { frame })}</span>
       ${isFirst && !isOne && html`<span class="chip">${t('attach.main')}</span>`}
       ${tool('draw', 'edit', strokes.length ? t('attach.redraw') : t('attach.draw'), !isStored)}
-      ${!isOne && html`${tool('main', 'flag', t('attach.make_main'), isFirst)}${tool('earlier', 'undo', t('attach.earlier'), isFirst)}
-        ${tool('later', 'redo', t('attach.later'), isLast)}`}
+      ${
+        !isOne &&
+        html`${tool('main', 'flag', t('attach.make_main'), isFirst)}${tool('earlier', 'undo', t('attach.earlier'), isFirst)}
+        ${tool('later', 'redo', t('attach.later'), isLast)}`
+      }
       ${attachment && tool('delete', 'trash', t('attach.delete'))}
     </div>
     <div class="photo" data-part="picture">
@@ -153,7 +174,9 @@ function markup(desk, item, photos, at, title, isBurntIn) {
 function mark([u, v], { width, height }) {
   const radius = width / 22;
   return html`<svg class="photo__mark" viewBox="-0.5 -0.5 ${width} ${height}" aria-hidden="true">
-    ${['photo__edge', 'photo__line'].map((line) => html`<g class="${line}"><circle cx="${u}" cy="${v}" r="${radius}" />
-      <path d="M${u - radius} ${v}h${radius * 0.6}M${u + radius} ${v}h${-radius * 0.6}M${u} ${v - radius}v${radius * 0.6}M${u} ${v + radius}v${-radius * 0.6}" /></g>`)}
+    ${['photo__edge', 'photo__line'].map(
+      (line) => html`<g class="${line}"><circle cx="${u}" cy="${v}" r="${radius}" />
+      <path d="M${u - radius} ${v}h${radius * 0.6}M${u + radius} ${v}h${-radius * 0.6}M${u} ${v - radius}v${radius * 0.6}M${u} ${v + radius}v${-radius * 0.6}" /></g>`,
+    )}
   </svg>`;
 }

@@ -18,7 +18,12 @@ export function photosOf(desk, item) {
   const attached = desk.attachments
     .of(item.id)
     .filter(({ kind }) => kind !== 'voice')
-    .map((attachment) => ({ ...pictureOf(desk, attachment), attachment, rank: attachment.rank, strokes: attachment.strokes }));
+    .map((attachment) => ({
+      ...pictureOf(desk, attachment),
+      attachment,
+      rank: attachment.rank,
+      strokes: attachment.strokes,
+    }));
   const own = item.photo
     ? [{ id: item.id, attachment: null, url: item.photo, frame: item.frame, rank: 0, strokes: [] }]
     : [];
@@ -31,5 +36,7 @@ export const mainPhotoOf = (desk, item) =>
 
 /** Until the server has it, the picture is the same frame as it is shown to everybody. */
 const pictureOf = (desk, { id, frame, file }) => ({
-  id, frame, url: file ?? `/api/inspections/${desk.inspection.id}/frames/${frame}.jpg`,
+  id,
+  frame,
+  url: file ?? `/api/inspections/${desk.inspection.id}/frames/${frame}.jpg`,
 });

@@ -45,7 +45,10 @@ function paint(context, { kind, points, colour, text }, sizeOf) {
   }
   const path = pathThrough(points);
   if (kind === 'arrow' && points.length > 1) path.addPath(headOf(points[0], points[1], line * HEAD.lines));
-  for (const [ink, wide] of [[EDGE, 2 * line], [COLOURS[colour], line]]) {
+  for (const [ink, wide] of [
+    [EDGE, 2 * line],
+    [COLOURS[colour], line],
+  ]) {
     context.strokeStyle = ink;
     context.lineWidth = wide;
     context.stroke(path);

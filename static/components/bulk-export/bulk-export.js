@@ -26,7 +26,8 @@ export function openBulkExport(ids) {
   const { dialog, parts } = openDialog({
     title: t('bulk.title', { n: ids.length, count: count(ids.length) }),
     content: markup(),
-    question: () => (made.isUnsaved ? { title: t('bulk.leave_title'), text: t('bulk.leave_text'), submit: t('bulk.leave') } : null),
+    question: () =>
+      made.isUnsaved ? { title: t('bulk.leave_title'), text: t('bulk.leave_text'), submit: t('bulk.leave') } : null,
   });
   const end = new AbortController();
   dialog.addEventListener('close', () => end.abort());
@@ -37,7 +38,6 @@ class BulkExport {
   /** Whether an archive is being made, or is made and nobody has saved it: it ends with the dialog. */
   isUnsaved = false;
   #ids;
-  #dialog;
   #parts;
   #signal;
   /** Address of the archive that is being made, or is made. */
@@ -47,7 +47,6 @@ class BulkExport {
 
   constructor(ids, dialog, parts, signal) {
     this.#ids = ids;
-    this.#dialog = dialog;
     this.#parts = parts;
     this.#signal = signal;
     parts.choice.addEventListener('change', () => this.#showChoice());
@@ -56,7 +55,10 @@ class BulkExport {
     // The archive is for this dialog only; one that is read at this moment is sent to its end.
     signal.addEventListener('abort', () => this.#path && discard(this.#path));
     this.#showChoice();
-    parts.result.addEventListener('click', ({ target }) => target.closest('[data-part=download]') && (this.isUnsaved = false));
+    parts.result.addEventListener(
+      'click',
+      ({ target }) => target.closest('[data-part=download]') && (this.isUnsaved = false),
+    );
     if (ids.length > MOST) this.#fail(t('bulk.too_many', { most: count(MOST) }));
   }
 
@@ -129,7 +131,9 @@ class BulkExport {
     bar.max = total;
     bar.value = done;
     announced.textContent =
-      state === 'waiting' ? t('bulk.waiting') : t('bulk.at', { done: count(done), total: count(total), name: present ?? '' });
+      state === 'waiting'
+        ? t('bulk.waiting')
+        : t('bulk.at', { done: count(done), total: count(total), name: present ?? '' });
   }
 
   #showMade() {
@@ -144,11 +148,16 @@ class BulkExport {
       result,
       html`<p class="export__all">${icon('check')}<span role="status">${t('bulk.made', { n, count: count(n), size: bytes(size) })}</span></p>
         <p><a class="button button--primary" href="${this.#path}/archive" download data-part="download">${icon('download')}${t('export.download')}</a></p>
-        ${missing > 0 && html`<h3>${t('bulk.not_made', { n: missing, count: count(missing) })}</h3>
+        ${
+          missing > 0 &&
+          html`<h3>${t('bulk.not_made', { n: missing, count: count(missing) })}</h3>
           <p class="help">${t('bulk.not_made_help')}</p>
-          <ul class="export__list bulk__missing" tabindex="0">${notMade.map(({ name, format, detail: why }) => html`<li class="export__row">${icon('alert')}
-            <span><b>${name || t('bulk.deleted')}</b> ${format && nameOf(format)}: <span lang="${lang}">${why}</span></span></li>`)}
-            ${missing > notMade.length && html`<li class="dim">${t('finish.and_more', { n: missing - notMade.length })}</li>`}</ul>`}`,
+          <ul class="export__list bulk__missing" tabindex="0">${notMade.map(
+            ({ name, format, detail: why }) => html`<li class="export__row">${icon('alert')}
+            <span><b>${name || t('bulk.deleted')}</b> ${format && nameOf(format)}: <span lang="${lang}">${why}</span></span></li>`,
+          )}
+            ${missing > notMade.length && html`<li class="dim">${t('finish.and_more', { n: missing - notMade.length })}</li>`}</ul>`
+        }`,
     );
     parts.download.focus();
   }
@@ -175,12 +184,19 @@ const nameOf = (kind) => (kind === 'document' ? t('bulk.document') : formatOf(ki
 const markup = () => html`<div class="export bulk">
   <div class="bulk__choice" data-part="choice"><p>${t('bulk.help')}</p>
     <fieldset class="bulk__formats" data-part="formats"><legend class="visually-hidden">${t('bulk.formats')}</legend>
-      ${GROUPS.map(({ title, formats }) => html`<div><h3>${title}</h3>${formats.map(({ kind, name }) => html`<label class="switch"><input type="checkbox"
-        data-format="${kind}" ${CHOSEN_AT_FIRST.includes(kind) && html`checked`} />${name}</label>`)}</div>`)}
+      ${GROUPS.map(
+        ({ title, formats }) =>
+          html`<div><h3>${title}</h3>${formats.map(
+            ({ kind, name }) => html`<label class="switch"><input type="checkbox"
+        data-format="${kind}" ${CHOSEN_AT_FIRST.includes(kind) && html`checked`} />${name}</label>`,
+          )}</div>`,
+      )}
       <div class="bulk__extras"><h3>${t('bulk.whole')}</h3><label class="switch"><input type="checkbox" data-part="document" />${t('bulk.document')}</label>
         <p class="help">${t('bulk.document_help')}</p></div>
-      <div class="bulk__extras">${EXTRAS.map((name) => html`<label class="switch"><input type="checkbox"
-        data-part="${name}" />${extraName(name)}</label>`)}</div>
+      <div class="bulk__extras">${EXTRAS.map(
+        (name) => html`<label class="switch"><input type="checkbox"
+        data-part="${name}" />${extraName(name)}</label>`,
+      )}</div>
       ${deliveryChoices()}
       <p class="message bulk__limit" role="status" data-part="limit"></p>
     </fieldset></div>

@@ -18,8 +18,13 @@ const OF_HEADER = new Set(['header_field_empty', 'abandoned_without_reason', 'en
 const OF_CORRECTIONS = new Set(['length_unknown', 'correction_failed', 'length_forced']);
 /** Issues of the observation itself, which open its form. */
 const OF_FORM = new Set([
-  'no_code', 'unknown_code', 'unknown_character', 'attribute_missing', 'other_without_remark',
-  'no_joint_near', 'severe_without_photo',
+  'no_code',
+  'unknown_code',
+  'unknown_character',
+  'attribute_missing',
+  'other_without_remark',
+  'no_joint_near',
+  'severe_without_photo',
 ]);
 
 /** More lost stretches than this are not listed: the strip shows them all. */
@@ -82,13 +87,19 @@ export class ChecksPanel extends Component {
             <p class="dim">${t('checks.nothing_help')}</p></div></div>`
         : html`${groups
             .filter(({ found }) => found.length)
-            .map(({ level, found }) => html`<ul class="checks__group">${found.map((issue) => this.#row(issue, level))}</ul>`)}`,
+            .map(
+              ({ level, found }) =>
+                html`<ul class="checks__group">${found.map((issue) => this.#row(issue, level))}</ul>`,
+            )}`,
     );
   }
 
   /** Lists the longest stretches in which the wall was lost, in the order of the film. */
   #showLost() {
-    const { parts, desk: { track } } = this;
+    const {
+      parts,
+      desk: { track },
+    } = this;
     const length = ({ first, last }) => last - first;
     const runs = lostRuns(track.column('status'))
       .sort((a, b) => length(b) - length(a))
@@ -101,9 +112,11 @@ export class ChecksPanel extends Component {
     const times = track.column('time_s');
     render(
       parts.lost,
-      html`${runs.map(({ first, last }) => html`<li class="check check--block">${icon('stop')}
+      html`${runs.map(
+        ({ first, last }) => html`<li class="check check--block">${icon('stop')}
         <p class="number">${t('checks.lost_from_to', { from: timecode(times[first]), to: timecode(times[last]), n: last - first + 1 })}</p>
-        <button class="button button--small" data-frame="${first}">${t('checks.look')}</button></li>`)}`,
+        <button class="button button--small" data-frame="${first}">${t('checks.look')}</button></li>`,
+      )}`,
     );
   }
 
@@ -113,9 +126,14 @@ export class ChecksPanel extends Component {
     const repairs = mayEdit() ? repairsOf(issue, this.desk) : [];
     return html`<li class="check check--${level}">${icon(level === 'block' ? 'stop' : 'alert')}
       <p>${this.#sentence(issue)}</p>
-      <div class="check__actions">${repairs.map(({ name }, i) => html`<button class="button button--small" data-issue="${index}"
-        data-repair="${i}">${name}</button>`)}${action && html`<button class="button button--small"
-        data-issue="${index}">${action}</button>`}</div></li>`;
+      <div class="check__actions">${repairs.map(
+        ({ name }, i) => html`<button class="button button--small" data-issue="${index}"
+        data-repair="${i}">${name}</button>`,
+      )}${
+        action &&
+        html`<button class="button button--small"
+        data-issue="${index}">${action}</button>`
+      }</div></li>`;
   }
 
   #sentence(issue) {
@@ -133,7 +151,9 @@ export class ChecksPanel extends Component {
     } else if (OF_HEADER.has(code)) {
       const field = { abandoned_without_reason: 'abandon_reason', end_not_reached: 'end_condition' }[code];
       desk.tab.set('header');
-      this.closest('inspection-page').querySelector('header-form').goTo(field ?? params.field);
+      this.closest('inspection-page')
+        .querySelector('header-form')
+        .goTo(field ?? params.field);
     } else desk.tab.set('corrections');
   }
 }

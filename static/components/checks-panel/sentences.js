@@ -14,8 +14,7 @@ const FIELDS = {
 };
 
 const SENTENCES = {
-  header_field_empty: ({ field }) =>
-    t('checks.header_field_empty', { field: wordFor('header', field) ?? field }),
+  header_field_empty: ({ field }) => t('checks.header_field_empty', { field: wordFor('header', field) ?? field }),
   abandoned_without_reason: () => t('checks.abandoned_without_reason'),
   no_start: (params) => t('checks.no_start', params),
   no_finish: (params) => t('checks.no_finish', params),

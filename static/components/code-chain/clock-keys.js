@@ -20,7 +20,12 @@ export function clockMarkup(typed) {
   const isRange = typed.lastIndexOf('@') > 0;
   if (isRange && !isOpen) return null;
   return html`<div class="chain__keys" role="group" aria-label="${t('dial.label')}">
-    ${isOpen
-      ? HOURS.map((hour) => html`<button type="button" class="button button--small number" data-hour="${String(hour).padStart(2, '0')}">${hour}</button>`)
-      : html`<button type="button" class="button button--small" data-key="@"><kbd>@</kbd>${typed ? t('chain.clock_to') : t('chain.clock')}</button>`}</div>`;
+    ${
+      isOpen
+        ? HOURS.map(
+            (hour) =>
+              html`<button type="button" class="button button--small number" data-hour="${String(hour).padStart(2, '0')}">${hour}</button>`,
+          )
+        : html`<button type="button" class="button button--small" data-key="@"><kbd>@</kbd>${typed ? t('chain.clock_to') : t('chain.clock')}</button>`
+    }</div>`;
 }

@@ -124,7 +124,8 @@ export class CodeChain extends Component {
   }
 
   #forget(i) {
-    const keep = (...splice) => orToast(() => preferences.save({ templates: preferences.value.templates.toSpliced(...splice) }));
+    const keep = (...splice) =>
+      orToast(() => preferences.save({ templates: preferences.value.templates.toSpliced(...splice) }));
     const forgotten = preferences.value.templates[i];
     keep(i, 1);
     toast(t('chain.forgotten'), { action: t('page.undo'), run: () => keep(i, 0, forgotten) });
@@ -167,24 +168,42 @@ export class CodeChain extends Component {
       html`<p class="chain__code" role="status"><b>${letters || '…'}</b>
           ${row ? catalogue.label(row.code, row.char1 || null, row.char2 || null) : t('chain.begin')}
           ${this.#clock && html`<span class="chain__clock number">${clockText(this.#clock)}</span>`}</p>
-        ${choices.length ? html`<div class="chain__keys">${choices.map(({ letter, label }) => html`<button
-          type="button" class="button button--small" data-key="${letter}"><kbd>${letter}</kbd>${label}</button>`)}</div>` : ''}
+        ${
+          choices.length
+            ? html`<div class="chain__keys">${choices.map(
+                ({ letter, label }) => html`<button
+          type="button" class="button button--small" data-key="${letter}"><kbd>${letter}</kbd>${label}</button>`,
+              )}</div>`
+            : ''
+        }
         ${row && clockMarkup(this.#clock)}
-        ${row
-          ? html`<div class="chain__keys" role="group" aria-label="${t('form.severity')}">${GRADES.map((grade) => html`<button
+        ${
+          row
+            ? html`<div class="chain__keys" role="group" aria-label="${t('form.severity')}">${GRADES.map(
+                (grade) => html`<button
               type="button" class="button button--small" data-key="${grade}" title="${severityWord(grade)}"><kbd>${grade}</kbd>
-              ${severityMark(grade)}<span class="visually-hidden">${severityWord(grade)}</span></button>`)}
+              ${severityMark(grade)}<span class="visually-hidden">${severityWord(grade)}</span></button>`,
+              )}
               <button type="button" class="button button--small button--primary" data-key="Enter"><kbd>↵</kbd>${t('chain.without')}</button></div>`
-          : html`<div class="chain__keys" role="group" aria-label="${t('chain.last')}">${this.#last.map((last, i) => html`<button
-              type="button" class="button button--small" data-key="${i + 1}"><kbd>${i + 1}</kbd>${
-              [last.code, last.char1, last.char2].filter(Boolean).join(' ')} ${severityMark(last.severity)}</button>`)}
-              <button type="button" class="button button--small" data-key="0"><kbd>0</kbd>${t('chain.templates')}</button></div>`}
+            : html`<div class="chain__keys" role="group" aria-label="${t('chain.last')}">${this.#last.map(
+                (last, i) => html`<button
+              type="button" class="button button--small" data-key="${i + 1}"><kbd>${i + 1}</kbd>${[
+                last.code,
+                last.char1,
+                last.char2,
+              ]
+                .filter(Boolean)
+                .join(' ')} ${severityMark(last.severity)}</button>`,
+              )}
+              <button type="button" class="button button--small" data-key="0"><kbd>0</kbd>${t('chain.templates')}</button></div>`
+        }
         ${endMarkup()}`,
     );
   }
 }
 
-const endMarkup = () => html`<div class="chain__keys"><button type="button" class="button button--quiet button--small" data-key="Backspace"><kbd>⌫</kbd>${t('chain.back')}</button>
+const endMarkup =
+  () => html`<div class="chain__keys"><button type="button" class="button button--quiet button--small" data-key="Backspace"><kbd>⌫</kbd>${t('chain.back')}</button>
           <button type="button" class="button button--quiet button--small" data-key="Escape"><kbd>Esc</kbd>${t('page.cancel')}</button></div>`;
 
 customElements.define('code-chain', CodeChain);

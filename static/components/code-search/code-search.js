@@ -31,9 +31,11 @@ export function codeSearch(input, list, catalogue, onPick) {
     found = catalogue.search(input.value);
     render(
       list,
-      html`${found.map(({ code, char1, char2, label }, i) => html`<li role="option" id="${list.id}-${i}"
+      html`${found.map(
+        ({ code, char1, char2, label }, i) => html`<li role="option" id="${list.id}-${i}"
         aria-selected="false" data-index="${i}"><b>${[code, char1, char2].filter(Boolean).join(' ')}</b>
-        <span>${label}</span></li>`)}`,
+        <span>${label}</span></li>`,
+      )}`,
     );
     list.hidden = found.length === 0;
     input.setAttribute('aria-expanded', String(found.length > 0));

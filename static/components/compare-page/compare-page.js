@@ -7,7 +7,14 @@ import { bindKeys } from '../../core/keys.js';
 import { Component } from '../../core/store.js';
 import { rounded } from '../../core/rounding.js';
 import {
-  chainage, clockHour, lengthUnit, parseDistance, plusMinus, timecode, toShown, u95FromSigma,
+  chainage,
+  clockHour,
+  lengthUnit,
+  parseDistance,
+  plusMinus,
+  timecode,
+  toShown,
+  u95FromSigma,
 } from '../../core/units.js';
 import { errorText, t, wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -105,9 +112,11 @@ export class ComparePage extends Component {
   #build() {
     const { body } = this.parts;
     body.hidden = false;
-    Object.assign(this.parts, render(
-      body,
-      html`<div class="compare__settings">
+    Object.assign(
+      this.parts,
+      render(
+        body,
+        html`<div class="compare__settings">
           <div class="field"><span class="label" id="compare-align">${t('compare.align')}</span>
             <div class="fix__choices" role="group" aria-labelledby="compare-align">
               <button class="button button--small" data-part="distance">${t('compare.by_distance')}</button>
@@ -132,13 +141,16 @@ export class ComparePage extends Component {
         </div>
         <section class="panel compare__defects" aria-label="${t('compare.defects')}">
           <div class="compare__kinds" role="group" aria-label="${t('compare.show')}">
-            ${[['all', t('compare.all')], ...KINDS.map((kind) => [kind, kindWord(kind)])].map(([kind, label]) => html`<button class="button button--small" data-kind="${kind}">${label}
-              <span class="dim number"></span></button>`)}
+            ${[['all', t('compare.all')], ...KINDS.map((kind) => [kind, kindWord(kind)])].map(
+              ([kind, label]) => html`<button class="button button--small" data-kind="${kind}">${label}
+              <span class="dim number"></span></button>`,
+            )}
           </div>
           <ol data-part="rows"></ol>
           <p class="compare__nothing dim" data-part="nothing"></p>
         </section>`,
-    ));
+      ),
+    );
     const { parts } = this;
     this.listen(parts.distance, 'click', () => this.#setting(() => (this.#byJoints = false)));
     this.listen(parts.joints, 'click', () => this.#setting(() => (this.#byJoints = true)));
@@ -168,8 +180,18 @@ export class ComparePage extends Component {
     const bindings = [
       { keys: ['ArrowLeft'], shown: ['←'], label: t('compare.back'), run: () => this.#goTo(this.#place - STEP_MM) },
       { keys: ['ArrowRight'], shown: ['→'], label: t('compare.forward'), run: () => this.#goTo(this.#place + STEP_MM) },
-      { keys: ['Shift+ArrowLeft'], shown: ['Shift + ←'], label: t('compare.back_far'), run: () => this.#goTo(this.#place - LEAP_MM) },
-      { keys: ['Shift+ArrowRight'], shown: ['Shift + →'], label: t('compare.forward_far'), run: () => this.#goTo(this.#place + LEAP_MM) },
+      {
+        keys: ['Shift+ArrowLeft'],
+        shown: ['Shift + ←'],
+        label: t('compare.back_far'),
+        run: () => this.#goTo(this.#place - LEAP_MM),
+      },
+      {
+        keys: ['Shift+ArrowRight'],
+        shown: ['Shift + →'],
+        label: t('compare.forward_far'),
+        run: () => this.#goTo(this.#place + LEAP_MM),
+      },
       { keys: ['Home'], label: t('compare.to_start'), run: () => this.#goTo(this.#scene.low) },
       { keys: ['End'], label: t('compare.to_end'), run: () => this.#goTo(this.#scene.high) },
       { keys: ['n'], shown: ['N'], label: t('compare.next'), run: () => this.#neighbour(1) },
@@ -303,8 +325,15 @@ export class ComparePage extends Component {
       button.querySelector('.number').textContent = String(count);
     }
     const shown = pairs.filter(({ kind }) => this.#kind === 'all' || kind === this.#kind);
-    patchList(parts.rows, shown, keyOf, () => createRow((pair) => this.#select(pair)), (row, pair) => this.#updateRow(row, pair));
-    parts.nothing.textContent = pairs.length === 0 ? t('compare.nothing') : shown.length ? '' : t('compare.nothing_kind');
+    patchList(
+      parts.rows,
+      shown,
+      keyOf,
+      () => createRow((pair) => this.#select(pair)),
+      (row, pair) => this.#updateRow(row, pair),
+    );
+    parts.nothing.textContent =
+      pairs.length === 0 ? t('compare.nothing') : shown.length ? '' : t('compare.nothing_kind');
     this.#mark(this.#selected && pairs.find((pair) => keyOf(pair) === keyOf(this.#selected)));
   }
 

@@ -45,7 +45,10 @@ export function match(a, b, alignment, isReversed) {
   const there = placed(b.observations, alignment.toA);
   const candidates = here
     .flatMap((one) => there.map((other) => ({ one, other, apart: Math.abs(one.mm - other.mm) })))
-    .filter(({ one, other, apart }) => apart <= reach(one.item, other.item) + SAME_MM && isSame(one.item, other.item, isReversed))
+    .filter(
+      ({ one, other, apart }) =>
+        apart <= reach(one.item, other.item) + SAME_MM && isSame(one.item, other.item, isReversed),
+    )
     .sort((first, second) => first.apart - second.apart);
   const taken = new Set();
   const pairs = [];
@@ -101,8 +104,7 @@ export function sectorOf({ clock_from: from, clock_to: to, clock }) {
 }
 
 /** Mirrors a sector: seen from the other end, 3 o'clock is 9 o'clock. */
-export const mirrored = (sector, isReversed) =>
-  sector && isReversed ? [12 - sector[1], 12 - sector[0]] : sector;
+export const mirrored = (sector, isReversed) => (sector && isReversed ? [12 - sector[1], 12 - sector[0]] : sector);
 
 /** Whether a sector has all hours, also when it is mirrored. */
 export const isAllRound = ([from, to]) => turn(to - from) === 11;

@@ -23,8 +23,12 @@ export class RunChoice extends Component {
       html`<div class="compare__choose">
         <search class="field"><label for="compare-search">${t('compare.search')}</label>
           <input class="input" id="compare-search" type="search" autocomplete="off" maxlength="200" data-part="search" /></search>
-        ${SIDES.map((side) => html`<div class="field"><label for="compare-${side}">${side === 'a' ? t('compare.run_a') : t('compare.run_b')}</label>
-          <select class="input" id="compare-${side}" data-part="${side}"></select></div>`)}
+        ${SIDES.map(
+          (
+            side,
+          ) => html`<div class="field"><label for="compare-${side}">${side === 'a' ? t('compare.run_a') : t('compare.run_b')}</label>
+          <select class="input" id="compare-${side}" data-part="${side}"></select></div>`,
+        )}
         <button class="button" data-part="swap">${icon('swap')}${t('compare.swap')}</button>
         <span data-part="history"></span>
       </div>`,
@@ -46,7 +50,10 @@ export class RunChoice extends Component {
     const asset = this.#chosen.find(({ header }) => header.asset_id)?.header.asset_id;
     if (asset) {
       const history = new URLSearchParams({ asset });
-      render(this.parts.history, html`<a class="button" href="/archive/assets?${history}">${icon('layers')}${t('assets.history')}</a>`);
+      render(
+        this.parts.history,
+        html`<a class="button" href="/archive/assets?${history}">${icon('layers')}${t('assets.history')}</a>`,
+      );
     }
     filters.search ||= (asset ?? '').slice(0, this.parts.search.maxLength);
     this.parts.search.value = filters.search;
@@ -61,8 +68,10 @@ export class RunChoice extends Component {
       const choice = this.parts[side];
       render(
         choice,
-        html`<option value="">${t('compare.choose')}</option>${[...runs.values()].map((inspection) => html`<option
-          value="${inspection.id}">${labelOf(inspection)}</option>`)}`,
+        html`<option value="">${t('compare.choose')}</option>${[...runs.values()].map(
+          (inspection) => html`<option
+          value="${inspection.id}">${labelOf(inspection)}</option>`,
+        )}`,
       );
       choice.value = this.#list.filters[side];
     }
@@ -71,7 +80,12 @@ export class RunChoice extends Component {
 
 /** Writes the compared runs into the address. */
 function go({ a, b }) {
-  const query = new URLSearchParams([['a', a], ['b', b]].filter(([, id]) => id));
+  const query = new URLSearchParams(
+    [
+      ['a', a],
+      ['b', b],
+    ].filter(([, id]) => id),
+  );
   location.assign(`/compare?${query}`);
 }
 

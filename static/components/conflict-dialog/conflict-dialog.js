@@ -47,8 +47,10 @@ export async function askWhichHolds(desk, conflict, settled) {
 
 /** Returns the question, and the words of both answers; either version may be a deletion. */
 function wordsFor({ mine, theirs }) {
-  if (!mine) return { intro: t('conflict.undeleted'), take: t('conflict.undeleted_take'), keep: t('conflict.undeleted_keep') };
-  if (!theirs) return { intro: t('conflict.deleted'), take: t('conflict.deleted_take'), keep: t('conflict.deleted_keep') };
+  if (!mine)
+    return { intro: t('conflict.undeleted'), take: t('conflict.undeleted_take'), keep: t('conflict.undeleted_keep') };
+  if (!theirs)
+    return { intro: t('conflict.deleted'), take: t('conflict.deleted_take'), keep: t('conflict.deleted_keep') };
   return { intro: t('conflict.intro'), take: t('conflict.theirs_take'), keep: t('conflict.mine_keep') };
 }
 
@@ -77,7 +79,9 @@ function tableMarkup(rows, { mine, theirs }) {
   return html`<table class="conflict__table">
   <thead><tr><th scope="col"><span class="visually-hidden">${t('conflict.field')}</span></th>
     ${isMine && html`<th scope="col">${t('conflict.mine')}</th>`}${isTheirs && html`<th scope="col">${t('conflict.theirs')}</th>`}</tr></thead>
-  <tbody>${rows.map((row) => html`<tr${isMarked(row) && html` class="conflict__row--other"`}>
+  <tbody>${rows.map(
+    (row) => html`<tr${isMarked(row) && html` class="conflict__row--other"`}>
     <th scope="row">${row.label}${isMarked(row) && html` <span class="conflict__mark">${t('conflict.differs')}</span>`}</th>
-    ${isMine && html`<td>${row.mine || '–'}</td>`}${isTheirs && html`<td>${row.theirs || '–'}</td>`}</tr>`)}</tbody></table>`;
+    ${isMine && html`<td>${row.mine || '–'}</td>`}${isTheirs && html`<td>${row.theirs || '–'}</td>`}</tr>`,
+  )}</tbody></table>`;
 }

@@ -82,11 +82,13 @@ function clockText({ clock_from: from, clock_to: to }) {
 
 function stretchText(fields) {
   const number = stretchNumber(fields);
-  return {
-    A: t('stretch.role_start', { number }),
-    B: t('stretch.role_finish', { number }),
-    C: t('stretch.role_change', { number }),
-  }[stretchRole(fields)] ?? '';
+  return (
+    {
+      A: t('stretch.role_start', { number }),
+      B: t('stretch.role_finish', { number }),
+      C: t('stretch.role_change', { number }),
+    }[stretchRole(fields)] ?? ''
+  );
 }
 
 const placeText = ({ frame, pixel }) =>
@@ -126,6 +128,8 @@ function framesText(value) {
 /** Compares values, in any order of the fields of objects. */
 function isSame(a, b) {
   const inOrder = (_name, value) =>
-    value && typeof value === 'object' && !Array.isArray(value) ? Object.fromEntries(Object.entries(value).sort()) : value;
+    value && typeof value === 'object' && !Array.isArray(value)
+      ? Object.fromEntries(Object.entries(value).sort())
+      : value;
   return JSON.stringify(a ?? null, inOrder) === JSON.stringify(b ?? null, inOrder);
 }

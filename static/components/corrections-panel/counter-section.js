@@ -105,11 +105,13 @@ export class CounterSection extends Component {
       <div class="film-counter__offer"><p class="number">${text}</p>
         <p class="dim">${length.agrees ? t('counter.agrees') : t('counter.disagrees')}
           ${t('counter.between', { first: length.first_frame, last: length.last_frame })}</p>
-        ${isUsed
-          ? html`<p><b>${t('counter.is_used')}</b></p>`
-          : html`<button type="button" class="button button--small" data-use>${icon('check')}${known
-              ? t('counter.use_instead')
-              : t('counter.use')}</button>`}
+        ${
+          isUsed
+            ? html`<p><b>${t('counter.is_used')}</b></p>`
+            : html`<button type="button" class="button button--small" data-use>${icon('check')}${
+                known ? t('counter.use_instead') : t('counter.use')
+              }</button>`
+        }
       </div></div>`;
   }
 
@@ -167,7 +169,8 @@ function stateMarkup(counter, isUnfinished) {
 function waitingMarkup(progress, isUnfinished) {
   if (!progress) return html`<p class="help">${isUnfinished ? t('counter.after_tracking') : t('counter.waits')}</p>`;
   const { frames_done: done, frames_total: total } = progress;
-  if (!done) return html`<p>${t('counter.searching')}</p><progress class="bar" aria-label="${t('counter.searching')}"></progress>`;
+  if (!done)
+    return html`<p>${t('counter.searching')}</p><progress class="bar" aria-label="${t('counter.searching')}"></progress>`;
   const percent = total ? Math.min(Math.floor((100 * done) / total), 100) : null;
   return html`<p class="number">${percent === null ? t('counter.reading_frame', { frame: done }) : t('counter.reading', { percent })}</p>
     <progress class="bar" max="100" ${percent !== null && html`value="${percent}"`} aria-label="${t('counter.title')}"></progress>`;
@@ -183,9 +186,11 @@ function faultsMarkup(faults, track) {
       <caption class="film-counter__caption">${t('counter.faults')}</caption>
       <thead><tr><th scope="col">${t('counter.fault')}</th><th scope="col">${t('counter.at')}</th>
         <th scope="col">${t('counter.counted')}</th><th scope="col">${t('counter.driven')}</th></tr></thead>
-      <tbody>${faults.map((fault) => html`<tr><th scope="row">${wordFor('counter_fault', fault.kind)}</th>
+      <tbody>${faults.map(
+        (fault) => html`<tr><th scope="row">${wordFor('counter_fault', fault.kind)}</th>
         <td><button type="button" class="link" data-frame="${fault.first_frame}">${where(fault.first_frame)}</button></td>
-        <td>${chainage(fault.counter_m)}</td><td>${chainage(fault.camera_m)}</td></tr>`)}</tbody>
+        <td>${chainage(fault.counter_m)}</td><td>${chainage(fault.camera_m)}</td></tr>`,
+      )}</tbody>
     </table>`;
 }
 

@@ -26,8 +26,7 @@ export function write(input, value) {
   if (input !== document.activeElement) input.value = value === null ? '' : String(value);
 }
 
-export const writeMetres = (input, m) =>
-  write(input, m === null ? null : rounded(toShown(m), DECIMALS));
+export const writeMetres = (input, m) => write(input, m === null ? null : rounded(toShown(m), DECIMALS));
 
 /**
  * Returns the number in a field, null when it is empty, undefined (with a fault beside it) when it is

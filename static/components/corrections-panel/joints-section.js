@@ -100,7 +100,13 @@ export class JointsSection extends Component {
       ...leftOut.map(({ frame }) => ({ key: `out-${frame}`, joint: null, frame })),
     ].sort((a, b) => a.frame - b.frame);
     parts.table.hidden = rows.length === 0;
-    patchList(parts.rows, rows, ({ key }) => key, (row) => this.#createRow(row), updateRow);
+    patchList(
+      parts.rows,
+      rows,
+      ({ key }) => key,
+      (row) => this.#createRow(row),
+      updateRow,
+    );
   }
 
   #createRow({ joint, frame, isMark = joint?.is_marked }) {
@@ -111,9 +117,9 @@ export class JointsSection extends Component {
       row,
       html`<th scope="row" data-part="number"></th><td data-part="distance"></td><td data-part="residual"></td>
         <td><button class="link" data-part="go">${t('corrections.frame', { frame })}</button></td>
-        <td><button class="button button--quiet button--small" data-part="toggle">${isOut
-          ? t('corrections.put_back')
-          : t('corrections.leave_out')}</button></td>`,
+        <td><button class="button button--quiet button--small" data-part="toggle">${
+          isOut ? t('corrections.put_back') : t('corrections.leave_out')
+        }</button></td>`,
     );
     row.parts.toggle.setAttribute(
       'aria-label',
@@ -133,7 +139,9 @@ function updateRow({ parts }, { joint, isMark, same, off }) {
   parts.number.textContent = (joint ?? same)?.number ?? '–';
   parts.distance.textContent = joint
     ? `${chainage(joint.distance_m)} ${plusMinus(joint.u95_m)}`
-    : isMark ? markText(same, off) : t('corrections.is_left_out');
+    : isMark
+      ? markText(same, off)
+      : t('corrections.is_left_out');
   const left = joint?.residual_mm ?? null;
   parts.residual.textContent = left === null ? '' : `${withSign(left, 1)} mm`;
   if (joint?.is_marked) parts.number.title = t('corrections.marked_by_hand');

@@ -141,14 +141,15 @@ export function closureMarkup({ known_length_m, measured_m, residual_mm, residua
     <div>
       <p class="closure__residual number"><b>${withSign(residual_mm, 0)} mm</b> <span>(${withSign(residual_percent, 2)} %)</span></p>
       <p class="number">${t('corrections.closure', { measured: chainage(measured_m), known: chainage(known_length_m) })}</p>
-      <p class="dim number">${fits
-        ? t('corrections.closure_fits', { limit: limit.toFixed(0) })
-        : t('corrections.closure_refused', { limit: limit.toFixed(0) })}</p>
+      <p class="dim number">${
+        fits
+          ? t('corrections.closure_fits', { limit: limit.toFixed(0) })
+          : t('corrections.closure_refused', { limit: limit.toFixed(0) })
+      }</p>
     </div></div>`;
 }
 
 /** '+12', '−3', '0' */
-export const withSign = (value, decimals) =>
-  `${rounded(value, decimals) > 0 ? '+' : ''}${signed(value, decimals)}`;
+export const withSign = (value, decimals) => `${rounded(value, decimals) > 0 ? '+' : ''}${signed(value, decimals)}`;
 
 customElements.define('known-length', KnownLength);

@@ -19,7 +19,10 @@ export const endsMarkup = () => html`<dl class="ends">
  * @param {{first_frame: number|null, last_frame: number|null}} length
  */
 export function showEnds(parts, desk, { first_frame: first, last_frame: last }) {
-  for (const [part, frame] of [['first', first], ['last', last]]) {
+  for (const [part, frame] of [
+    ['first', first],
+    ['last', last],
+  ]) {
     const row = frame === null ? null : desk.track.row(frame);
     parts[part].textContent =
       frame === null ? t('corrections.not_marked') : placeText(frame, row && chainage(row.distance_mm / 1000));

@@ -97,9 +97,9 @@ export class CorrectionOutcome extends Component {
     const { result } = preview.value;
     render(
       parts.notices,
-      html`${(result?.notices ?? []).map((notice) => html`<p class="message message--warning">${icon('alert')}<span>${noticeText(
-        notice,
-      )}</span></p>`)}`,
+      html`${(result?.notices ?? []).map(
+        (notice) => html`<p class="message message--warning">${icon('alert')}<span>${noticeText(notice)}</span></p>`,
+      )}`,
     );
     render(parts.class, result ? classMarkup(result.distance_class) : html``);
     parts.details.hidden = !result?.findings.length;
@@ -112,15 +112,20 @@ export class CorrectionOutcome extends Component {
     return html`<table class="findings number">
         <thead><tr><th scope="col">${t('corrections.evidence_of')}</th><th scope="col">${t('corrections.scale')}</th>
           <th scope="col">${t('corrections.residual')}</th></tr></thead>
-        <tbody>${findings.map((found) => html`<tr><th scope="row">${evidenceText(found.evidence)}</th>
-          <td>${scaleText(found)}</td><td>${leftText(found.evidence, left, joints)}</td></tr>`)}</tbody>
+        <tbody>${findings.map(
+          (found) => html`<tr><th scope="row">${evidenceText(found.evidence)}</th>
+          <td>${scaleText(found)}</td><td>${leftText(found.evidence, left, joints)}</td></tr>`,
+        )}</tbody>
         <tfoot><tr><th scope="row">${t('corrections.together')}</th><td>${scaleText({ scale, sigma })}</td><td></td></tr></tfoot>
       </table>
-      ${height && html`<p class="number">${t('corrections.height', {
-        implied: height.height_mm.toFixed(1),
-        u95: (U95 * height.sigma_mm).toFixed(1),
-        stated: stated.toFixed(1),
-      })}</p>`}`;
+      ${
+        height &&
+        html`<p class="number">${t('corrections.height', {
+          implied: height.height_mm.toFixed(1),
+          u95: (U95 * height.sigma_mm).toFixed(1),
+          stated: stated.toFixed(1),
+        })}</p>`
+      }`;
   }
 }
 

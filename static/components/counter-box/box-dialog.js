@@ -19,7 +19,10 @@ export async function askForBox(desk) {
         <button type="button" class="button button--primary" data-part="read">${t('counter.read_box')}</button>
       </div>`,
   });
-  const { id, value: { video } } = desk.inspection;
+  const {
+    id,
+    value: { video },
+  } = desk.inspection;
   const frame = Math.max(desk.playhead.value.frame, 0);
   const { picture, read, cancel } = parts;
   picture.draw(

@@ -94,7 +94,8 @@ export class CounterBox extends Component {
     const [across, down] = step.map((at) => at * px);
     if (event.ctrlKey) {
       this.#change([
-        left, top,
+        left,
+        top,
         Math.max(within(right + across, width), left + LEAST_PX),
         Math.max(within(bottom + down, height), top + LEAST_PX),
       ]);

@@ -39,7 +39,12 @@ export class DataTable extends Component {
       html`<table class="table" role="table">
         <caption class="visually-hidden">${caption}</caption>
         <thead role="rowgroup"><tr role="row">${columns.map(
-          ({ name, title, sort, descends }) => html`<th role="columnheader" class="table__${name}" scope="col" data-column="${name}">
+          ({
+            name,
+            title,
+            sort,
+            descends,
+          }) => html`<th role="columnheader" class="table__${name}" scope="col" data-column="${name}">
             ${sort && list ? sortButton(sort, title, descends) : title}</th>`,
         )}</tr></thead>
         <tbody role="rowgroup" data-part="rows"></tbody></table>`,
@@ -50,7 +55,13 @@ export class DataTable extends Component {
 
   /** Shows these rows. */
   show(items) {
-    patchList(this.parts.rows, items, this.#keyOf, () => this.#createRow(), (row, item) => this.#update(row, item));
+    patchList(
+      this.parts.rows,
+      items,
+      this.#keyOf,
+      () => this.#createRow(),
+      (row, item) => this.#update(row, item),
+    );
   }
 
   #createRow() {

@@ -12,7 +12,12 @@ import { nameOf } from '../defect-list/names.js';
 import { icon } from '../icon/icon.js';
 import { copyLink } from '../inspection-page/links.js';
 import {
-  changeStretch, dissolveStretch, finishStretch, joinPoints, otherEnd, startStretchAt,
+  changeStretch,
+  dissolveStretch,
+  finishStretch,
+  joinPoints,
+  otherEnd,
+  startStretchAt,
 } from '../inspection-page/stretches.js';
 import '../measure-tool/measure-box.js';
 import { GRADES, severityMark, severityWord } from '../severity-mark/severity-mark.js';
@@ -78,10 +83,12 @@ export class DefectForm extends Component {
             <select class="input" id="defect-char2" name="char2" aria-describedby="needs-char2" data-part="char2"></select></div>
           <fieldset class="form__severity">
             <legend>${t('form.severity')}</legend>
-            <div class="form__grades">${GRADES.map((grade) => html`<label
+            <div class="form__grades">${GRADES.map(
+              (grade) => html`<label
               title="${withKey(severityWord(grade), `Shift + ${grade}`)}">
               <input type="radio" name="severity" value="${grade}" />
-              ${severityMark(grade)}<b>${grade}</b></label>`)}</div>
+              ${severityMark(grade)}<b>${grade}</b></label>`,
+            )}</div>
             <span class="help" data-part="severityWord"></span>
           </fieldset>
           <div class="field form__clock" data-part="clockField">
@@ -89,11 +96,13 @@ export class DefectForm extends Component {
             <clock-dial data-part="dial"></clock-dial>
           </div>
           <div class="form__beside">
-            ${[1, 2].map((n) => html`<div class="field" data-part="quant${n}Field">
+            ${[1, 2].map(
+              (n) => html`<div class="field" data-part="quant${n}Field">
               ${head(`defect-quant${n}`, n === 1 ? t('form.quantity') : t('form.quantity_2'), `quant${n}`)}
               <span class="input-with-unit"><input class="input" id="defect-quant${n}" name="quant${n}" inputmode="decimal"
                 autocomplete="off" aria-describedby="needs-quant${n} defect-quant${n}-fault" /><span class="unit" data-part="unit${n}"></span></span>
-              <span class="fault" id="defect-quant${n}-fault" data-part="quant${n}Fault"></span></div>`)}
+              <span class="fault" id="defect-quant${n}-fault" data-part="quant${n}Fault"></span></div>`,
+            )}
             <div class="field">${head('defect-remark', t('form.remark'), 'remark')}
               <textarea class="input" id="defect-remark" name="remark" rows="3" maxlength="2000" aria-describedby="needs-remark"></textarea></div>
           </div>
@@ -272,9 +281,7 @@ export class DefectForm extends Component {
     parts.again.hidden = parts.giveUp.hidden = isOvertaken; // Compare replaces these two
     parts.refusal.textContent = item.save === 'refused' ? t('defects.refused', { reason: item.refusal }) : '';
     this.#put('code', parts.code, item.code, isDiscarded);
-    parts.label.textContent = item.code
-      ? catalogue.label(item.code, item.char1, item.char2)
-      : t('form.no_code');
+    parts.label.textContent = item.code ? catalogue.label(item.code, item.char1, item.char2) : t('form.no_code');
     parts.quickKey.show(item);
     this.#offer('char1', catalogue.firstChars(item.code, item.char1), item.char1);
     this.#offer('char2', catalogue.secondChars(item.code, item.char1, item.char2), item.char2);
@@ -292,8 +299,7 @@ export class DefectForm extends Component {
   /** Shows only the fields that the code needs; filled ones stay visible. */
   #fillNeeds(item, rules) {
     const { parts } = this;
-    const isAsked = (need, ...values) =>
-      (need ?? 'no') !== 'no' || values.some((value) => (value ?? null) !== null);
+    const isAsked = (need, ...values) => (need ?? 'no') !== 'no' || values.some((value) => (value ?? null) !== null);
     parts.clockField.hidden = !isAsked(rules?.needs_clock, item.clock_from, item.clock_to);
     parts.dial.set(
       { from: item.clock_from ?? null, to: item.clock_to ?? null },
@@ -321,8 +327,10 @@ export class DefectForm extends Component {
     parts.proposals.hidden = proposals.length === 0;
     render(
       parts.proposals,
-      html`<option value="">${t('form.propose')}</option>${proposals.map(({ text, cost }, i) => html`<option value="${i}">
-        ${costs && cost !== null ? `${text} (${cost} ${currency})` : text}</option>`)}`,
+      html`<option value="">${t('form.propose')}</option>${proposals.map(
+        ({ text, cost }, i) => html`<option value="${i}">
+        ${costs && cost !== null ? `${text} (${cost} ${currency})` : text}</option>`,
+      )}`,
     );
   }
 
@@ -343,23 +351,26 @@ export class DefectForm extends Component {
     parts.stretch.textContent = number === null ? t('stretch.is_point') : stretchText(desk, item);
     const other = otherEnd(desk, item);
     const isOpen = openStretches(desk.observations.value).some((stretch) => Number(stretch.number) === number);
-    const buttons = number === null
-      ? [
-          ['start', 'stretch', t('stretch.start_at', { where: chainage(item.distance_m) }), ''],
-          other && ['join', 'stretch', t('stretch.join', { where: chainage(other.distance_m) }), ''],
-        ]
-      : [
-          isOpen && ['finish', 'check', t('stretch.finish'), 'F'],
-          isOpen && ['change', 'edit', t('stretch.change'), 'C'],
-          ['dissolve', 'close', t('stretch.dissolve'), ''],
-        ];
+    const buttons =
+      number === null
+        ? [
+            ['start', 'stretch', t('stretch.start_at', { where: chainage(item.distance_m) }), ''],
+            other && ['join', 'stretch', t('stretch.join', { where: chainage(other.distance_m) }), ''],
+          ]
+        : [
+            isOpen && ['finish', 'check', t('stretch.finish'), 'F'],
+            isOpen && ['change', 'edit', t('stretch.change'), 'C'],
+            ['dissolve', 'close', t('stretch.dissolve'), ''],
+          ];
     const shows = JSON.stringify(buttons);
     if (parts.stretchButtons.dataset.shows === shows) return;
     parts.stretchButtons.dataset.shows = shows;
     render(
       parts.stretchButtons,
-      html`${buttons.filter(Boolean).map(([what, sign, label, key]) => html`<button type="button"
-        class="button button--small" data-do="${what}" title="${withKey(label, key)}">${icon(sign)}${label}</button>`)}`,
+      html`${buttons.filter(Boolean).map(
+        ([what, sign, label, key]) => html`<button type="button"
+        class="button button--small" data-do="${what}" title="${withKey(label, key)}">${icon(sign)}${label}</button>`,
+      )}`,
     );
   }
 
@@ -371,8 +382,10 @@ export class DefectForm extends Component {
       select.dataset.shows = shows;
       render(
         select,
-        html`<option value="">${t('page.not_stated')}</option>${choices.map((choice) => html`<option value="${choice.value}">
-          ${choice.value} – ${choice.label}</option>`)}`,
+        html`<option value="">${t('page.not_stated')}</option>${choices.map(
+          (choice) => html`<option value="${choice.value}">
+          ${choice.value} – ${choice.label}</option>`,
+        )}`,
       );
     }
     select.value = value ?? '';

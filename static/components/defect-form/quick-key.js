@@ -48,7 +48,9 @@ export class QuickKey extends Component {
     const { quick_codes: quickOnes, templates } = preferences.value;
     const isTemplate = where === TEMPLATE;
     const isKept = await this.#save(
-      isTemplate ? { templates: [...templates, templateOf(this.#item)] } : { quick_codes: quickCodesWith(Number(where), this.#item) },
+      isTemplate
+        ? { templates: [...templates, templateOf(this.#item)] }
+        : { quick_codes: quickCodesWith(Number(where), this.#item) },
     );
     if (!isKept) return;
     const text = isTemplate

@@ -202,7 +202,9 @@ export class DefectList extends Component {
     parts.label.textContent = catalogue.label(item.code, item.char1, item.char2);
     parts.distance.textContent = chainage(item.distance_m);
     parts.interval.textContent = plusMinus(item.distance_u95_m);
-    parts.more.textContent = [stretchText(item), clockText(item), timeText(item), item.remark].filter(Boolean).join(' · ');
+    parts.more.textContent = [stretchText(item), clockText(item), timeText(item), item.remark]
+      .filter(Boolean)
+      .join(' · ');
     parts.save.textContent = saveText(item);
     parts.save.classList.toggle('defect__save--refused', item.save === 'refused');
     parts.lacks.textContent = lacksOf(item, catalogue).join(', ');
@@ -228,7 +230,9 @@ export class DefectList extends Component {
   #showReview({ item, parts }) {
     const { review } = this.desk;
     const asked = review.about(item.id).filter(isOpen).length;
-    const text = asked ? t('reviewing.questions', { n: asked }) : review.isAccepted(item) && wordFor('remark', 'accepted');
+    const text = asked
+      ? t('reviewing.questions', { n: asked })
+      : review.isAccepted(item) && wordFor('remark', 'accepted');
     setText(parts.review, text || '');
     parts.review.classList.toggle('defect__review--open', asked > 0);
   }

@@ -15,7 +15,10 @@ const LACKS = {
 /** 'no code', 'clock missing': what prevents reporting it. */
 export const lacksOf = (item, catalogue) => catalogue.missing(item).map((name) => LACKS[name]);
 
-const atLeast = (grade) => ({ severity }) => (severity ?? -1) >= grade;
+const atLeast =
+  (grade) =>
+  ({ severity }) =>
+    (severity ?? -1) >= grade;
 
 export const FILTERS = [
   { name: 'all', label: t('defects.all'), passes: () => true },

@@ -66,7 +66,9 @@ export class DeskBar extends Component {
     );
     const { desk, page, parts } = this;
     this.listen(parts.review, 'click', () => desk.tab.set('review'));
-    this.listen(parts.labels, 'click', () => orToast(() => editLabels(desk.inspection.value, () => desk.inspection.load())));
+    this.listen(parts.labels, 'click', () =>
+      orToast(() => editLabels(desk.inspection.value, () => desk.inspection.load())),
+    );
     this.listen(parts.cancel, 'click', () => orToast(() => page.cancel()));
     this.listen(parts.recordOn, 'click', () => page.recordOn());
     this.listen(parts.retry, 'click', () => orToast(() => page.retry()));
@@ -149,7 +151,12 @@ export class DeskBar extends Component {
 
   /** Shows on each button the step that it undoes or redoes. */
   #showHistory() {
-    const { parts, desk: { history: { last, next } } } = this;
+    const {
+      parts,
+      desk: {
+        history: { last, next },
+      },
+    } = this;
     for (const [button, step, title, key] of [
       [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_none'), 'U'],
       [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_none'), 'Shift + U'],

@@ -73,7 +73,12 @@ export class DistanceReadout extends Component {
     parts.why.disabled = !row || isUnmeasuredRun;
     this.#showJoints();
     this.#showSpeed(isUnmeasuredRun ? null : this.#speed(row, isLive));
-    this.#showHealth(isUnmeasuredRun ? { level: 'none', what: 'unmeasured', text: t('readout.unmeasured') } : this.#healthWords(row, isLive), isLive);
+    this.#showHealth(
+      isUnmeasuredRun
+        ? { level: 'none', what: 'unmeasured', text: t('readout.unmeasured') }
+        : this.#healthWords(row, isLive),
+      isLive,
+    );
   }
 
   /** Shows the nearest joint before the frame, from which a repair crew counts; and whether it was seen. */
@@ -81,7 +86,8 @@ export class DistanceReadout extends Component {
     const { joints } = this.desk;
     if (joints.length === 0 || distanceMm < -SAME_MM) return '';
     const joint = jointBehind(joints, distanceMm / 1000);
-    if (joint === null) return isSeen(joints[0]) && joints[0].number !== null ? t('readout.before_joint', joints[0]) : '';
+    if (joint === null)
+      return isSeen(joints[0]) && joints[0].number !== null ? t('readout.before_joint', joints[0]) : '';
     const past = { number: joint.number, past: chainage(distanceMm / 1000 - joint.distance_m) };
     return isSeen(joint) ? t('readout.joint', past) : t('readout.joint_expected', past);
   }

@@ -51,9 +51,11 @@ export class EmergencyBanner extends Component {
     this.hidden = grave.length === 0;
     if (this.hidden) return;
     if (wasHidden || !this.#alerts.isFollowed) this.#alerts.follow();
-    const markup = html`${grave.slice(0, NAMED).map((item) => html`<li>
+    const markup = html`${grave.slice(0, NAMED).map(
+      (item) => html`<li>
         <button class="link" data-observation="${item.id}">${nameOf(item)}</button>
-        ${this.#notification(this.#alerts.value.get(item.id))}</li>`)}
+        ${this.#notification(this.#alerts.value.get(item.id))}</li>`,
+    )}
       ${grave.length > NAMED && html`<li>${t('finish.and_more', { n: grave.length - NAMED })}</li>`}`;
     if (this.parts.list.dataset.shows === markup.text) return;
     this.parts.list.dataset.shows = markup.text;
@@ -65,9 +67,11 @@ export class EmergencyBanner extends Component {
       case 'told':
         return html`<span>${icon('check')}${t('emergency.notified', { time: date(alert.told_at) })}</span>`;
       case 'waiting':
-        return html`<span>${icon('wait')}${alert.error
-          ? t('emergency.not_yet', { reason: reasonText(alert.reason, alert.error) })
-          : t('emergency.notifying')}</span>`;
+        return html`<span>${icon('wait')}${
+          alert.error
+            ? t('emergency.not_yet', { reason: reasonText(alert.reason, alert.error) })
+            : t('emergency.notifying')
+        }</span>`;
       case 'given_up':
         return html`<span>${icon('alert')}${t('emergency.given_up', { reason: reasonText(alert.reason, alert.error) })}</span>`;
       default:

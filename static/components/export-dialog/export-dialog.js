@@ -98,9 +98,15 @@ class ExportDialog {
       losses.length === 0
         ? html`<p class="export__all">${icon('check')}<span>${t('export.holds_all')}</span></p>`
         : html`<h3>${t('export.losses', { n: losses.length })}</h3><p class="help">${t('export.losses_help')}</p>
-          <ul class="export__list">${losses.slice(0, most).map(({ detail, observation_id: id }) => html`<li class="export__row">
-            ${icon('alert')}<span>${detail}</span>${id && observations.find(id) && html`<button class="button button--small"
-              data-observation="${id}">${t('checks.go')}</button>`}</li>`)}</ul>
+          <ul class="export__list">${losses.slice(0, most).map(
+            ({ detail, observation_id: id }) => html`<li class="export__row">
+            ${icon('alert')}<span>${detail}</span>${
+              id &&
+              observations.find(id) &&
+              html`<button class="button button--small"
+              data-observation="${id}">${t('checks.go')}</button>`
+            }</li>`,
+          )}</ul>
           ${rest > 0 && html`<p><button class="button button--small">${t('export.more', { n: rest })}</button></p>`}`,
     );
   }
@@ -121,10 +127,15 @@ class ExportDialog {
       issues.length === 0
         ? html`<p class="export__all">${icon('check')}<span>${t('export.nothing_against')}</span></p>`
         : html`<h3>${summary.join(' · ')}</h3>
-          ${blocking.length > 0 && html`<p class="help">${t('export.blocking_help')}</p>
-          <ul class="export__list">${blocking.slice(0, SHOWN_AT_FIRST).map((issue) => html`<li class="export__row export__row--block">
-            ${icon('stop')}<span>${sentenceOf(issue, issue.observation_id && observations.find(issue.observation_id))}</span></li>`)}
-            ${blocking.length > SHOWN_AT_FIRST && html`<li class="dim">${t('finish.and_more', { n: blocking.length - SHOWN_AT_FIRST })}</li>`}</ul>`}
+          ${
+            blocking.length > 0 &&
+            html`<p class="help">${t('export.blocking_help')}</p>
+          <ul class="export__list">${blocking.slice(0, SHOWN_AT_FIRST).map(
+            (issue) => html`<li class="export__row export__row--block">
+            ${icon('stop')}<span>${sentenceOf(issue, issue.observation_id && observations.find(issue.observation_id))}</span></li>`,
+          )}
+            ${blocking.length > SHOWN_AT_FIRST && html`<li class="dim">${t('finish.and_more', { n: blocking.length - SHOWN_AT_FIRST })}</li>`}</ul>`
+          }
           <p><button class="button button--small" data-open>${t('export.open_checks')}</button></p>`,
     );
   }
@@ -185,13 +196,17 @@ class ExportDialog {
     const show = (present) => {
       progress = present;
       showFault(fault, null);
-      announced.textContent = present.state === 'waiting' ? t('bulk.waiting') : t('export.written', { size: bytes(present.written) });
+      announced.textContent =
+        present.state === 'waiting' ? t('bulk.waiting') : t('export.written', { size: bytes(present.written) });
     };
     const path = await order(wanted, signal, show, (error) => showFault(fault, error));
     if (path === null) return null;
     if (progress.state === 'done') return { url: `${path}/archive`, name: progress.filename, size: progress.size };
     await discard(path);
-    render(fault, html`<p class="message message--error">${icon('alert')}<span lang="${lang.value}">${progress.detail}</span></p>`);
+    render(
+      fault,
+      html`<p class="message message--error">${icon('alert')}<span lang="${lang.value}">${progress.detail}</span></p>`,
+    );
     return null;
   }
 
@@ -238,8 +253,10 @@ const extrasOf = (extras, inspection) => extras.filter((name) => name !== 'film'
 
 const markup = ({ help, extras = [], isOrdered }, inspection) => html`<div class="export">
   <p>${help}</p>
-  <div class="export__extras" data-part="extras">${extrasOf(extras, inspection).map((name) => html`<label class="switch"><input type="checkbox"
-    name="${name}" />${extraName(name, inspection)}</label>`)}</div>
+  <div class="export__extras" data-part="extras">${extrasOf(extras, inspection).map(
+    (name) => html`<label class="switch"><input type="checkbox"
+    name="${name}" />${extraName(name, inspection)}</label>`,
+  )}</div>
   ${isOrdered && deliveryChoices()}
   <section data-part="losses" role="status" hidden><p class="dim">${t('export.looking')}</p></section>
   <section data-part="checks"><p class="dim">${t('checks.looking')}</p></section>

@@ -45,12 +45,21 @@ export const GROUPS = [
     title: t('export.evidence'),
     formats: [
       { kind: 'zip', name: 'ZIP', help: t('export.zip'), extras: ['burnt_in', 'clips'], isWhole: true },
-      { kind: 'delivery', name: t('export.delivery'), help: t('export.delivery_help'), extras: ['burnt_in', 'film'], isWhole: true, isOrdered: true },
+      {
+        kind: 'delivery',
+        name: t('export.delivery'),
+        help: t('export.delivery_help'),
+        extras: ['burnt_in', 'film'],
+        isWhole: true,
+        isOrdered: true,
+      },
     ],
   },
   {
     title: t('export.move'),
-    formats: [{ kind: 'archive', name: t('export.archive_name'), help: t('export.archive'), extras: ['film'], isWhole: true }],
+    formats: [
+      { kind: 'archive', name: t('export.archive_name'), help: t('export.archive'), extras: ['film'], isWhole: true },
+    ],
   },
 ];
 
@@ -77,5 +86,7 @@ export const deliveryChoices = () => html`<div class="export__choices" data-part
       .filter(Boolean)
       .map(({ kind, name }) => html`<option value="${kind}">${name}</option>`)}</select></div>
   <div class="field"><label for="delivery-language">${t('export.language')}</label>
-    <select class="input" id="delivery-language" data-part="lang">${LANGUAGES.map(([code, name]) => html`<option value="${code}" lang="${code}"
-      ${code === language && html`selected`}>${name}</option>`)}</select></div></div>`;
+    <select class="input" id="delivery-language" data-part="lang">${LANGUAGES.map(
+      ([code, name]) => html`<option value="${code}" lang="${code}"
+      ${code === language && html`selected`}>${name}</option>`,
+    )}</select></div></div>`;

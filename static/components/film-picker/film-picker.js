@@ -87,8 +87,12 @@ export class FilmPicker extends Component {
     parts.ask.hidden = films.length > 0;
     parts.chosen.hidden = films.length === 0;
     parts.all.hidden = films.length < 2;
-    patchList(parts.list, films, ({ path, file }) => `${path}:${file.size}`, (film) => this.#row(film), (row, film) =>
-      this.#showFilm(row, film),
+    patchList(
+      parts.list,
+      films,
+      ({ path, file }) => `${path}:${file.size}`,
+      (film) => this.#row(film),
+      (row, film) => this.#showFilm(row, film),
     );
     this.#showAll();
     const isIdle = !queue.sending && !films.some(({ state }) => state === 'PAUSED' || state === 'FAILED');
@@ -214,7 +218,8 @@ export class FilmPicker extends Component {
     setText(
       total,
       `${t('films.total', { done, n: films.length, percent })}${pace(speed, speed ? (size - bytesSent) / speed : null)}${
-        failed ? ` · ${t('films.failed', { n: failed })}` : ''}`,
+        failed ? ` · ${t('films.failed', { n: failed })}` : ''
+      }`,
     );
   }
 
@@ -223,9 +228,11 @@ export class FilmPicker extends Component {
     const waiting = this.queue.films.length ? [] : unfinishedFilms();
     const list = render(
       this.parts.unfinished,
-      html`${waiting.map((upload, i) => html`<p class="message drop__unfinished">${icon('info')}
+      html`${waiting.map(
+        (upload, i) => html`<p class="message drop__unfinished">${icon('info')}
         <span>${whatBecameOf(upload)}</span>
-        <button type="button" class="button button--small" data-part="discard${i}">${t('films.discard')}</button></p>`)}`,
+        <button type="button" class="button button--small" data-part="discard${i}">${t('films.discard')}</button></p>`,
+      )}`,
     );
     waiting.forEach((upload, i) => {
       list[`discard${i}`].addEventListener('click', async () => {

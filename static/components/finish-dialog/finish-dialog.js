@@ -40,10 +40,12 @@ export async function openFinish(desk) {
     content: finished ? endedMarkup(desk.inspection.value) : formMarkup(desk),
   });
   if (finished) {
-    parts.reopen.addEventListener('click', () => command(parts, async () => {
-      await desk.inspection.reopen();
-      dialog.close('reopened');
-    }));
+    parts.reopen.addEventListener('click', () =>
+      command(parts, async () => {
+        await desk.inspection.reopen();
+        dialog.close('reopened');
+      }),
+    );
     return closed;
   }
   const end = new AbortController();
@@ -166,12 +168,14 @@ class FinishForm {
     this.#parts.stretches.dataset.shows = text;
     render(
       this.#parts.stretches,
-      html`${open.map(({ number, start }) => html`<li><span class="number">${t('finish.stretch_since', {
-        stretch: `A${number}`,
-        label: start.code ? `${start.code} ${catalogue.label(start.code, start.char1, start.char2)}` : '',
-        where: chainage(start.distance_m),
-      })}</span><button type="button" class="button button--small" data-start="${start.id}"
-        aria-label="${t('finish.finish_at', { stretch: `A${number}`, where: here })}">${t('finish.finish_here')} ${here && html`<span class="dim number">${here}</span>`}</button></li>`)}`,
+      html`${open.map(
+        ({ number, start }) => html`<li><span class="number">${t('finish.stretch_since', {
+          stretch: `A${number}`,
+          label: start.code ? `${start.code} ${catalogue.label(start.code, start.char1, start.char2)}` : '',
+          where: chainage(start.distance_m),
+        })}</span><button type="button" class="button button--small" data-start="${start.id}"
+        aria-label="${t('finish.finish_at', { stretch: `A${number}`, where: here })}">${t('finish.finish_here')} ${here && html`<span class="dim number">${here}</span>`}</button></li>`,
+      )}`,
     );
     if (focused) this.#parts.stretches.querySelector(`[data-start="${focused}"]`)?.focus();
   }
@@ -187,9 +191,9 @@ class FinishForm {
   #showChecks() {
     const { checks, observations } = this.#desk;
     // Open stretches are listed separately above.
-    const blocking = (checks.value ?? []).filter(
-      ({ level, code }) => level === 'block' && code !== 'open_stretch' && code !== 'abandoned_without_reason',
-    ).filter(({ params }) => params.field !== 'end_condition');
+    const blocking = (checks.value ?? [])
+      .filter(({ level, code }) => level === 'block' && code !== 'open_stretch' && code !== 'abandoned_without_reason')
+      .filter(({ params }) => params.field !== 'end_condition');
     this.#parts.missing.hidden = blocking.length === 0;
     render(
       this.#parts.blocking,
@@ -224,23 +228,32 @@ class FinishForm {
   }
 }
 
-const endedMarkup = ({ header }) => html`<p>${header.end_condition === 'abandoned'
+const endedMarkup = ({ header }) => html`<p>${
+  header.end_condition === 'abandoned'
     ? t('finish.is_abandoned', { reason: header.abandon_reason ?? '–' })
-    : t('finish.is_complete')}</p>
+    : t('finish.is_complete')
+}</p>
   <div data-part="fault" role="alert"></div>
   <div class="dialog__buttons"><button class="button" data-part="reopen">${icon('undo')}${t('finish.reopen')}</button></div>`;
 
 const formMarkup = ({ inspection }) => html`<form class="finish" data-part="form" novalidate>
   <fieldset class="finish__how" data-part="how">
     <legend>${t('finish.how')}</legend>
-    ${[['complete', t('finish.complete'), 'check'], ['abandoned', t('finish.abandoned'), 'stop']].map(([value, label, sign]) =>
-      html`<label class="finish__choice">${icon(sign)}<input type="radio" name="end" value="${value}" />${label}</label>`)}
+    ${[
+      ['complete', t('finish.complete'), 'check'],
+      ['abandoned', t('finish.abandoned'), 'stop'],
+    ].map(
+      ([value, label, sign]) =>
+        html`<label class="finish__choice">${icon(sign)}<input type="radio" name="end" value="${value}" />${label}</label>`,
+    )}
     <span class="fault" data-part="howFault" role="alert"></span>
   </fieldset>
   <div class="field" data-part="why" hidden>
     <label for="finish-reason">${t('finish.reason')}</label>
-    <div class="fix__choices" data-part="reasons">${REASONS.map((reason) => html`<button type="button" class="button button--small"
-      data-reason>${reason}</button>`)}</div>
+    <div class="fix__choices" data-part="reasons">${REASONS.map(
+      (reason) => html`<button type="button" class="button button--small"
+      data-reason>${reason}</button>`,
+    )}</div>
     <textarea class="input" id="finish-reason" rows="2" maxlength="2000" aria-describedby="finish-reason-fault" data-part="reason"></textarea>
     <span class="fault" id="finish-reason-fault" data-part="reasonFault"></span>
   </div>
@@ -263,4 +276,5 @@ const formMarkup = ({ inspection }) => html`<form class="finish" data-part="form
     <button class="button button--primary" data-part="submit">${isRunning(inspection) ? t('finish.submit_live') : t('finish.submit')}</button>
   </div></form>`;
 
-const isRunning = ({ value }) => value.source.kind === 'live' && (value.status === 'running' || value.status === 'queued');
+const isRunning = ({ value }) =>
+  value.source.kind === 'live' && (value.status === 'running' || value.status === 'queued');

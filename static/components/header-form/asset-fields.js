@@ -14,7 +14,9 @@ export function fillFromRegister(form, note) {
 
   /** Values before the filling, of fields that nobody has changed since. */
   const before = () =>
-    Object.fromEntries([...filled].filter(([name, { value }]) => form.all[name] === value).map(([name, each]) => [name, each.before]));
+    Object.fromEntries(
+      [...filled].filter(([name, { value }]) => form.all[name] === value).map(([name, each]) => [name, each.before]),
+    );
 
   const undo = () => {
     form.state(before());

@@ -57,12 +57,31 @@ export function fieldMarkup(field, packs = []) {
 }
 
 function controlMarkup({ name, kind, choices }, id, packs) {
-  if (name === 'code_pack') return selectMarkup(name, id, packs.map((pack) => [pack.id, pack.name]), t('settings.pack_built_in'));
+  if (name === 'code_pack')
+    return selectMarkup(
+      name,
+      id,
+      packs.map((pack) => [pack.id, pack.name]),
+      t('settings.pack_built_in'),
+    );
   if (kind === 'choice') {
-    return selectMarkup(name, id, choices.map((value) => [value, wordFor('header.choice', value) ?? value]), t('header.choose'));
+    return selectMarkup(
+      name,
+      id,
+      choices.map((value) => [value, wordFor('header.choice', value) ?? value]),
+      t('header.choose'),
+    );
   }
   if (kind === 'bool') {
-    return selectMarkup(name, id, [['true', t('page.yes')], ['false', t('page.no')]], t('page.not_stated'));
+    return selectMarkup(
+      name,
+      id,
+      [
+        ['true', t('page.yes')],
+        ['false', t('page.no')],
+      ],
+      t('page.not_stated'),
+    );
   }
   if (LONG.has(name)) {
     return html`<textarea class="input" id="${id}" data-field="${name}" rows="2" maxlength="2000"

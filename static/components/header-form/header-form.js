@@ -157,7 +157,10 @@ export class HeaderForm extends Component {
     } catch (error) {
       if (error.name === 'AbortError') return;
       if (!(error instanceof ApiError)) throw error;
-      render(this, html`<p class="message message--error" role="alert">${icon('alert')}<span>${errorText(error)}</span></p>`);
+      render(
+        this,
+        html`<p class="message message--error" role="alert">${icon('alert')}<span>${errorText(error)}</span></p>`,
+      );
       return;
     }
     const group = (name) =>

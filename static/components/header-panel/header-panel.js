@@ -47,8 +47,10 @@ export class HeaderPanel extends Component {
       html`<div class="header-panel__rig" data-part="rigs" data-needs="operator" hidden>
           <button type="button" class="button button--small" data-part="rig">${icon('settings')}${t('again.rig_open')}</button>
           <span class="header-panel__turns" role="group" aria-label="${t('again.turn')}"><span class="dim">${t('again.turn')}</span>
-            ${TURNS.map((degrees) => html`<button type="button" class="button button--small number" data-turn="${degrees}"
-              title="${t('again.turn_help')}">${degrees < 0 ? `−${-degrees}` : degrees}°</button>`)}</span></div>
+            ${TURNS.map(
+              (degrees) => html`<button type="button" class="button button--small number" data-turn="${degrees}"
+              title="${t('again.turn_help')}">${degrees < 0 ? `−${-degrees}` : degrees}°</button>`,
+            )}</span></div>
         <p class="header-panel__rig" data-part="ofAsset" hidden><a class="button button--small" data-part="asset">${icon('layers')}${t('assets.history_of')}</a></p>
         <p class="header-panel__state number" role="status" data-part="state"></p>
         <fieldset class="locked" ${!mayEdit() && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
@@ -200,14 +202,21 @@ export class HeaderPanel extends Component {
   #stateConflict() {
     const fields = [...this.#overtaken];
     const of = (pick) => Object.fromEntries(fields.map(([name, entry]) => [name, pick(entry)]));
-    this.desk.conflicts.state('header', fields.length === 0 ? [] : [{
-      id: `header ${this.#found} ${fields.length}`,
-      kind: 'header',
-      mine: of(({ value }) => value),
-      theirs: of(({ theirs }) => theirs),
-      keepMine: () => this.#decide(fields, true),
-      takeTheirs: () => this.#decide(fields, false),
-    }]);
+    this.desk.conflicts.state(
+      'header',
+      fields.length === 0
+        ? []
+        : [
+            {
+              id: `header ${this.#found} ${fields.length}`,
+              kind: 'header',
+              mine: of(({ value }) => value),
+              theirs: of(({ theirs }) => theirs),
+              keepMine: () => this.#decide(fields, true),
+              takeTheirs: () => this.#decide(fields, false),
+            },
+          ],
+    );
   }
 
   #decide(fields, isMine) {

@@ -12,7 +12,8 @@ const STATED = {
   lengths: (lengths) =>
     lengths
       .map(({ length_m, sigma_mm, first_frame: first, last_frame: last }) =>
-        t('history.length_text', { length: chainage(length_m), sigma: sigma_mm, first, last }))
+        t('history.length_text', { length: chainage(length_m), sigma: sigma_mm, first, last }),
+      )
       .join('; ') || t('history.nothing_stated'),
   joints: ({ use, marked, left_out: out }) => {
     const counts = { marked: marked?.length ?? 0, out: out?.length ?? 0 };

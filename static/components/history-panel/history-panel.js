@@ -134,15 +134,25 @@ export class HistoryPanel extends Component {
     const changes = differences(event);
     return html`<li class="event">${icon(sign)}
       <div class="event__what">
-        <p class="event__title">${id && this.desk.observations.find(id)
-          ? html`<button class="link" data-observation="${id}">${title}</button>`
-          : html`<b>${title}</b>`}</p>
-        ${changes.length > 0 && html`<dl class="event__changes">${changes.map(
-          ({ name, before, after }) => html`<div><dt>${labelOf(name)}</dt><dd>${before !== null && html`<del>${before}</del> `}<ins>${after ?? '–'}</ins></dd></div>`,
-        )}</dl>`}
+        <p class="event__title">${
+          id && this.desk.observations.find(id)
+            ? html`<button class="link" data-observation="${id}">${title}</button>`
+            : html`<b>${title}</b>`
+        }</p>
+        ${
+          changes.length > 0 &&
+          html`<dl class="event__changes">${changes.map(
+            ({ name, before, after }) =>
+              html`<div><dt>${labelOf(name)}</dt><dd>${before !== null && html`<del>${before}</del> `}<ins>${after ?? '–'}</ins></dd></div>`,
+          )}</dl>`
+        }
         ${remark && html`<p class="event__remark">“${remark}”</p>`}
-        ${mayEdit() && hasVersion(event) && html`<p><button type="button" class="button button--small" data-restore="${index}"
-          aria-label="${t('history.restore_title', { name: title })}">${icon('undo')}${t('history.restore')}</button></p>`}
+        ${
+          mayEdit() &&
+          hasVersion(event) &&
+          html`<p><button type="button" class="button button--small" data-restore="${index}"
+          aria-label="${t('history.restore_title', { name: title })}">${icon('undo')}${t('history.restore')}</button></p>`
+        }
       </div>
       <p class="event__who dim"><time datetime="${at}">${date(at)}</time><span>${who}</span></p></li>`;
   }

@@ -77,7 +77,10 @@ export class InspectionList extends Component {
     const { clear, sample, old, file, filters, pager, head, rows, selection } = this.parts;
     this.listen(old, 'click', () => file.click());
     this.listen(file, 'change', () => orToast(() => this.#import()));
-    const list = new PagedList('/api/inspections', { filters: [...FILTERS, 'sort', 'descending'], signal: this.signal });
+    const list = new PagedList('/api/inspections', {
+      filters: [...FILTERS, 'sort', 'descending'],
+      signal: this.signal,
+    });
     this.#list = list;
     filters.fill(list, this.parts.table);
     pager.fill(list);
@@ -122,7 +125,13 @@ export class InspectionList extends Component {
     parts.compare.hidden = stored < 2;
     parts.nothing.hidden = total > 0 || stored === 0;
     parts.filters.showCount(total < stored ? t('list.found', { shown: count(total), all: count(stored) }) : '');
-    patchList(parts.rows, inspections, ({ id }) => id, (item) => this.#createRow(item), updateRow);
+    patchList(
+      parts.rows,
+      inspections,
+      ({ id }) => id,
+      (item) => this.#createRow(item),
+      updateRow,
+    );
     parts.selection.show();
   }
 

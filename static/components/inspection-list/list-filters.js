@@ -25,9 +25,24 @@ export class ListFilters extends Component {
       html`<search class="find">
         <div class="field find__text"><label class="visually-hidden" for="find-text">${t('list.search')}</label>
           <input class="input" id="find-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('list.search_hint')}" data-part="search" /></div>
-        ${choice('status', t('list.filter'), t('list.all'), STATES.map((state) => [state, wordFor('status', state)]))}
-        ${choice('review', t('reviewing.filter'), t('reviewing.any'), REVIEW_STATES.map((state) => [state, wordFor('review', state)]))}
-        ${choice('severity_from', t('list.worst_filter'), t('list.worst_any'), GRADES.map((grade) => [grade, t('list.worst_from', { grade, word: severityWord(grade) })]))}
+        ${choice(
+          'status',
+          t('list.filter'),
+          t('list.all'),
+          STATES.map((state) => [state, wordFor('status', state)]),
+        )}
+        ${choice(
+          'review',
+          t('reviewing.filter'),
+          t('reviewing.any'),
+          REVIEW_STATES.map((state) => [state, wordFor('review', state)]),
+        )}
+        ${choice(
+          'severity_from',
+          t('list.worst_filter'),
+          t('list.worst_any'),
+          GRADES.map((grade) => [grade, t('list.worst_from', { grade, word: severityWord(grade) })]),
+        )}
         ${choice('label', t('labels.filter'), t('labels.any'), [])}
         <span class="find__filters" data-part="chips"></span>
         <p class="dim number find__count" role="status" data-part="count"></p>
@@ -69,7 +84,10 @@ export class ListFilters extends Component {
     const { label } = this.parts;
     const { label: chosen } = this.#list.filters;
     const offered = chosen && !labels.includes(chosen) ? [chosen, ...labels] : labels;
-    render(label, html`<option value="">${t('labels.any')}</option>${offered.map((name) => html`<option value="${name}">${name}</option>`)}`);
+    render(
+      label,
+      html`<option value="">${t('labels.any')}</option>${offered.map((name) => html`<option value="${name}">${name}</option>`)}`,
+    );
     label.value = chosen;
     label.parentElement.hidden = offered.length === 0;
   }
@@ -89,7 +107,12 @@ export class ListFilters extends Component {
   }
 }
 
-const choice = (name, title, any, options) => html`<div class="field"><label class="visually-hidden" for="find-${name}">${title}</label>
+const choice = (
+  name,
+  title,
+  any,
+  options,
+) => html`<div class="field"><label class="visually-hidden" for="find-${name}">${title}</label>
   <select class="input" id="find-${name}" data-part="${name}"><option value="">${any}</option>
     ${options.map(([value, text]) => html`<option value="${value}">${text}</option>`)}</select></div>`;
 

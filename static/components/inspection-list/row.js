@@ -81,7 +81,11 @@ export function updateRow(item, inspection) {
   classList.toggle('inspection--grave', isGrave(inspection));
   parts.created.dateTime = created_at;
   parts.created.textContent = date(created_at);
-  for (const [part, label] of [['label', t('labels.title', { name })], ['rename', t('list.rename_named', { name })], ['remove', t('list.delete_named', { name })]]) {
+  for (const [part, label] of [
+    ['label', t('labels.title', { name })],
+    ['rename', t('list.rename_named', { name })],
+    ['remove', t('list.delete_named', { name })],
+  ]) {
     parts[part].setAttribute('aria-label', label);
   }
   parts.label.title = t('labels.change');

@@ -47,10 +47,15 @@ export class SelectionBar extends Component {
     this.listen(boxes, 'click', ({ target, shiftKey }) => {
       const { checked: isSelected } = target;
       if (target.matches('[data-mark-page]')) selection.mark(this.#page, isSelected);
-      else if (target.matches('[data-mark]')) selection.markOne(this.#page, target.dataset.mark, { isSelected, isRange: shiftKey });
+      else if (target.matches('[data-mark]'))
+        selection.markOne(this.#page, target.dataset.mark, { isSelected, isRange: shiftKey });
     });
     // Shift would select the text between both clicks.
-    this.listen(boxes, 'mousedown', (event) => event.shiftKey && event.target.closest('.inspection__mark') && event.preventDefault());
+    this.listen(
+      boxes,
+      'mousedown',
+      (event) => event.shiftKey && event.target.closest('.inspection__mark') && event.preventDefault(),
+    );
     this.listen(this.parts.all, 'click', () => selection.markAll(this.#where(), list.total));
     this.listen(this.parts.none, 'click', () => {
       selection.clear();

@@ -119,7 +119,11 @@ export class Desk extends EventTarget {
     this.history = new History();
     this.measuring = new Measuring(this, signal);
     this.observations = new Observations(
-      inspection.id, outbox, this.history, (frame, pixel) => this.#placeOf(frame, pixel), signal,
+      inspection.id,
+      outbox,
+      this.history,
+      (frame, pixel) => this.#placeOf(frame, pixel),
+      signal,
     );
     this.attachments = new Attachments(inspection.id, attachmentOutbox, this.history, signal);
     this.attachments.loadPatiently();
@@ -134,7 +138,12 @@ export class Desk extends EventTarget {
     if (mayEdit()) this.corrections.restore();
     this.#overtaken = new Overtaken(this, signal);
     this.live = new LiveFeed(`/api/inspections/${inspection.id}/live?page=${pageId}`, signal);
-    followChanges(this.live, () => this.readAgain(), (error) => this.fault(errorText(error)), signal);
+    followChanges(
+      this.live,
+      () => this.readAgain(),
+      (error) => this.fault(errorText(error)),
+      signal,
+    );
     followRun(this, signal);
     followIn3d(this, signal);
     this.track.addEventListener('change', () => this.#findRow(), { signal });
@@ -149,7 +158,10 @@ export class Desk extends EventTarget {
   /** Reads again everything that contains distances, as they have been corrected. */
   async reload() {
     await Promise.all([
-      this.track.reload(this.#signal), this.observations.load(), this.attachments.load(), this.corrections.load(),
+      this.track.reload(this.#signal),
+      this.observations.load(),
+      this.attachments.load(),
+      this.corrections.load(),
       this.#loadWall(),
     ]);
   }
@@ -199,8 +211,7 @@ export class Desk extends EventTarget {
     const after = this.corrections.value.stated;
     this.history.add({
       what: 'correction',
-      run: (isBack) =>
-        isBack ? this.#state(before, t('corrections.taken_back')) : this.#state(after, remark),
+      run: (isBack) => (isBack ? this.#state(before, t('corrections.taken_back')) : this.#state(after, remark)),
       isOvertaken: async (isBack) => {
         await this.corrections.load();
         return JSON.stringify(this.corrections.value.stated) !== JSON.stringify(isBack ? after : before);

@@ -30,11 +30,15 @@ export function followIn3d(desk, signal) {
 
   playhead.addEventListener('change', show, { signal });
   selection.addEventListener('change', select, { signal });
-  live.addEventListener('state', () => {
-    shown = -1;
-    show();
-    select();
-  }, { signal });
+  live.addEventListener(
+    'state',
+    () => {
+      shown = -1;
+      show();
+      select();
+    },
+    { signal },
+  );
   live.addEventListener('pin_click', ({ detail }) => desk.goTo(detail.observation), { signal });
   live.addEventListener('wall_click', ({ detail }) => wallClicked(desk, detail, signal), { signal });
 }

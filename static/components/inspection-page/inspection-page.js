@@ -52,16 +52,22 @@ export class InspectionPage extends Component {
   async mount() {
     document.title = 'Chainage';
     // Without the menu: anything opened in it would vanish when the page is ready.
-    render(this, html`<main id="main" class="content" tabindex="-1"><h1>${t('desk.title')}</h1>
-      <p role="status">${t('page.loading')}</p></main>`);
+    render(
+      this,
+      html`<main id="main" class="content" tabindex="-1"><h1>${t('desk.title')}</h1>
+      <p role="status">${t('page.loading')}</p></main>`,
+    );
     try {
       this.desk = await Desk.open(this.inspectionId, this.signal);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      render(this, html`${topBar(t('desk.title'))}<main id="main" class="content desk-note" tabindex="-1">
+      render(
+        this,
+        html`${topBar(t('desk.title'))}<main id="main" class="content desk-note" tabindex="-1">
         <h1>${t('desk.not_shown')}</h1>
         <p class="message message--error" role="alert">${icon('alert')}<span>${errorText(error)}</span></p>
-        <p><a class="button" href="/">${icon('back')}${t('desk.to_list')}</a></p></main>`);
+        <p><a class="button" href="/">${icon('back')}${t('desk.to_list')}</a></p></main>`,
+      );
       return;
     }
     this.#build();
@@ -142,7 +148,9 @@ export class InspectionPage extends Component {
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
     this.listen(desk.editing, 'change', () => parts.all.toggleAttribute('data-editing', desk.editing.value));
     this.listen(desk.large, 'change', () => this.#showLarge());
-    this.listen(desk.windows, 'change', () => parts.all.toggleAttribute('data-viewer-away', desk.windows.has('viewer')));
+    this.listen(desk.windows, 'change', () =>
+      parts.all.toggleAttribute('data-viewer-away', desk.windows.has('viewer')),
+    );
     this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
     this.listen(desk.review, 'change', () => this.#showQuestions());
     this.listen(desk.checks, 'change', () => parts.side.note('checks', String(desk.checks.value?.length || '')));
@@ -283,7 +291,8 @@ export class InspectionPage extends Component {
     const zero = { frame, offset_m: offset };
     // Joins other pending changes; alone it is applied at once.
     if (corrections.isEdited) corrections.edit({ zero });
-    else await this.correct({ ...corrections.value.stated, zero }, null, { text: t('corrections.zero_set', { frame }) });
+    else
+      await this.correct({ ...corrections.value.stated, zero }, null, { text: t('corrections.zero_set', { frame }) });
   }
 
   /** Changes the statements about the distances; the message about it offers an undo. */
@@ -345,8 +354,10 @@ export class InspectionPage extends Component {
     this.parts.messages.dataset.shows = text;
     render(
       this.parts.messages,
-      html`${messages.map(([kind, sentence]) => html`<p class="message message--${kind}" role="alert" tabindex="0">
-        ${icon('alert')}<span>${sentence}</span></p>`)}`,
+      html`${messages.map(
+        ([kind, sentence]) => html`<p class="message message--${kind}" role="alert" tabindex="0">
+        ${icon('alert')}<span>${sentence}</span></p>`,
+      )}`,
     );
   }
 
@@ -362,9 +373,7 @@ export class InspectionPage extends Component {
 
   #announceTag({ code, distance_m }) {
     const where = chainage(distance_m);
-    this.parts.announce.textContent = code
-      ? t('desk.tagged', { code, where })
-      : t('desk.tagged_point', { where });
+    this.parts.announce.textContent = code ? t('desk.tagged', { code, where }) : t('desk.tagged_point', { where });
   }
 }
 

@@ -13,7 +13,10 @@ import { HERE_M, changeStretch, finishStretch, startStretch } from './stretches.
 
 /** Directions in which the keys move an enlarged picture: across and down. */
 const PAN = {
-  'Ctrl+ArrowLeft': [-1, 0], 'Ctrl+ArrowRight': [1, 0], 'Ctrl+ArrowUp': [0, -1], 'Ctrl+ArrowDown': [0, 1],
+  'Ctrl+ArrowLeft': [-1, 0],
+  'Ctrl+ArrowRight': [1, 0],
+  'Ctrl+ArrowUp': [0, -1],
+  'Ctrl+ArrowDown': [0, 1],
 };
 
 /**
@@ -42,7 +45,12 @@ export function keyMap(page) {
         })),
         { keys: ['b'], shown: ['B … B A B B A 3'], label: t('keys.chain'), run: () => video.typeCode('b') },
         { keys: ['r'], shown: ['R'], label: t('keys.repeat'), run: () => desk.repeatLast() },
-        { keys: ['s'], shown: ['S'], label: t('keys.stretch', { reach: chainage(HERE_M) }), run: () => startStretch(desk) },
+        {
+          keys: ['s'],
+          shown: ['S'],
+          label: t('keys.stretch', { reach: chainage(HERE_M) }),
+          run: () => startStretch(desk),
+        },
         { keys: ['c'], shown: ['C'], label: t('keys.stretch_change'), run: () => changeStretch(desk) },
         { keys: ['f'], shown: ['F'], label: t('keys.stretch_finish'), run: () => finishStretch(desk) },
         { keys: ['u', 'Ctrl+z'], shown: ['U', 'Ctrl + Z'], label: t('keys.undo'), run: () => page.undo() },
@@ -97,11 +105,29 @@ export function keyMap(page) {
           label: t('keys.severity'),
           run: (event, key) => page.rate(Number(key.at(-1))),
         },
-        { keys: ['Shift+m'], shown: ['Shift + M'], needs: 'operator', label: t('measure.start_help'), run: () => desk.measuring.startSelected() },
+        {
+          keys: ['Shift+m'],
+          shown: ['Shift + M'],
+          needs: 'operator',
+          label: t('measure.start_help'),
+          run: () => desk.measuring.startSelected(),
+        },
         { keys: ['m'], shown: ['M'], needs: 'operator', label: t('keys.move'), run: () => desk.moveHere() },
-        { keys: ['Shift+p'], shown: ['Shift + P'], needs: 'operator', label: t('attach.add_photo'), run: () => addPhoto(desk) },
+        {
+          keys: ['Shift+p'],
+          shown: ['Shift + P'],
+          needs: 'operator',
+          label: t('attach.add_photo'),
+          run: () => addPhoto(desk),
+        },
         { keys: ['y'], shown: ['Y'], label: t('link.copy'), run: () => copyLink(desk) },
-        { keys: ['Delete', 'Backspace'], shown: ['Del'], needs: 'operator', label: t('keys.delete'), run: () => page.remove() },
+        {
+          keys: ['Delete', 'Backspace'],
+          shown: ['Del'],
+          needs: 'operator',
+          label: t('keys.delete'),
+          run: () => page.remove(),
+        },
         { keys: ['Escape'], shown: ['Esc'], label: t('keys.leave'), run: () => page.leave() },
       ],
     },
@@ -119,12 +145,8 @@ export function keyMap(page) {
     },
   ];
   const isAllowed = ({ needs = 'viewer' }) => (needs === 'operator' ? mayEdit() : may(needs));
-  return groups
-    .filter(isAllowed)
-    .map(({ title, bindings }) => ({ title, bindings: bindings.filter(isAllowed) }));
+  return groups.filter(isAllowed).map(({ title, bindings }) => ({ title, bindings: bindings.filter(isAllowed) }));
 }
 
 /** Keys that move the 3D camera while the 3D view has the focus. */
-export const VIEWER_KEYS = new Set([
-  'w', 'a', 's', 'd', 'q', 'e', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown',
-]);
+export const VIEWER_KEYS = new Set(['w', 'a', 's', 'd', 'q', 'e', 'ArrowLeft', 'ArrowRight', 'ArrowUp', 'ArrowDown']);

@@ -28,18 +28,21 @@ export class Overtaken {
     const { stated: theirs, version } = corrections.value;
     const { remark } = corrections.waiting;
     this.#found += 1;
-    conflicts.state('corrections', [{
-      id: `corrections ${this.#found}`,
-      kind: 'corrections',
-      get mine() {
-        return corrections.draft.value; // it may be edited until then
+    conflicts.state('corrections', [
+      {
+        id: `corrections ${this.#found}`,
+        kind: 'corrections',
+        get mine() {
+          return corrections.draft.value; // it may be edited until then
+        },
+        theirs,
+        keepMine: async () => {
+          if (await this.#desk.correct(corrections.draft.value, remark, version))
+            this.#desk.done(t('corrections.applied'));
+        },
+        takeTheirs: () => corrections.discard(),
       },
-      theirs,
-      keepMine: async () => {
-        if (await this.#desk.correct(corrections.draft.value, remark, version)) this.#desk.done(t('corrections.applied'));
-      },
-      takeTheirs: () => corrections.discard(),
-    }]);
+    ]);
   }
 
   /** Reports a draft that waits for a decision, also since an earlier page, until it is settled. */
@@ -52,8 +55,9 @@ export class Overtaken {
   /** Reports changes that the server refused because somebody else changed the same observation. */
   #findObservations() {
     const { outbox, observations, inspection, conflicts } = this.#desk;
-    conflicts.state('observation', outbox.overtakenFor(inspection.id).map(
-      ({ id, observation, fields, refusal }) => ({
+    conflicts.state(
+      'observation',
+      outbox.overtakenFor(inspection.id).map(({ id, observation, fields, refusal }) => ({
         id,
         kind: 'observation',
         about: observation,
@@ -61,7 +65,7 @@ export class Overtaken {
         theirs: refusal.current,
         keepMine: () => observations.sendAgain(observation),
         takeTheirs: () => observations.giveUp(observation),
-      }),
-    ));
+      })),
+    );
   }
 }

@@ -43,16 +43,28 @@ export function buildWindow(page, part) {
   showSaving(parts.save, desk, signal);
   if (part === 'wall') bindZoom(parts, desk, signal);
   // The film is on the desk: here a few messages a second are enough for what changes with a run.
-  desk.live.addEventListener('message', ({ detail: { header } }) => {
-    setTimeout(() => desk.live.acknowledge(header.seq), ACKNOWLEDGED_AFTER_MS);
-  }, { signal });
-  desk.addEventListener('tagged', ({ detail }) => desk.done(t('desk.tagged_point', { where: chainage(detail.distance_m) })), { signal });
-  bindKeys(document, [
-    { keys: ['u', 'Ctrl+z'], run: () => page.undo() },
-    { keys: ['Shift+u', 'Ctrl+Shift+z', 'Ctrl+y'], run: () => page.redo() },
-    { keys: ['Escape'], run: () => desk.picking.set(null) },
-    ...(part === 'wall' ? zoomKeys(desk) : []),
-  ], signal);
+  desk.live.addEventListener(
+    'message',
+    ({ detail: { header } }) => {
+      setTimeout(() => desk.live.acknowledge(header.seq), ACKNOWLEDGED_AFTER_MS);
+    },
+    { signal },
+  );
+  desk.addEventListener(
+    'tagged',
+    ({ detail }) => desk.done(t('desk.tagged_point', { where: chainage(detail.distance_m) })),
+    { signal },
+  );
+  bindKeys(
+    document,
+    [
+      { keys: ['u', 'Ctrl+z'], run: () => page.undo() },
+      { keys: ['Shift+u', 'Ctrl+Shift+z', 'Ctrl+y'], run: () => page.redo() },
+      { keys: ['Escape'], run: () => desk.picking.set(null) },
+      ...(part === 'wall' ? zoomKeys(desk) : []),
+    ],
+    signal,
+  );
   return parts;
 }
 

@@ -33,10 +33,15 @@ export function startStretch(desk) {
     await history.undo(step);
     if (observations.find(item.id)) startStretchAt(desk, item);
   };
-  desk.done(startedText(number, start), isFree ? {
-    action: t('stretch.instead', { where: chainage(item.distance_m) }),
-    run: () => orToast(instead),
-  } : {});
+  desk.done(
+    startedText(number, start),
+    isFree
+      ? {
+          action: t('stretch.instead', { where: chainage(item.distance_m) }),
+          run: () => orToast(instead),
+        }
+      : {},
+  );
 }
 
 /** Makes any tag the start of a new stretch. */
@@ -47,8 +52,7 @@ export function startStretchAt(desk, item) {
   desk.done(startedText(number, item));
 }
 
-const startedText = (number, { distance_m: m }) =>
-  t('stretch.started', { stretch: `A${number}`, where: chainage(m) });
+const startedText = (number, { distance_m: m }) => t('stretch.started', { stretch: `A${number}`, where: chainage(m) });
 
 /** Tags the end of an open stretch, by default the newest, at the shown frame. */
 export function finishStretch(desk, number = newest(desk)) {

@@ -31,9 +31,11 @@ export function makeupMarkup({ distance_u95_m: u95M, parts, taped }) {
   const most = parts[0]?.u95_m || 1;
   return html`<table class="makeup number">
       <caption class="visually-hidden">${t('interval.made_of')}</caption>
-      <tbody>${parts.map(({ name, u95_m: part }) => html`<tr><th scope="row">${wordFor('interval.part', name)}</th>
+      <tbody>${parts.map(
+        ({ name, u95_m: part }) => html`<tr><th scope="row">${wordFor('interval.part', name)}</th>
         <td>${plusMinus(part)}</td><td class="makeup__bar"><meter min="0" max="${most}" value="${part}"
-          aria-hidden="true"></meter></td></tr>`)}</tbody>
+          aria-hidden="true"></meter></td></tr>`,
+      )}</tbody>
     </table>
     <p class="makeup__advice">${icon('stretch')}<span>${advice(u95M, parts, taped)}</span></p>`;
 }
@@ -49,7 +51,11 @@ function advice(u95M, parts, taped) {
 
 /** '5 joints: scale 0.9914 ± 0.0005; your camera sits 2 mm lower.' */
 export function jointsText({ joints, scale, sigma, lower_mm: lowerMm }) {
-  const done = t('interval.by_joints', { n: joints, scale: scale.toFixed(4), sigma: Math.max(sigma, 0.0001).toFixed(4) });
+  const done = t('interval.by_joints', {
+    n: joints,
+    scale: scale.toFixed(4),
+    sigma: Math.max(sigma, 0.0001).toFixed(4),
+  });
   const mm = lowerMm === null ? 0 : Math.round(Math.abs(lowerMm));
   if (mm === 0) return done;
   return `${done} ${lowerMm > 0 ? t('interval.lower', { mm }) : t('interval.higher', { mm })}`;
@@ -66,7 +72,10 @@ export async function openIntervalDetail(desk) {
   dialog.addEventListener('close', () => closing.abort());
   try {
     const makeup = row && (await loadMakeup(desk.inspection.value.id, frame, closing.signal));
-    render(parts.body, makeup ? bodyMarkup(makeup, desk.corrections.value?.result) : html`<p>${t('interval.unknown')}</p>`);
+    render(
+      parts.body,
+      makeup ? bodyMarkup(makeup, desk.corrections.value?.result) : html`<p>${t('interval.unknown')}</p>`,
+    );
   } catch (error) {
     if (error.name === 'AbortError') return;
     if (!(error instanceof ApiError)) throw error;

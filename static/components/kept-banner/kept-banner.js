@@ -14,12 +14,16 @@ export function showKept() {
   render(banner, html`${t('kept.offline', { when: date(keptSince) })}`);
   document.body.prepend(banner);
   const until = new AbortController();
-  poll(async () => {
-    await get('/healthz');
-    render(
-      banner,
-      html`${t('kept.is_back')} <button class="button button--small" data-part="reload">${t('kept.reload')}</button>`,
-    ).reload.addEventListener('click', () => location.reload());
-    return null;
-  }, until.signal, () => {});
+  poll(
+    async () => {
+      await get('/healthz');
+      render(
+        banner,
+        html`${t('kept.is_back')} <button class="button button--small" data-part="reload">${t('kept.reload')}</button>`,
+      ).reload.addEventListener('click', () => location.reload());
+      return null;
+    },
+    until.signal,
+    () => {},
+  );
 }

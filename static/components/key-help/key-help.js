@@ -14,14 +14,20 @@ export const showKeys = (groups, { hasStage = true } = {}) =>
     title: t('keys.title'),
     size: 'wide',
     content: html`${!isKeyOn('a') && html`<p class="message">${t('keys.singles_off')}</p>`}<div class="key-help">
-      ${groups.map(withoutOff).filter(({ bindings }) => bindings.length).map(({ title, bindings }) => html`<section><h3>${title}</h3><dl>${bindings.map(row)}</dl></section>`)}
-      ${hasStage && html`<section><h3>${t('keys.pointer')}</h3><dl>
+      ${groups
+        .map(withoutOff)
+        .filter(({ bindings }) => bindings.length)
+        .map(({ title, bindings }) => html`<section><h3>${title}</h3><dl>${bindings.map(row)}</dl></section>`)}
+      ${
+        hasStage &&
+        html`<section><h3>${t('keys.pointer')}</h3><dl>
         <div><dt>${t('keys.picture')}</dt><dd>${t('keys.picture_help')}</dd></div>
         <div><dt>${t('keys.strip')}</dt><dd>${t('keys.strip_help')}</dd></div>
         <div><dt>${t('keys.zoom')}</dt><dd>${t('keys.zoom_help')}</dd></div>
         <div><dt>${t('keys.wall')}</dt><dd>${t('keys.wall_help')}</dd></div>
         <div><dt>${t('keys.view')}</dt><dd>${t('keys.view_help')}</dd></div>
-      </dl></section>`}
+      </dl></section>`
+      }
     </div>`,
   });
 

@@ -24,7 +24,8 @@ export const labelsInUse = async (signal) => (await get(IN_USE, signal)).labels;
 export const labelFilters = (labels) =>
   html`${labels.map((label) => html`<button class="chip label-chip" data-filter="label" data-value="${label}" title="${t('archive.only', { value: label })}">${label}</button>`)}`;
 
-export const labelChips = (labels) => html`${labels.map((label) => html`<span class="chip label-chip">${label}</span>`)}`;
+export const labelChips = (labels) =>
+  html`${labels.map((label) => html`<span class="chip label-chip">${label}</span>`)}`;
 
 /** Shows the labels on a button that changes them; who may only look reads them. */
 export function showLabelButton(button, labels) {
@@ -34,7 +35,10 @@ export function showLabelButton(button, labels) {
   button.disabled = !may('operator');
   button.hidden = button.disabled && labels.length === 0;
   button.title = text || t('labels.change');
-  render(button, html`${icon('label')}<span class="visually-hidden">${t('labels.label')}</span>${labelChips(labels.slice(0, SHOWN))}${labels.length > SHOWN && html`<span class="number">+${labels.length - SHOWN}</span>`}`);
+  render(
+    button,
+    html`${icon('label')}<span class="visually-hidden">${t('labels.label')}</span>${labelChips(labels.slice(0, SHOWN))}${labels.length > SHOWN && html`<span class="number">+${labels.length - SHOWN}</span>`}`,
+  );
 }
 
 /**

@@ -47,7 +47,11 @@ export class LiveBar extends Component {
     this.signal.addEventListener('abort', () => clearInterval(timer));
     this.#cameraReported();
     // An unreachable server is reported elsewhere.
-    poll(() => this.#askCounter(), this.signal, () => {});
+    poll(
+      () => this.#askCounter(),
+      this.signal,
+      () => {},
+    );
   }
 
   /** Requests the state of the connection to the software that uses Chainage as its meter counter. */

@@ -20,8 +20,10 @@ export class MeasureBox extends Component {
       this,
       html`<div class="measure__row">
           <label class="field"><span class="label">${t('measure.what')}</span>
-            <select class="input" data-part="kind">${Object.keys(KINDS).map((kind) => html`<option
-              value="${kind}">${kindText(kind)}</option>`)}</select></label>
+            <select class="input" data-part="kind">${Object.keys(KINDS).map(
+              (kind) => html`<option
+              value="${kind}">${kindText(kind)}</option>`,
+            )}</select></label>
           <button type="button" class="button" data-part="start" aria-pressed="false"
             title="${withKey(t('measure.start_help'), 'Shift + M')}">${icon('ruler')}${t('measure.start')}</button>
         </div>
@@ -61,8 +63,18 @@ export class MeasureBox extends Component {
     this.hidden = !desk.wall;
     const rules = desk.catalogue.row(item.code, item.char1, item.char2);
     if (!desk.measuring.value) parts.kind.value = this.#kind ?? usualKind(item, rules);
-    const rows = (item.measures ?? []).map((measure, i) => ({ measure, i, figure: item.measured?.[i] ?? desk.measuring.sizeOf(measure) }));
-    patchList(parts.list, rows, ({ i, measure }) => `${i} ${measure.kind}`, () => this.#createRow(), updateRow);
+    const rows = (item.measures ?? []).map((measure, i) => ({
+      measure,
+      i,
+      figure: item.measured?.[i] ?? desk.measuring.sizeOf(measure),
+    }));
+    patchList(
+      parts.list,
+      rows,
+      ({ i, measure }) => `${i} ${measure.kind}`,
+      () => this.#createRow(),
+      updateRow,
+    );
   }
 
   start() {
@@ -71,8 +83,11 @@ export class MeasureBox extends Component {
 
   #createRow() {
     const row = document.createElement('li');
-    row.parts = render(row, html`<span data-part="text"></span>
-      <button type="button" class="button button--quiet button--small button--icon" data-part="remove">${icon('trash')}</button>`);
+    row.parts = render(
+      row,
+      html`<span data-part="text"></span>
+      <button type="button" class="button button--quiet button--small button--icon" data-part="remove">${icon('trash')}</button>`,
+    );
     row.parts.remove.addEventListener('click', () => {
       const measures = this.#item.measures.toSpliced(row.at, 1);
       this.desk.observations.edit(this.#item.id, { measures: measures.length ? measures : null });
@@ -92,7 +107,10 @@ export class MeasureBox extends Component {
     const { least, most } = KINDS[kind];
     parts.kind.value = kind;
     setText(parts.hint, wordFor('measure.hint', kind));
-    setText(parts.figure, t('measure.so_far', { n: points.length, size: figureText(figure ?? desk.measuring.sizeOf(value)) }));
+    setText(
+      parts.figure,
+      t('measure.so_far', { n: points.length, size: figureText(figure ?? desk.measuring.sizeOf(value)) }),
+    );
     parts.finish.hidden = most === least;
     parts.finish.disabled = points.length < least;
     parts.back.disabled = points.length === 0;

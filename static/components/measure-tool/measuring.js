@@ -26,12 +26,20 @@ export class Measuring extends Store {
     this.#desk = desk;
     this.#signal = signal;
     // Escape, and whatever else wants the clicks, ends it.
-    desk.picking.addEventListener('change', () => {
-      if (desk.picking.value !== this.#pick) this.set(null);
-    }, { signal });
-    desk.selection.addEventListener('change', () => {
-      if (this.value?.id !== desk.selection.value) this.cancel();
-    }, { signal });
+    desk.picking.addEventListener(
+      'change',
+      () => {
+        if (desk.picking.value !== this.#pick) this.set(null);
+      },
+      { signal },
+    );
+    desk.selection.addEventListener(
+      'change',
+      () => {
+        if (this.value?.id !== desk.selection.value) this.cancel();
+      },
+      { signal },
+    );
   }
 
   /** Starts with the selected defect and the usual kind of its code. */
@@ -84,7 +92,14 @@ export class Measuring extends Store {
   /** Returns what the page knows at once of points. */
   sizeOf({ kind, points }) {
     const { wall, track } = this.#desk;
-    return wall && measured(kind, points.map((point) => sightOf(wall, track, point)), wall.radius);
+    return (
+      wall &&
+      measured(
+        kind,
+        points.map((point) => sightOf(wall, track, point)),
+        wall.radius,
+      )
+    );
   }
 
   #quantity(item, kind, figure) {

@@ -65,4 +65,3 @@ function paintScale(context, { wall, inspection }, { toStage, layout, cursor, st
   const at = [left + BAR_AT[0], bottom - BAR_AT[1]];
   paintScaleBar(context, perMm, at, BAR_SHARE * layout.width * layout.scale, textOf, styles.getPropertyValue('--sans'));
 }
-

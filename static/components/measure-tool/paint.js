@@ -28,7 +28,8 @@ export const storedMeasures = ({ measuring, selection }, observations) =>
       measure,
       text: `${kindText(measure.kind)} ${figureText(measured?.[i] ?? measuring.sizeOf(measure))}`,
       isStrong: id === selection.value,
-    })));
+    })),
+  );
 
 /**
  * Returns the measure that is being made, to the pointer, or nothing.
@@ -57,7 +58,10 @@ export function paintMeasure(context, { measure, text, isStrong }, places, label
   const shown = places.filter((place) => place !== null);
   if (shown.length === 0) return;
   context.lineJoin = 'round';
-  for (const [width, colour] of [[isStrong ? 5 : 3.5, HALO], [isStrong ? 2 : 1.5, isStrong ? STRONG : FAINT]]) {
+  for (const [width, colour] of [
+    [isStrong ? 5 : 3.5, HALO],
+    [isStrong ? 2 : 1.5, isStrong ? STRONG : FAINT],
+  ]) {
     context.lineWidth = width;
     context.strokeStyle = colour;
     context.beginPath();

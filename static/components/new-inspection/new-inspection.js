@@ -27,8 +27,21 @@ const NOT_YET = new Set(['end_condition', 'abandon_reason', 'video_files']);
  * day.
  */
 const REMEMBERED_FIELDS = new Set([
-  'client', 'contractor', 'operator', 'operator_certificate', 'reviewer', 'method', 'standard', 'edition',
-  'code_pack', 'rig_id', 'calibration_id', 'camera', 'lens', 'camera_offset_m', 'tether',
+  'client',
+  'contractor',
+  'operator',
+  'operator_certificate',
+  'reviewer',
+  'method',
+  'standard',
+  'edition',
+  'code_pack',
+  'rig_id',
+  'calibration_id',
+  'camera',
+  'lens',
+  'camera_offset_m',
+  'tether',
 ]);
 const ASK_CAMERA_EVERY_S = 0.3;
 const STANDARD = { standard: 'EN 13508-2', edition: '2003+A1:2011' };

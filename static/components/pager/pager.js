@@ -47,7 +47,12 @@ export class ListPager extends Component {
     const to = Math.min(offset + limit, total);
     setText(shown, t('pager.shown', { from: count(offset + 1), to: count(to), all: count(total) }));
     // Not `disabled`: the focus would be lost at the last page.
-    for (const [button, isEnd] of [[first, offset === 0], [previous, offset === 0], [next, offset >= lastPage], [last, offset >= lastPage]]) {
+    for (const [button, isEnd] of [
+      [first, offset === 0],
+      [previous, offset === 0],
+      [next, offset >= lastPage],
+      [last, offset >= lastPage],
+    ]) {
       button.setAttribute('aria-disabled', String(isEnd));
     }
   }

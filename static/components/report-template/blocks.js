@@ -40,7 +40,9 @@ export function followBlocks(body, draftOf, listen) {
     target.setAttribute('aria-invalid', String(value === undefined));
     if (value === undefined) return;
     const place = placeOf(target);
-    const blocks = draftOf().value.recommendations.map((block, i) => (i === place ? { ...block, [field]: value } : block));
+    const blocks = draftOf().value.recommendations.map((block, i) =>
+      i === place ? { ...block, [field]: value } : block,
+    );
     draftOf().change({ recommendations: blocks }, target);
   });
   listen(body, 'click', ({ target }) => {
@@ -50,8 +52,13 @@ export function followBlocks(body, draftOf, listen) {
     const blocks = draftOf().value.recommendations;
     if (what === 'remove') {
       put(blocks.toSpliced(place, 1));
-      (body.children[Math.min(place, blocks.length - 2)] ?? body.closest('section')).querySelector('textarea, [data-part=add]')?.focus();
-      toast(t('report_template.removed'), { action: t('page.undo'), run: () => put(draftOf().value.recommendations.toSpliced(place, 0, blocks[place])) });
+      (body.children[Math.min(place, blocks.length - 2)] ?? body.closest('section'))
+        .querySelector('textarea, [data-part=add]')
+        ?.focus();
+      toast(t('report_template.removed'), {
+        action: t('page.undo'),
+        run: () => put(draftOf().value.recommendations.toSpliced(place, 0, blocks[place])),
+      });
       return;
     }
     const to = place + (what === 'up' ? -1 : 1);
@@ -82,7 +89,11 @@ export function showBlocks(body, { recommendations, currency }) {
     body,
     html`${recommendations.map(({ code, char1, severity_from: from, text, cost }, i) => {
       const named = (name) => t('report_template.of_block', { field: titles[name], n: i + 1 });
-      const word = (name, value, longest) => cell(name, html`<input class="input" data-field="${name}" value="${value ?? ''}" maxlength="${longest}" list="template-${name}s" aria-label="${named(name)}" autocomplete="off" spellcheck="false" />`);
+      const word = (name, value, longest) =>
+        cell(
+          name,
+          html`<input class="input" data-field="${name}" value="${value ?? ''}" maxlength="${longest}" list="template-${name}s" aria-label="${named(name)}" autocomplete="off" spellcheck="false" />`,
+        );
       return html`<tr data-place="${i}">
         ${word('code', code, 8)}
         ${word('char1', char1, 2)}

@@ -4,7 +4,13 @@ import { ApiError, get, poll } from '../../core/api.js';
 import { makeExport, save } from '../../core/exports.js';
 import { html, render } from '../../core/html.js';
 import {
-  LEAST_CONTRAST, TemplateDraft, contrastOnWhite, loadTemplate, projectsWithTemplate, removeTemplate, saveTemplate,
+  LEAST_CONTRAST,
+  TemplateDraft,
+  contrastOnWhite,
+  loadTemplate,
+  projectsWithTemplate,
+  removeTemplate,
+  saveTemplate,
 } from '../../core/report-template.js';
 import { may } from '../../core/rights.js';
 import { Component } from '../../core/store.js';
@@ -48,7 +54,11 @@ export class ReportTemplate extends Component {
       }),
     );
     this.#listen();
-    poll(() => this.#load(), this.signal, (error) => showFault(this.parts.fault, error));
+    poll(
+      () => this.#load(),
+      this.signal,
+      (error) => showFault(this.parts.fault, error),
+    );
   }
 
   /** Fetches all that is shown, the template at last: what is edited is not replaced by a repeated question. */
@@ -101,8 +111,12 @@ export class ReportTemplate extends Component {
     parts.reset.hidden = !isOwn;
     parts.resetWord.textContent = this.#project === '' ? t('report_template.reset_all') : t('report_template.reset');
     parts.whose.textContent = isOwn
-      ? this.#project === '' ? t('report_template.is_of_all') : t('report_template.is_own')
-      : project === '' ? t('report_template.is_common') : t('report_template.is_default');
+      ? this.#project === ''
+        ? t('report_template.is_of_all')
+        : t('report_template.is_own')
+      : project === ''
+        ? t('report_template.is_common')
+        : t('report_template.is_default');
     parts.changed.textContent = at ? t('report_template.changed', { who, at: date(at) }) : '';
   }
 
@@ -114,7 +128,8 @@ export class ReportTemplate extends Component {
     parts.save.disabled = !isChanged;
     parts.undo.disabled = !draft.canUndo;
     parts.redo.disabled = !draft.canRedo;
-    parts.accentFault.textContent = contrastOnWhite(value.accent) < LEAST_CONTRAST ? t('report_template.accent_light') : '';
+    parts.accentFault.textContent =
+      contrastOnWhite(value.accent) < LEAST_CONTRAST ? t('report_template.accent_light') : '';
     parts.add.disabled = value.recommendations.length >= MOST_BLOCKS;
     if (!draft.isTyped) this.#fill(value);
   }
@@ -215,12 +230,22 @@ export class ReportTemplate extends Component {
   async #offer() {
     const { parts, signal } = this;
     const query = new URLSearchParams({ limit: OFFERED, ...(this.#project !== '' && { project: this.#project }) });
-    const [projects, { inspections }] = await Promise.all([projectsWithTemplate(signal), get(`/api/inspections?${query}`, signal)]);
+    const [projects, { inspections }] = await Promise.all([
+      projectsWithTemplate(signal),
+      get(`/api/inspections?${query}`, signal),
+    ]);
     const all = [...new Set(['', ...projects])];
     render(
       parts.others,
-      html`${all.length > 1 && html`<ul>${all.map((project) => html`<li><a class="chip" href="/archive/template${project && `?${new URLSearchParams({ project })}`}"
-        ${project === this.#project && html`aria-current="page"`}>${project || t('report_template.of_all')}</a></li>`)}</ul>`}`,
+      html`${
+        all.length > 1 &&
+        html`<ul>${all.map(
+          (
+            project,
+          ) => html`<li><a class="chip" href="/archive/template${project && `?${new URLSearchParams({ project })}`}"
+        ${project === this.#project && html`aria-current="page"`}>${project || t('report_template.of_all')}</a></li>`,
+        )}</ul>`
+      }`,
     );
     const mine = inspections.filter(({ project }) => this.#project !== '' || !projects.includes(project));
     render(parts.inspection, html`${mine.map(({ id, name }) => html`<option value="${id}">${name}</option>`)}`);
@@ -274,16 +299,28 @@ function formMarkup() {
       <button type="button" class="button" data-part="add" data-needs="operator">${icon('plus')}${t('report_template.block_add')}</button></section>`;
 }
 
-const titled = (name, control, help) => html`<div class="field"><label for="template-${name}">${wordFor('report_template.field', name)}</label>${control}
+const titled = (
+  name,
+  control,
+  help,
+) => html`<div class="field"><label for="template-${name}">${wordFor('report_template.field', name)}</label>${control}
   ${help && html`<span class="help" id="template-${name}-help">${help}</span>`}</div>`;
 
 const described = (name, help) => help && html`aria-describedby="template-${name}-help"`;
 
 const line = (name, longest, help) =>
-  titled(name, html`<input class="input" id="template-${name}" data-name="${name}" maxlength="${longest}" autocomplete="off" ${described(name, help)} />`, help);
+  titled(
+    name,
+    html`<input class="input" id="template-${name}" data-name="${name}" maxlength="${longest}" autocomplete="off" ${described(name, help)} />`,
+    help,
+  );
 
 const lines = (name, rows, help) =>
-  titled(name, html`<textarea class="input" id="template-${name}" rows="${rows}" maxlength="4000" data-name="${name}" ${described(name, help)}></textarea>`, help);
+  titled(
+    name,
+    html`<textarea class="input" id="template-${name}" rows="${rows}" maxlength="4000" data-name="${name}" ${described(name, help)}></textarea>`,
+    help,
+  );
 
 const previewMarkup = () => html`<h2 id="template-preview">${t('report_template.preview')}</h2>
   <form class="template__show" data-part="previewForm"><div class="field"><label for="template-inspection">${t('report_template.inspection')}</label>

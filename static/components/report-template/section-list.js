@@ -20,13 +20,16 @@ export function followSections(list, draftOf, listen) {
   };
   listen(list, 'change', ({ target }) => {
     const place = placeOf(target);
-    const sections = draftOf().value.sections.map((section, i) => (i === place ? { ...section, isOn: target.checked } : section));
+    const sections = draftOf().value.sections.map((section, i) =>
+      i === place ? { ...section, isOn: target.checked } : section,
+    );
     draftOf().change({ sections });
     list.children[place].querySelector('input').focus();
   });
   listen(list, 'click', ({ target }) => {
     const { by } = target.closest('[data-by]')?.dataset ?? {};
-    if (by) move(placeOf(target), placeOf(target) + Number(by), `[data-by="${by}"]:not(:disabled), [data-by]:not(:disabled)`);
+    if (by)
+      move(placeOf(target), placeOf(target) + Number(by), `[data-by="${by}"]:not(:disabled), [data-by]:not(:disabled)`);
   });
   listen(list, 'keydown', (event) => {
     const by = { ArrowUp: -1, ArrowDown: 1 }[event.key];
@@ -55,9 +58,12 @@ export function showSections(list, sections, mayEdit) {
       const word = wordFor('report_template.section', name);
       return html`<li class="sections__item" data-place="${i}" draggable="${String(mayEdit)}">
         <label><input type="checkbox" ${isOn && 'checked'} /> <span>${word}</span></label>
-        ${mayEdit && html`<span class="sections__ways">
+        ${
+          mayEdit &&
+          html`<span class="sections__ways">
           <button type="button" class="button button--small button--icon" data-by="-1" ${i === 0 && 'disabled'} aria-label="${t('rules.up', { name: word })}" title="${t('rules.earlier')}">↑</button>
-          <button type="button" class="button button--small button--icon" data-by="1" ${i === sections.length - 1 && 'disabled'} aria-label="${t('rules.down', { name: word })}" title="${t('rules.later')}">↓</button></span>`}</li>`;
+          <button type="button" class="button button--small button--icon" data-by="1" ${i === sections.length - 1 && 'disabled'} aria-label="${t('rules.down', { name: word })}" title="${t('rules.later')}">↓</button></span>`
+        }</li>`;
     })}`,
   );
 }

@@ -23,16 +23,23 @@ export class DefectReview extends Component {
       this,
       html`<h3>${t('reviewing.of_defect')}</h3>
         <ul class="remarks" aria-label="${t('reviewing.of_defect')}" data-part="list"></ul>
-        ${!mayEdit() && drafts.of(id) && html`<div class="field"><label for="remark-text">${t('reviewing.kept')}</label>
-          <textarea class="input" id="remark-text" rows="2" readonly>${drafts.of(id)}</textarea></div>`}
-        ${mayEdit() && html`<div class="field"><label for="remark-text">${t('reviewing.say')}</label>
+        ${
+          !mayEdit() &&
+          drafts.of(id) &&
+          html`<div class="field"><label for="remark-text">${t('reviewing.kept')}</label>
+          <textarea class="input" id="remark-text" rows="2" readonly>${drafts.of(id)}</textarea></div>`
+        }
+        ${
+          mayEdit() &&
+          html`<div class="field"><label for="remark-text">${t('reviewing.say')}</label>
           <textarea class="input" id="remark-text" rows="2" maxlength="2000" aria-describedby="remark-fault" data-part="text">${drafts.of(id)}</textarea>
           <span class="fault" aria-live="polite" id="remark-fault" data-part="fault"></span></div>
         <div class="form__row">
           <button type="button" class="button button--small" data-say="accepted">${icon('check')}${t('reviewing.accept')}</button>
           <button type="button" class="button button--small" data-say="question">${icon('help')}${t('reviewing.ask')}</button>
           <button type="button" class="button button--small" data-say="comment">${icon('edit')}${t('reviewing.comment')}</button>
-        </div>`}`,
+        </div>`
+        }`,
     );
     this.listen(this, 'click', (event) => {
       const { say: kind } = event.target.closest('[data-say]')?.dataset ?? {};

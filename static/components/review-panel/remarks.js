@@ -27,10 +27,16 @@ export function remarkRow(remark, { name, isOld = false } = {}) {
       ${text && html`<p class="remark__text">${text}</p>`}
       <p class="dim remark__who">${t('reviewing.by', { who: by, when: date(at) })}${settled && html` · ${t('reviewing.settled_by', { who: settledBy, when: date(settled) })}`}</p>
     </div>
-    ${mayEdit() && html`<span class="remark__buttons">
+    ${
+      mayEdit() &&
+      html`<span class="remark__buttons">
       ${kind === 'question' && html`<button type="button" class="button button--small" data-settle="${id}">${settled ? t('reviewing.unsettle') : t('reviewing.settle')}</button>`}
-      ${isMine && html`<button type="button" class="button button--quiet button--small button--icon" data-withdraw="${id}"
-        aria-label="${t('reviewing.withdraw')}" title="${t('reviewing.withdraw')}">${icon('trash')}</button>`}</span>`}</li>`;
+      ${
+        isMine &&
+        html`<button type="button" class="button button--quiet button--small button--icon" data-withdraw="${id}"
+        aria-label="${t('reviewing.withdraw')}" title="${t('reviewing.withdraw')}">${icon('trash')}</button>`
+      }</span>`
+    }</li>`;
 }
 
 /** Says something about an observation as the person sees it. */
@@ -56,7 +62,8 @@ export async function pressed(desk, { target }) {
     // Only what this person says again is the same: not another's remark, a settled one, or an acceptance, which
     // would be of the defect as it is now.
     const isSame = remark.by === preferences.person?.name && !remark.settled_at && remark.kind !== 'accepted';
-    if (isSame) note(desk, item, remark, (isBack) => (isBack ? desk.review.say(remark) : desk.review.withdraw(withdraw)));
+    if (isSame)
+      note(desk, item, remark, (isBack) => (isBack ? desk.review.say(remark) : desk.review.withdraw(withdraw)));
     desk.done(t('reviewing.withdrawn'), isSame ? {} : { action: null });
   }
 }

@@ -26,7 +26,8 @@ export class ReviewPanel extends Component {
         else await pressed(desk, event);
       });
     });
-    for (const store of [desk.review, desk.inspection, desk.observations]) this.listen(store, 'change', () => this.#show());
+    for (const store of [desk.review, desk.inspection, desk.observations])
+      this.listen(store, 'change', () => this.#show());
     this.#show();
   }
 
@@ -70,9 +71,11 @@ export class ReviewPanel extends Component {
         <section class="review__part">
           <h3>${t('reviewing.steps')}</h3>
           ${review.steps.length === 0 && html`<p class="dim">${t('reviewing.no_steps')}</p>`}
-          <ol class="remarks">${review.steps.toReversed().map(({ state, by, at, reason }) => html`<li class="remark">${icon('forward')}
+          <ol class="remarks">${review.steps.toReversed().map(
+            ({ state, by, at, reason }) => html`<li class="remark">${icon('forward')}
             <div class="remark__what"><p><b>${wordFor('review', state)}</b></p>${reason && html`<p class="remark__text">${reason}</p>`}
-            <p class="dim remark__who">${t('reviewing.by', { who: by, when: date(at) })}</p></div></li>`)}</ol>
+            <p class="dim remark__who">${t('reviewing.by', { who: by, when: date(at) })}</p></div></li>`,
+          )}</ol>
         </section>`,
     );
   }
@@ -87,8 +90,10 @@ export class ReviewPanel extends Component {
     if (this.desk.inspection.isUnfinished) return html`<p class="dim">${t('reviewing.not_ended')}</p>`;
     const isAllowed = (wanted) => may(isForAdmins(state, wanted) ? 'admin' : 'operator');
     const steps = nextStates(state);
-    return html`<p class="review__steps">${steps.map((wanted, i) => html`<button type="button" class="button ${i === 0 && 'button--primary'}"
-        data-move="${wanted}" ${!isAllowed(wanted) && 'disabled'}>${wordFor('review_step', wanted)}</button>`)}</p>
+    return html`<p class="review__steps">${steps.map(
+      (wanted, i) => html`<button type="button" class="button ${i === 0 && 'button--primary'}"
+        data-move="${wanted}" ${!isAllowed(wanted) && 'disabled'}>${wordFor('review_step', wanted)}</button>`,
+    )}</p>
       ${!steps.every(isAllowed) && html`<p class="dim">${t('reviewing.for_admins')}</p>`}`;
   }
 }

@@ -34,9 +34,15 @@ export async function askBoard(model) {
           <option value="charuco">${t('board.charuco')}</option></select>
         <span class="help">${t('board.kind_help')}</span></div>
       <div class="rig__grid">
-        ${NUMBERS.map(([name, label, unit]) => html`<div class="field" data-part="${name}Field"><label for="board-${name}">${label}</label>
+        ${NUMBERS.map(
+          ([
+            name,
+            label,
+            unit,
+          ]) => html`<div class="field" data-part="${name}Field"><label for="board-${name}">${label}</label>
           <span class="input-with-unit"><input class="input" id="board-${name}" inputmode="decimal" autocomplete="off" data-part="${name}" />
-          <span class="unit">${unit}</span></span></div>`)}
+          <span class="unit">${unit}</span></span></div>`,
+        )}
       </div>
       <div role="status" data-part="said"></div>
       <p class="fault" role="alert" data-part="fault"></p>
@@ -59,7 +65,9 @@ export async function askBoard(model) {
     if (!file || !board) return;
     await upload?.cancel(); // of a film before this one
     upload = new Upload(file, file.name);
-    upload.addEventListener('change', () => say(t('films.sending', { percent: Math.floor((100 * upload.offset) / upload.size) })));
+    upload.addEventListener('change', () =>
+      say(t('films.sending', { percent: Math.floor((100 * upload.offset) / upload.size) })),
+    );
     await upload.start();
     if (upload.state !== 'DONE') throw new ApiError(0, 'upload_failed', upload.reason ?? '');
     say(t('board.measuring'));
@@ -106,8 +114,18 @@ function boardOf({ kind, columns, rows, square, marker }, model) {
 }
 
 /** Returns how good a calibration is; what to do better comes from the server. */
-const words = ({ pictures, camera, focal_percent: percent, coverage, weaknesses }) => html`<p class="message">${icon('check')}
+const words = ({
+  pictures,
+  camera,
+  focal_percent: percent,
+  coverage,
+  weaknesses,
+}) => html`<p class="message">${icon('check')}
   <span>${t('board.found', {
-    n: pictures, count: count(pictures), focal: camera.fx.toFixed(1), percent: percent.toFixed(2), covered: Math.round(100 * coverage),
+    n: pictures,
+    count: count(pictures),
+    focal: camera.fx.toFixed(1),
+    percent: percent.toFixed(2),
+    covered: Math.round(100 * coverage),
   })}</span></p>
   ${weaknesses.length > 0 && html`<ul class="rig-picture__findings">${weaknesses.map((each) => html`<li>${each}</li>`)}</ul>`}`;

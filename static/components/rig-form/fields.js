@@ -13,17 +13,32 @@ export const GROUPS = [
     title: t('rig.group_pipe'),
     fields: [
       {
-        path: 'pipe.shape', kind: 'choice', label: t('rig.shape'),
-        options: [['circular', t('rig.shape_circular')], ['flat', t('rig.shape_flat')]],
+        path: 'pipe.shape',
+        kind: 'choice',
+        label: t('rig.shape'),
+        options: [
+          ['circular', t('rig.shape_circular')],
+          ['flat', t('rig.shape_flat')],
+        ],
         help: t('rig.shape_help'),
       },
       {
-        path: 'pipe.diameter_mm', kind: 'number', label: t('rig.diameter'), unit: 'mm', min: 50, max: 20000,
+        path: 'pipe.diameter_mm',
+        kind: 'number',
+        label: t('rig.diameter'),
+        unit: 'mm',
+        min: 50,
+        max: 20000,
         help: t('rig.diameter_help'),
       },
       {
-        path: 'pipe.segment_length_mm', kind: 'number', label: t('rig.segment'), unit: 'mm',
-        min: 100, max: 20000, optional: true,
+        path: 'pipe.segment_length_mm',
+        kind: 'number',
+        label: t('rig.segment'),
+        unit: 'mm',
+        min: 100,
+        max: 20000,
+        optional: true,
         help: t('rig.segment_help'),
       },
     ],
@@ -33,16 +48,31 @@ export const GROUPS = [
     title: t('rig.group_mount'),
     fields: [
       {
-        path: 'mount.view', kind: 'choice', label: t('rig.view'),
-        options: [['down', t('rig.view_down')], ['forward', t('rig.view_forward')]],
+        path: 'mount.view',
+        kind: 'choice',
+        label: t('rig.view'),
+        options: [
+          ['down', t('rig.view_down')],
+          ['forward', t('rig.view_forward')],
+        ],
         help: t('rig.view_help'),
       },
       {
-        path: 'mount.height_mm', kind: 'number', label: t('rig.height'), unit: 'mm', above: 0, max: 10000,
+        path: 'mount.height_mm',
+        kind: 'number',
+        label: t('rig.height'),
+        unit: 'mm',
+        above: 0,
+        max: 10000,
         help: t('rig.height_help'),
       },
       {
-        path: 'mount.rotation_deg', kind: 'number', label: t('rig.rotation'), unit: '°', min: -360, max: 360,
+        path: 'mount.rotation_deg',
+        kind: 'number',
+        label: t('rig.rotation'),
+        unit: '°',
+        min: -360,
+        max: 360,
         help: t('rig.rotation_help'),
       },
     ],
@@ -52,19 +82,34 @@ export const GROUPS = [
     title: t('rig.group_camera'),
     fields: [
       {
-        path: 'camera.model', kind: 'choice', label: t('rig.model'),
-        options: [['pinhole', t('rig.model_pinhole')], ['fisheye', t('rig.model_fisheye')]],
+        path: 'camera.model',
+        kind: 'choice',
+        label: t('rig.model'),
+        options: [
+          ['pinhole', t('rig.model_pinhole')],
+          ['fisheye', t('rig.model_fisheye')],
+        ],
         help: t('rig.model_help'),
       },
       { path: 'camera.width', kind: 'integer', label: t('rig.width'), unit: 'px', min: 32, max: 8192 },
       { path: 'camera.height', kind: 'integer', label: t('rig.picture_height'), unit: 'px', min: 32, max: 8192 },
       {
-        path: 'camera.fx', kind: 'number', label: t('rig.fx'), unit: 'px', above: 1, max: 100000,
+        path: 'camera.fx',
+        kind: 'number',
+        label: t('rig.fx'),
+        unit: 'px',
+        above: 1,
+        max: 100000,
         help: t('rig.fx_help'),
       },
       { path: 'camera.fy', kind: 'number', label: t('rig.fy'), unit: 'px', above: 1, max: 100000 },
       {
-        path: 'camera.cx', kind: 'number', label: t('rig.cx'), unit: 'px', min: -8192, max: 16384,
+        path: 'camera.cx',
+        kind: 'number',
+        label: t('rig.cx'),
+        unit: 'px',
+        min: -8192,
+        max: 16384,
         help: t('rig.cx_help'),
       },
       { path: 'camera.cy', kind: 'number', label: t('rig.cy'), unit: 'px', min: -8192, max: 16384 },
@@ -78,24 +123,54 @@ const KNOWN = {
   help: t('rig.known_help'),
   fields: [
     {
-      path: 'tolerance.height_mm', kind: 'number', label: t('rig.known_height'), unit: 'mm', min: 0, max: 1000,
-      optional: true, help: t('rig.known_usual', { usual: '2 mm' }),
+      path: 'tolerance.height_mm',
+      kind: 'number',
+      label: t('rig.known_height'),
+      unit: 'mm',
+      min: 0,
+      max: 1000,
+      optional: true,
+      help: t('rig.known_usual', { usual: '2 mm' }),
     },
     {
-      path: 'tolerance.focal_percent', kind: 'number', label: t('rig.known_focal'), unit: '%', min: 0, max: 20,
-      optional: true, help: t('rig.known_usual', { usual: '0.5 %' }),
+      path: 'tolerance.focal_percent',
+      kind: 'number',
+      label: t('rig.known_focal'),
+      unit: '%',
+      min: 0,
+      max: 20,
+      optional: true,
+      help: t('rig.known_usual', { usual: '0.5 %' }),
     },
     {
-      path: 'tolerance.tilt_deg', kind: 'number', label: t('rig.known_tilt'), unit: '°', min: 0, max: 30,
-      optional: true, help: t('rig.known_usual', { usual: '1°' }),
+      path: 'tolerance.tilt_deg',
+      kind: 'number',
+      label: t('rig.known_tilt'),
+      unit: '°',
+      min: 0,
+      max: 30,
+      optional: true,
+      help: t('rig.known_usual', { usual: '1°' }),
     },
     {
-      path: 'tolerance.diameter_mm', kind: 'number', label: t('rig.known_diameter'), unit: 'mm', min: 0, max: 1000,
-      optional: true, help: t('rig.known_usual', { usual: '3 mm' }),
+      path: 'tolerance.diameter_mm',
+      kind: 'number',
+      label: t('rig.known_diameter'),
+      unit: 'mm',
+      min: 0,
+      max: 1000,
+      optional: true,
+      help: t('rig.known_usual', { usual: '3 mm' }),
     },
     {
-      path: 'tolerance.segment_length_mm', kind: 'number', label: t('rig.known_segment'), unit: 'mm',
-      min: 0, max: 1000, optional: true, help: t('rig.known_usual', { usual: '5 mm' }),
+      path: 'tolerance.segment_length_mm',
+      kind: 'number',
+      label: t('rig.known_segment'),
+      unit: 'mm',
+      min: 0,
+      max: 1000,
+      optional: true,
+      help: t('rig.known_usual', { usual: '5 mm' }),
     },
   ],
 };
@@ -105,24 +180,53 @@ const FINE = {
   title: t('rig.group_fine'),
   fields: [
     {
-      path: 'camera.distortion', kind: 'numbers', label: t('rig.distortion'), min: -1000, max: 1000, optional: true,
+      path: 'camera.distortion',
+      kind: 'numbers',
+      label: t('rig.distortion'),
+      min: -1000,
+      max: 1000,
+      optional: true,
       help: t('rig.distortion_help'),
     },
     { path: 'camera.skew', kind: 'number', label: t('rig.skew'), unit: 'px', min: -1000, max: 1000, optional: true },
     {
-      path: 'mount.lateral_mm', kind: 'number', label: t('rig.lateral'), unit: 'mm', min: -5000, max: 5000,
-      optional: true, help: t('rig.lateral_help'),
+      path: 'mount.lateral_mm',
+      kind: 'number',
+      label: t('rig.lateral'),
+      unit: 'mm',
+      min: -5000,
+      max: 5000,
+      optional: true,
+      help: t('rig.lateral_help'),
     },
     {
-      path: 'mount.pitch_deg', kind: 'number', label: t('rig.pitch'), unit: '°', min: -80, max: 80, optional: true,
+      path: 'mount.pitch_deg',
+      kind: 'number',
+      label: t('rig.pitch'),
+      unit: '°',
+      min: -80,
+      max: 80,
+      optional: true,
       help: t('rig.pitch_help'),
     },
     {
-      path: 'mount.roll_deg', kind: 'number', label: t('rig.roll'), unit: '°', min: -80, max: 80, optional: true,
+      path: 'mount.roll_deg',
+      kind: 'number',
+      label: t('rig.roll'),
+      unit: '°',
+      min: -80,
+      max: 80,
+      optional: true,
       help: t('rig.roll_help'),
     },
     {
-      path: 'camera.readout_ms', kind: 'number', label: t('rig.readout'), unit: 'ms', min: 0, max: 200, optional: true,
+      path: 'camera.readout_ms',
+      kind: 'number',
+      label: t('rig.readout'),
+      unit: 'ms',
+      min: 0,
+      max: 200,
+      optional: true,
       help: t('rig.readout_help'),
     },
   ],
@@ -149,7 +253,11 @@ export function parse({ kind }, text) {
   const trimmed = text.trim();
   if (trimmed === '') return undefined;
   if (kind === 'choice') return trimmed;
-  if (kind === 'numbers') return trimmed.split(/[\s,;]+/).filter(Boolean).map(Number);
+  if (kind === 'numbers')
+    return trimmed
+      .split(/[\s,;]+/)
+      .filter(Boolean)
+      .map(Number);
   return Number(trimmed);
 }
 
@@ -177,7 +285,10 @@ export function jointFaults({ camera, mount, pipe }) {
       t('rig.fault_distortion', { n: camera.distortion.length, lengths: lengths.slice(1).join(', ') }),
     ]);
   }
-  for (const [name, pixels] of [['fx', camera.width], ['fy', camera.height]]) {
+  for (const [name, pixels] of [
+    ['fx', camera.width],
+    ['fy', camera.height],
+  ]) {
     const least = pixels / LONGEST_SIDE[camera.model];
     if (camera[name] < least) {
       faults.push([`camera.${name}`, t('rig.fault_focal', { least: Math.ceil(least), pixels, focal: camera[name] })]);

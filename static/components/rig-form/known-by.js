@@ -20,7 +20,9 @@ const WAYS = {
 };
 const OWN = 'own';
 const NAMES = [
-  ['tape', t('known.tape')], ['calibrated', t('known.calibrated')], ['guessed', t('known.guessed')],
+  ['tape', t('known.tape')],
+  ['calibrated', t('known.calibrated')],
+  ['guessed', t('known.guessed')],
   [OWN, t('known.own')],
 ];
 

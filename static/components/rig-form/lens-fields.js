@@ -10,7 +10,11 @@ import { angleOfFocal, focalOfAngle, focalOfSensor } from '../../core/lens.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 
-const MODES = [['angle', t('lens.by_angle')], ['sensor', t('lens.by_sensor')], ['px', t('lens.by_px')]];
+const MODES = [
+  ['angle', t('lens.by_angle')],
+  ['sensor', t('lens.by_sensor')],
+  ['px', t('lens.by_px')],
+];
 
 export class LensFields extends Component {
   #camera = {};

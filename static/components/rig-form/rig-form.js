@@ -48,20 +48,27 @@ export class RigForm extends Component {
         <p class="fault" role="alert" data-part="loadFault"></p>
         <div class="rig__body">
           <div class="rig__fields">
-            ${GROUPS.map(({ name, title, fields }) => html`<fieldset class="rig__group rig__group--${name}">
+            ${GROUPS.map(
+              ({ name, title, fields }) => html`<fieldset class="rig__group rig__group--${name}">
               <legend>${title}</legend>
-              ${name === 'camera' && html`<lens-fields data-part="lens"></lens-fields>
-                <button type="button" class="button button--small rig__board" data-part="board">${icon('layers')}${t('board.open')}</button>`}
+              ${
+                name === 'camera' &&
+                html`<lens-fields data-part="lens"></lens-fields>
+                <button type="button" class="button button--small rig__board" data-part="board">${icon('layers')}${t('board.open')}</button>`
+              }
               <div class="rig__grid">${fields.map(fieldMarkup)}</div>
-            </fieldset>`)}
+            </fieldset>`,
+            )}
             <p class="message rig__resize" data-part="resize" hidden>${icon('info')}
               <button type="button" class="button button--small" data-part="take">${t('rig.take_size')}</button></p>
             <known-by data-part="known"></known-by>
-            ${FOLDED.map(({ name, title, help, fields }) => html`<details class="rig__fine" data-part="folded_${name}">
+            ${FOLDED.map(
+              ({ name, title, help, fields }) => html`<details class="rig__fine" data-part="folded_${name}">
               <summary>${title}</summary>
               ${help && html`<p class="help">${help}</p>`}
               <div class="rig__grid">${fields.map(fieldMarkup)}</div>
-            </details>`)}
+            </details>`,
+            )}
           </div>
           <div class="rig__side">
             <rig-picture data-part="picture"></rig-picture>

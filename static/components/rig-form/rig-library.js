@@ -103,9 +103,17 @@ export async function openRigLibrary(present, name) {
 
 /** Returns the rig as the file that "Load rig.json" and the commands read. */
 const fileOf = ({ name, rig }) =>
-  new File([JSON.stringify(rig, null, 2)], `${name.replace(/[^\p{L}\p{N}._-]+/gu, '_')}.rig.json`, { type: 'application/json' });
+  new File([JSON.stringify(rig, null, 2)], `${name.replace(/[^\p{L}\p{N}._-]+/gu, '_')}.rig.json`, {
+    type: 'application/json',
+  });
 
-const row = ({ id, name, changed_at: at, changed_by: by, used_by: users }) => html`<li class="library__rig" data-id="${id}">
+const row = ({
+  id,
+  name,
+  changed_at: at,
+  changed_by: by,
+  used_by: users,
+}) => html`<li class="library__rig" data-id="${id}">
   <input class="input" maxlength="100" autocomplete="off" aria-label="${t('library.name_of', { name })}" value="${name}" />
   <span class="library__buttons">
     <button type="button" class="button button--small button--primary" data-act="take"

@@ -18,7 +18,11 @@ import { icon } from '../icon/icon.js';
 const REST_MS = 400;
 /** Height of a label, as a share of the picture's width. */
 const LABELS_ACROSS = 36;
-const TURNS = [[-90, t('rigview.turn_back')], [90, t('rigview.turn_90')], [180, t('rigview.turn_180')]];
+const TURNS = [
+  [-90, t('rigview.turn_back')],
+  [90, t('rigview.turn_90')],
+  [180, t('rigview.turn_180')],
+];
 
 export class RigPicture extends Component {
   #rig = null;
@@ -37,8 +41,10 @@ export class RigPicture extends Component {
           </div>
           <figcaption class="help" data-part="caption">${t('rigview.help')}</figcaption>
           <div class="rig-picture__turns" role="group" aria-label="${t('rigview.turns')}">
-            ${TURNS.map(([degrees, text]) => html`<button type="button" class="button button--small" data-turn="${degrees}">
-              ${icon('retry')}${text}</button>`)}
+            ${TURNS.map(
+              ([degrees, text]) => html`<button type="button" class="button button--small" data-turn="${degrees}">
+              ${icon('retry')}${text}</button>`,
+            )}
           </div>
         </figure>
         <p class="help" data-part="wait" hidden>${t('rigview.none')}</p>
@@ -106,7 +112,10 @@ export class RigPicture extends Component {
       if (!(error instanceof ApiError)) throw error;
       if (rig !== this.#rig) return;
       this.#clear();
-      render(this.parts.said, html`<p class="message message--error">${icon('alert')}<span>${errorText(error)}</span></p>`);
+      render(
+        this.parts.said,
+        html`<p class="message message--error">${icon('alert')}<span>${errorText(error)}</span></p>`,
+      );
     }
   }
 
@@ -132,8 +141,11 @@ export class RigPicture extends Component {
       html`<svg>
         <path class="rig-picture__line" d="${across.map(({ uv }) => pathOf(uv)).join('')}" />
         <path class="rig-picture__line rig-picture__line--along" d="${along.map(({ uv }) => pathOf(uv)).join('')}" />
-        ${way.length > 1 && html`<path class="rig-picture__way" d="${pathOf(way)}" />
-          <path class="rig-picture__head" d="${arrowHead(way, size)}" />`}
+        ${
+          way.length > 1 &&
+          html`<path class="rig-picture__way" d="${pathOf(way)}" />
+          <path class="rig-picture__head" d="${arrowHead(way, size)}" />`
+        }
         ${labels.map(({ at: [u, v], text }) => html`<text x="${u}" y="${v}" font-size="${size}">${text}</text>`)}
       </svg>`,
     );
@@ -143,7 +155,10 @@ export class RigPicture extends Component {
 
 /** Returns the path of a line of pixels; it is interrupted where the lens sees no wall. */
 const pathOf = (line) =>
-  line.map((pixel, i) => pixel && `${i && line[i - 1] ? 'L' : 'M'}${pixel.join(' ')}`).filter(Boolean).join('');
+  line
+    .map((pixel, i) => pixel && `${i && line[i - 1] ? 'L' : 'M'}${pixel.join(' ')}`)
+    .filter(Boolean)
+    .join('');
 
 /** Returns a triangle at the end of a line. */
 function arrowHead(line, size) {
@@ -162,7 +177,8 @@ function apart(labels, size, width) {
   const half = 2.2 * size; // of the longest label
   const placed = [];
   for (const { at, text } of labels) {
-    const isFree = at && placed.every((other) => Math.abs(other.at[0] - at[0]) > 2 * half || Math.abs(other.at[1] - at[1]) > size);
+    const isFree =
+      at && placed.every((other) => Math.abs(other.at[0] - at[0]) > 2 * half || Math.abs(other.at[1] - at[1]) > size);
     if (isFree && at[0] > half && at[0] < width - half && at[1] > size) placed.push({ at, text });
   }
   return placed;
@@ -194,8 +210,11 @@ function words(advice) {
   const isUnfit = advice.verdict === 'not fit';
   return html`<p class="message${isUnfit && ' message--error'}">${icon(isUnfit ? 'alert' : 'info')}
       <span>${t('rigview.sees', figures)} ${Number(figures.percent) > 0 && t('rigview.height', figures)}</span></p>
-    ${advice.findings.length > 0 && html`<ul class="rig-picture__findings">
-      ${advice.findings.map((name) => html`<li>${findings[name]}</li>`)}</ul>`}`;
+    ${
+      advice.findings.length > 0 &&
+      html`<ul class="rig-picture__findings">
+      ${advice.findings.map((name) => html`<li>${findings[name]}</li>`)}</ul>`
+    }`;
 }
 
 customElements.define('rig-picture', RigPicture);

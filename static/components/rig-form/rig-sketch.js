@@ -24,22 +24,31 @@ export function rigSketch({ camera, mount, pipe }) {
   const wall = isRound ? `A${radius} ${radius} 0 0 0` : 'L';
 
   return html`<svg class="sketch" viewBox="0 0 ${SIZE} ${SIZE}" role="img" aria-label="${describe(pipe, mount)}">
-    ${isRound
-      ? html`<circle class="sketch__pipe" cx="${SIZE / 2}" cy="${SIZE / 2}" r="${radius}" />`
-      : html`<path class="sketch__pipe" d="M10 ${invert}H${SIZE - 10}" />`}
-    ${left && html`<path class="sketch__view" d="M${at(eye)}L${at(left)}${wall} ${at(right)}Z" />
-      <path class="sketch__seen" d="M${at(left)}${wall} ${at(right)}" />`}
+    ${
+      isRound
+        ? html`<circle class="sketch__pipe" cx="${SIZE / 2}" cy="${SIZE / 2}" r="${radius}" />`
+        : html`<path class="sketch__pipe" d="M10 ${invert}H${SIZE - 10}" />`
+    }
+    ${
+      left &&
+      html`<path class="sketch__view" d="M${at(eye)}L${at(left)}${wall} ${at(right)}Z" />
+      <path class="sketch__seen" d="M${at(left)}${wall} ${at(right)}" />`
+    }
     <path class="sketch__height" d="M${toX(eye.x)} ${toY(eye.y)}V${isRound ? wallBelow(eye, width / 2, toY) : invert}" />
     <g class="sketch__camera">
       <rect x="${toX(eye.x) - 9}" y="${toY(eye.y) - 13}" width="18" height="11" rx="2" />
-      ${mount.view === 'down'
-        ? html`<path d="M${toX(eye.x) - 5} ${toY(eye.y) - 2}h10l2.500 5h-15z" />`
-        : html`<circle class="sketch__lens" cx="${toX(eye.x)}" cy="${toY(eye.y) - 7.5}" r="3.500" />`}
+      ${
+        mount.view === 'down'
+          ? html`<path d="M${toX(eye.x) - 5} ${toY(eye.y) - 2}h10l2.500 5h-15z" />`
+          : html`<circle class="sketch__lens" cx="${toX(eye.x)}" cy="${toY(eye.y) - 7.5}" r="3.500" />`
+      }
     </g>
     <text x="${SIZE / 2}" y="16">${isRound ? `Ø ${pipe.diameter_mm} mm` : t('rig.sketch_flat')}</text>
-    <text x="${SIZE / 2}" y="${SIZE - 6}">${isRound
-      ? t('rig.sketch_above_invert', { height: mount.height_mm })
-      : t('rig.sketch_above_floor', { height: mount.height_mm })}</text>
+    <text x="${SIZE / 2}" y="${SIZE - 6}">${
+      isRound
+        ? t('rig.sketch_above_invert', { height: mount.height_mm })
+        : t('rig.sketch_above_floor', { height: mount.height_mm })
+    }</text>
   </svg>`;
 }
 
@@ -66,8 +75,7 @@ function wallBelow(eye, radius, toY) {
 function seenWall(camera, mount, eye, radius) {
   const turn = (mount.rotation_deg ?? 0) * RADIANS;
   const across =
-    Math.abs(Math.sin(turn)) * (camera.width / camera.fx) +
-    Math.abs(Math.cos(turn)) * (camera.height / camera.fy);
+    Math.abs(Math.sin(turn)) * (camera.width / camera.fx) + Math.abs(Math.cos(turn)) * (camera.height / camera.fy);
   const half = camera.model === 'fisheye' ? across / 2 : Math.atan(across / 2);
   if (!(half > 0)) return [];
   const roll = (mount.roll_deg ?? 0) * RADIANS;

@@ -33,7 +33,9 @@ export class CounterStep extends Component {
         </div>`,
     );
     const { picture, again, none } = this.parts;
-    this.listen(picture, 'box', () => this.#answer({ is_present: true, box: picture.value }, t('wizard.counter_drawn')));
+    this.listen(picture, 'box', () =>
+      this.#answer({ is_present: true, box: picture.value }, t('wizard.counter_drawn')),
+    );
     this.listen(again, 'click', () => {
       picture.value = this.#found;
       this.#answer(null, t('wizard.counter_found'));

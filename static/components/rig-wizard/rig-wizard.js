@@ -286,7 +286,8 @@ export class RigWizard extends Component {
 
   /** The same pitch again would be asked for without end. */
   #tilt(pitch) {
-    if (Math.abs((this.#rig.value.mount.pitch_deg ?? 0) - pitch) >= 0.02) this.#rig.change({ 'mount.pitch_deg': pitch });
+    if (Math.abs((this.#rig.value.mount.pitch_deg ?? 0) - pitch) >= 0.02)
+      this.#rig.change({ 'mount.pitch_deg': pitch });
   }
 }
 
@@ -299,7 +300,14 @@ function sentence({ pitch_deg: pitch, right_deg: right }, found) {
 
 /** Returns the path of lines of pixels; it is interrupted where a line has none. */
 const pathOf = (lines) =>
-  lines.map((line) => line.map((pixel, i) => pixel && `${i && line[i - 1] ? 'L' : 'M'}${pixel.join(' ')}`).filter(Boolean).join('')).join('');
+  lines
+    .map((line) =>
+      line
+        .map((pixel, i) => pixel && `${i && line[i - 1] ? 'L' : 'M'}${pixel.join(' ')}`)
+        .filter(Boolean)
+        .join(''),
+    )
+    .join('');
 
 const field = (name, label, unit) => html`<div class="field">
   <label for="wizard-${name}">${label}</label>

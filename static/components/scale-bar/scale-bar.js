@@ -9,7 +9,10 @@
  * @param {() => void} trace makes the path
  */
 export function strokeOnHalo(context, { ink, halo }, trace) {
-  for (const [width, colour] of [[5, halo], [2, ink]]) {
+  for (const [width, colour] of [
+    [5, halo],
+    [2, ink],
+  ]) {
     context.lineWidth = width;
     context.strokeStyle = colour;
     context.beginPath();

@@ -179,9 +179,7 @@ async function showQuickCodes({ codes }, save, report) {
     const show = () => {
       const { code, char1, char2 } = preferences.value.quick_codes[i] ?? usual;
       input.value = [code, char1, char2].filter(Boolean).join(' ');
-      label.textContent = catalogue.has(code)
-        ? catalogue.label(code, char1, char2)
-        : t('settings.quick_unknown');
+      label.textContent = catalogue.has(code) ? catalogue.label(code, char1, char2) : t('settings.quick_unknown');
     };
     const choose = ({ code, char1, char2 }) => {
       save({ quick_codes: quickCodesWith(i, { code, char1: char1 || null, char2: char2 || null }) });

@@ -9,7 +9,13 @@ const SIGNS = { queued: 'wait', running: 'live', done: 'check', failed: 'alert',
 /** States of a film before it is an inspection. */
 const SIGNS_BEFORE = { unassigned: 'help', ready: 'play', waiting: 'wait', paused: 'pause', refused: 'alert' };
 
-const SIGNS_OF_REVIEW = { draft: 'edit', submitted: 'forward', in_review: 'search', approved: 'lock', reopened: 'undo' };
+const SIGNS_OF_REVIEW = {
+  draft: 'edit',
+  submitted: 'forward',
+  in_review: 'search',
+  approved: 'lock',
+  reopened: 'undo',
+};
 
 export const STATES = Object.keys(SIGNS);
 export const FILM_STATES = [...Object.keys(SIGNS_BEFORE), ...STATES];

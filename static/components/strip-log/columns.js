@@ -62,9 +62,9 @@ export class Columns {
    * @param {number} to
    */
   add(track, speeds, complaints, to) {
-    const [distances, qualities, states, lateral, yaw] = [
-      'distance_mm', 'quality', 'status', 'y_mm', 'yaw_deg',
-    ].map((name) => track.column(name));
+    const [distances, qualities, states, lateral, yaw] = ['distance_mm', 'quality', 'status', 'y_mm', 'yaw_deg'].map(
+      (name) => track.column(name),
+    );
     let before = this.#before;
     for (let i = this.length; i < to; i += 1) {
       const at = Math.round((distances[i] - this.#low) * this.#perMm);

@@ -110,12 +110,16 @@ const counterText = ({ m, ahead_mm: mm, faults }) =>
   Number.isNaN(mm)
     ? t('strip.counter_illegible')
     : [
-      t('strip.counter', { counter: chainage(m), ahead: `${mm > 0 ? '+' : ''}${chainage(mm / 1000)}` }),
-      ...faults.map(({ kind }) => wordFor('counter_fault', kind)),
-    ].join(', ');
+        t('strip.counter', { counter: chainage(m), ahead: `${mm > 0 ? '+' : ''}${chainage(mm / 1000)}` }),
+        ...faults.map(({ kind }) => wordFor('counter_fault', kind)),
+      ].join(', ');
 
 const complaintText = (bits) =>
-  bits ? namesOf(bits).map((name) => wordFor('complaint', name)).join(', ') : t('strip.no_complaint');
+  bits
+    ? namesOf(bits)
+        .map((name) => wordFor('complaint', name))
+        .join(', ')
+    : t('strip.no_complaint');
 
 /** Fills a lane's ground. */
 export function paintGround({ context, colour, plot }, top, height) {
@@ -243,7 +247,7 @@ function paintSpeed(scene, top, height) {
       context.fillStyle = colour(fast ? '--weak' : '--accent');
       for (let i = 0; i < columns.count; i += 1) {
         if (columns.rank[i] === EMPTY || isFast(i) !== fast) continue;
-        const size = Math.round((Math.min(columns.speed[i] / scales.speed, 1)) * tall);
+        const size = Math.round(Math.min(columns.speed[i] / scales.speed, 1) * tall);
         context.globalAlpha = 0.3;
         context.fillRect(left + i, from + tall - size, 1, size);
         context.globalAlpha = 1;

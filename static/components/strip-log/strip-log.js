@@ -56,9 +56,11 @@ export class StripLog extends Strip {
           <details class="menu" data-part="menu">
             <summary class="button button--quiet button--small">${icon('layers')}${t('strip.lanes')}</summary>
             <ul class="menu__list strip__lane-list panel">
-              ${[...LANES.map(({ name }) => name), 'wall'].map((name) => html`<li><label class="strip__lane">
+              ${[...LANES.map(({ name }) => name), 'wall'].map(
+                (name) => html`<li><label class="strip__lane">
                 <input type="checkbox" value="${name}" ${stripSettings.has(name) ? html`checked` : null} />
-                ${laneWord(name)}</label></li>`)}
+                ${laneWord(name)}</label></li>`,
+              )}
             </ul>
           </details>
           <p class="strip__legend" aria-hidden="true">
@@ -111,8 +113,14 @@ export class StripLog extends Strip {
     const here = this.desk.playhead.value.row?.distance_mm ?? 0;
     const { low, high } = this.desk.track.range;
     const goal = {
-      ArrowRight: here + 10, ArrowUp: here + 10, ArrowLeft: here - 10, ArrowDown: here - 10,
-      PageUp: here + 500, PageDown: here - 500, Home: low, End: high,
+      ArrowRight: here + 10,
+      ArrowUp: here + 10,
+      ArrowLeft: here - 10,
+      ArrowDown: here - 10,
+      PageUp: here + 500,
+      PageDown: here - 500,
+      Home: low,
+      End: high,
     }[event.key];
     if (goal === undefined || event.shiftKey || event.ctrlKey || event.metaKey) return;
     event.preventDefault();
@@ -250,7 +258,9 @@ export class StripLog extends Strip {
     return {
       m: this.desk.counter.readings.column('counter_m')[frame],
       ahead_mm: this.#ahead[frame] ?? NaN,
-      faults: this.desk.counter.faults.filter(({ first_frame: first, last_frame: last }) => first <= frame && frame <= last),
+      faults: this.desk.counter.faults.filter(
+        ({ first_frame: first, last_frame: last }) => first <= frame && frame <= last,
+      ),
     };
   }
 
@@ -404,8 +414,7 @@ function rounded(value) {
 
 const nearest = (joints, metres) =>
   joints.reduce(
-    (best, joint) =>
-      best && Math.abs(best.distance_m - metres) <= Math.abs(joint.distance_m - metres) ? best : joint,
+    (best, joint) => (best && Math.abs(best.distance_m - metres) <= Math.abs(joint.distance_m - metres) ? best : joint),
     null,
   );
 

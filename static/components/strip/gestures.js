@@ -35,8 +35,7 @@ export function stripGestures(element, axis, handlers, signal) {
     return { x: clientX - box.left, y: clientY - box.top };
   };
   const mmPerPx = () => toMm(1) - toMm(0);
-  const listen = (type, handler, options = {}) =>
-    element.addEventListener(type, handler, { ...options, signal });
+  const listen = (type, handler, options = {}) => element.addEventListener(type, handler, { ...options, signal });
 
   listen('pointerdown', (event) => {
     pressed.set(event.pointerId, placeOf(event));

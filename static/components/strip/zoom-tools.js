@@ -8,9 +8,18 @@ import { icon } from '../icon/icon.js';
 const ZOOM_STEP = 0.5;
 
 /** A quiet button of a strip with its key; `word` where there is room for one. */
-export const tool = (part, sign, label, key, word = '') => html`<button class="button button--quiet button--small ${word ? '' : 'button--icon'}"
-  data-part="${part}" aria-label="${label}" title="${withKey(label, key)}">${icon(sign)}${word && html`<span
-  class="strip__word">${word}</span>`}</button>`;
+export const tool = (
+  part,
+  sign,
+  label,
+  key,
+  word = '',
+) => html`<button class="button button--quiet button--small ${word ? '' : 'button--icon'}"
+  data-part="${part}" aria-label="${label}" title="${withKey(label, key)}">${icon(sign)}${
+    word &&
+    html`<span
+  class="strip__word">${word}</span>`
+  }</button>`;
 
 export const zoomTools = () => html`${tool('out', 'minus', t('strip.zoom_out'), '−')}
   ${tool('whole', 'whole', t('strip.whole'), '0', t('strip.whole_short'))}

@@ -31,12 +31,16 @@ export class TabPanels extends Component {
     this.parts = render(
       this,
       html`<div class="tabs__list" role="tablist" aria-label="${label}" data-part="list">
-          ${tabs.map(({ name, title }) => html`<button class="tabs__tab" role="tab" id="tab-${name}"
+          ${tabs.map(
+            ({ name, title }) => html`<button class="tabs__tab" role="tab" id="tab-${name}"
             aria-controls="tab-${name}-panel" data-tab="${name}">${title}<span class="tabs__note number"
-            data-part="${name}Note"></span></button>`)}
+            data-part="${name}Note"></span></button>`,
+          )}
         </div>
-        ${tabs.map(({ name }) => html`<div class="tabs__panel" role="tabpanel" id="tab-${name}-panel"
-          aria-labelledby="tab-${name}" data-part="${name}Panel" hidden></div>`)}`,
+        ${tabs.map(
+          ({ name }) => html`<div class="tabs__panel" role="tabpanel" id="tab-${name}-panel"
+          aria-labelledby="tab-${name}" data-part="${name}Panel" hidden></div>`,
+        )}`,
     );
     this.listen(this.parts.list, 'click', ({ target }) => {
       const tab = target.closest('[data-tab]');

@@ -16,8 +16,11 @@ import { openSettings, redrawWith } from '../settings-dialog/settings-dialog.js'
  */
 export const topBar = (here) => html`<header class="topbar">
   <a class="brand" href="/">${icon('logo')}Chainage</a>
-  ${here && html`<nav class="crumbs" aria-label="${t('page.breadcrumb')}"><ol>
-    <li><a href="/">${t('list.title')}</a></li><li aria-current="page">${here}</li></ol></nav>`}
+  ${
+    here &&
+    html`<nav class="crumbs" aria-label="${t('page.breadcrumb')}"><ol>
+    <li><a href="/">${t('list.title')}</a></li><li aria-current="page">${here}</li></ol></nav>`
+  }
   <span class="spacer"></span>
   <person-menu></person-menu>
 </header>`;
@@ -32,8 +35,10 @@ export class PersonMenu extends Component {
           title="${t('menu.title')}">${icon('menu')}</summary>
         <div class="menu__list panel">
           <div class="choices" role="group" aria-label="${t('settings.language')}">
-            ${LANGUAGES.map(([code, name]) => html`<button class="button button--small" data-language="${code}"
-              lang="${code}" aria-pressed="${String(code === language)}">${name}</button>`)}
+            ${LANGUAGES.map(
+              ([code, name]) => html`<button class="button button--small" data-language="${code}"
+              lang="${code}" aria-pressed="${String(code === language)}">${name}</button>`,
+            )}
           </div>
           <button class="menu__item menu__item--line" data-part="settings">${icon('settings')}${t('menu.settings')}</button>
           ${may('admin') && html`<a class="menu__item menu__item--line" href="/users">${icon('people')}${t('menu.users')}</a>`}

@@ -20,8 +20,12 @@ export async function makeToken() {
         <span class="help" id="token-help">${t('users.name_help')}</span>
         <span class="fault" id="token-fault" role="alert" data-part="fault"></span></div>
       <fieldset class="users__roles"><legend class="label">${t('users.role')}</legend>
-        ${ROLES.map((role) => html`<label class="switch"><input type="radio" name="role" value="${role}" ${role === 'operator' && 'checked'} />
-          <span><b>${wordFor('role', role)}</b> <span class="dim">${wordFor('role_help', role)}</span></span></label>`)}</fieldset>
+        ${ROLES.map(
+          (
+            role,
+          ) => html`<label class="switch"><input type="radio" name="role" value="${role}" ${role === 'operator' && 'checked'} />
+          <span><b>${wordFor('role', role)}</b> <span class="dim">${wordFor('role_help', role)}</span></span></label>`,
+        )}</fieldset>
       <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
         <button class="button button--primary" data-part="create">${t('users.create')}</button></div></form>`,
   });
@@ -65,7 +69,8 @@ async function showSecret({ name, secret }) {
     try {
       await navigator.clipboard.writeText(secret);
       parts.note.textContent = t('users.copied');
-    } catch { // refused, or over plain http, where there is no clipboard
+    } catch {
+      // refused, or over plain http, where there is no clipboard
       parts.secret.select();
       parts.note.textContent = t('users.not_copied');
     }

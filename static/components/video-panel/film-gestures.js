@@ -20,13 +20,17 @@ export function filmGestures(element, view, sizes, signal) {
   };
   const listen = (type, run, options = {}) => element.addEventListener(type, run, { signal, ...options });
 
-  listen('wheel', (event) => {
-    // A page that scrolls keeps the wheel until the picture is enlarged by other means.
-    const { scrollHeight } = document.scrollingElement;
-    if (view.isWhole && !event.ctrlKey && scrollHeight > innerHeight) return;
-    event.preventDefault();
-    view.zoomAt(Math.exp(-event.deltaY / WHEEL_PX), ...at(event), ...sizes());
-  }, { passive: false });
+  listen(
+    'wheel',
+    (event) => {
+      // A page that scrolls keeps the wheel until the picture is enlarged by other means.
+      const { scrollHeight } = document.scrollingElement;
+      if (view.isWhole && !event.ctrlKey && scrollHeight > innerHeight) return;
+      event.preventDefault();
+      view.zoomAt(Math.exp(-event.deltaY / WHEEL_PX), ...at(event), ...sizes());
+    },
+    { passive: false },
+  );
   listen('pointerdown', (event) => {
     if (event.button !== 0) return;
     if (pressed.size === 0) hasMoved = false;
@@ -50,10 +54,14 @@ export function filmGestures(element, view, sizes, signal) {
     listen(type, ({ pointerId }) => pressed.delete(pointerId));
   }
   // A drag is no click: it would tag the wall under its end.
-  listen('click', (event) => {
-    if (hasMoved && !view.isWhole) event.stopImmediatePropagation();
-    hasMoved = false;
-  }, { capture: true });
+  listen(
+    'click',
+    (event) => {
+      if (hasMoved && !view.isWhole) event.stopImmediatePropagation();
+      hasMoved = false;
+    },
+    { capture: true },
+  );
 }
 
 const middleOf = (points) =>

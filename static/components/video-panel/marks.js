@@ -30,7 +30,7 @@ export class Marks {
     const { observations, playhead, selection, wall } = this.#desk;
     const { frame, row } = playhead.value;
     if (!row || !wall) return [];
-    const rank = ({ id, severity }) => (id === selection.value ? Infinity : severity ?? -1);
+    const rank = ({ id, severity }) => (id === selection.value ? Infinity : (severity ?? -1));
     const shown = new Map();
     const cell = (MARK_PX * APART) / scale;
     for (const item of observations.value) {

@@ -4,11 +4,19 @@
 export const MARK_PX = 22;
 
 export function paintCentre(context, [x, y]) {
-  for (const [width, colour] of [[3, 'rgb(0 0 0 / 55%)'], [1.2, 'rgb(255 255 255 / 85%)']]) {
+  for (const [width, colour] of [
+    [3, 'rgb(0 0 0 / 55%)'],
+    [1.2, 'rgb(255 255 255 / 85%)'],
+  ]) {
     context.lineWidth = width;
     context.strokeStyle = colour;
     context.beginPath();
-    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+    for (const [dx, dy] of [
+      [1, 0],
+      [-1, 0],
+      [0, 1],
+      [0, -1],
+    ]) {
       context.moveTo(x + 6 * dx, y + 6 * dy);
       context.lineTo(x + 16 * dx, y + 16 * dy);
     }

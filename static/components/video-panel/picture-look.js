@@ -32,8 +32,10 @@ export class PictureLook extends Component {
           <summary class="button button--small button--icon stage__tool" aria-label="${t('look.title')}"
             title="${t('look.title')}">${icon('contrast')}</summary>
           <div class="menu__list panel look" role="group" aria-label="${t('look.title')}">
-            ${FIELDS.map(([name, label, min, max]) => html`<label class="look__field">${label}
-              <input type="range" min="${min}" max="${max}" step="0.05" data-part="${name}" /></label>`)}
+            ${FIELDS.map(
+              ([name, label, min, max]) => html`<label class="look__field">${label}
+              <input type="range" min="${min}" max="${max}" step="0.05" data-part="${name}" /></label>`,
+            )}
             <p class="help">${t('look.help')}</p>
             <button class="button button--small" data-part="reset">${icon('undo')}${t('look.reset')}</button>
           </div>
@@ -50,7 +52,9 @@ export class PictureLook extends Component {
     );
     closesElsewhere(this.parts.menu, this.signal);
     for (const [name] of FIELDS) {
-      this.listen(this.parts[name], 'input', ({ target }) => this.#choose({ ...this.#look, [name]: Number(target.value) }));
+      this.listen(this.parts[name], 'input', ({ target }) =>
+        this.#choose({ ...this.#look, [name]: Number(target.value) }),
+      );
     }
     this.listen(this.parts.reset, 'click', () => this.#choose(PLAIN));
     this.#show();
@@ -73,7 +77,12 @@ export class PictureLook extends Component {
       parts[`line${colour}`].setAttribute('intercept', 0.5 - 0.5 * contrast + brightness);
     }
     // The picture plus its deviation from its surroundings.
-    for (const [name, value] of [['k1', 0], ['k2', 1 + local], ['k3', -local], ['k4', 0]]) {
+    for (const [name, value] of [
+      ['k1', 0],
+      ['k2', 1 + local],
+      ['k3', -local],
+      ['k4', 0],
+    ]) {
       parts.composite.setAttribute(name, value);
     }
     const isPlain = Object.keys(PLAIN).every((name) => this.#look[name] === PLAIN[name]);

@@ -18,8 +18,10 @@ export class QuickButtons extends Component {
     render(
       this,
       html`<button class="button quick__code quick__code--plain"><kbd>T</kbd>${t('video.tag')}</button>
-        ${quickCodes(this.desk.catalogue).map(({ tag: { code }, label }, i) => html`<button class="button quick__code"
-          data-quick="${i}" title="${code}: ${label}"><kbd>${i + 1}</kbd>${label}</button>`)}`,
+        ${quickCodes(this.desk.catalogue).map(
+          ({ tag: { code }, label }, i) => html`<button class="button quick__code"
+          data-quick="${i}" title="${code}: ${label}"><kbd>${i + 1}</kbd>${label}</button>`,
+        )}`,
     );
   }
 

@@ -295,7 +295,10 @@ export class VideoPanel extends Component {
   #stateChanged() {
     if (this.desk.inspection.isUnfinished) {
       if (this.#mode === 'REVIEW' && this.desk.track.length === 0) this.#enter('LIVE');
-    } else if (this.#mode === 'LIVE' || (hasFilm(this.desk.inspection.value) && this.#isPlayable !== this.#player instanceof FilePlayer)) {
+    } else if (
+      this.#mode === 'LIVE' ||
+      (hasFilm(this.desk.inspection.value) && this.#isPlayable !== this.#player instanceof FilePlayer)
+    ) {
       this.#enter('REVIEW'); // a camera's recording is a film once it has ended
     }
     this.#showTransport();
@@ -413,10 +416,7 @@ export class VideoPanel extends Component {
     const type = typeScale();
     const context = sharpContext(parts.overlay, type);
     const layout = this.#layout(type);
-    const toStage = ([u, v]) => [
-      layout.left + (u + 0.5) * layout.scale,
-      layout.top + (v + 0.5) * layout.scale,
-    ];
+    const toStage = ([u, v]) => [layout.left + (u + 0.5) * layout.scale, layout.top + (v + 0.5) * layout.scale];
     const styles = getComputedStyle(this);
     this.#paintNote();
     if (!desk.playhead.value.row || !hasFilm(desk.inspection.value)) return;

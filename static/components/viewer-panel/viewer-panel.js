@@ -47,8 +47,10 @@ export class ViewerPanel extends Component {
       html`<div class="viewer__head">
           <h2><span class="visually-hidden">${t('viewer.title')}</span> <small class="dim" data-part="late" title="${t('viewer.late_help')}">${t('viewer.late')}</small></h2>
           <div class="viewer__cameras" role="group" aria-label="${t('viewer.cameras')}">
-            ${CAMERAS.map(([mode, label, title]) => html`<button class="button button--small" data-mode="${mode}"
-              aria-pressed="false" title="${title}">${label}</button>`)}
+            ${CAMERAS.map(
+              ([mode, label, title]) => html`<button class="button button--small" data-mode="${mode}"
+              aria-pressed="false" title="${title}">${label}</button>`,
+            )}
           </div>
           <div class="viewer__tools" role="group" aria-label="${t('viewer.tools')}">
             <select class="input viewer__cut" aria-label="${t('viewer.cut')}" title="${t('viewer.cut_help')}" data-part="cut">

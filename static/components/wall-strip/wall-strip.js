@@ -173,7 +173,10 @@ export class WallStrip extends Strip {
       return;
     }
     const [along, around] = {
-      ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1],
+      ArrowRight: [1, 0],
+      ArrowLeft: [-1, 0],
+      ArrowDown: [0, 1],
+      ArrowUp: [0, -1],
     }[event.key] ?? [0, 0];
     if (!along && !around) return;
     // Elsewhere the arrows step through the film.
@@ -194,7 +197,10 @@ export class WallStrip extends Strip {
     if (cursor) {
       this.desk.axis.reveal(cursor.mm);
       // A held key would be announced at every step.
-      this.#announceTimer = setTimeout(() => (this.parts.announced.textContent = this.#textOf(cursor)), ANNOUNCED_AFTER_MS);
+      this.#announceTimer = setTimeout(
+        () => (this.parts.announced.textContent = this.#textOf(cursor)),
+        ANNOUNCED_AFTER_MS,
+      );
     }
     this.repaint();
   }
@@ -264,7 +270,9 @@ export class WallStrip extends Strip {
 
   #paintTiles(context, plot, layout) {
     const { low, high } = this.desk.axis.value;
-    const inSight = layout.tiles.filter(({ from_m: from, to_m: to }) => to * 1000 > low + SAME_MM && from * 1000 < high - SAME_MM);
+    const inSight = layout.tiles.filter(
+      ({ from_m: from, to_m: to }) => to * 1000 > low + SAME_MM && from * 1000 < high - SAME_MM,
+    );
     const pixels = devicePixelRatio * this.scale;
     const middle = (low + high) / 2000;
     const away = ({ from_m: from, to_m: to }) => Math.abs((from + to) / 2 - middle);
@@ -273,7 +281,11 @@ export class WallStrip extends Strip {
     if (inSight.length) {
       const [{ from_m: from, to_m: to }] = inSight;
       const wide = ((to - from) * 1000) / plot.mmPerUnit;
-      this.pictures.want(inSight.toSorted((a, b) => away(a) - away(b)), wide * pixels, tall * pixels);
+      this.pictures.want(
+        inSight.toSorted((a, b) => away(a) - away(b)),
+        wide * pixels,
+        tall * pixels,
+      );
     }
     // In whole pixels of the screen: fractions would leave seams between the tiles.
     const [top, bottom] = [arcFrom, arcTo].map((arc) => Math.round(this.rows.toY(arc) * pixels));
@@ -406,7 +418,10 @@ export class WallStrip extends Strip {
     for (const line of cutAtCrown(points, this.radius)) {
       line.forEach(({ mm, arc }, i) => context[i ? 'lineTo' : 'moveTo'](plot.toX(mm), this.rows.toY(arc)));
     }
-    for (const [width, colour] of [[3.5, 'rgb(0 0 0 / 60%)'], [1.5, '#ffd54a']]) {
+    for (const [width, colour] of [
+      [3.5, 'rgb(0 0 0 / 60%)'],
+      [1.5, '#ffd54a'],
+    ]) {
       context.lineWidth = width;
       context.strokeStyle = colour;
       context.stroke();
@@ -433,9 +448,7 @@ export class WallStrip extends Strip {
     context.lineTo(x + 9, Math.round(y) + 0.5);
     context.stroke();
     const mark = this.markAt(x, y);
-    const text = mark
-      ? markText(mark)
-      : this.#textOf({ mm: plot.toMm(x), arc: this.rows.toArc(y) });
+    const text = mark ? markText(mark) : this.#textOf({ mm: plot.toMm(x), arc: this.rows.toArc(y) });
     const above = y - PLATE_AWAY_PX;
     paintPlate(context, styles, text, x, above < 12 ? y + PLATE_AWAY_PX : above, [plot.left, plot.right]);
   }
