@@ -83,7 +83,7 @@ WATCH = """(seconds) => import('/static/core/units.js').then((units) => new Prom
 
 INTERACTIVE = """() => new Promise((resolve) => {
   const look = () => {
-    const tag = document.querySelector('video-panel [data-part=tag]');
+    const tag = document.querySelector('.quick__code--plain');
     if (tag && document.querySelector('distance-readout .readout__health')?.textContent) {
       requestAnimationFrame(() => resolve(performance.now()));
     } else requestAnimationFrame(look);
