@@ -106,9 +106,11 @@ def test_lists_name_films_and_their_rigs(archive: Command, folder: Path, tmp_pat
     assert "1 known already" in archive("add", lines).out
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "said"),
-    [
+def test_wrong_usage_and_failures_have_their_exit_codes(
+    archive: Command, folder: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "header.csv").write_text("file,yaer\nx,1\n")
+    tried = (
         (["add", "{folder}", "--rig", "r.json", "--rules", "x.json"], 2, "--rules"),
         (["add"], 2, "FOLDER|LIST"),
         (["list", "--state", "odd"], 2, "--state"),
@@ -117,16 +119,12 @@ def test_lists_name_films_and_their_rigs(archive: Command, folder: Path, tmp_pat
         (["add", "{folder}", "--rig", "nowhere.json"], 1, "nowhere.json cannot be read"),
         (["add", "{folder}/R", "--header", "{folder}/../header.csv"], 1, "'yaer'"),
         (["rules", "{folder}/../rules.json"], 1, "no rig 'lost'"),
-    ],
-)
-def test_wrong_usage_and_failures_have_their_exit_codes(
-    archive: Command, folder: Path, tmp_path: Path, words: list[str], code: int, said: str
-) -> None:
-    (tmp_path / "header.csv").write_text("file,yaer\nx,1\n")
-    ended = archive(*(word.format(folder=folder) for word in words))
-    assert ended.code == code
-    assert said in " ".join(ended.err.split())
-    assert "Traceback" not in ended.err
+    )
+    for words, code, said in tried:
+        ended = archive(*(word.format(folder=folder) for word in words))
+        assert ended.code == code, words
+        assert said in " ".join(ended.err.split())
+        assert "Traceback" not in ended.err
 
 
 def test_beside_a_server_its_own_settings_hold(

@@ -24,17 +24,21 @@ def quietly(_done: int, _total: int) -> None:
     """Nobody looks at the progress."""
 
 
-@pytest.fixture
-def tagged(survey: Survey, postgres: PostgresServer, tmp_path: Path) -> tuple[Path, str]:
-    """A data folder and its database at a URL, with a photo and texts of every alphabet."""
-    url = postgres.new_database()
-    with served(survey, tmp_path / "data", url) as client:
+@pytest.fixture(scope="module")
+def tagged(
+    survey: Survey, postgres: PostgresServer, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, str]:
+    """A data folder and its database at a URL, with a photo and texts of every alphabet, which no
+    test changes.
+    """
+    data, url = tmp_path_factory.mktemp("tagged"), postgres.new_database()
+    with served(survey, data, url) as client:
         tag = client.tag(survey.id, code="BAB", remark="Größe: 7 „mm“\n雨水 – 😀").json()["id"]
         labels = {"labels": ["Größe", "雨水"]}
         client.put(f"/api/inspections/{survey.id}/labels", json=labels).raise_for_status()
         path = f"/api/inspections/{survey.id}/observations/{tag}/photo"
         wait_until(lambda: client.get(path).status_code == 200)
-    return tmp_path / "data", url
+    return data, url
 
 
 def everything(folder: Path, stored_url: str | None, copies: Path) -> list[str]:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from itertools import product
 
 import pytest
 from object_stores import Line
@@ -105,14 +106,16 @@ def test_a_large_file_is_stored_and_read_in_parts(blobs, tmp_path):
         assert any(path.is_relative_to(folder) for folder in blobs.media)
 
 
-@pytest.mark.parametrize(("first", "length"), [(0, 1), (3, 4), (9, 1), (8, 50), (0, 10)])
-def test_a_range_of_a_blob(blobs, first, length):
+def test_a_range_of_a_blob(blobs):
     blobs.put(FILM, b"0123456789")
-    assert blobs.read_range(FILM, first, length) == b"0123456789"[first : first + length]
+    for first, length in ((0, 1), (3, 4), (9, 1), (8, 50), (0, 10)):
+        assert blobs.read_range(FILM, first, length) == b"0123456789"[first : first + length]
 
 
-def test_blobs_are_listed_in_order_and_deleted_together(blobs):
-    names = sorted(f"inspections/00ff/wall/{index}.jpg" for index in range(1020))
+def test_blobs_are_listed_in_order_and_deleted_together(blobs, is_long):
+    """In the long run they are more than an S3 server lists at once."""
+    count = 1020 if is_long else 20
+    names = sorted(f"inspections/00ff/wall/{index}.jpg" for index in range(count))
     others = ["inspections/00f/video.mp4", "inspections/00ff.mp4", "inspections/00fff/track.csv"]
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(lambda key: blobs.put_again(key, key.encode()), [*names, *others]))
@@ -125,13 +128,12 @@ def test_blobs_are_listed_in_order_and_deleted_together(blobs):
     assert keys_of(blobs, "inspections") == sorted(others)
 
 
-@pytest.mark.parametrize(
-    "key",
-    ["../x", "/etc/passwd", "a/../../x", "a//b", "", ".", "a/.part", "a\\..\\b", "a\n", "ü"],
-)
-def test_no_key_leads_out_of_the_store(blobs, tmp_path, key):
+NO_KEYS = ("../x", "/etc/passwd", "a/../../x", "a//b", "", ".", "a/.part", "a\\..\\b", "a\n", "ü")
+
+
+def test_no_key_leads_out_of_the_store(blobs, tmp_path):
     source = file_of(tmp_path / "film.bin", b"x")
-    for ask in (
+    for key, ask in product(NO_KEYS, (
         blobs.get,
         blobs.delete,
         blobs.delete_all,
@@ -141,7 +143,7 @@ def test_no_key_leads_out_of_the_store(blobs, tmp_path, key):
         lambda key: blobs.put_file(key, source),
         lambda key: blobs.adopt(key, source),
         lambda key: blobs.local(key).__enter__(),
-    ):
+    )):  # fmt: skip
         with pytest.raises(ValueError, match="no key"):
             ask(key)
     assert source.exists()

@@ -16,6 +16,7 @@ from processes import Process
 from sqlalchemy import text
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
+from surveys import Survey
 
 from app.errors import DataFolderInUse
 from app.storage.database import Database, stored_at
@@ -123,12 +124,12 @@ def test_a_file_is_replaced_as_a_whole(tmp_path: Path) -> None:
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_what_was_acknowledged_survives_a_kill(tmp_path: Path) -> None:
-    data = tmp_path / "data"
-    with serving(data) as client:
-        inspection_id = client.tracked(make_clip(tmp_path / "clip.mp4", 30))
+def test_what_was_acknowledged_survives_a_kill(
+    survey: Survey, tmp_path: Path, is_long: bool
+) -> None:
+    data, inspection_id = survey.copied_to(tmp_path / "data"), survey.id
     acknowledged: dict[str, int] = {}
-    for _ in range(3):
+    for _ in range(3 if is_long else 1):
         process = Process(data, tmp_path / "log")
         writer = threading.Thread(
             target=tag_until_killed, args=(process.url, inspection_id, acknowledged)
@@ -159,14 +160,11 @@ def tag_until_killed(url: str, inspection_id: str, acknowledged: dict[str, int])
             acknowledged[name] = frame
 
 
-@ON_BOTH
-def test_an_operator_can_import_a_file_of_the_machine(
-    tmp_path: Path, new_url: Callable[[], str | None]
-) -> None:
+def test_an_operator_can_import_a_file_of_the_machine(tmp_path: Path) -> None:
     from vo_core import Rig
 
-    video = make_clip(tmp_path / "sample.mp4", 30)
-    with serving(tmp_path / "data", database=new_url()) as client:
+    video = make_clip(tmp_path / "sample.mp4", 12)
+    with serving(tmp_path / "data") as client:
         films = client.server.app.state.services.films
         name = films.import_video(video, Rig.parse(clip_rig()), "Sample", {"asset_id": "S"})
         inspection = client.wait(name)
