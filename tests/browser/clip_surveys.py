@@ -12,7 +12,7 @@ from steps import Server
 from surveys import Survey, tracked_once
 
 FRAMES = 40
-SEVERAL, SHORT_FRAMES = 5, 20
+SEVERAL, SHORT_FRAMES = 3, 20
 """Inspections of one survey with several, and frames of each of their films."""
 
 

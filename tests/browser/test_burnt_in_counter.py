@@ -62,7 +62,7 @@ def stored(server: Server, inspection: str, part: str) -> Any:
     return json.load(server.ask("GET", f"/api/inspections/{inspection}/{part}"))
 
 
-def test_the_counter_is_read_in_front_of_a_person_and_its_faults_are_named(
+def test_the_counter_is_read_its_faults_are_named_and_its_length_is_used(
     page: Page, server: Server, faulty: str
 ) -> None:
     section = corrections(page, server, faulty)
@@ -74,11 +74,7 @@ def test_the_counter_is_read_in_front_of_a_person_and_its_faults_are_named(
     expect(page.locator(".transport__frame")).to_contain_text(f"frame {frame}")
     expect_no_fault(page)
 
-
-def test_the_second_curve_leaves_the_middle_where_the_counter_stuck(
-    page: Page, server: Server, faulty: str
-) -> None:
-    corrections(page, server, faulty)
+    # The second curve leaves the middle where the counter stuck.
     page.wait_for_function(
         "() => document.querySelector('inspection-page').desk.counter.faults.length > 0"
     )
@@ -111,11 +107,7 @@ def test_the_second_curve_leaves_the_middle_where_the_counter_stuck(
     )
     assert drawn["stuck"] != drawn["free"] == drawn["after"]
 
-
-def test_its_length_becomes_the_known_one_and_is_taken_back(
-    page: Page, server: Server, faulty: str
-) -> None:
-    section = corrections(page, server, faulty)
+    # Its length becomes the known one, and is taken back.
     before_m = stored(server, faulty, "")["distance_m"]
     expect(section).to_contain_text("scale 0.979")
     section.get_by_role("button", name="Use as a known length").click()

@@ -79,7 +79,9 @@ def open_format(page: Page, name: str) -> None:
     expect(page.get_by_role("dialog", name=f"Export: {name}")).to_be_visible()
 
 
-def test_the_menu_offers_every_format(page: Page, notifying: Server, inspection: str) -> None:
+def test_every_format_is_offered_and_one_is_saved_stopped_or_refused(
+    page: Page, notifying: Server, inspection: str
+) -> None:
     log_in(page, notifying, f"/inspections/{inspection}")
     open_menu(page)
     offered = page.locator("[data-export]").evaluate_all("all => all.map(e => e.dataset.export)")
@@ -87,12 +89,22 @@ def test_the_menu_offers_every_format(page: Page, notifying: Server, inspection:
     assert len(offered) == len(set(offered))
     expect(page.locator("[data-export=emergency]")).to_be_hidden()  # nothing is severe
     expect_no_fault(page)
+    page.keyboard.press("Escape")
 
+    # By keys alone.
+    menu = page.locator("[data-part=menu] summary").first
+    menu.focus()
+    page.keyboard.press("Enter")
+    for _ in range(4):  # PDF, HTML, XLSX, CSV
+        page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    by_keys = page.get_by_role("dialog", name="Export: CSV")
+    expect(by_keys.get_by_role("button", name="Download")).to_be_focused()
+    page.keyboard.press("Escape")
+    expect(by_keys).to_have_count(0)
+    expect(menu).to_be_focused()
 
-def test_losses_and_checks_are_shown_before_and_forbid_nothing(
-    page: Page, notifying: Server, inspection: str
-) -> None:
-    log_in(page, notifying, f"/inspections/{inspection}")
+    # Losses and checks are shown before, and forbid nothing.
     open_format(page, "EN 13508-2")
     dialog = page.get_by_role("dialog")
     expect(dialog).to_contain_text(re.compile(r"This format cannot hold \d+ things"))
@@ -120,16 +132,11 @@ def test_losses_and_checks_are_shown_before_and_forbid_nothing(
     dialog.get_by_role("alert").get_by_role("button").click()
     expect(page.get_by_role("tabpanel", name="Header")).to_be_visible()
 
-
-def test_a_report_that_takes_long_can_be_stopped(
-    page: Page, notifying: Server, inspection: str
-) -> None:
-    log_in(page, notifying, f"/inspections/{inspection}")
+    # A report that takes long can be stopped.
     held: list[Route] = []
     # As a server that takes its time.
     page.route("**/exports/pdf?*", lambda route: held.append(route))
     open_format(page, "PDF")
-    dialog = page.get_by_role("dialog")
     dialog.get_by_role("button", name="Download").click()
     expect(dialog.get_by_role("progressbar")).to_be_visible()
     expect(dialog).to_contain_text(re.compile(r"The report is being made… *[1-9] s"))
@@ -143,35 +150,17 @@ def test_a_report_that_takes_long_can_be_stopped(
         page.keyboard.press("Enter")
     assert Path(download.value.path()).read_bytes().startswith(b"%PDF-")
     assert len(held) == 1
+    expect(dialog).to_have_count(0)
 
-
-def test_a_refusal_is_shown_and_the_dialog_stays(
-    page: Page, notifying: Server, inspection: str
-) -> None:
-    log_in(page, notifying, f"/inspections/{inspection}")
+    # A refusal is shown, and the dialog stays.
     open_format(page, "CSV")
     page.route("**/exports/csv?*", lambda route: route.abort())
-    dialog = page.get_by_role("dialog")
     dialog.get_by_role("button", name="Download").click()
     expect(dialog.get_by_role("alert")).to_contain_text("The server cannot be reached")
     page.unroute("**/exports/csv?*")
     with page.expect_download():
         dialog.get_by_role("button", name="Download").click()
-
-
-def test_by_keys_alone(page: Page, notifying: Server, inspection: str) -> None:
-    log_in(page, notifying, f"/inspections/{inspection}")
-    menu = page.locator("[data-part=menu] summary").first
-    menu.focus()
-    page.keyboard.press("Enter")
-    for _ in range(4):  # PDF, HTML, XLSX, CSV
-        page.keyboard.press("Tab")
-    page.keyboard.press("Enter")
-    dialog = page.get_by_role("dialog", name="Export: CSV")
-    expect(dialog.get_by_role("button", name="Download")).to_be_focused()
-    page.keyboard.press("Escape")
     expect(dialog).to_have_count(0)
-    expect(menu).to_be_focused()
 
 
 def test_language_and_units_are_those_of_the_person(
@@ -203,9 +192,53 @@ def test_language_and_units_are_those_of_the_person(
     notifying.ask("PUT", "/api/me/preferences", usual)
 
 
-def test_menu_and_dialog_fit_the_window(page: Page, notifying: Server, own: str) -> None:
-    tag(notifying, own, 2, frame=12, code="BAC", char1="C", severity=5)
-    log_in(page, notifying, f"/inspections/{own}")
+def test_a_severity_5_is_in_the_list_on_the_page_on_a_sheet_and_with_the_client(
+    page: Page, notifying: Server, receiver: Receiver, own: str
+) -> None:
+    log_in(page, notifying)
+    row = page.locator(".inspection", has=page.locator(f"a[href='/inspections/{own}']"))
+    expect(row.locator(".chip")).to_have_count(1)
+    tag(notifying, own, 3, frame=12, code="BAC", char1="C", severity=5)
+    expect(row.locator(".chip")).to_have_text(["Done", "act now"])
+    expect(page.locator("toast-stack")).to_contain_text("Act now: clip")
+    expect_no_fault(page)
+    page.locator("toast-stack").get_by_role("button", name="Open").click()
+    page.wait_for_url(f"**/inspections/{own}")
+
+    # On the page, too; and what is tagged now is in the table.
+    expect(page.get_by_role("region", name="Act now")).to_be_visible()
+    notifying.ask("DELETE", f"/api/inspections/{own}/observations/{TAGS[3]}")
+    expect(page.get_by_role("region", name="Act now")).to_be_hidden()
+    expect(page.locator(".defect")).to_have_count(2)
+    expect(page.locator(".readout__distance")).to_contain_text("0.00")
+    page.keyboard.press("1")
+    expect(page.locator(".defect")).to_have_count(3)
+    rows = list(csv.DictReader(io.StringIO(export(page, "CSV").decode("utf-8-sig"))))
+    assert len(rows) == 3
+
+    # The client is notified.
+    receiver.statuses = [500, 500]
+    banner = page.get_by_role("region", name="Act now")
+    expect(banner).to_be_hidden()
+    page.locator(".defect__main").first.click()
+    page.keyboard.press("Shift+Digit5")
+    expect(banner).to_contain_text("BAB at 0.00 m")
+    expect(banner).to_contain_text("Client not notified yet: It answered 500.")
+    expect_no_fault(page)
+    with page.expect_download() as download:
+        banner.get_by_role("link", name="One-page sheet").click()
+    assert download.value.suggested_filename == "clip-act-now.pdf"
+    assert Path(download.value.path()).read_bytes().startswith(b"%PDF-")
+    expect(banner).to_contain_text("Client notified, ")
+    assert receiver.received[-1].message["observation"]["code"] == "BAB"
+    page.get_by_role("tab", name="History").click()
+    expect(page.locator("history-panel")).to_contain_text("The client was notified of BAB")
+    expect_no_fault(page)
+    open_menu(page)
+    expect(page.get_by_role("button", name=re.compile("^Act-now sheet"))).to_be_visible()
+    page.keyboard.press("Escape")
+
+    # Menu and dialog fit the window.
     for width in (360, 1280):
         page.set_viewport_size({"width": width, "height": 700})
         open_menu(page)
@@ -226,54 +259,6 @@ def _expect_inside(page: Page, selector: str) -> None:
     assert box["y"] >= 0
     assert box["x"] + box["width"] <= window["width"]
     assert box["y"] + box["height"] <= window["height"]
-
-
-def test_the_table_holds_what_was_tagged_just_now(page: Page, notifying: Server, own: str) -> None:
-    log_in(page, notifying, f"/inspections/{own}")
-    expect(page.locator(".defect")).to_have_count(2)
-    expect(page.locator(".readout__distance")).to_contain_text("0.00")
-    page.keyboard.press("1")
-    expect(page.locator(".defect")).to_have_count(3)
-    rows = list(csv.DictReader(io.StringIO(export(page, "CSV").decode("utf-8-sig"))))
-    assert len(rows) == 3
-
-
-def test_a_severity_5_is_shown_on_the_page_on_a_sheet_and_to_the_client(
-    page: Page, notifying: Server, receiver: Receiver, own: str
-) -> None:
-    receiver.statuses = [500, 500]
-    log_in(page, notifying, f"/inspections/{own}")
-    banner = page.get_by_role("region", name="Act now")
-    expect(page.locator(".defect")).to_have_count(2)
-    expect(banner).to_be_hidden()
-    page.locator(".defect__main").first.click()
-    page.keyboard.press("Shift+Digit5")
-    expect(banner).to_contain_text("BAB at 0.00 m")
-    expect(banner).to_contain_text("Client not notified yet: It answered 500.")
-    expect_no_fault(page)
-    with page.expect_download() as download:
-        banner.get_by_role("link", name="One-page sheet").click()
-    assert download.value.suggested_filename == "clip-act-now.pdf"
-    assert Path(download.value.path()).read_bytes().startswith(b"%PDF-")
-    expect(banner).to_contain_text("Client notified, ")
-    assert receiver.received[-1].message["observation"]["code"] == "BAB"
-    page.get_by_role("tab", name="History").click()
-    expect(page.locator("history-panel")).to_contain_text("The client was notified of BAB")
-    expect_no_fault(page)
-    open_menu(page)
-    expect(page.get_by_role("button", name=re.compile("^Act-now sheet"))).to_be_visible()
-
-
-def test_the_list_shows_at_once_what_others_tag(page: Page, notifying: Server, own: str) -> None:
-    log_in(page, notifying)
-    row = page.locator(".inspection", has=page.locator(f"a[href='/inspections/{own}']"))
-    expect(row.locator(".chip")).to_have_count(1)
-    tag(notifying, own, 3, frame=12, code="BAC", char1="C", severity=5)
-    expect(row.locator(".chip")).to_have_text(["Done", "act now"])
-    expect(page.locator("toast-stack")).to_contain_text("Act now: clip")
-    expect_no_fault(page)
-    page.locator("toast-stack").get_by_role("button", name="Open").click()
-    page.wait_for_url(f"**/inspections/{own}")
 
 
 def test_a_delivery_with_its_film_then_one_document_over_all(

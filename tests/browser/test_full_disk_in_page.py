@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from clips import numbered_clip, rig_for_clip
 from playwright.sync_api import Page, expect
 from small_disk import SmallDisk, small_disk
 from steps import Server, log_in
+from surveys import Survey
 
 
 @pytest.fixture
@@ -20,10 +20,9 @@ def disk(tmp_path: Path) -> Iterator[SmallDisk]:
         yield disk
 
 
-def test_tags_wait_until_there_is_room(page: Page, disk: SmallDisk, tmp_path: Path) -> None:
-    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=30)
-    with Server(disk.place / "data", disk_reserve_bytes="0") as server:
-        inspection = server.track(clip, rig_for_clip(tmp_path / "rig.json"))
+def test_tags_wait_until_there_is_room(page: Page, disk: SmallDisk, narrow: Survey) -> None:
+    with Server(narrow.copied_to(disk.place / "data"), disk_reserve_bytes="0") as server:
+        inspection = narrow.id
         log_in(page, server, f"/inspections/{inspection}")
         expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
         save = page.locator(".save")

@@ -62,18 +62,11 @@ def test_each_field_is_saved_as_it_is_left_even_where_the_browser_can_keep_nothi
     ]
 
 
-def test_what_is_typed_survives_a_reload(panel: Page, server: Server, inspection: str) -> None:
-    asset = panel.get_by_role("textbox", name="Asset", exact=True)
-    asset.press_sequentially("KL-20")
-    expect(panel.locator(".header-panel__state")).not_to_have_text("Saved")
-    panel.reload()
-    panel.get_by_role("tab", name="Header").click()
-    expect(asset).to_have_value("KL-20")
-    expect(panel.locator(".header-panel__state")).to_have_text("Saved")
-    assert header_of(server, inspection)["asset_id"] == "KL-20"
-
-
-def test_what_a_report_needs_is_counted_and_named(panel: Page) -> None:
+def test_what_is_missing_is_named_and_what_is_typed_is_kept_and_saved(
+    panel: Page, server: Server, inspection: str
+) -> None:
+    state = panel.locator(".header-panel__state")
+    client = panel.get_by_role("textbox", name="Client", exact=True)
     missing = panel.locator(".header-form__missing")
     expect(missing).to_contain_text("Asset")
     count = int(missing.inner_text().split()[0])
@@ -87,8 +80,7 @@ def test_what_a_report_needs_is_counted_and_named(panel: Page) -> None:
     panel.get_by_role("combobox", name="Cross-section").select_option("egg")
     expect(missing).to_contain_text("Width")
 
-
-def test_a_fault_stands_beside_its_field(panel: Page, server: Server, inspection: str) -> None:
+    # A fault stands beside its field.
     height = panel.get_by_role("textbox", name="Height", exact=True)
     fault = panel.locator("#header-height_mm-fault")
     height.fill("wide")
@@ -104,12 +96,18 @@ def test_a_fault_stands_beside_its_field(panel: Page, server: Server, inspection
     expect(panel.locator(".header-panel__state")).to_have_text("Saved")
     assert header_of(server, inspection)["height_mm"] == 600
 
+    # What is typed survives a reload.
+    asset = panel.get_by_role("textbox", name="Asset", exact=True)
+    asset.press("End")
+    asset.press_sequentially("5")
+    expect(state).not_to_have_text("Saved")
+    panel.reload()
+    panel.get_by_role("tab", name="Header").click()
+    expect(asset).to_have_value("KL-2045")
+    expect(panel.locator(".header-panel__state")).to_have_text("Saved")
+    assert header_of(server, inspection)["asset_id"] == "KL-2045"
 
-def test_a_field_is_saved_when_the_server_is_back(
-    panel: Page, server: Server, inspection: str
-) -> None:
-    state = panel.locator(".header-panel__state")
-    client = panel.get_by_role("textbox", name="Client", exact=True)
+    # A field is saved when the server is back.
     expect(client).to_be_visible()
     server.kill()
     client.fill("JKR")
@@ -118,6 +116,18 @@ def test_a_field_is_saved_when_the_server_is_back(
     server.start()
     expect(state).to_have_text("Saved")
     assert header_of(server, inspection)["client"] == "JKR"
+
+    # Tabs are moved by arrows.
+    header = panel.get_by_role("tab", name="Header")
+    defects = panel.get_by_role("tab", name="Defects")
+    header.focus()
+    panel.keyboard.press("Home")
+    expect(defects).to_be_focused()
+    expect(defects).to_have_attribute("aria-selected", "true")
+    expect(panel.get_by_role("tabpanel", name="Defects")).to_be_visible()
+    panel.keyboard.press("ArrowRight")
+    expect(header).to_be_focused()
+    expect(panel.get_by_role("tabpanel", name="Header")).to_be_visible()
 
 
 def test_the_rig_and_the_clock_fill_a_new_header(page: Page, server: Server) -> None:
@@ -130,16 +140,3 @@ def test_the_rig_and_the_clock_fill_a_new_header(page: Page, server: Server) -> 
     page.get_by_role("textbox", name="Height", exact=True).fill("610")
     page.get_by_label("Start from").select_option(index=1)
     expect(page.get_by_role("textbox", name="Height", exact=True)).to_have_value("610")
-
-
-def test_tabs_are_moved_by_arrows(panel: Page) -> None:
-    header = panel.get_by_role("tab", name="Header")
-    defects = panel.get_by_role("tab", name="Defects")
-    header.focus()
-    panel.keyboard.press("Home")
-    expect(defects).to_be_focused()
-    expect(defects).to_have_attribute("aria-selected", "true")
-    expect(panel.get_by_role("tabpanel", name="Defects")).to_be_visible()
-    panel.keyboard.press("ArrowRight")
-    expect(header).to_be_focused()
-    expect(panel.get_by_role("tabpanel", name="Header")).to_be_visible()
