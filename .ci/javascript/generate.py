@@ -1,7 +1,7 @@
 """Writes what the type check of the page is made from, into the folder `generated` beside it.
 
 openapi.json   the API's own document, for openapi-typescript
-page.d.ts      the custom elements, and the elements of each module's templates that have a name (`data-part`)
+page.d.ts      the custom elements, and the named elements of each module (`data-part`)
 """
 
 import json
