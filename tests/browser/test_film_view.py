@@ -80,7 +80,7 @@ def observations_after(desk: Page, server: Server, inspection: str, count: int) 
     return sorted(observations(server, inspection), key=lambda item: item["seq"])
 
 
-def test_the_look_of_the_picture_is_remembered_and_changes_no_pixel(desk: Page) -> None:
+def test_the_look_the_size_and_the_speed_of_the_film_are_chosen_and_remembered(desk: Page) -> None:
     picture = desk.locator(".stage__picture")
     expect(picture).to_have_css("filter", "none")
     desk.get_by_label("Brightness and contrast").first.click()
@@ -95,25 +95,7 @@ def test_the_look_of_the_picture_is_remembered_and_changes_no_pixel(desk: Page) 
     desk.get_by_role("button", name="Reset").click()
     expect(picture).to_have_css("filter", "none")
 
-
-def test_slow_motion_plays_every_frame_and_keeps_its_speed(desk: Page) -> None:
-    speed = desk.get_by_label("Speed of playing")
-    for _ in range(3):
-        desk.keyboard.press("<")
-    expect(speed).to_have_value("0.1")
-    desk.evaluate("""() => {
-      const { playhead } = document.querySelector('inspection-page').desk;
-      window.shown = new Set();
-      playhead.addEventListener('change', () => window.shown.add(playhead.value.frame));
-    }""")
-    desk.keyboard.press("Space")
-    expect_frame(desk, FRAMES - 1)
-    assert desk.evaluate("() => window.shown.size") >= FRAMES - 2
-    desk.keyboard.press(">")
-    expect(speed).to_have_value("0.25")
-
-
-def test_the_film_fills_the_screen_and_a_defect_is_edited_beside_it(desk: Page) -> None:
+    # The film fills the screen, and a defect is edited beside it.
     stage, window = desk.locator(".stage"), desk.viewport_size
     assert window is not None
     usual = box(stage)
@@ -132,18 +114,16 @@ def test_the_film_fills_the_screen_and_a_defect_is_edited_beside_it(desk: Page) 
     expect(desk.locator(".desk__strip")).to_be_visible()
     assert box(stage) == usual
 
-
-def test_panels_are_resized_by_hand_and_by_key_and_remember_it(desk: Page) -> None:
-    stage = desk.locator(".stage")
+    # Panels are resized by hand and by key, and remember it.
     edge = desk.get_by_role("separator", name="Height of the strips")
-    usual = box(stage)["height"]
+    height = box(stage)["height"]
     grip = box(edge)
     x, y = grip["x"] + grip["width"] / 2, grip["y"] + grip["height"] / 2
     desk.mouse.move(x, y)
     desk.mouse.down()
     desk.mouse.move(x, y + 120, steps=3)
     desk.mouse.up()
-    assert box(stage)["height"] == pytest.approx(usual + 120, abs=1)
+    assert box(stage)["height"] == pytest.approx(height + 120, abs=1)
     side = desk.locator(".desk__side")
     width = box(side)["width"]
     desk.get_by_role("separator", name="Width of the list").focus()
@@ -153,12 +133,27 @@ def test_panels_are_resized_by_hand_and_by_key_and_remember_it(desk: Page) -> No
     desk.reload()
     expect_read(desk)
     assert box(side)["width"] == pytest.approx(width - 24, abs=1)
-    assert box(stage)["height"] == pytest.approx(usual + 120, abs=1)
+    assert box(stage)["height"] == pytest.approx(height + 120, abs=1)
     edge.dblclick()
-    assert box(stage)["height"] == pytest.approx(usual, abs=1)
+    assert box(stage)["height"] == pytest.approx(height, abs=1)
 
+    # Slow motion plays every frame, and keeps its speed.
+    speed = desk.get_by_label("Speed of playing")
+    for _ in range(3):
+        desk.keyboard.press("<")
+    expect(speed).to_have_value("0.1")
+    desk.evaluate("""() => {
+      const { playhead } = document.querySelector('inspection-page').desk;
+      window.shown = new Set();
+      playhead.addEventListener('change', () => window.shown.add(playhead.value.frame));
+    }""")
+    desk.keyboard.press("Space")
+    expect_frame(desk, FRAMES - 1)
+    assert desk.evaluate("() => window.shown.size") >= FRAMES - 2
+    desk.keyboard.press(">")
+    expect(speed).to_have_value("0.25")
 
-def test_tag_buttons_are_in_sight_on_a_tablet(desk: Page) -> None:
+    # The tag buttons are in sight on a tablet.
     desk.set_viewport_size({"width": 1024, "height": 768})
     expect(desk.locator(".quick__code").last).to_be_in_viewport(ratio=1)
 

@@ -94,33 +94,9 @@ def test_each_film_of_a_folder_becomes_an_inspection_and_a_bad_one_says_why(
     form.wait_for_url("**/inspections/*")
 
 
-def test_a_dropped_folder_is_searched_to_the_bottom(form: Page, folder: Path) -> None:
-    (folder / "run 2.avi").unlink()
-    drop(form, folder)
-    expect(form.locator(".drop__name b")).to_have_text(
-        ["job 12/camera/run 9.mp4", "job 12/run 10.mp4"]
-    )
-    expect(form.locator(".drop__others")).to_have_text("3 files are no films and were left out.")
-    expect(form.locator(".drop__state")).to_have_text(["Uploaded", "Uploaded"])
-    form.get_by_role("button", name="Start tracking").click()
-    form.wait_for_url(lambda url: url.endswith("/"))
-    expect(form.locator(".inspection", has_text="run 10")).not_to_have_count(0)
-
-
-def test_films_of_the_same_name_are_told_apart_by_their_folders(
+def test_a_dropped_folder_is_searched_to_the_bottom_and_films_of_one_name_are_told_apart(
     form: Page, server: Server, tmp_path: Path
 ) -> None:
-    for camera, frames in (("left", 5), ("right", 6)):
-        (tmp_path / "both" / camera).mkdir(parents=True)
-        numbered_clip(tmp_path / "both" / camera / "0001.mp4", "libx264", frames=frames)
-    choose(form, tmp_path / "both")
-    form.get_by_role("button", name="Start tracking").click()
-    form.wait_for_url(lambda url: url.endswith("/"))
-    names = {one["name"] for one in inspections(server)}
-    assert {"both/left/0001", "both/right/0001"} <= names
-
-
-def test_a_folder_without_a_film_says_so(form: Page, tmp_path: Path) -> None:
     (tmp_path / "papers").mkdir()
     for name in ("plan.pdf", "notes.txt"):
         (tmp_path / "papers" / name).write_text("not a film")
@@ -130,6 +106,23 @@ def test_a_folder_without_a_film_says_so(form: Page, tmp_path: Path) -> None:
     form.get_by_role("button", name="Start tracking").click()
     expect(form.get_by_text("Choose the video first.")).to_be_visible()
     expect(form.get_by_role("button", name="Choose films")).to_be_focused()
+
+    both = tmp_path / "both"
+    for camera, frames in (("left", 5), ("right", 6)):
+        (both / camera).mkdir(parents=True)
+        numbered_clip(both / camera / "0001.mp4", "libx264", frames=frames)
+        (both / camera / "notes.txt").write_text("not a film")
+    drop(form, both)
+    expect(form.locator(".drop__name b")).to_have_text(
+        ["both/left/0001.mp4", "both/right/0001.mp4"]
+    )
+    expect(form.locator(".drop__others")).to_have_text("2 files are no films and were left out.")
+    expect(form.locator(".drop__state")).to_have_text(["Uploaded", "Uploaded"])
+    form.get_by_role("button", name="Start tracking").click()
+    form.wait_for_url(lambda url: url.endswith("/"))
+    expect(form.locator(".inspection", has_text="both/right/0001")).to_have_count(1)
+    names = {one["name"] for one in inspections(server)}
+    assert {"both/left/0001", "both/right/0001"} <= names
 
 
 def test_a_film_that_stops_is_named_and_the_next_one_follows(form: Page, folder: Path) -> None:

@@ -8,13 +8,16 @@ from playwright.sync_api import Browser, Page
 
 ATTACK = """async (id) => {
   const tried = {};
-  document.body.insertAdjacentHTML('beforeend', '<img src="data:," onerror="window.ran = true">');
-  const framed = '<iframe srcdoc="<script>parent.ran = true</script>">';
-  document.body.insertAdjacentHTML('beforeend', framed);
+  const put = (html, event) => {
+    document.body.insertAdjacentHTML('beforeend', html);
+    return new Promise((happens) => document.body.lastChild.addEventListener(event, happens));
+  };
+  const image = put('<img src="data:," onerror="window.ran = true">', 'error');
+  const frame = put('<iframe srcdoc="<script>parent.ran = true</script>"></iframe>', 'load');
   const script = document.createElement('script');
   script.textContent = 'window.ran = true';
   document.body.append(script);
-  await new Promise((resolve) => setTimeout(resolve, 300));
+  await Promise.all([image, frame]);
   tried.ran = window.ran ?? false;
   const readable = (read) => { try { return read(); } catch (error) { return error.name; } };
   tried.cookie = readable(() => document.cookie);

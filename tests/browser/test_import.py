@@ -7,13 +7,31 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from clips import numbered_clip, rig_for_clip
 from desks import DRAWN_AND_STATED, expect_frame
 from playwright.sync_api import Page, Route, expect
 from reports import report
 from steps import Server, log_in
+from surveys import Survey
 
 from app.reports.exchange import en13508
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The archive file of an inspection with its film."""
+    return tmp_path_factory.mktemp("archive") / "CUL-1.chainage.zip"
+
+
+@pytest.fixture(scope="module")
+def server(
+    narrow: Survey, archive: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Server]:
+    """Without the inspection that it has put into the archive file."""
+    path = f"/api/inspections/{narrow.id}"
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        archive.write_bytes(running.ask("GET", f"{path}/exports/archive?film=true").read())
+        running.ask("DELETE", path)
+        yield running
 
 
 @pytest.fixture
@@ -64,15 +82,9 @@ def test_a_file_that_is_no_survey_is_refused_with_the_reason(
 
 
 def test_an_inspection_comes_whole_from_another_server(
-    page: Page, server: Server, tmp_path: Path
+    page: Page, server: Server, archive: Path
 ) -> None:
     """Its archive file is sent in pieces; stopped, it leaves nothing, and sent again it is all."""
-    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
-    made = server.track(clip, rig_for_clip(tmp_path / "rig.json"))
-    archive = tmp_path / "CUL-1.chainage.zip"
-    path = f"/api/inspections/{made}"
-    archive.write_bytes(server.ask("GET", f"{path}/exports/archive?film=true").read())
-    server.ask("DELETE", path)
     log_in(page, server)
     chooser = page.locator("inspection-list input[type=file]")
     page.route("**/api/uploads/*", hold_pieces)

@@ -406,7 +406,10 @@ def test_corrections_are_asked_about_and_wait_as_a_draft(
     desk.get_by_role("tab", name="Corrections").click()
     offset = desk.get_by_label("Camera ahead of the zero by")
     apply = desk.get_by_role("button", name="Apply")
-    for answer, mine, theirs, kept in (("Keep mine", 0.5, 0.25, 0.5), ("Take theirs", 1, 0.75, 0.75)):
+    for answer, mine, theirs, kept in (
+        ("Keep mine", 0.5, 0.25, 0.5),
+        ("Take theirs", 1, 0.75, 0.75),
+    ):
         offset.fill(str(mine))
         desk.keyboard.press("Enter")
         expect(apply).to_be_enabled()

@@ -1,4 +1,4 @@
-"""The modules below the elements of the page, in Node, against a server and the server's modules."""
+"""The modules below the elements of the page, in Node, against a server and its modules."""
 
 from __future__ import annotations
 
