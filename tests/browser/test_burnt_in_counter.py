@@ -43,8 +43,8 @@ def faulty(survey: Survey) -> str:
 
 @pytest.fixture(scope="module")
 def unclear(server: Server, rig: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Shows no unit."""
-    drive = CounterDrive(50, unit="", stuck=None, reset_at=None)
+    """Shows no unit, and a date."""
+    drive = CounterDrive(50, unit="", stuck=None, reset_at=None, date="2019/05/17")
     return server.track(
         counter_drives.write(drive, tmp_path_factory.mktemp("film") / "unclear.mp4"),
         rig,
@@ -121,10 +121,20 @@ def test_the_counter_is_read_its_faults_are_named_and_its_length_is_used(
     assert stored(server, faulty, "corrections")["stated"]["lengths"] == []
 
 
-def test_a_person_states_the_unit_draws_the_box_and_stops_the_reading(
+def test_a_person_takes_the_date_states_the_unit_draws_the_box_and_stops_the_reading(
     page: Page, server: Server, unclear: str
 ) -> None:
     section = corrections(page, server, unclear)
+    page.get_by_role("tab", name="Header").click()
+    offer = page.get_by_role("button", name="From the film: 2019-05-17 – use")
+    expect(offer).to_be_visible()
+    expect_no_fault(page)
+    offer.click()
+    expect(offer).to_be_hidden()
+    expect(page.locator(".header-panel__state")).to_have_text("Saved")
+    assert stored(server, unclear, "")["header"]["date"] == "2019-05-17"
+
+    page.get_by_role("tab", name="Corrections").click()
     section.get_by_role("button", name="m", exact=True).click()
     expect(section).to_contain_text("From 0.00 m to 0.6")
 
@@ -166,21 +176,3 @@ def test_a_person_states_the_unit_draws_the_box_and_stops_the_reading(
     expect(section).to_contain_text("Reading was stopped.")
     expect(section.get_by_role("button", name="Read it again")).to_be_visible()
     assert stored(server, unclear, "counter")["state"] == "cancelled"
-
-
-def test_the_date_of_the_film_is_offered_for_the_header(
-    page: Page, server: Server, rig: Path, tmp_path: Path
-) -> None:
-    drive = CounterDrive(12, stuck=None, reset_at=None, has_counter=False, date="2019/05/17")
-    inspection = server.track(
-        counter_drives.write(drive, tmp_path / "dated.mp4"), rig, has_counter=True
-    )
-    log_in(page, server, f"/inspections/{inspection}")
-    page.get_by_role("tab", name="Header").click()
-    offer = page.get_by_role("button", name="From the film: 2019-05-17 – use")
-    expect(offer).to_be_visible()
-    expect_no_fault(page)
-    offer.click()
-    expect(offer).to_be_hidden()
-    expect(page.locator(".header-panel__state")).to_have_text("Saved")
-    assert stored(server, inspection, "")["header"]["date"] == "2019-05-17"

@@ -50,9 +50,18 @@ def stated(item: dict[str, Any]) -> list[Any]:
     return [item[name] for name in ("code", "char1", "char2", "severity")]
 
 
-def test_a_full_code_with_kind_clock_and_severity_takes_six_keys(
+def emptied(page: Page, server: Server, inspection: str) -> None:
+    """Nothing is tagged any more, and the film is at its begin."""
+    delete_observations(server, inspection)
+    expect(page.locator(".defect")).to_have_count(0)
+    page.keyboard.press("Home")
+    expect_frame(page, 0)
+
+
+def test_codes_are_typed_repeated_kept_for_keys_and_offered_by_checks(
     desk: Page, server: Server, inspection: str
 ) -> None:
+    # A full code with kind, clock and severity takes six keys.
     chain = desk.get_by_role("group", name="Code by letters")
     assert press(desk, "bab") == 3
     expect(chain.get_by_role("status")).to_have_text("BAB Crack")
@@ -85,11 +94,8 @@ def test_a_full_code_with_kind_clock_and_severity_takes_six_keys(
     desk.keyboard.press("u")
     newest(desk, server, inspection, 3)
 
-
-def test_the_clock_is_typed_with_the_code_and_templates_keep_all_of_it(
-    desk: Page, server: Server, inspection: str
-) -> None:
-    chain = desk.get_by_role("group", name="Code by letters")
+    # The clock is typed with the code, and templates keep all of it.
+    emptied(desk, server, inspection)
 
     def hours(item: dict[str, Any]) -> tuple[Any, Any, Any]:
         return item["clock_from"], item["clock_to"], item["severity"]
@@ -131,11 +137,10 @@ def test_the_clock_is_typed_with_the_code_and_templates_keep_all_of_it(
     forgotten.get_by_role("button", name="Undo").click()
     press(desk, "b0")
     expect(chain.locator("[data-forget]")).to_have_count(2)
+    desk.keyboard.press("Escape")
 
-
-def test_a_digit_key_gives_all_that_was_kept_for_it(
-    desk: Page, server: Server, inspection: str
-) -> None:
+    # A digit key gives all that was kept for it.
+    emptied(desk, server, inspection)
     press(desk, "babca2")
     press(desk, "e")
     desk.get_by_label("Quantity", exact=True).fill("2")
@@ -158,10 +163,9 @@ def test_a_digit_key_gives_all_that_was_kept_for_it(
     desk.reload()
     expect(desk.locator(".quick__code").last).to_have_text("9Crack C A 2")
 
-
-def test_checks_offer_the_repair_and_lead_to_where_the_wall_was_lost(
-    desk: Page, server: Server, inspection: str
-) -> None:
+    # Checks offer the repair, and lead to where the wall was lost.
+    expect_read(desk)
+    emptied(desk, server, inspection)
     desk.evaluate(
         """() => {
           const { track, checks } = document.querySelector('inspection-page').desk;
