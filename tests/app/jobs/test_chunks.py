@@ -23,7 +23,7 @@ from vo_core import Rig
 from vo_core.errors import UndeterminedSeam
 from vo_core.sources import Frame, frame_of
 
-SHARED = 170
+SHARED = 140
 CLOSE_MM = 0.12
 """Largest difference of the distances; tracks by other keyframes differ by half of it.
 
@@ -33,7 +33,7 @@ DRIVE = replace(
     SCENARIOS["nominal"],
     rig=Rig.parse(half_size(SCENARIOS["nominal"].rig)),
     seed=3,
-    length_mm=9500.0,
+    length_mm=7600.0,
     speed_mm_s=750.0,
     acceleration_mm_s2=3000.0,
     legs=(0.52, 0.48),
@@ -220,7 +220,7 @@ def test_a_chunk_that_was_decoded_to_other_pictures_is_not_joined(tracked: Track
 
 def test_chunks_that_share_too_little_say_which_one_must_go_on(tracked: Tracked) -> None:
     one, other, last = tracked.chunks
-    short = msgspec.structs.replace(one, rows=one.rows[:-130], ties=one.ties[:-130])
+    short = msgspec.structs.replace(one, rows=one.rows[:-105], ties=one.ties[:-105])
     short = msgspec.structs.replace(
         short, frames=msgspec.structs.replace(one.frames, end=len(short.rows))
     )

@@ -10,7 +10,7 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
-from films import film
+from films import film, half_sized
 from projection import project
 
 from app.inspections.picking import WallPlace, seen_best
@@ -129,7 +129,7 @@ def test_the_unrolled_wall_shows_a_joint_as_a_straight_line(batch: Batch) -> Non
 
 
 def test_joints_are_found_where_few_pictures_a_second_need_a_longer_patch() -> None:
-    slow = SCENARIOS["forward_slow"].shortened(2500.0)
+    slow = half_sized(SCENARIOS["forward_slow"].shortened(2500.0))
     batch = followed(Follower(slow.rig), film(slow))
     track = track_of(batch)
     found = [Sighting(*msgspec.structs.astuple(seen)) for seen in batch.sightings]
