@@ -490,8 +490,9 @@ def test_calibrate_alone_writes_the_camera_part_of_a_rig(
     assert Rig.parse(fields).camera.fx == pytest.approx(PINHOLE.fx, rel=0.002)
 
 
+@pytest.mark.long
 def test_calibrate_makes_a_rig_from_a_film(chainage, tmp_path):
-    forward = half_sized(replace(SCENARIOS["forward"], length_mm=250.0))
+    forward = half_sized(replace(SCENARIOS["forward"], length_mm=400.0))
     film = simulate(forward, tmp_path / "film").video
     out, report = tmp_path / "rig.json", tmp_path / "grid.png"
     done = chainage(
