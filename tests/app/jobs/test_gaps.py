@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from app.jobs.gaps import between
+from app.jobs.gaps import between, place_after
 from app.jobs.messages import Row
 from app.jobs.waiting import MOST, Captured, Waiting
 from vo_core.sources import VideoFile
@@ -37,6 +37,15 @@ def test_skipped_frames_lie_between_their_neighbours_in_time_and_are_less_certai
 def test_a_skipped_frame_next_to_a_lost_one_is_lost() -> None:
     (found,) = between(row(0, 0.0, 0.0), row(2, 0.2, 9.0, status="lost"), [(1, 0.1)])
     assert found.status == "lost"
+
+
+def test_where_a_robot_that_was_moved_goes_on_is_unknown_and_where_it_stood_still_is_known() -> (
+    None
+):
+    last = row(3, 1.0, 10.0)
+    assert place_after(last, "moved", 2.0).sigma_distance_mm > 9_000
+    stood = place_after(last, "stood_still", 2.0)
+    assert (stood.distance_mm, stood.sigma_distance_mm) == pytest.approx((10.0, 1.0), abs=1)
 
 
 @pytest.fixture
