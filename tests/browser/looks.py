@@ -10,7 +10,7 @@ from playwright.sync_api import Page
 COLOUR_RULES = ["color-contrast", "link-in-text-block"]
 """All that axe-core checks by default and that depends on colours."""
 
-_RUN = """(rules) => axe.run({
+_RUN = """([within, rules]) => axe.run(within ?? document, {
   // viser's client in its frame is not ours to mend.
   iframes: false,
   // What passed is thousands of elements, which no one reads.
@@ -20,20 +20,26 @@ _RUN = """(rules) => axe.run({
   ({ html, failureSummary }) => `${id}: ${html}\\n${failureSummary}`)))"""
 
 
-def faults(page: Page, rules: list[str] | None = None) -> list[str]:
-    """Return the faults of the page as it looks now: by all rules, or by those that are named."""
+def faults(page: Page, rules: list[str] | None = None, *, within: str | None = None) -> list[str]:
+    """Return the faults of the page as it looks now: by all rules, or by those that are named.
+
+    `within` selects a part of it, where only that is new.
+    """
     if not page.evaluate("'axe' in window"):
         page.evaluate(AXE_SCRIPT)
-    found: list[str] = page.evaluate(_RUN, rules)
+    found: list[str] = page.evaluate(_RUN, [within, rules])
     return found
 
 
 def expect_no_fault(
-    page: Page, schemes: tuple[Literal["dark", "light"], ...] = ("dark", "light")
+    page: Page,
+    schemes: tuple[Literal["dark", "light"], ...] = ("dark", "light"),
+    *,
+    within: str | None = None,
 ) -> None:
     """In no scheme of colours; all that a second scheme changes is colours."""
     rules = None
     for scheme in schemes:
         page.emulate_media(color_scheme=scheme, reduced_motion="reduce")
-        assert faults(page, rules) == [], scheme
+        assert faults(page, rules, within=within) == [], scheme
         rules = COLOUR_RULES

@@ -54,7 +54,7 @@ def test_log_in(page: Page, server: Server) -> None:
     page.get_by_label("Access token").fill("not the token")
     page.get_by_role("button", name="Log in").click()
     expect(page.get_by_role("alert")).to_contain_text("not known here")
-    expect_no_fault(page)
+    expect_no_fault(page, within="form")
 
 
 def test_new_inspection(page: Page, server: Server) -> None:
@@ -87,22 +87,22 @@ def test_list(page: Page, server: Server, inspection: str) -> None:
     expect_no_fault(page)
     page.get_by_role("button", name="Delete clip").click()
     expect(page.get_by_role("dialog")).to_be_visible()
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
 
 
 def test_menu_and_settings(page: Page, server: Server) -> None:
     log_in(page, server)
     page.get_by_label("Menu").click()
-    expect_no_fault(page)
+    expect_no_fault(page, within="person-menu")
     page.get_by_role("button", name="Help").click()
     expect(page.get_by_role("dialog")).to_be_visible()
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
     page.keyboard.press("Escape")
     page.get_by_label("Menu").click()
     page.get_by_role("button", name="Settings").click()
     page.get_by_role("combobox", name="Key 9").fill("crack")
     expect(page.get_by_role("listbox")).to_be_visible()
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
 
 
 def test_in_malay(page: Page, server: Server, inspection: str) -> None:
@@ -130,20 +130,20 @@ def test_inspection(page: Page, server: Server, inspection: str) -> None:
     page.keyboard.press("t")
     expect(page.locator(".defect").nth(1)).to_be_visible()
     page.get_by_text("Export", exact=True).click()
-    expect_no_fault(page)
+    expect_no_fault(page, within="desk-bar")
     page.keyboard.press("Escape")
     page.keyboard.press("e")
     page.get_by_label("Code", exact=True).fill("crack")
     expect(page.get_by_role("listbox")).to_be_visible()
-    expect_no_fault(page)
+    expect_no_fault(page, within="defect-form")
     page.keyboard.press("Escape")
     page.keyboard.press("Escape")
     page.get_by_role("tab", name="Header").click()
     page.get_by_text("More fields").click()
-    expect_no_fault(page)
+    expect_no_fault(page, within="header-panel")
     page.keyboard.press("?")
     expect(page.get_by_role("dialog")).to_be_visible()
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
 
 
 def test_panels_and_dialogs_of_an_inspection(page: Page, server: Server, inspection: str) -> None:
@@ -154,23 +154,23 @@ def test_panels_and_dialogs_of_an_inspection(page: Page, server: Server, inspect
     for tab in ("Corrections", "Checks", "History"):
         page.get_by_role("tab", name=tab).click()
         expect(page.get_by_role("tabpanel", name=tab)).to_be_visible()
-        expect_no_fault(page)
+        expect_no_fault(page, within=f"{tab.lower()}-panel")
     page.keyboard.press("e")
     page.get_by_role("button", name="Open the photo").click()
     expect(page.get_by_role("dialog").get_by_role("img")).to_be_visible()
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
     page.keyboard.press("Escape")
     page.keyboard.press("Escape")
     page.keyboard.press("g")
     page.get_by_role("textbox", name="Distance, time, frame or joint").fill("far away")
     page.keyboard.press("Enter")
     expect(page.get_by_role("dialog").get_by_role("alert")).not_to_be_empty()
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
     page.keyboard.press("Escape")
     page.get_by_role("button", name="Finish", exact=True).click()
     page.get_by_role("dialog").get_by_label("Abandoned", exact=True).check()
     expect(page.get_by_label("Why it was abandoned")).to_be_visible()
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
 
 
 TOO_SMALL = """least => [...document.querySelectorAll(

@@ -72,7 +72,7 @@ def test_the_counter_is_read_its_faults_are_named_and_its_length_is_used(
     rows.first.get_by_role("button").click()
     frame = stored(server, faulty, "counter")["comparison"]["faults"][0]["first_frame"]
     expect(page.locator(".transport__frame")).to_contain_text(f"frame {frame}")
-    expect_no_fault(page)
+    expect_no_fault(page, within="counter-section")
 
     # The second curve leaves the middle where the counter stuck.
     page.wait_for_function(
@@ -128,7 +128,7 @@ def test_a_person_takes_the_date_states_the_unit_draws_the_box_and_stops_the_rea
     page.get_by_role("tab", name="Header").click()
     offer = page.get_by_role("button", name="From the film: 2019-05-17 – use")
     expect(offer).to_be_visible()
-    expect_no_fault(page)
+    expect_no_fault(page, within="header-panel")
     offer.click()
     expect(offer).to_be_hidden()
     expect(page.locator(".header-panel__state")).to_have_text("Saved")
@@ -164,7 +164,7 @@ def test_a_person_takes_the_date_states_the_unit_draws_the_box_and_stops_the_rea
     )
     assert drawing.bounding_box() == box
     page.keyboard.press("Shift+Control+ArrowLeft")
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
     dialog.get_by_role("button", name="Read the counter in this box").click()
     expect(section.get_by_role("button", name="m", exact=True)).to_be_visible()
     found = stored(server, unclear, "counter")

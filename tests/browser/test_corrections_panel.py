@@ -250,15 +250,15 @@ def test_a_joint_is_left_out_and_put_back_and_no_panel_has_a_fault_of_accessibil
     page.get_by_label("Length", exact=True).fill("1.3")
     page.get_by_role("button", name="Add a taped length").click()
     expect(page.locator(".fix__bar")).to_contain_text("does not fit")
-    expect_no_fault(page)
+    expect_no_fault(page, within="corrections-panel")
     page.get_by_role("button", name="Discard").click()
     for tab, shown in (("Checks", ".check"), ("History", ".event")):
         page.get_by_role("tab", name=tab).click()
         expect(page.locator(shown).first).to_be_visible()
-        expect_no_fault(page, ("light",))
+        expect_no_fault(page, ("light",), within=f"{tab.lower()}-panel")
     page.get_by_role("button", name="Finish", exact=True).click()
     page.get_by_label("Abandoned", exact=True).check()
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
 
 
 def _open(page: Page, server: Server, inspection: str, tab: str) -> None:

@@ -111,7 +111,7 @@ def test_every_format_is_offered_and_one_is_saved_stopped_or_refused(
     expect(dialog).to_contain_text("Observation 2 has no code")
     expect(dialog).to_contain_text(re.compile(r"\d+ things to put right before a report is issued"))
     expect(dialog).to_contain_text("Asset is empty in the header.")
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
     with page.expect_download() as download:
         dialog.get_by_role("button", name="Download the draft").click()
     assert download.value.suggested_filename == "clip-en13508.txt"
@@ -128,7 +128,7 @@ def test_every_format_is_offered_and_one_is_saved_stopped_or_refused(
     # A map without coordinates is refused in a sentence that leads on.
     open_format(page, "GeoJSON")
     expect(dialog.get_by_role("alert")).to_contain_text("latitude and longitude of both ends")
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
     dialog.get_by_role("alert").get_by_role("button").click()
     expect(page.get_by_role("tabpanel", name="Header")).to_be_visible()
 
@@ -140,7 +140,7 @@ def test_every_format_is_offered_and_one_is_saved_stopped_or_refused(
     dialog.get_by_role("button", name="Download").click()
     expect(dialog.get_by_role("progressbar")).to_be_visible()
     expect(dialog).to_contain_text(re.compile(r"The report is being made… *[1-9] s"))
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
     dialog.get_by_role("button", name="Stop").click()
     expect(dialog.get_by_role("progressbar")).to_be_hidden()
     expect(dialog.get_by_role("button", name="Download")).to_be_focused()
@@ -185,7 +185,7 @@ def test_language_and_units_are_those_of_the_person(
     page.get_by_text("Eksport", exact=True).click()
     page.get_by_role("button", name=re.compile("^CSV ")).click()
     dialog = page.get_by_role("dialog", name="Eksport: CSV")
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
     with page.expect_request("**/exports/csv?*") as request, page.expect_download():
         dialog.get_by_role("button", name="Muat turun").click()
     assert request.value.url.endswith("/exports/csv?lang=ms&units=ft")
@@ -201,7 +201,7 @@ def test_a_severity_5_is_in_the_list_on_the_page_on_a_sheet_and_with_the_client(
     tag(notifying, own, 3, frame=12, code="BAC", char1="C", severity=5)
     expect(row.locator(".chip")).to_have_text(["Done", "act now"])
     expect(page.locator("toast-stack")).to_contain_text("Act now: clip")
-    expect_no_fault(page)
+    expect_no_fault(page, within="toast-stack")
     page.locator("toast-stack").get_by_role("button", name="Open").click()
     page.wait_for_url(f"**/inspections/{own}")
 
@@ -233,7 +233,7 @@ def test_a_severity_5_is_in_the_list_on_the_page_on_a_sheet_and_with_the_client(
     assert receiver.received[-1].message["observation"]["code"] == "BAB"
     page.get_by_role("tab", name="History").click()
     expect(page.locator("history-panel")).to_contain_text("The client was notified of BAB")
-    expect_no_fault(page)
+    expect_no_fault(page, within="history-panel")
     open_menu(page)
     expect(page.get_by_role("button", name=re.compile("^Act-now sheet"))).to_be_visible()
     page.keyboard.press("Escape")
@@ -271,7 +271,7 @@ def test_a_delivery_with_its_film_then_one_document_over_all(
     dialog.get_by_label("Exchange format").select_option("RIBX")
     dialog.get_by_label("Language of report and page").select_option("Bahasa Malaysia")
     dialog.get_by_label("The film as well").check()
-    expect_no_fault(page, ("dark",))
+    expect_no_fault(page, ("dark",), within="dialog[open]")
     held: list[Route] = []
     page.route("**/api/bulk-exports", lambda route: held.append(route))
     with page.expect_request("**/api/bulk-exports"):
@@ -303,7 +303,7 @@ def test_a_delivery_with_its_film_then_one_document_over_all(
         dialog.get_by_label(label, exact=True).uncheck()
     expect(dialog.get_by_role("button", name="Make the archive")).to_be_disabled()
     dialog.get_by_label("One document").check()
-    expect_no_fault(page, ("dark",))
+    expect_no_fault(page, ("dark",), within="dialog[open]")
     dialog.get_by_role("button", name="Make the archive").click()
     with page.expect_download() as download:
         dialog.get_by_role("link", name="Download").click()
