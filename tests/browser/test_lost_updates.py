@@ -211,6 +211,7 @@ def test_a_deletion_is_asked_about_and_decided_in_any_tab(
     expect(desk.locator(".defect__save--refused")).to_be_attached()
     expect(desk.locator(".defect__more")).to_contain_text("roots")
     expect(question(other)).to_contain_text("You deleted it")
+    expect(other.locator(".defect__more")).to_contain_text("roots")
     decide(other, "Delete it nevertheless")
     for page in (desk, other):
         expect(page.get_by_role("dialog")).to_have_count(0)
