@@ -409,8 +409,12 @@ export class Observations extends Store {
   #answered({ operation, answer }) {
     if (operation.inspection !== this.#inspection) return;
     this.#version += 1; // a list that is just being read may be older, and still hold what was deleted
-    if (!answer) return;
     const item = this.find(operation.observation);
+    if (!answer) {
+      // Decided before this tab had read that the deletion was refused.
+      if (item && !this.#outbox.isWaiting(item.id)) this.#publish(this.#without(item.id));
+      return;
+    }
     if (!item) {
       this.#loadPatiently(); // from another tab, made while the list could not be read
       return;

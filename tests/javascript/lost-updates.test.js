@@ -112,7 +112,22 @@ test('a deletion is decided in any tab', async (t) => {
   for (const tab of tabs) assert.equal((await question(tab)).mine, null);
   await tabs[1].conflicts.value[0].keepMine();
   for (const tab of tabs) await settled(tab);
-  assert.deepEqual([tabs[0].observations.value, tabs[1].observations.value, await stored()], [[], [], []]);
+  for (const tab of tabs) await until(() => tab.observations.value.length === 0);
+  assert.deepEqual(await stored(), []);
+});
+
+test('a deletion that is decided before its tab has read the list is shown at once', async (t) => {
+  const [id] = await tagged();
+  const operations = new Operations(null);
+  const [here, there] = [await opened(t, operations), await opened(t, operations)];
+  await change(id, { severity: 5 });
+  const { letThrough } = holdList();
+  here.observations.remove(id);
+  await (await question(there)).keepMine();
+  await settled(there);
+  assert.deepEqual(there.observations.value, []);
+  letThrough();
+  assert.deepEqual(await stored(), []);
 });
 
 test('a refused deletion that is undone is no question any more, nor is the change before it', async (t) => {
