@@ -256,6 +256,7 @@ class Client(httpx.Client):
             origin=self.server.url,
             additional_headers={"Cookie": f"chainage_session={cookie}"},
             max_size=None,
+            open_timeout=PATIENCE_S,
             **options,
         )
 
@@ -275,6 +276,7 @@ class Client(httpx.Client):
             origin="null",  # type: ignore[arg-type]
             subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
             max_size=None,
+            open_timeout=PATIENCE_S,
         )
 
     def tag(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from builders import TOKEN, Client
+from builders import PATIENCE_S, TOKEN, Client
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -31,7 +31,7 @@ def refusal(url: str, origin: str | None, headers: dict[str, str]) -> int:
     """Return the status with which a WebSocket is refused; check the body."""
     with (
         pytest.raises(InvalidStatus) as caught,
-        connect(url, origin=origin, additional_headers=headers),
+        connect(url, origin=origin, additional_headers=headers, open_timeout=PATIENCE_S),
     ):
         pass
     body = json.loads(caught.value.response.body)

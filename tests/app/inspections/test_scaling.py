@@ -113,8 +113,9 @@ def test_joints_that_come_into_sight_scale_the_run_once_and_it_is_recorded(bench
     assert found["after"]["joints_counted"] == 3
     assert found["after"]["camera_lower_mm"] == pytest.approx(0.008 * 200, abs=0.5)
     assert str(found["remark"]).startswith("3 joints: scale 0.99")
-    assert bench.corrections.revision(ID) == 1
+    # It is told after the record has it.
     wait_until(lambda: any(isinstance(event, DistancesCorrected) for event in bench.heard))
+    assert bench.corrections.revision(ID) == 1
     reported = bench.corrections.estimate(ID, estimate_at(RAW, ROWS // 2 - 1))
     assert reported.distance_mm == pytest.approx(
         TRUE_SCALE * RAW.distance_mm[ROWS // 2 - 1], abs=20

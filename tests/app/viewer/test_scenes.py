@@ -39,6 +39,7 @@ def page(
         origin=client.server.url,  # type: ignore[arg-type]
         additional_headers={"Authorization": f"Bearer {token}"},
         max_size=None,
+        open_timeout=PATIENCE_S,
     )
 
 

@@ -13,6 +13,7 @@ import msgspec
 import textures
 import uvicorn
 import zstandard
+from builders import PATIENCE_S
 from fastapi import FastAPI, Response, WebSocket
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect, unix_connect
@@ -98,6 +99,7 @@ class Served:
             f"ws://127.0.0.1:{self.port}/viewer/x",
             subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
             max_size=None,
+            open_timeout=PATIENCE_S,
             compression=None,
         ) as ws:
             yield Client(ws)
@@ -198,6 +200,7 @@ def late_joiner(scene: CulvertScene) -> Iterator[Client]:
         "ws://localhost/",
         subprotocols=["viser-v1.1.1"],  # type: ignore[list-item]
         max_size=None,
+        open_timeout=PATIENCE_S,
         compression=None,
     ) as ws:
         yield Client(ws)

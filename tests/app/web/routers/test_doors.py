@@ -319,6 +319,7 @@ def open_socket(client: Client, path: str, cookie: str) -> ClientConnection:
         origin=client.server.url,
         additional_headers=session(cookie),
         max_size=None,
+        open_timeout=PATIENCE_S,
     )
 
 
@@ -388,7 +389,9 @@ def test_over_https_the_printed_address_logs_in_and_no_secret_is_shown(tmp_path:
             assert [answer.status_code for answer in answers] == [303, 401, 200, 422, 422, 422]
             url = f"{origin.replace('https', 'wss')}/api/inspections/{'0' * 32}/live"
             cookies = {"Cookie": f"__Host-chainage_session={cookie}"}
-            with connect(url, origin=origin, additional_headers=cookies, ssl=trusted) as socket:
+            with connect(
+                url, origin=origin, additional_headers=cookies, ssl=trusted, open_timeout=PATIENCE_S
+            ) as socket:
                 assert "inspection_not_found" in str(socket.recv(PATIENCE_S))
             for n in range(11):  # what a proxy says of the address is not believed
                 forwarded = {"X-Forwarded-For": f"10.0.0.{n}", "Origin": origin}

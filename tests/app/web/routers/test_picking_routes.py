@@ -39,6 +39,7 @@ class Browser:
             origin=self._server.url,
             additional_headers={"Cookie": f"chainage_session={self._cookie}"},
             max_size=None,
+            open_timeout=PATIENCE_S,
             **options,
         )
 
