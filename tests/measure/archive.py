@@ -46,9 +46,7 @@ import httpx
 from archive_films import film_of, make_films
 from builders import half_size
 from clusters import Cluster, cluster
-from conftest import CHROMIUM_FLAGS, installed_chromium
 from object_stores import moto
-from playwright.sync_api import sync_playwright
 from postgres import PostgresServer, postgres_server
 
 from app.data_folder import reading
@@ -56,6 +54,7 @@ from app.jobs.follow import Follower
 from app.lab.markdown_figures import write_figures
 from app.lab.simulation import SCENARIOS
 from app.reports.report import Company
+from measure.chromium import chromium
 from vo_core import Rig, VideoFile
 
 PAGE = Path(__file__).parents[2] / "docs" / "archive_measured.md"
@@ -358,12 +357,9 @@ def users(folder: Path, count: int) -> Rows:
     films = folder / "films"
     rules = json.loads(make_films(films, count, SHORT_MM).read_text())
     site = Site(Path(tempfile.mkdtemp(dir=folder)), {"CHAINAGE_ARCHIVE_FOLDERS": str(films)})
-    with serving(site) as server, sync_playwright() as playwright:
+    with serving(site) as server, chromium() as browser:
         server.ask("POST", "/api/archive/films", json={"paths": [str(films)], "rules": rules})
         server.post("start", {})
-        browser = playwright.chromium.launch(
-            executable_path=installed_chromium(), args=CHROMIUM_FLAGS
-        )
         pages = []
         for _ in range(USERS):
             page = browser.new_context().new_page()
@@ -381,7 +377,6 @@ def users(folder: Path, count: int) -> Rows:
         tracked = server.ask("GET", "/api/archive/progress").json()
         for page in pages:
             found_ms += page.evaluate(TIMINGS)
-        browser.close()
     return [
         ("people, each with a page of the list and a search every 5 s", str(USERS)),
         ("answers of the archive that their pages waited for", str(len(found_ms))),

@@ -17,7 +17,8 @@ from PIL import Image
 from playwright.sync_api import Locator, Page, expect
 from steps import Server, log_in
 
-from measure.screenshots import chromium, open_page, tracked_sample, wait_for_still_3d_view
+from measure.chromium import chromium
+from measure.screenshots import open_page, tracked_sample, wait_for_still_3d_view
 
 SIZE = (1440, 900)
 SHOWN = (1200, 750)

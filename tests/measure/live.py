@@ -18,7 +18,8 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -28,13 +29,13 @@ import cv2
 import numpy as np
 from builders import BLOCK, blocks
 from cameras import MjpegCamera
-from conftest import CHROMIUM_FLAGS, installed_chromium
 from numpy.typing import NDArray
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 from steps import Server, log_in
 
 from app.lab.simulation.render import render
 from app.lab.simulation.sample import SAMPLE
+from measure.chromium import chromium
 
 RATE_HZ = 30
 LEG_MM = 1500.0
@@ -215,6 +216,19 @@ COLUMNS: tuple[tuple[str, Callable[[Measured], str]], ...] = (
 )
 
 
+@contextmanager
+def server_and_page() -> Iterator[tuple[Server, Page]]:
+    """Run a server that may open cameras of this machine, and a page that is logged in."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Server(Path(folder), camera_networks="127.0.0.0/8") as server,
+        chromium() as browser,
+    ):
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        log_in(page, server)
+        yield server, page
+
+
 def print_line(line: str) -> None:
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
@@ -227,22 +241,12 @@ def main() -> None:
     chosen = arguments.parse_args()
     pictures = drive()
     print_line("  ".join(name for name, _ in COLUMNS) + "  (ms)")
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        Server(Path(folder), camera_networks="127.0.0.0/8") as server,
-        sync_playwright() as playwright,
-    ):
-        browser = playwright.chromium.launch(
-            executable_path=installed_chromium(), args=CHROMIUM_FLAGS
-        )
-        page = browser.new_page(viewport={"width": 1440, "height": 900})
-        log_in(page, server)
+    with server_and_page() as (server, page):
         for _ in range(chosen.runs):
             with NumberedCamera(pictures) as camera:
                 found = measure(page, server, camera, chosen.seconds)
             cells = [value(found).rjust(len(name)) for name, value in COLUMNS]
             print_line("  ".join(cells))
-        browser.close()
 
 
 if __name__ == "__main__":

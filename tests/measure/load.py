@@ -19,7 +19,6 @@ import json
 import multiprocessing
 import os
 import statistics
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -31,9 +30,8 @@ from pathlib import Path
 
 import av
 import numpy as np
-from conftest import CHROMIUM_FLAGS, installed_chromium
-from playwright.sync_api import Page, sync_playwright
-from steps import TOKEN, Server, log_in
+from playwright.sync_api import Page
+from steps import TOKEN, Server
 from watchers import SLOW_S, Seen, Viewer, watch
 
 from app.lab.simulation.sample import SAMPLE
@@ -46,6 +44,7 @@ from measure.live import (
     drive,
     percentile,
     print_line,
+    server_and_page,
 )
 
 MAX_AGE_MS = 250
@@ -308,16 +307,7 @@ COLUMNS: tuple[tuple[str, Callable[[Held], str]], ...] = (
 def holding(loads: Sequence[str], seconds: float) -> Iterator[tuple[str, Held]]:
     """Apply each load to one server; yield the figures."""
     pictures = drive()
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        Server(Path(folder), camera_networks="127.0.0.0/8") as server,
-        sync_playwright() as playwright,
-    ):
-        browser = playwright.chromium.launch(
-            executable_path=installed_chromium(), args=CHROMIUM_FLAGS
-        )
-        page = browser.new_page(viewport={"width": 1440, "height": 900})
-        log_in(page, server)
+    with server_and_page() as (server, page):
         for name in loads:
             load = LOADS[name]
             with ExitStack() as stack:
@@ -330,7 +320,6 @@ def holding(loads: Sequence[str], seconds: float) -> Iterator[tuple[str, Held]]:
                 ]
                 held = measure(page, server, load, cameras, pool, seconds)
             yield name, held
-        browser.close()
 
 
 def main() -> None:

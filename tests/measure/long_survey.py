@@ -22,10 +22,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from conftest import CHROMIUM_FLAGS, installed_chromium
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 from steps import Server, log_in
 
+from measure.chromium import chromium
 from measure.live import INTERACTIVE, print_line
 from measure.load import descendants
 from measure.long_films import add_long_survey
@@ -321,14 +321,10 @@ def main() -> None:
     arguments.add_argument("--write", action="store_true", help="into docs/long_survey.md")
     chosen = arguments.parse_args()
     sizes, found = chosen.sizes or list(SIZES), []
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=installed_chromium(), args=CHROMIUM_FLAGS
-        )
+    with chromium() as browser:
         for defects, frames in sizes:
             found.append(measure(browser, defects, frames, chosen.only or ("server", "page")))
             print_line(json.dumps({"defects": defects, "frames": frames} | found[-1]))
-        browser.close()
     text = table(sizes, found)
     print_line(text)
     print_line(

@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from conftest import CHROMIUM_FLAGS, installed_chromium
 from mapped_assets import MADE_AT, Inspected, Registered, inspection_row, registered_row
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 from sqlalchemy import insert
 from steps import Server, log_in
 
@@ -29,6 +28,7 @@ from app.storage.database import Database
 from app.storage.defect_index import INDEX_VERSION
 from app.storage.tables import IndexedInspection, Inspection, RegisteredAsset
 from app.survey.folding import folded, spelling
+from measure.chromium import chromium
 
 FRAMES = 120
 ROUNDS = 5
@@ -127,20 +127,16 @@ def main() -> None:
     parser.add_argument("--assets", type=int, default=10_000)
     parser.add_argument("--inspections", type=int, default=3, help="of each asset")
     stated = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+    with tempfile.TemporaryDirectory() as folder:
         database = Database(Path(folder) / "chainage.db")
         fill(database, stated.assets, stated.inspections)
         database.close()
-        with Server(Path(folder)) as server:
+        with Server(Path(folder)) as server, chromium() as browser:
             write_answer(server)
-            browser = playwright.chromium.launch(
-                executable_path=installed_chromium(), args=CHROMIUM_FLAGS
-            )
             page = browser.new_page(viewport={"width": 1440, "height": 900})
             log_in(page, server, "/archive/map")
             page.wait_for_selector(".map-list__row")
             write_frames(page)
-            browser.close()
 
 
 if __name__ == "__main__":

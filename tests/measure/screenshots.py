@@ -9,16 +9,16 @@ from __future__ import annotations
 import argparse
 import json
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from time import monotonic
 from typing import Any, Literal
 from urllib.parse import urlsplit
 
-from conftest import CHROMIUM_FLAGS, installed_chromium
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 from steps import Server, log_in
+
+from measure.chromium import chromium
 
 WIDTHS = {360: 800, 1280: 800, 1920: 1080}
 THEMES: tuple[Literal["dark", "light"], ...] = ("dark", "light")
@@ -210,16 +210,6 @@ def _go(page: Page, path: str) -> None:
 
 
 # What it needs ---------------------------------------------------------------------------------
-
-
-@contextmanager
-def chromium() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=installed_chromium(), args=CHROMIUM_FLAGS
-        )
-        yield browser
-        browser.close()
 
 
 def tracked_sample(server: Server) -> str:
