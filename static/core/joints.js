@@ -1,6 +1,6 @@
 /** The joints of the pipe: seen ones, and the places of expected ones. */
 
-import { SAME_MM } from './spans.js';
+import { ROUNDING_MM } from './spans.js';
 
 /**
  * @typedef {object} Joint
@@ -29,4 +29,4 @@ export function jointsOf(result) {
  * @param {number} distanceM
  */
 export const jointBehind = (joints, distanceM) =>
-  joints.findLast(({ number, distance_m: m }) => number !== null && 1000 * m <= 1000 * distanceM + SAME_MM) ?? null;
+  joints.findLast(({ number, distance_m: m }) => number !== null && 1000 * m <= 1000 * distanceM + ROUNDING_MM) ?? null;

@@ -1,14 +1,14 @@
 /**
- * Whether a distance lies within a part of the pipe. Ends are compared up to SAME_MM, as in app/survey/spans.py:
+ * Whether a distance lies within a part of the pipe. Ends are compared up to ROUNDING_MM, as app/survey/spans.py does more coarsely:
  * 1000 * 16.1 is more than 16100 in binary.
  */
 
-/** Distances less than this apart are the same: tracks are sent to a tenth of a millimetre. */
-export const SAME_MM = 0.05;
+/** Half of the last digit of a distance that is sent: tracks have a tenth of a millimetre. */
+export const ROUNDING_MM = 0.05;
 
 /**
  * Returns whether a distance lies in a range, its ends included.
  * @param {number} mm
  * @param {{low: number, high: number}} range
  */
-export const isWithin = (mm, { low, high }) => mm >= low - SAME_MM && mm <= high + SAME_MM;
+export const isWithin = (mm, { low, high }) => mm >= low - ROUNDING_MM && mm <= high + ROUNDING_MM;

@@ -70,7 +70,7 @@ class Sheet:
 
     @property
     def span_m(self) -> Span:
-        """The window."""
+        """Where its window begins and ends on the axis."""
         return self.first_m, self.last_m
 
 
@@ -319,9 +319,9 @@ class _Painter:
             canvas.setStrokeColor(INK)
             canvas.setLineWidth(1.1)
             canvas.line(x, upper, x, lower)
-            if low >= self.sheet.first_m - SAME_M:
+            if is_within(low, self.sheet.span_m):
                 canvas.line(x - 1 * mm, upper, x, upper)
-            if high <= self.sheet.last_m + SAME_M:
+            if is_within(high, self.sheet.span_m):
                 canvas.line(x - 1 * mm, lower, x, lower)
             self._number(canvas, x, (upper + lower) / 2, str(stretch.number))
 

@@ -3,7 +3,7 @@
  * same rules (`app/survey/asset_history.py`); here the runs may also be aligned by joints, or come from both ends.
  */
 
-import { SAME_MM, isWithin } from '../../core/spans.js';
+import { ROUNDING_MM, isWithin } from '../../core/spans.js';
 
 /** Distance between two people's clicks on the same defect. */
 const SPOT_MM = 100;
@@ -47,7 +47,7 @@ export function match(a, b, alignment, isReversed) {
     .flatMap((one) => there.map((other) => ({ one, other, apart: Math.abs(one.mm - other.mm) })))
     .filter(
       ({ one, other, apart }) =>
-        apart <= reach(one.item, other.item) + SAME_MM && isSame(one.item, other.item, isReversed),
+        apart <= reach(one.item, other.item) + ROUNDING_MM && isSame(one.item, other.item, isReversed),
     )
     .sort((first, second) => first.apart - second.apart);
   const taken = new Set();

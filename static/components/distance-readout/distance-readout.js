@@ -4,7 +4,7 @@ import { html, render, setText } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
 import { isSeen, jointBehind } from '../../core/joints.js';
 import { mayEdit } from '../../core/rights.js';
-import { SAME_MM } from '../../core/spans.js';
+import { ROUNDING_MM } from '../../core/spans.js';
 import { Component } from '../../core/store.js';
 import { STATUSES } from '../../core/track.js';
 import { chainage, chainageNumber, lengthUnit, plusMinus, speed, u95FromSigma } from '../../core/units.js';
@@ -84,7 +84,7 @@ export class DistanceReadout extends Component {
   /** Shows the nearest joint before the frame, from which a repair crew counts; and whether it was seen. */
   #joint(distanceMm) {
     const { joints } = this.desk;
-    if (joints.length === 0 || distanceMm < -SAME_MM) return '';
+    if (joints.length === 0 || distanceMm < -ROUNDING_MM) return '';
     const joint = jointBehind(joints, distanceMm / 1000);
     if (joint === null)
       return isSeen(joints[0]) && joints[0].number !== null ? t('readout.before_joint', joints[0]) : '';

@@ -24,7 +24,7 @@ import { RemarkDrafts } from '../../core/remark-drafts.js';
 import { isLocked, Review, whyLocked } from '../../core/review.js';
 import { lock, mayEdit } from '../../core/rights.js';
 import { whenSent } from '../../core/sending.js';
-import { SAME_MM } from '../../core/spans.js';
+import { ROUNDING_MM } from '../../core/spans.js';
 import { Store } from '../../core/store.js';
 import { Track } from '../../core/track.js';
 import { u95FromSigma } from '../../core/units.js';
@@ -307,7 +307,7 @@ export class Desk extends EventTarget {
 
   #isWithin(reachM, row) {
     const here = this.playhead.value.row;
-    return Boolean(row && here) && Math.abs(row.distance_mm - here.distance_mm) <= 1000 * reachM + SAME_MM;
+    return Boolean(row && here) && Math.abs(row.distance_mm - here.distance_mm) <= 1000 * reachM + ROUNDING_MM;
   }
 
   /** Moves the selected tag to the middle of the shown picture; its photo follows. */

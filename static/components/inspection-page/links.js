@@ -4,7 +4,7 @@
  */
 
 import { html } from '../../core/html.js';
-import { SAME_MM } from '../../core/spans.js';
+import { ROUNDING_MM } from '../../core/spans.js';
 import { t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 import { toast } from '../toast-stack/toast-stack.js';
@@ -94,6 +94,6 @@ function placeIn(address, desk) {
     return () => (isReached() || isWhole() ? track.frameAt(seconds) : null);
   }
   if (metres === null) return null;
-  const isReached = () => track.length > 0 && track.range.high >= 1000 * metres - SAME_MM;
+  const isReached = () => track.length > 0 && track.range.high >= 1000 * metres - ROUNDING_MM;
   return () => (isReached() || isWhole() ? track.frameAtDistance(1000 * metres, 0) : null);
 }

@@ -7,7 +7,7 @@ import { ApiError, poll } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { mayEdit } from '../../core/rights.js';
 import { sharpContext } from '../../core/screen.js';
-import { SAME_MM } from '../../core/spans.js';
+import { ROUNDING_MM } from '../../core/spans.js';
 import { stretchesOf } from '../../core/stretches.js';
 import { chainage, clockHour, u95FromSigma } from '../../core/units.js';
 import { TilePictures } from '../../core/unrolled.js';
@@ -271,7 +271,7 @@ export class WallStrip extends Strip {
   #paintTiles(context, plot, layout) {
     const { low, high } = this.desk.axis.value;
     const inSight = layout.tiles.filter(
-      ({ from_m: from, to_m: to }) => to * 1000 > low + SAME_MM && from * 1000 < high - SAME_MM,
+      ({ from_m: from, to_m: to }) => to * 1000 > low + ROUNDING_MM && from * 1000 < high - ROUNDING_MM,
     );
     const pixels = devicePixelRatio * this.scale;
     const middle = (low + high) / 2000;
