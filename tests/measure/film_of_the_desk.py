@@ -121,7 +121,7 @@ def main() -> None:
         wait_for_still_3d_view(page, DRAWN_BYTES)
         film = Film(page)
         film.play(START, SETTLED)
-        film.click(page.locator("[data-part=stage]"))
+        film.click(page.locator(".stage"))
         expect(page.locator(".defect")).to_have_count(4)
         film.take(4 * PICTURE_MS)
         film.click(page.get_by_role("button", name="7 Settled"))

@@ -25,6 +25,7 @@ from viewer_client import Client, make_estimate, make_rig, messages_kept, servin
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+import app.viewer.drawing
 import app.viewer.scene
 import app.viewer.wall
 from app.viewer.scene import CulvertScene, Pin, WallLayout, WallTile
@@ -114,8 +115,8 @@ def resident_mb() -> float:
 def soak(updates: int, speed: float) -> bool:
     """Return whether nothing keeps growing."""
     app.viewer.scene._TICK_S /= speed
-    app.viewer.scene._PREVIEW_PERIOD_S /= speed
-    app.viewer.scene._PREVIEW_BYTES_PER_S = round(app.viewer.scene._PREVIEW_BYTES_PER_S * speed)
+    app.viewer.drawing._PREVIEW_PERIOD_S /= speed
+    app.viewer.drawing._PREVIEW_BYTES_PER_S = round(app.viewer.drawing._PREVIEW_BYTES_PER_S * speed)
     app.viewer.wall._PERIOD_S /= speed
     with tempfile.TemporaryDirectory() as folder:
         scene = CulvertScene(make_rig(), Path(folder) / "a.sock")

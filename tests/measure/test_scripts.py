@@ -10,19 +10,19 @@ FOLDER = Path(__file__).parent
 SHORTEST = {
     "archive": ["equal", "--films", "2"],
     "collection": [],
-    "counter": ["--only", "plain"],
+    "counter": ["--only", "white on a light wall"],
     "faults": ["--rounds", "2"],
     "film_of_the_desk": ["{out}/desk.webp"],
     "fuzz_media": ["--rounds", "20", "--served", "2"],
     "live": ["--seconds", "2", "--runs", "1"],
-    "load": ["four", "--seconds", "3"],
+    "load": ["four", "--seconds", "8"],
     "long_survey": ["20x2000"],
     "map": ["--assets", "200", "--inspections", "1"],
     "report": [],
-    "resilience": ["--files", "20", "--rounds", "2", "--seconds", "3"],
+    "resilience": ["--files", "20", "--rounds", "2", "--seconds", "8"],
     "screenshots": ["{out}"],
     "search": ["--inspections", "100", "--defects", "3"],
-    "soak_viewer": ["--updates", "2000"],
+    "soak_viewer": ["--updates", "72000"],  # four minutes: memory is flat after one
 }
 
 
