@@ -47,7 +47,7 @@ SEED = 30
 LONG_FRAMES = 1500
 LONGEST_FIRST = ("browser", "server", "render", "unit")
 """Kinds of tests by the time that they take."""
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
+CHROMIUM = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 NOT_WANTED = (
     # The list below the address bar is a page of its own since Chromium 156.  It takes a second of
     # CPU for every window and now and then, mostly when a server goes away, a whole core for good.
