@@ -18,6 +18,7 @@ os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 
 import pytest
 from builders import Client, make_clip, serving
+from debian import found_or_installed
 from hypothesis import HealthCheck, settings
 from kinds import kind_of, nothing_is_started
 from object_stores import ObjectStore, moto
@@ -206,12 +207,13 @@ def server(survey: Survey, new_url: Callable[[], str | None], tmp_path: Path) ->
 
 
 def installed_chromium() -> str | None:
-    found = next((path for name in CHROMIUM if (path := shutil.which(name))), None)
-    if found is None and os.geteuid() == 0 and shutil.which("apt-get"):
-        subprocess.run(["apt-get", "update", "-q"], check=True)
-        subprocess.run(["apt-get", "install", "-y", "-q", "chromium"], check=True)
-        found = shutil.which("chromium")
-    return found
+    """Return the program, which is installed if it may be."""
+
+    def find() -> str | None:
+        return next((path for name in CHROMIUM if (path := shutil.which(name))), None)
+
+    # The shell alone lacks the files of the other one, and the fonts.
+    return found_or_installed(find, "chromium-common", "chromium-headless-shell")
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import psycopg
 import pytest
+from debian import found_or_installed
 
 ON_BOTH = pytest.mark.parametrize(
     "database_kind", ["sqlite", "postgresql"], indirect=True, scope="module"
@@ -128,7 +129,7 @@ def _state(pid: int) -> str:
 @contextmanager
 def postgres_server(*, is_safe: bool = False) -> Iterator[PostgresServer]:
     """Run a server until the block ends; a safe one syncs every commit."""
-    programs = _installed()
+    programs = found_or_installed(_newest, "postgresql")
     if programs is None:
         pytest.fail(_NO_SERVER)
     owner = "postgres" if os.geteuid() == 0 else None  # it refuses to run as root
@@ -140,17 +141,8 @@ def postgres_server(*, is_safe: bool = False) -> Iterator[PostgresServer]:
         server.end()
 
 
-def _installed() -> Path | None:
-    """Return the folder of the newest version's programs, installing it if it may."""
-    if _newest() is None and os.geteuid() == 0 and shutil.which("apt-get"):
-        subprocess.run(["apt-get", "update", "-q"], check=True)
-        subprocess.run(
-            ["apt-get", "install", "-y", "-q", "--no-install-recommends", "postgresql"], check=True
-        )
-    return _newest()
-
-
 def _newest() -> Path | None:
+    """Return the folder of the newest version's programs."""
     on_path = shutil.which("initdb")
     found = sorted(_PACKAGES.glob("*/bin/initdb"), key=lambda path: int(path.parts[-3]))
     return found[-1].parent if found else Path(on_path).parent if on_path else None
