@@ -212,15 +212,15 @@ def installed_chromium() -> str | None:
     def find() -> str | None:
         return next((path for name in CHROMIUM if (path := shutil.which(name))), None)
 
-    # The shell alone lacks the files of the other one, and the fonts.
-    return found_or_installed(find, "chromium-common", "chromium-headless-shell")
+    # The first brings files and fonts that both need, the last is needed by Playwright.
+    return found_or_installed(find, "chromium-common", "chromium-headless-shell", "libatomic1")
 
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     """One browser for each process: Playwright's loop does not start twice."""
+    path = installed_chromium()
     with sync_playwright() as playwright:
-        path = installed_chromium()
         if path is None and not Path(playwright.chromium.executable_path).exists():
             subprocess.run([sys.executable, "-m", "playwright", "install", "chromium"], check=False)
             if not Path(playwright.chromium.executable_path).exists():

@@ -18,13 +18,12 @@ T = TypeVar("T")
 def found_or_installed(find: Callable[[], T | None], *packages: str) -> T | None:
     """Return what `find` finds, after the packages were installed if it finds nothing.
 
-    Several test processes miss the same at the same time: one of them installs it.
+    Several test processes miss the same at the same time: one installs it, and the others wait.
     """
-    found = find()
-    if found is not None or os.geteuid() != 0 or shutil.which("apt-get") is None:
-        return found
+    if os.geteuid() != 0 or shutil.which("apt-get") is None:
+        return find()
     with alone(Path(tempfile.gettempdir(), "chainage-tests-apt.lock")):
         if find() is None:
             for words in (["update"], ["install", "--yes", *packages]):
                 subprocess.run(["apt-get", "--quiet", *words], check=False)
-    return find()
+        return find()
