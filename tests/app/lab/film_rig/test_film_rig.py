@@ -36,7 +36,7 @@ def wandering(name, rig):
         SCENARIOS["forward"],
         name=name,
         rig=rig,
-        length_mm=700.0,
+        length_mm=350.0,
         crf=14,
         shaking=Shaking(y_mm=4.0, z_mm=4.0, yaw_deg=8.0, pitch_deg=7.0, frequencies_hz=(0.5, 1.1)),
     )
@@ -93,12 +93,12 @@ def test_report_shows_the_grid(crooked, tmp_path):
     assert (tmp_path / "grid.png").read_bytes().startswith(b"\x89PNG")
 
 
-JOINTS_MM = 300.0
+JOINTS_MM, LENGTH_MM = 200.0, 600.0
 
 
 @pytest.fixture(scope="module")
 def straight(tmp_path_factory):
-    """A camera that drives straight on the axis, past joints 300 mm apart, and its rig.
+    """A camera that drives straight on the axis, past joints 200 mm apart, and its rig.
 
     The film shows nothing of the focal length.
     """
@@ -109,7 +109,7 @@ def straight(tmp_path_factory):
     scenario = replace(
         SCENARIOS["forward"],
         rig=rig,
-        length_mm=900.0,
+        length_mm=LENGTH_MM,
         speed_mm_s=600.0,
         acceleration_mm_s2=1200.0,
         crf=14,
@@ -130,8 +130,8 @@ def test_a_straight_drive_asks_for_a_length(straight):
 @pytest.mark.parametrize(
     ("lengths", "source"),
     [
-        ({"length_mm": 900.0}, "the inspected length"),
-        ({"length_mm": 900.0, "segment_mm": JOINTS_MM}, "the inspected length and 3 joints"),
+        ({"length_mm": LENGTH_MM}, "the inspected length"),
+        ({"length_mm": LENGTH_MM, "segment_mm": JOINTS_MM}, "the inspected length and 3 joints"),
     ],
     ids=["length", "length and joints"],
 )
