@@ -115,15 +115,12 @@ def test_every_operation_answers_as_its_schema_says(api: Api) -> None:
     for method, path in operations():
         operation = api.schema[path][method]
         for mode in (GenerationMode.POSITIVE, GenerationMode.NEGATIVE):
-            import time; a0=time.process_time()
             try:
                 check(operation.as_strategy(generation_mode=mode).filter(reaches_it))
             except Unsatisfiable:
-                print("UNSAT")  # everything fits
+                assert mode == GenerationMode.NEGATIVE, (method, path)  # everything fits
             except Exception as fault:
                 faults.append(f"{method} {path}: {fault}")
-            finally:
-                print("H2", round(time.process_time()-a0,3), mode.name, method, path, flush=True)
     assert not faults, "\n".join(faults)
 
 
