@@ -39,9 +39,10 @@ ROWS = 20
 LATE_JOINERS = 40
 """Clients that join first: each gets the whole scene in one piece, and the allocator keeps that
 memory."""
-MAX_GROWTH_MB = 5.0
+MAX_GROWTH_MB = 10.0
 MAX_GROWTH_MESSAGES = 4 * 40 + 120
-"""Allowed growth: the path back needs 40 more chunks; the number of pins and labels varies."""
+"""Allowed growth: memory was seen to vary by 5 MB on a busy machine; the path back needs 40 more
+chunks; the number of pins and labels varies."""
 
 
 def watch(port: int) -> None:
