@@ -60,28 +60,26 @@ def test_a_counter_is_found_and_read(reading, film, unit):
     assert found.right + found.near >= 0.95 * found.legible
 
 
-def test_a_counter_that_is_reset_is_read_on(reading):
+def test_every_frame_has_a_row_before_the_counter_appears_and_after_it_is_reset(reading):
     readings, found = reading(
-        CounterFilm(frames=30, speed=0.9, jumps=((15, 0.0),), counter=Text("{value:06.1f}", AT))
-    )
+        CounterFilm(
+            frames=30, speed=0.9, hidden=((0, 9),), jumps=((20, 0.0),),
+            counter=Text("{value:06.1f}", AT),
+        )
+    )  # fmt: skip
     assert found.wrong == 0
     assert found.right + found.near >= 0.95 * found.legible
-    assert readings.place.unit == ""
-    assert readings.reading[0] == pytest.approx(12.3)
-    assert readings.reading[-1] < 3
-
-
-def test_every_frame_has_a_row_which_is_empty_without_the_counter(reading):
-    readings, _ = reading(CounterFilm(frames=30, speed=0.9, hidden=((0, 9),)))
     assert np.isnan(readings.reading[:9]).all()
     assert not np.isnan(readings.reading[10:]).any()
+    assert readings.reading[19] > 12
+    assert readings.reading[-1] < 3
     header, *rows = readings.to_csv().splitlines()
     assert header == "frame,time_s,reading,unit,confidence"
     assert len(rows) == 30
     assert rows[0] == "0,0.000000,,,0.000"
-    frame, time_s, value, unit, confidence = rows[20].split(",")
-    assert (frame, time_s, unit) == ("20", "2.000000", "m")
-    assert value == f"{readings.reading[20]:.1f}"
+    frame, time_s, value, unit, confidence = rows[15].split(",")
+    assert (frame, time_s, unit) == ("15", "1.500000", "")
+    assert value == f"{readings.reading[15]:.1f}"
     assert 0.6 <= float(confidence) <= 1
 
 
