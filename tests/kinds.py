@@ -27,7 +27,7 @@ SERVER = {
 
 RENDER = {
     "render", "simulate", "film", "follow", "texture", "pair", "Odometry", "time_track",
-    "run_trials", "World", "Studio", "WallCaster", "make_clip",
+    "run_trials", "World", "Studio", "WallCaster", "make_clip", "CounterFilm",
 }  # fmt: skip
 """Names in a test file that render a wall, or track it."""
 

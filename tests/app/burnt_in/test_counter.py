@@ -8,7 +8,6 @@ from measure.counter import compared
 from app.burnt_in.box import Box
 from app.burnt_in.counter import burnt_in, read_counter
 
-pytestmark = pytest.mark.render
 AT = (60, 400)
 SHORT = {"frames": 30, "speed": 0.9, "rate_hz": 10}
 
