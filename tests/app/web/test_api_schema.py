@@ -6,7 +6,6 @@ import json
 from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -21,12 +20,9 @@ from schemathesis import BaseSchema, Case, GenerationMode
 from schemathesis.specs.openapi.checks import positive_data_acceptance
 from surveys import Survey
 
-from app.main import create_app
-from app.settings import Settings
-
 SHARE = 10
 """Of the examples of other properties each of the operations is tried with one part in so many,
-both fitting and unfit."""
+in the long run both fitting and unfit."""
 Way = tuple[str | int, ...]
 OBSERVATION, NO_OBSERVATION = (f"00000000-0000-4000-8000-00000000000{n}" for n in (1, 2))
 NO_INSPECTION = "0" * 32
@@ -99,22 +95,24 @@ def narrowed(described: dict[str, Any], ids: Inspections) -> dict[str, Any]:
     return described
 
 
-def operations() -> list[tuple[str, str]]:
+def operations(schema: BaseSchema) -> list[tuple[str, str]]:
     """Method and path of all but the one that renders a sample for minutes."""
-    described = create_app(Settings(data=Path("unused"), token=TOKEN)).openapi()
     return [
-        (method.upper(), path)
-        for path, methods in described["paths"].items()
-        for method in methods
+        (method, path)
+        for path in schema
+        for method in schema[path]
         if (method, path) != ("post", "/api/samples")
     ]
 
 
-def test_every_operation_answers_as_its_schema_says(api: Api) -> None:
+def test_every_operation_answers_as_its_schema_says(api: Api, *, is_long: bool) -> None:
     faults = []
-    for method, path in operations():
+    for n, (method, path) in enumerate(operations(api.schema)):
         operation = api.schema[path][method]
-        for mode in (GenerationMode.POSITIVE, GenerationMode.NEGATIVE):
+        modes = [GenerationMode.POSITIVE, GenerationMode.NEGATIVE]
+        if not is_long:  # one of them; without a body or a query next to everything fits
+            modes = modes[n % 2 :][:1] if operation.body or operation.query else modes[:1]
+        for mode in modes:
             try:
                 check(operation.as_strategy(generation_mode=mode).filter(reaches_it))
             except Unsatisfiable:
@@ -220,14 +218,15 @@ def send(api: Api, method: str, place: str, content: str | bytes) -> httpx.Respo
     )  # fmt: skip
 
 
-def test_models_are_strict(api: Api) -> None:
+def test_models_are_strict(api: Api, *, is_long: bool) -> None:
     for method, place, body in BODIES:
         assert send(api, method, place, json.dumps(body)).status_code == 200
+    step = 1 if is_long else 4  # another share of the wrong values in each place
     accepted = [
         (method, place, way, text[:40], answer.text)
         for method, place, body in BODIES
-        for way, value in places(body)
-        for text in wrong_for(value)
+        for n, (way, value) in enumerate(places(body))
+        for text in wrong_for(value)[n % step :: step]
         if (answer := send(api, method, place, with_json(body, way, text))).status_code
         not in (400, 422)
     ]
