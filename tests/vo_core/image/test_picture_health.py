@@ -157,7 +157,7 @@ def test_detail_does_not_depend_on_contrast_noise_or_shading():
 )
 def test_the_fault_of_each_rendered_scenario_is_detected(name, word):
     scenario = SCENARIOS[name]
-    length_mm = 1600 if name == "fast" else 900
+    length_mm = 1200 if name == "fast" else 600
     pictures = [frame.image for frame in film(scenario.shortened(length_mm))]
     shares = said(watch(scenario.rig, pictures), begin=len(pictures) * 2 // 5)
     shares = {each: share for each, share in shares.items() if share > 0.1}
