@@ -10,7 +10,7 @@ import httpx
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
-from builders import TOKEN, clip_rig, make_clip, serving, wait_until
+from builders import TOKEN, TUS, clip_rig, make_clip, serving, wait_until
 from postgres import ON_BOTH
 from processes import Process
 from sqlalchemy import text
@@ -129,10 +129,13 @@ def test_what_was_acknowledged_survives_a_kill(
 ) -> None:
     data, inspection_id = survey.copied_to(tmp_path / "data"), survey.id
     acknowledged: dict[str, int] = {}
+    with serving(data) as client:
+        created = client.post("/api/uploads", headers=TUS | {"Upload-Length": "100000"})
+        upload = created.headers["Location"]
     for _ in range(3 if is_long else 1):
         process = Process(data, tmp_path / "log")
         writer = threading.Thread(
-            target=tag_until_killed, args=(process.url, inspection_id, acknowledged)
+            target=write_until_killed, args=(process.url, inspection_id, upload, acknowledged)
         )
         before = len(acknowledged)
         writer.start()
@@ -143,20 +146,31 @@ def test_what_was_acknowledged_survives_a_kill(
         kept = client.get(f"/api/inspections/{inspection_id}/observations").json()["observations"]
         frames = {tag["id"]: tag["frame"] for tag in kept}
         assert {name: frames.get(name) for name in acknowledged} == acknowledged
+        pieces = int(client.head(upload, headers=TUS).headers["Upload-Offset"])
+        assert pieces >= len(acknowledged)
     with sqlite3.connect(data / "chainage.db") as connection:
         assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
 
 
-def tag_until_killed(url: str, inspection_id: str, acknowledged: dict[str, int]) -> None:
+def write_until_killed(
+    url: str, inspection_id: str, upload: str, acknowledged: dict[str, int]
+) -> None:
+    """Tag, and after each tag send another byte of an upload."""
     with httpx.Client(base_url=url, headers={"Authorization": f"Bearer {TOKEN}"}) as client:
         while True:
             name, frame = str(uuid.uuid4()), len(acknowledged) % 30
             path = f"/api/inspections/{inspection_id}/observations/{name}"
             try:
                 answer = client.put(path, json={"frame": frame})
+                assert answer.status_code == 200
+                at = client.head(upload, headers=TUS).headers["Upload-Offset"]
+                piece = TUS | {
+                    "Upload-Offset": at,
+                    "Content-Type": "application/offset+octet-stream",
+                }
+                assert client.patch(upload, content=b"x", headers=piece).status_code == 204
             except httpx.TransportError:
                 return
-            assert answer.status_code == 200
             acknowledged[name] = frame
 
 

@@ -2,13 +2,13 @@
 
 from pathlib import Path
 
+import pytest
 from measure.faults import Storm
 
 
-def test_nothing_acknowledged_is_lost_when_processes_are_killed(
-    tmp_path: Path, *, is_long: bool
-) -> None:
-    tally = Storm(tmp_path, seed=2).run(30 if is_long else 3)  # each kind of process once
+@pytest.mark.long
+def test_nothing_acknowledged_is_lost_when_processes_are_killed(tmp_path: Path) -> None:
+    tally = Storm(tmp_path, seed=2).run(30)
     assert tally.server_kills > 0
     assert tally.tracker_kills + tally.media_kills > 0
     assert tally.acknowledged_tags > 0
