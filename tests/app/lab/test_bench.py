@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from films import film
+from films import film, half_sized
 
 from app.lab.bench import (
     TARGETS,
@@ -177,7 +177,7 @@ def test_how_much_silt_there_is_is_in_no_tolerance():
 def test_joints_bring_a_run_with_a_wrong_height_to_scale():
     scenario = replace(SCENARIOS["tape_height"], length_mm=1700.0, first_joint_mm=100.0)
     fast = replace(scenario, speed_mm_s=600.0, acceleration_mm_s2=2400.0)
-    (row,) = bench([fast], methods={"chainage": Odometry})
+    (row,) = bench([half_sized(fast)], methods={"chainage": Odometry})
     assert row.evaluation.end_error_percent == pytest.approx(0.86, abs=0.05)
     assert row.wrong_rig.joined.joints == 2
     assert abs(row.wrong_rig.joined.error_percent) < 0.1
@@ -200,7 +200,7 @@ def test_every_scenario_has_a_target_or_none_on_purpose():
 
 
 def test_method_without_equations_for_a_rig_has_a_dash_there():
-    forward = replace(SCENARIOS["forward"], length_mm=5.0, noise_grey=9.0)
+    forward = half_sized(replace(SCENARIOS["forward"], length_mm=5.0, noise_grey=9.0))
     calls = []
     nominal = SCENARIOS["nominal"].shortened(60)
     rows = bench([nominal, forward], methods=ONLY_PEER, on_progress=lambda *c: calls.append(c))
@@ -297,7 +297,7 @@ def test_every_forward_scenario_has_a_rig_of_its_own_which_the_seed_draws():
 
 
 def test_forward_peers_are_finished_with_the_truth_and_have_their_rows():
-    scenario = replace(SCENARIOS["forward"], length_mm=150.0, contrast=2.0)
+    scenario = half_sized(replace(SCENARIOS["forward"], length_mm=150.0, contrast=2.0))
     (row,) = bench([scenario], methods={"KLT": FORWARD_PEERS["KLT + essential matrix"]})
     assert row.evaluation.path_mm == pytest.approx(150, abs=1)
     assert abs(row.evaluation.end_error_percent) < 10  # not the 30-odd steps of length 1
