@@ -45,8 +45,17 @@ def normalised_errors(rig, condition):
     return np.array(found)
 
 
-@pytest.mark.parametrize("condition", CONDITIONS)
-@pytest.mark.parametrize("shape", RIGS)
+@pytest.mark.parametrize(
+    ("shape", "condition"),
+    [
+        *(("pipe", condition) for condition in CONDITIONS),
+        ("floor", "clean"),
+        *(
+            pytest.param("floor", condition, marks=pytest.mark.long)
+            for condition in ("noisy", "weak", "dust", "coded")
+        ),
+    ],
+)
 def test_the_error_lies_within_three_sigma_and_sigma_is_not_padded(shape, condition):
     errors = normalised_errors(RIGS[shape], condition)
     assert np.mean(np.abs(errors) <= 3) >= 0.99

@@ -20,6 +20,8 @@ RIG = make_rig(
     mount={"height_mm": CAMERA_MM},
     pipe={"shape": "flat", "diameter_mm": None},
 )  # fmt: skip
+WAY_MM = np.arange(100, 2900, 25.0)
+"""Where frames are taken."""
 DARK_MM, BRIGHT_MM = (400.0, 1100.0, 2500.0), 1800.0
 
 
@@ -85,7 +87,7 @@ def drive(floor, x_mm, rig=RIG, off_mm=0.0, sigma_mm=0.0):
 
 
 def test_rings_are_found_to_half_a_millimetre_and_nothing_else(floor):
-    sightings, track = drive(floor, np.arange(100, 2900, 12.5))
+    sightings, track = drive(floor, WAY_MM)
     expected = sorted([*DARK_MM, BRIGHT_MM])
     assert places_mm(track, sightings) == pytest.approx(expected, abs=0.5)
     assert [s.contrast > 0 for s in sightings] == [at == BRIGHT_MM for at in expected]
@@ -106,7 +108,7 @@ def hidden(plain, places_mm, *, from_mm, to_mm):
 
 def test_joints_whose_middle_half_is_hidden_by_silt_are_found(plain):
     silted = hidden(plain, DARK_MM, from_mm=0, to_mm=28)  # the view is 120 mm wide
-    sightings, track = drive(silted, np.arange(100, 2900, 12.5))
+    sightings, track = drive(silted, WAY_MM)
     off_mm = np.abs(places_mm(track, sightings) - sorted(DARK_MM))
     assert (off_mm < 2).all()
     assert (off_mm < 3 * np.hypot([s.sigma_mm for s in sightings], 0.5)).all()
@@ -114,12 +116,12 @@ def test_joints_whose_middle_half_is_hidden_by_silt_are_found(plain):
 
 def test_cracks_that_end_before_the_flanks_are_no_joints(plain):
     cracked = hidden(plain, DARK_MM, from_mm=20, to_mm=WIDTH_MM)
-    sightings, _ = drive(cracked, np.arange(100, 2900, 12.5))
+    sightings, _ = drive(cracked, WAY_MM)
     assert sightings == []
 
 
 def test_a_wall_without_joints_has_none(plain):
-    sightings, _ = drive(plain, np.arange(100, 2900, 12.5))
+    sightings, _ = drive(plain, WAY_MM)
     assert sightings == []
 
 
@@ -127,7 +129,7 @@ def test_a_wrong_height_does_not_move_a_ring_past_the_camera(floor):
     wrong = RIG.model_copy(
         update={"mount": RIG.mount.model_copy(update={"height_mm": 1.03 * CAMERA_MM})}
     )
-    sightings, track = drive(floor, np.arange(100, 2900, 12.5), wrong)
+    sightings, track = drive(floor, WAY_MM, wrong)
     assert places_mm(track, sightings) == pytest.approx(sorted([*DARK_MM, BRIGHT_MM]), abs=0.7)
 
 
@@ -139,9 +141,8 @@ def test_half_a_picture_between_frames_is_enough(floor):
 
 
 def test_there_and_back_a_joint_that_is_seen_twice_is_one(floor):
-    there = np.arange(100, 2900, 12.5)
-    x_mm = np.concatenate([there, there[::-1]])
-    drifted = np.concatenate([np.zeros(len(there)), np.full(len(there), 5.0)])
+    x_mm = np.concatenate([WAY_MM, WAY_MM[::-1]])
+    drifted = np.repeat([0.0, 5.0], len(WAY_MM))
     sightings, track = drive(floor, x_mm, off_mm=drifted)
     frames, numbers = [s.frame for s in sightings], numbered(track, sightings)
     assert frames == sorted(frames)
@@ -152,10 +153,9 @@ def test_there_and_back_a_joint_that_is_seen_twice_is_one(floor):
 
 
 def test_after_a_loss_rings_are_where_the_track_goes_on(floor):
-    x_mm = np.arange(100, 2900, 12.5)
-    off_mm = np.where(x_mm > 1110, 40.0, 0.0)  # a joint is in sight while the track jumps
-    sigma_mm = np.where(x_mm > 1110, 30.0, 0.1)
-    sightings, track = drive(floor, x_mm, off_mm=off_mm, sigma_mm=sigma_mm)
+    off_mm = np.where(WAY_MM > 1110, 40.0, 0.0)  # a joint is in sight while the track jumps
+    sigma_mm = np.where(WAY_MM > 1110, 30.0, 0.1)
+    sightings, track = drive(floor, WAY_MM, off_mm=off_mm, sigma_mm=sigma_mm)
     true_mm = places_mm(track, sightings) - off_mm[[s.frame for s in sightings]]
     rings = np.array([*DARK_MM, BRIGHT_MM])
     # From one side only, under a lamp, a ring is found to a millimetre or two.
@@ -183,11 +183,11 @@ def test_memory_does_not_grow_with_the_way(plain):
     finder, picture = JointFinder(RIG), shoot(plain, 1000)
     tracemalloc.start()
     held = []
-    for frame, x in enumerate(np.arange(0, 40_000, 80.0)):
+    for frame, x in enumerate(np.arange(0, 20_000, 80.0)):
         finder.add(picture, estimate(frame, x))
         held.append(tracemalloc.get_traced_memory()[0])
     tracemalloc.stop()
-    early, late = max(held[100:250]), max(held[-250:])
+    early, late = max(held[50:125]), max(held[-125:])
     assert late < early + 100_000
 
 
