@@ -249,7 +249,8 @@ def test_simulate_one_scenario_into_the_folder(chainage, monkeypatch, tmp_path):
 
 
 def test_simulate_draws_a_forward_rig_from_a_seed(chainage, monkeypatch, tmp_path):
-    monkeypatch.setitem(SCENARIOS, "forward_stream", SCENARIOS["forward_stream"].shortened(5))
+    stream = half_sized(SCENARIOS["forward_stream"].shortened(5))
+    monkeypatch.setitem(SCENARIOS, "forward_stream", stream)
     for folder, seed in (("one", "1"), ("again", "1"), ("two", "2")):
         words = ["simulate", tmp_path / folder, "--scenario", "forward_stream", "--seed", seed]
         assert chainage(*words).code == 0
@@ -322,7 +323,7 @@ def test_bench_writes_its_figures_into_a_file(chainage, monkeypatch, tmp_path):
 
 def test_bench_of_the_forward_view_writes_its_own_figures(chainage, monkeypatch, tmp_path):
     monkeypatch.setattr("app.lab.bench.run.FORWARD_NAMES", ("forward_crooked",))
-    monkeypatch.setattr("app.lab.bench.FORWARD_LENGTH_MM", 60.0)
+    monkeypatch.setattr("app.lab.bench.FORWARD_LENGTH_MM", 30.0)
     file = tmp_path / "accuracy.md"
     file.write_text("<!-- bench-forward:begin -->\n<!-- bench-forward:end -->\n")
     done = chainage("bench", "--forward", "--seed", "3", "--write", file)
@@ -414,7 +415,7 @@ def test_a_wrong_setting_is_reported_before_anything_is_done(chainage, monkeypat
 SHORT_DEMO = """
 from app.cli import main as cli
 from app.inspections import samples
-samples.LENGTH_MM = 60
+samples.LENGTH_MM = 20
 cli.main()
 """
 

@@ -8,6 +8,7 @@ import pytest
 from builders import Client, assert_error, children, send_signal, serving, wait_until
 
 from app.inspections import samples
+from app.lab.simulation.sample import SAMPLE, tags
 
 CHILD = "app.jobs.sample"
 
@@ -22,14 +23,13 @@ def ended(client: Client) -> dict[str, Any]:
     return wait_until(state)
 
 
-@pytest.fixture
-def first_crack_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A sample of 0.8 m: it has one of the three tags."""
-    monkeypatch.setattr(samples, "LENGTH_MM", 800.0)
-
-
-@pytest.mark.usefixtures("first_crack_only")
-def test_the_sample_is_rendered_once_and_comes_with_tags(tmp_path: Path) -> None:
+def test_the_sample_is_rendered_once_and_comes_with_tags(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In 60 mm there is no defect, so a tag of the whole sample is put into the third frame."""
+    tag = tags(SAMPLE)[0].model_copy(update={"frame": 3})
+    monkeypatch.setattr(samples, "LENGTH_MM", 60.0)
+    monkeypatch.setattr(samples, "tags", lambda _scenario: [tag])
     with serving(tmp_path) as client:
         assert client.get("/api/samples").json() == {
             "state": "none", "progress": 0.0, "inspection_id": None, "error": None,
@@ -40,7 +40,7 @@ def test_the_sample_is_rendered_once_and_comes_with_tags(tmp_path: Path) -> None
         assert (made["state"], made["progress"]) == ("ready", 1.0)
         inspection = client.wait(made["inspection_id"])
         assert (inspection["name"], inspection["status"]) == ("Sample culvert", "done")
-        assert inspection["distance_m"] == pytest.approx(0.8, abs=0.005)
+        assert inspection["distance_m"] == pytest.approx(0.06, abs=0.005)
         assert client.patch(
             f"/api/inspections/{inspection['id']}", json={"header": inspection["header"]}
         ).is_success
@@ -48,7 +48,7 @@ def test_the_sample_is_rendered_once_and_comes_with_tags(tmp_path: Path) -> None
             "observations"
         ]
         assert (crack["code"], crack["clock"]) == ("BAB", 5)
-        assert crack["distance_m"] == pytest.approx(0.75, abs=0.005)
+        assert crack["frame"] == 3
         assert client.post("/api/samples").json() == made
     with serving(tmp_path) as client:
         assert client.get("/api/samples").json() == made
@@ -62,13 +62,14 @@ def test_the_sample_is_rendered_once_and_comes_with_tags(tmp_path: Path) -> None
         client.post(f"/api/inspections/{again['inspection_id']}/cancel")
 
 
-def test_a_renderer_that_dies_is_reported_and_can_be_tried_again(server: Client) -> None:
-    server.post("/api/samples")
-    send_signal(CHILD, signal.SIGKILL)
-    state = ended(server)
-    assert (state["state"], state["error"]["code"]) == ("failed", "sample_failed")
-    assert "SIGKILL" in state["error"]["detail"]
-    assert server.post("/api/samples").json()["state"] == "rendering"
+def test_a_renderer_that_dies_is_reported_and_can_be_tried_again(tmp_path: Path) -> None:
+    with serving(tmp_path) as client:
+        client.post("/api/samples")
+        send_signal(CHILD, signal.SIGKILL)
+        state = ended(client)
+        assert (state["state"], state["error"]["code"]) == ("failed", "sample_failed")
+        assert "SIGKILL" in state["error"]["detail"]
+        assert client.post("/api/samples").json()["state"] == "rendering"
 
 
 def test_a_server_that_ends_takes_its_renderer_along(tmp_path: Path) -> None:
