@@ -35,6 +35,13 @@ WITHOUT_WEBGL = """(() => {
 })()"""
 
 
+def another_tab(page: Page) -> Page:
+    """A second page of the same browser, which does not draw in 3D either."""
+    tab = page.context.new_page()
+    tab.add_init_script(WITHOUT_WEBGL)
+    return tab
+
+
 def expect_read(page: Page) -> None:
     """The page of an ended inspection has read everything, and follows what changes."""
     page.wait_for_function(HAS_READ)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 from clip_surveys import FRAMES
-from desks import delete_observations, expect_frame, expect_saved, observations
+from desks import another_tab, delete_observations, expect_frame, expect_saved, observations
 from looks import expect_no_fault
 from playwright.sync_api import Page, Route, expect
 from steps import Server, log_in
@@ -48,12 +48,6 @@ def empty(server: Server, inspection: str) -> str:
     return inspection
 
 
-@pytest.fixture
-def desk(page: Page, server: Server, empty: str) -> Page:
-    """The page of an inspection without any tag, at its first frame."""
-    return opened(page, server, empty)
-
-
 def opened(page: Page, server: Server, inspection: str) -> Page:
     """Open the page of an inspection, at its first frame."""
     log_in(page, server, f"/inspections/{inspection}")
@@ -68,13 +62,9 @@ def put(server: Server, inspection: str, observation: str | None = None, **field
     return name
 
 
-def forward(page: Page, count: int) -> None:
-    """Frame by frame from the first one, or from the last with `End`."""
-    before = page.locator(".transport__frame").inner_text()
-    start = int(before.rsplit(" ", 1)[1])
-    for step in range(count):
-        page.keyboard.press("ArrowRight")
-        expect_frame(page, start + step + 1)
+def seek(page: Page, frame: int) -> None:
+    page.evaluate("frame => document.querySelector('video-panel').seek(frame)", frame)
+    expect_frame(page, frame)
 
 
 def codes(page: Page) -> list[str]:
@@ -98,29 +88,36 @@ def test_defects_are_tagged_described_and_undone(page: Page, server: Server, emp
     opened(page, server, empty)
     for step in (
         the_form_asks_only_for_what_the_code_needs,
-        the_clock_is_set_by_keys_and_by_drawing,
+        every_field_is_saved_and_the_clock_is_set_by_keys_and_by_drawing,
         a_stretch_is_started_changed_and_finished,
         a_stretch_without_a_length_is_asked_about,
         two_like_points_far_apart_are_offered_as_a_stretch,
         what_somebody_else_has_changed_is_not_undone_in_silence,
         the_address_follows_the_selection_and_leads_back_to_it,
         of_marks_on_one_spot_of_the_picture_the_gravest_is_taken,
-        the_photo_opens_large_with_its_mark,
-        a_pedal_tags_while_a_form_is_filled_in,
+        keys_belong_to_a_field_a_pedal_to_the_film_and_all_to_the_film_after_the_form,
         a_click_in_the_3d_view_tags_the_wall_or_selects_the_pin,
-        each_change_is_undone_in_turn,
-        the_form_saves_every_field_as_it_is_left,
-        keys_belong_to_a_field_while_it_is_typed_in,
-        a_closed_form_gives_the_keys_back_to_the_film,
         a_stretch_starts_where_the_robot_is_and_says_so,
         a_clicked_tag_gets_the_code_of_the_next_key,
         a_proposal_of_the_project_becomes_the_recommendation_of_a_defect,
         the_list_is_filtered_and_walked_by_keys,
         a_change_of_the_header_is_undone_field_by_field,
-        a_tag_does_not_scroll_the_page_away_from_the_picture,
+        everything_is_undone_and_done_again_also_without_a_line,
+        two_tabs_share_one_outbox,
+        a_tag_that_cannot_be_stored_stays_and_says_why,
+        below_the_film_the_form_comes_into_sight_and_goes_again_and_a_tag_scrolls_nothing,
     ):
         start_anew(page, server, empty)
         step(page, server, empty)
+
+
+def test_an_address_shows_its_place(page: Page, server: Server, empty: str) -> None:
+    log_in(page, server, f"/inspections/{empty}?d=1.07")
+    expect_frame(page, 20)
+    page.goto(f"{server.url}/inspections/{empty}?t=0.5")
+    expect(page.locator(".transport__clock")).to_have_text(re.compile(r"^0:00\.(4[3-9]|50)"))
+    page.goto(f"{server.url}/inspections/{empty}?frame=9999")
+    expect_frame(page, FRAMES - 1)
 
 
 def the_form_asks_only_for_what_the_code_needs(desk: Page, server: Server, inspection: str) -> None:
@@ -130,6 +127,9 @@ def the_form_asks_only_for_what_the_code_needs(desk: Page, server: Server, inspe
     expect(code).to_be_focused()
     expect(needs).to_have_count(1)
     expect(desk.get_by_role("slider", name="Clock from")).to_be_hidden()
+    code.fill("crack spiral")
+    desk.get_by_role("listbox", name="Codes").get_by_role("option").first.click()
+    expect(desk.locator(".defect__what b")).to_have_text(["BAB A D"])
     code.fill("bab b a")
     code.press("Enter")
     # Enter picks the first of the list, and the row with these very letters is the first.
@@ -149,15 +149,22 @@ def the_form_asks_only_for_what_the_code_needs(desk: Page, server: Server, inspe
     expect(desk.get_by_role("slider", name="Clock from")).to_be_hidden()
     expect(desk.locator(".unit").first).to_have_text("%")
     expect(desk.get_by_label("Quantity 2")).to_be_hidden()
-    expect_no_fault(desk)
+    expect_no_fault(desk, within="defect-form")
 
 
-def the_clock_is_set_by_keys_and_by_drawing(desk: Page, server: Server, inspection: str) -> None:
+def every_field_is_saved_and_the_clock_is_set_by_keys_and_by_drawing(
+    desk: Page, server: Server, inspection: str
+) -> None:
     desk.keyboard.press("1")
     desk.keyboard.press("e")
     start, end = (desk.get_by_role("slider", name=f"Clock {name}") for name in ("from", "to"))
     expect(start).to_have_attribute("aria-valuetext", "measured: 6 o’clock")
     expect(end).to_have_attribute("aria-valuetext", "one position")
+    desk.get_by_label("Kind").select_option("B")
+    desk.get_by_label("Detail").select_option("A")
+    desk.locator("input[name=severity][value='4']").check(force=True)
+    desk.get_by_label("Quantity", exact=True).fill("3.5")
+    desk.get_by_label("Remark").fill("=2+2 at the crown")
     start.focus()
     for _ in range(5):
         desk.keyboard.press("ArrowRight")
@@ -170,6 +177,28 @@ def the_clock_is_set_by_keys_and_by_drawing(desk: Page, server: Server, inspecti
     assert [
         (item["clock_from"], item["clock_to"]) for item in observations(server, inspection)
     ] == [(11, 2)]
+    expect(desk.locator(".defect__what")).to_have_text(
+        re.compile("BAB B A Crack: line, edges touching, along the pipe")
+    )
+    expect(desk.locator(".defect__more")).to_contain_text("11 to 2 o’clock")
+    expect(desk.locator(".defect__more")).to_contain_text("=2+2 at the crown")
+    expect(desk.locator(".defect .severity")).to_have_attribute(
+        "aria-label", "severity 4, plan repair"
+    )
+
+    desk.get_by_role("button", name="Open the photo").click()
+    photo = desk.get_by_role("dialog").get_by_role("img", name=re.compile("Photo of BAB"))
+    expect(photo).to_be_visible()
+    shown, mark = photo.bounding_box(), desk.locator(".photo__line circle").bounding_box()
+    assert shown is not None
+    assert mark is not None
+    for at, size in (("x", "width"), ("y", "height")):
+        middle = shown[at] + shown[size] / 2
+        assert mark[at] + mark[size] / 2 == pytest.approx(middle, abs=2)
+    expect_no_fault(desk, within="dialog[open]")
+    desk.keyboard.press("Escape")
+    end.focus()
+
     # Delete belongs to the dial here, not to the defect.
     desk.keyboard.press("Delete")
     expect(end).to_have_attribute("aria-valuetext", "one position")
@@ -197,14 +226,14 @@ def a_stretch_is_started_changed_and_finished(desk: Page, server: Server, inspec
     desk.keyboard.press("s")
     bar = desk.get_by_role("list", name="Open stretches")
     expect(bar).to_contain_text(re.compile(r"A\d+ BBA"))
-    forward(desk, 10)
+    seek(desk, 10)
     expect(bar).to_contain_text("0.53 m long")
     desk.keyboard.press("c")
     # The code is the same throughout: what is changed at one place changes at all.
     desk.keyboard.press("e")
     desk.get_by_label("Kind").select_option("C")
     desk.get_by_role("button", name="Done").click()
-    forward(desk, 10)
+    seek(desk, 20)
     bar.get_by_role("button", name=re.compile(r"Finish A\d+ BBA here")).click()
     expect(bar).to_be_hidden()
     expect(desk.locator(".defects__count")).to_have_text(
@@ -345,32 +374,29 @@ def the_list_is_filtered_and_walked_by_keys(desk: Page, server: Server, inspecti
     desk.get_by_label("Which defects").select_option("All")
     desk.get_by_role("button", name="Newest first").click()
     assert codes(desk) == ["", "BBA A", "BAB B A"]
-    expect_no_fault(desk)
+    expect_no_fault(desk, within="defect-list")
 
 
-def the_photo_opens_large_with_its_mark(desk: Page, server: Server, inspection: str) -> None:
+def keys_belong_to_a_field_a_pedal_to_the_film_and_all_to_the_film_after_the_form(
+    desk: Page, server: Server, inspection: str
+) -> None:
     desk.keyboard.press("1")
     desk.keyboard.press("e")
-    desk.get_by_role("button", name="Open the photo").click()
-    photo = desk.get_by_role("dialog").get_by_role("img", name=re.compile("Photo of BAB"))
-    expect(photo).to_be_visible()
-    shown, mark = photo.bounding_box(), desk.locator(".photo__line circle").bounding_box()
-    assert shown is not None
-    assert mark is not None
-    for at, size in (("x", "width"), ("y", "height")):
-        middle = shown[at] + shown[size] / 2
-        assert mark[at] + mark[size] / 2 == pytest.approx(middle, abs=2)
-    expect_no_fault(desk)
-
-
-def a_pedal_tags_while_a_form_is_filled_in(desk: Page, server: Server, inspection: str) -> None:
-    desk.keyboard.press("1")
-    desk.keyboard.press("e")
-    desk.get_by_label("Remark").fill("half a sent")
+    expect(desk.get_by_label("Code", exact=True)).to_be_focused()
+    remark = desk.get_by_label("Remark")
+    remark.fill("half a sen")
+    remark.press("t")
+    expect(desk.locator(".defect")).to_have_count(1)
     desk.keyboard.press("Pause")
     expect(desk.locator("#tab-defects")).to_contain_text("2")
-    expect(desk.get_by_label("Remark")).to_be_focused()
-    expect(desk.get_by_label("Remark")).to_have_value("half a sent")
+    expect(remark).to_be_focused()
+    expect(remark).to_have_value("half a sent")
+    expect(desk.locator(".form__head h2")).to_contain_text("BAB")
+    desk.keyboard.press("Escape")
+    desk.keyboard.press("ArrowRight")
+    expect_frame(desk, 1)
+    desk.keyboard.press(" ")
+    expect_frame(desk, FRAMES - 1)
 
 
 def a_click_in_the_3d_view_tags_the_wall_or_selects_the_pin(
@@ -407,6 +433,7 @@ def a_proposal_of_the_project_becomes_the_recommendation_of_a_defect(
     desk.keyboard.press("End")
     desk.keyboard.type(" Close the road.")
     desk.get_by_label("Estimated cost").fill("9500,5")
+    expect_no_fault(desk, within="defect-form")
     desk.keyboard.press("Escape")
     expect_saved(desk)
     [item] = observations(server, inspection)
@@ -419,88 +446,6 @@ def a_proposal_of_the_project_becomes_the_recommendation_of_a_defect(
     expect_saved(desk)
     [item] = observations(server, inspection)
     assert (item["recommendation"], item["cost"], item["severity"]) == (None, None, 4)
-    expect_no_fault(desk)
-
-
-def each_change_is_undone_in_turn(desk: Page, server: Server, inspection: str) -> None:
-    code = desk.locator(".defect__what b")
-    desk.keyboard.press("t")
-    desk.keyboard.press("e")
-    desk.get_by_label("Code", exact=True).fill("crack spiral")
-    desk.get_by_role("listbox", name="Codes").get_by_role("option").first.click()
-    desk.get_by_role("button", name="Done").click()
-    expect(code).to_have_text(["BAB A D"])
-    desk.keyboard.press("Delete")
-    expect(code).to_have_count(0)
-
-    desk.get_by_role("status").get_by_role("button", name="Undo").last.click()
-    expect(code).to_have_text(["BAB A D"])
-    desk.keyboard.press("u")
-    expect(code).to_have_text([""])
-    desk.keyboard.press("Control+z")
-    expect(code).to_have_count(0)
-    expect_saved(desk)
-    expect(desk.locator(".defects__empty")).to_be_visible()
-    assert observations(server, inspection) == []
-
-
-def the_form_saves_every_field_as_it_is_left(desk: Page, server: Server, inspection: str) -> None:
-    desk.keyboard.press("1")
-    desk.keyboard.press("e")
-    desk.get_by_label("Kind").select_option("B")
-    desk.get_by_label("Detail").select_option("A")
-    desk.locator("input[name=severity][value='4']").check(force=True)
-    for name, strokes in (("from", 5), ("to", 3)):
-        desk.get_by_role("slider", name=f"Clock {name}").focus()
-        for _ in range(strokes):
-            desk.keyboard.press("ArrowRight")
-    desk.get_by_label("Quantity", exact=True).fill("3.5")
-    desk.get_by_label("Remark").fill("=2+2 at the crown")
-    desk.get_by_role("button", name="Done").click()
-    expect_saved(desk)
-    expect(desk.locator(".defect__what")).to_have_text(
-        re.compile("BAB B A Crack: line, edges touching, along the pipe")
-    )
-    expect(desk.locator(".defect__more")).to_contain_text("11 to 2 o’clock")
-    expect(desk.locator(".defect__more")).to_contain_text("=2+2 at the crown")
-    expect(desk.locator(".defect .severity")).to_have_attribute(
-        "aria-label", "severity 4, plan repair"
-    )
-
-
-def keys_belong_to_a_field_while_it_is_typed_in(
-    desk: Page, server: Server, inspection: str
-) -> None:
-    desk.keyboard.press("1")
-    desk.keyboard.press("e")
-    desk.get_by_label("Remark").fill("t 1 u")
-    desk.get_by_label("Remark").press("t")
-    expect(desk.locator(".form__head h2")).to_contain_text("BAB")
-    desk.get_by_label("Remark").press("Escape")
-    expect(desk.locator(".defect")).to_have_count(1)
-
-
-def a_closed_form_gives_the_keys_back_to_the_film(
-    desk: Page, server: Server, inspection: str
-) -> None:
-    desk.keyboard.press("1")
-    desk.keyboard.press("e")
-    expect(desk.get_by_label("Code", exact=True)).to_be_focused()
-    desk.keyboard.press("Escape")
-    desk.keyboard.press("ArrowRight")
-    expect_frame(desk, 1)
-    desk.keyboard.press(" ")
-    expect_frame(desk, FRAMES - 1)
-
-
-def a_tag_does_not_scroll_the_page_away_from_the_picture(
-    desk: Page, server: Server, inspection: str
-) -> None:
-    desk.set_viewport_size({"width": 390, "height": 844})
-    for _ in range(3):
-        desk.keyboard.press("t")
-    expect(desk.locator(".defect")).to_have_count(3)
-    assert desk.evaluate("scrollY") == 0
 
 
 def a_stretch_starts_where_the_robot_is_and_says_so(
@@ -567,39 +512,43 @@ def a_clicked_tag_gets_the_code_of_the_next_key(
     assert tags() == [("BAC", True), ("BAF", False)]
 
 
-@pytest.mark.parametrize(("width", "height"), [(1024, 768), (390, 844)])
-def test_the_form_comes_into_sight_below_the_film_and_goes_again(
-    desk: Page, width: int, height: int
+def below_the_film_the_form_comes_into_sight_and_goes_again_and_a_tag_scrolls_nothing(
+    desk: Page, server: Server, inspection: str
 ) -> None:
-    desk.set_viewport_size({"width": width, "height": height})
-    desk.keyboard.press("1")
-    desk.keyboard.press("e")
     code = desk.get_by_label("Code", exact=True)
-    expect(code).to_be_focused()
-    expect(code).to_be_in_viewport(ratio=1)
-    readout = desk.locator("distance-readout").bounding_box()
-    title = desk.locator(".form__head").bounding_box()
-    assert readout is not None
-    assert title is not None
-    assert title["y"] >= readout["y"] + readout["height"]
-    desk.keyboard.press("Escape")
-    expect(desk.locator(".stage")).to_be_in_viewport(ratio=0.7)
+    for width, height in ((1024, 768), (390, 844)):
+        desk.set_viewport_size({"width": width, "height": height})
+        desk.keyboard.press("t")
+        desk.keyboard.press("e")
+        expect(code).to_be_focused()
+        expect(code).to_be_in_viewport(ratio=1)
+        readout = desk.locator("distance-readout").bounding_box()
+        title = desk.locator(".form__head").bounding_box()
+        assert readout is not None
+        assert title is not None
+        assert title["y"] >= readout["y"] + readout["height"]
+        desk.keyboard.press("Escape")
+        expect(desk.locator(".stage")).to_be_in_viewport(ratio=0.7)
+    desk.evaluate("scrollTo(0, 0)")
+    desk.keyboard.press("t")
+    expect(desk.locator(".defect")).to_have_count(3)
+    assert desk.evaluate("scrollY") == 0
 
 
-def test_everything_is_undone_and_done_again_across_a_restart_of_the_server(
-    desk: Page, server: Server, empty: str
+def everything_is_undone_and_done_again_also_without_a_line(
+    desk: Page, server: Server, inspection: str
 ) -> None:
     undo, redo = desk.locator("[data-part=undo]"), desk.locator("[data-part=redo]")
     desk.keyboard.press("1")
     desk.keyboard.press("Shift+Digit3")
     desk.keyboard.press("Shift+Digit4")
     expect(undo).to_have_attribute("title", "Undo: severity 3 → 4 of BAB at 0.00 m (U)")
-    forward(desk, 5)
+    seek(desk, 5)
     desk.keyboard.press("m")
     expect(desk.locator(".defect__where")).to_have_text(re.compile(r"0\.2[67] m"))
     desk.keyboard.press("s")
     expect_saved(desk)
-    server.kill()
+    desk.context.set_offline(True)
     desk.keyboard.press("Delete")
     expect(desk.locator(".defect")).to_have_count(0)
     for _ in range(3):  # the deletion, the stretch, the move
@@ -607,40 +556,30 @@ def test_everything_is_undone_and_done_again_across_a_restart_of_the_server(
     expect(desk.locator(".defect__where")).to_have_text("0.00 m")
     expect(desk.locator(".save")).to_have_text(re.compile("Waiting"))
     expect_frame(desk, 5)  # undo does not move the picture
-    server.start()
+    desk.context.set_offline(False)
     expect_saved(desk)
     desk.keyboard.press("Control+z")
     expect(redo).to_have_attribute("title", "Redo: severity 3 → 4 of BAB at 0.00 m (Shift + U)")
     expect_saved(desk)
-    [item] = observations(server, empty)
+    [item] = observations(server, inspection)
     assert (item["frame"], item["severity"], item["continuous"]) == (0, 3, None)
     assert item["photo"].endswith("frame=0")
     for key in ("Shift+U", "Control+y", "Control+Shift+Z", "Shift+U"):
         desk.keyboard.press(key)
     expect(desk.locator(".defect")).to_have_count(0)
+    expect(desk.locator(".defects__empty")).to_be_visible()
     desk.keyboard.press("u")
     expect(desk.locator(".defect")).to_have_count(1)
     expect_saved(desk)
-    [item] = observations(server, empty)
+    [item] = observations(server, inspection)
     assert (item["frame"], item["severity"], item["continuous"][0]) == (5, 4, "A")
 
 
-def test_an_address_shows_its_place(page: Page, server: Server, empty: str) -> None:
-    log_in(page, server, f"/inspections/{empty}?frame=12")
-    expect_frame(page, 12)
-    page.goto(f"{server.url}/inspections/{empty}?d=1.07")
-    expect_frame(page, 20)
-    page.goto(f"{server.url}/inspections/{empty}?t=0.5")
-    expect(page.locator(".transport__clock")).to_have_text(re.compile(r"^0:00\.(4[3-9]|50)"))
-    page.goto(f"{server.url}/inspections/{empty}?frame=9999")
-    expect_frame(page, FRAMES - 1)
-
-
-def test_two_tabs_share_one_outbox(desk: Page, server: Server, empty: str) -> None:
-    other = desk.context.new_page()
+def two_tabs_share_one_outbox(desk: Page, server: Server, inspection: str) -> None:
+    other = another_tab(desk)
     other.goto(desk.url)
     expect_frame(other, 0)
-    server.kill()
+    desk.context.set_offline(True)
     desk.bring_to_front()
     desk.keyboard.press("1")
     desk.keyboard.press("Shift+Digit1")
@@ -649,17 +588,19 @@ def test_two_tabs_share_one_outbox(desk: Page, server: Server, empty: str) -> No
     other.keyboard.press("2")
     desk.bring_to_front()
     desk.keyboard.press("Shift+Digit3")
-    server.start()
+    desk.context.set_offline(False)
     for tab in (desk, other):
         tab.bring_to_front()
         expect_saved(tab)
         expect(tab.locator(".defect")).to_have_count(2)
-    saved = {item["code"]: item["severity"] for item in observations(server, empty)}
+    saved = {item["code"]: item["severity"] for item in observations(server, inspection)}
     assert saved == {"BAB": 3, "BAC": None}
+    other.close()
+    desk.bring_to_front()
 
 
-def test_a_tag_that_the_server_refuses_stays_and_says_why(
-    desk: Page, server: Server, empty: str
+def a_tag_that_cannot_be_stored_stays_and_says_why(
+    desk: Page, server: Server, inspection: str
 ) -> None:
     def far_away(route: Route) -> None:
         route.continue_(post_data=json.dumps(route.request.post_data_json | {"frame": 9999}))
@@ -675,21 +616,9 @@ def test_a_tag_that_the_server_refuses_stays_and_says_why(
     desk.get_by_role("button", name="Send again").click()
     expect_saved(desk)
     expect(desk.locator(".form__body [role=alert]")).to_be_hidden()
-    assert [item["frame"] for item in observations(server, empty)] == [0]
+    assert [item["frame"] for item in observations(server, inspection)] == [0]
 
-
-def test_tags_are_sent_from_memory_when_the_browser_keeps_nothing(
-    page: Page, server: Server, empty: str
-) -> None:
-    page.add_init_script("Object.defineProperty(window, 'indexedDB', { value: undefined })")
-    opened(page, server, empty)
-    expect(page.get_by_text("gives the page no storage")).to_be_visible()
-    page.keyboard.press("1")
-    expect_saved(page)
-    assert [item["code"] for item in observations(server, empty)] == ["BAB"]
-
-
-def test_a_full_disk_of_the_browser_is_reported(desk: Page, server: Server, empty: str) -> None:
+    # The browser's disk is full: it is sent from memory.
     desk.evaluate(
         """() => {
           IDBObjectStore.prototype.put = () => {
@@ -698,10 +627,10 @@ def test_a_full_disk_of_the_browser_is_reported(desk: Page, server: Server, empt
         }"""
     )
     desk.route("**/observations/*", lambda route: route.abort())
-    desk.keyboard.press("1")
+    desk.keyboard.press("2")
     expect(desk.get_by_text("gives the page no storage")).to_be_visible()
     expect(desk.locator(".save")).to_have_text("Waiting (1)")
     desk.unroute("**/observations/*")
     expect_saved(desk)
     expect(desk.get_by_text("gives the page no storage")).to_be_hidden()
-    assert [item["code"] for item in observations(server, empty)] == ["BAB"]
+    assert [item["code"] for item in observations(server, inspection)] == ["BAB", "BAC"]
