@@ -116,6 +116,7 @@ def test_an_inspection_is_found_labelled_selected_renamed_and_deleted(
     delete.click()
     question = page.get_by_role("dialog", name="Delete “Sungai Besi”?")
     expect(question.get_by_role("button", name="Cancel")).to_be_focused()
+    expect_no_fault(page, within="dialog[open]")
     page.keyboard.press("Escape")
     expect(page.get_by_role("link", name="Sungai Besi")).to_be_visible()
     delete.click()
