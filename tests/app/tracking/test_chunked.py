@@ -17,7 +17,7 @@ from app.jobs.messages import Batch, Limits, TrackRequest
 from vo_core import Estimate, Track
 
 TRACKER = "app.jobs.tracker"
-FRAMES, SHARED, PACE = 360, 180, 4.0
+FRAMES, SHARED, PACE = 240, 140, 4.0
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def two_slots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
     """A server that splits films of this length already."""
     monkeypatch.setattr(chunks, "SHARED_FRAMES", SHARED)
-    monkeypatch.setattr(chunks, "LEAST_FRAMES", SHARED + 80)
+    monkeypatch.setattr(chunks, "LEAST_FRAMES", SHARED + 40)
     with serving(tmp_path / "data", max_jobs=2, pace=PACE) as client:
         yield client
 
