@@ -18,7 +18,7 @@ from builders import clip_rig, make_clip, serving, wait_until
 from app.storage.folder_blobs import FolderBlobs
 from app.tracking.work import Report, Spec, run
 
-FRAMES = 120
+FRAMES = 300
 MIB = 2**20
 RUN = """
 import msgspec, sys
