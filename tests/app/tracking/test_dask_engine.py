@@ -61,10 +61,10 @@ def busy_workers(workers: Cluster) -> list[int]:
     ]
 
 
-def test_two_films_at_once_give_what_this_machine_gives_although_a_worker_is_killed(
-    served: Client, workers: Cluster, film: Path, local: dict[str, bytes]
+def test_films_give_what_this_machine_gives_although_a_worker_is_killed(
+    served: Client, workers: Cluster, film: Path, local: dict[str, bytes], *, is_long: bool
 ) -> None:
-    ids = [served.inspect(film) for _ in range(2)]
+    ids = [served.inspect(film) for _ in range(2 if is_long else 1)]
     killed = workers.workers.pop(wait_until(lambda: busy_workers(workers))[0])
     killed.send_signal(signal.SIGKILL)
     killed.wait()
@@ -104,6 +104,7 @@ def test_a_scheduler_that_is_killed_costs_a_wait(
     assert left_by(served, inspection_id) == local
 
 
+@pytest.mark.long
 def test_a_server_that_comes_back_goes_on(
     workers: Cluster, film: Path, local: dict[str, bytes], tmp_path: Path
 ) -> None:

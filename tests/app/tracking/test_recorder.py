@@ -181,6 +181,7 @@ def test_a_ping_is_answered(field: Client, done: str) -> None:
         assert json.loads(socket.recv(PATIENCE_S)) == {"type": "pong", "t": 12.5}
 
 
+@pytest.mark.long
 def test_a_stopped_server_leaves_a_recording_that_the_next_one_tracks(tmp_path: Path) -> None:
     with MjpegCamera() as camera:
         with serving(tmp_path, camera_networks=LOOPBACK) as client:
@@ -236,13 +237,20 @@ def test_a_camera_of_another_size_fails_at_once_and_has_nothing_to_retry(field: 
     assert_error(retry, 409, "nothing_recorded")
 
 
-def test_an_end_before_the_first_picture_is_no_inspection(field: Client) -> None:
+def test_what_has_no_picture_is_no_inspection_and_a_deletion_ends_a_recording(
+    field: Client,
+) -> None:
     with MjpegCamera() as camera:
         camera.drop_out()
         inspection_id = begin(field, camera)
         wait_until(lambda: field.inspection(inspection_id)["live"]["detail"])
         ended = finish(field, inspection_id).json()
-    assert (ended["status"], ended["error"]["code"]) == ("failed", "nothing_recorded")
+        assert (ended["status"], ended["error"]["code"]) == ("failed", "nothing_recorded")
+        camera.come_back()
+        inspection_id = recorded(field, camera, 1)
+        assert field.delete(f"/api/inspections/{inspection_id}").status_code == 204
+    assert not children(CAMERA)
+    assert not (field.data / "inspections" / inspection_id).exists()
 
 
 def test_a_recorders_file_is_offered_and_ends_by_itself(tmp_path: Path, clip: Path) -> None:
@@ -272,14 +280,6 @@ def _as_mkv(clip: Path, path: Path) -> bytes:
                 packet.stream = copy
                 sink.mux(packet)
     return path.read_bytes()
-
-
-def test_deleting_a_live_inspection_ends_its_recording(field: Client) -> None:
-    with MjpegCamera() as camera:
-        inspection_id = recorded(field, camera)
-        assert field.delete(f"/api/inspections/{inspection_id}").status_code == 204
-    assert not children(CAMERA)
-    assert not (field.data / "inspections" / inspection_id).exists()
 
 
 def test_a_stopped_recording_goes_on_as_the_next_part(field: Client) -> None:
