@@ -22,7 +22,9 @@ from app.lab.simulation import SCENARIOS, simulate
 from app.web.columns import MEDIA_TYPE, packed
 from vo_core.rig import Rig
 
-LENGTH_MM = 1600.0
+LENGTH_MM = 900.0
+JOINT_MM = 750.0
+"""From one joint to the next."""
 RADIUS_MM = 150.0
 ZERO_M = 0.002
 """Of the first frame: at full speed every frame lies 3 mm beside where centimetres are rounded."""
@@ -49,7 +51,9 @@ IS_DRAWN = """(count) => {
 @pytest.fixture(scope="module")
 def inspection(server: Server, tmp_path_factory: pytest.TempPathFactory) -> str:
     nominal = SCENARIOS["nominal"].shortened(LENGTH_MM)
-    small = replace(nominal, rig=Rig.parse(half_size(nominal.rig)))
+    fields = half_size(nominal.rig)
+    fields["pipe"]["segment_length_mm"] = JOINT_MM
+    small = replace(nominal, rig=Rig.parse(fields))
     run = simulate(small, tmp_path_factory.mktemp("culvert"))
     tracked = server.track(run.video, run.rig)
     # One joint alone cannot be counted: from the zero the next ones are expected.
@@ -118,7 +122,7 @@ def a_click_on_the_wall_tags_that_place(desk: Page, server: Server, inspection: 
 def the_wall_has_the_whole_circle_at_every_size(
     desk: Page, server: Server, inspection: str
 ) -> None:
-    hours = {12: 20, 9: 60, 6: 100, 1: 140}
+    hours = {12: 20, 9: 40, 6: 60, 1: 80}
     for hour, frame in hours.items():
         path = f"/api/inspections/{inspection}/observations/{uuid4()}"
         server.ask("PUT", path, {"frame": frame, "code": "BAC", "clock_from": hour})
@@ -145,7 +149,7 @@ def the_wall_has_the_whole_circle_at_every_size(
 def of_marks_that_overlap_the_nearest_one_is_clicked(
     desk: Page, server: Server, inspection: str
 ) -> None:
-    for frame, code in ((100, "BAC"), (101, "BAF")):
+    for frame, code in ((15, "BAC"), (16, "BAF")):
         path = f"/api/inspections/{inspection}/observations/{uuid4()}"
         server.ask("PUT", path, {"frame": frame, "code": code, "clock_from": 5})
     desk.wait_for_function("() => document.querySelector('wall-strip').marks.length === 2")
@@ -181,12 +185,12 @@ def the_box_goes_to_what_is_typed_or_says_why_not(
 ) -> None:
     distance, clock = desk.locator(".readout__distance"), desk.locator(".transport__clock")
     for typed, place, shown in [
-        ("1.2", distance, "1.20"),
-        ("3.3 ft", distance, "1.01"),
+        ("0.6", distance, "0.60"),
+        ("2.2 ft", distance, "0.67"),
         ("0:02", clock, "0:02"),
         ("#33", clock, "frame 33"),
-        ("j1", distance, "1.50"),
-        ("1.55", distance, "1.55"),
+        ("j1", distance, "0.75"),
+        ("0.8", distance, "0.80"),
     ]:
         desk.keyboard.press("g")
         desk.get_by_role("textbox", name="Distance, time, frame or joint").fill(typed)
