@@ -1,10 +1,10 @@
-"""A link to the 3D view brings no script, and whatever ran in that view could change nothing."""
+"""Whatever ran in the 3D view could change nothing."""
 
 from __future__ import annotations
 
 import pytest
 from builders import TOKEN, Client
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser
 
 ATTACK = """async (id) => {
   const tried = {};
@@ -61,13 +61,3 @@ def test_what_runs_in_the_3d_view_can_change_nothing(
     }
     page.close()
     assert shared.inspection(done)["name"] == "Culvert 7"
-
-
-def test_a_link_to_the_3d_view_carries_no_scene(page: Page, shared: Client) -> None:
-    for path in (
-        f"/viewer/{'0' * 32}/?playbackPath=data:,x",
-        f"/login?token={TOKEN}&next=/viewer/{'0' * 32}/%3FplaybackPath%3Ddata:,x",
-    ):
-        page.goto(shared.server.url + path)
-        assert page.locator("canvas").count() == 0
-    assert page.url == shared.server.url + "/"
