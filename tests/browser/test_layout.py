@@ -11,7 +11,6 @@ from steps import Server, log_in
 from surveys import Survey
 
 SIZES: tuple[ViewportSize, ...] = (
-    {"width": 1440, "height": 900},
     {"width": 1366, "height": 768},
     {"width": 1024, "height": 768},
     {"width": 390, "height": 844},
