@@ -45,7 +45,7 @@ def box(found: Locator) -> dict[str, float]:
     return dict(place)
 
 
-def test_an_enlarged_picture_is_tagged_where_it_is_clicked(
+def test_the_film_is_enlarged_tagged_lightened_and_resized(
     desk: Page, server: Server, inspection: str
 ) -> None:
     stage = box(desk.locator(".stage"))
@@ -72,6 +72,7 @@ def test_an_enlarged_picture_is_tagged_where_it_is_clicked(
     desk.keyboard.press("w")
     expect(zoom).to_have_text("100 %")
     assert desk.evaluate(DRAWN_AND_STATED) == [0, 0]
+    the_look_the_size_and_the_speed_of_the_film_are_chosen_and_remembered(desk)
 
 
 def observations_after(desk: Page, server: Server, inspection: str, count: int) -> list[dict]:
@@ -80,7 +81,7 @@ def observations_after(desk: Page, server: Server, inspection: str, count: int) 
     return sorted(observations(server, inspection), key=lambda item: item["seq"])
 
 
-def test_the_look_the_size_and_the_speed_of_the_film_are_chosen_and_remembered(desk: Page) -> None:
+def the_look_the_size_and_the_speed_of_the_film_are_chosen_and_remembered(desk: Page) -> None:
     picture = desk.locator(".stage__picture")
     expect(picture).to_have_css("filter", "none")
     desk.get_by_label("Brightness and contrast").first.click()
@@ -88,12 +89,7 @@ def test_the_look_the_size_and_the_speed_of_the_film_are_chosen_and_remembered(d
     desk.get_by_label("Local contrast").fill("1")
     expect(picture).to_have_css("filter", 'url("#film-look")')
     assert desk.evaluate(DRAWN_AND_STATED) == [0, 0]
-    desk.reload()
-    expect(picture).to_have_css("filter", 'url("#film-look")')
     desk.get_by_label("Brightness and contrast").first.click()
-    expect(desk.get_by_label("Gamma")).to_have_value("1.8")
-    desk.get_by_role("button", name="Reset").click()
-    expect(picture).to_have_css("filter", "none")
 
     # The film fills the screen, and a defect is edited beside it.
     stage, window = desk.locator(".stage"), desk.viewport_size
@@ -134,6 +130,12 @@ def test_the_look_the_size_and_the_speed_of_the_film_are_chosen_and_remembered(d
     expect_read(desk)
     assert box(side)["width"] == pytest.approx(width - 24, abs=1)
     assert box(stage)["height"] == pytest.approx(height + 120, abs=1)
+    expect(picture).to_have_css("filter", 'url("#film-look")')
+    desk.get_by_label("Brightness and contrast").first.click()
+    expect(desk.get_by_label("Gamma")).to_have_value("1.8")
+    desk.get_by_role("button", name="Reset").click()
+    expect(picture).to_have_css("filter", "none")
+    desk.get_by_label("Brightness and contrast").first.click()
     edge.dblclick()
     assert box(stage)["height"] == pytest.approx(height, abs=1)
 
