@@ -8,7 +8,7 @@ from counter_films import CounterFilm, write
 from tracks import make_track
 
 pytestmark = pytest.mark.render
-FILM = CounterFilm(frames=16, counter=None)
+FILM = CounterFilm(frames=6, counter=None)
 
 
 @pytest.fixture(scope="module")

@@ -41,11 +41,12 @@ def tracker() -> Iterator[ReadyTracker]:
 
 
 def test_a_whole_clip_of_every_coding_is_tracked_whole(
-    tracker: ReadyTracker, folder: Path, seeds: dict[str, bytes]
+    tracker: ReadyTracker, folder: Path, seeds: dict[str, bytes], *, is_long: bool
 ) -> None:
-    verdicts = {name: tracker.verdict(folder / name) for name in seeds}
+    names = sorted(seeds)[:: 1 if is_long else 4]
+    verdicts = {name: tracker.verdict(folder / name) for name in names}
     assert {name: (each.end, each.frames) for name, each in verdicts.items()} == dict.fromkeys(
-        CODINGS, ("whole", 16)
+        names, ("whole", 16)
     ), verdicts
 
 

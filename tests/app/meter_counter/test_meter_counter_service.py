@@ -128,7 +128,7 @@ def refused(other: OtherSoftware, number: int, value: object, unit: str = "m") -
             return refusal
 
 
-def test_it_sends_its_version_and_then_the_distance_as_it_changes(
+def test_it_sends_its_version_and_the_distance_as_it_changes_and_its_zero_is_set(
     counting: Client, other: OtherSoftware, camera: MjpegCamera
 ) -> None:
     header, payload = other.next()
@@ -144,13 +144,6 @@ def test_it_sends_its_version_and_then_the_distance_as_it_changes(
     assert all(a != b for a, b in pairwise(values))
     newest_m = counting.inspection(inspection_id)["distance_m"]
     assert values[-1] == pytest.approx(newest_m, abs=0.2)
-
-
-def test_setting_the_counter_sets_the_zero_of_the_running_inspection(
-    counting: Client, other: OtherSoftware, camera: MjpegCamera
-) -> None:
-    inspection_id = begin(counting, camera)
-    other.next(STATUS)
     other.ask(20, 328.084, "ft")
     assert answer(other) == (20, {"status": True, "errorCode": 0, "error": ""})
     value = other.next(STATUS)[1]["value"]

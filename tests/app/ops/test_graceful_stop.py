@@ -6,20 +6,22 @@ import sqlite3
 from pathlib import Path
 
 import pytest
-from builders import PATIENCE_S, Client, clip_rig, wait_until
+from builders import PATIENCE_S, Client, clip_rig, make_clip, wait_until
 from cameras import MjpegCamera
 from processes import process
+from surveys import Survey
 from websockets.exceptions import ConnectionClosedError
 
 
 def test_a_server_at_work_ends_soon_and_goes_on_at_its_next_start(
-    tmp_path: Path, clip: Path, long_clip: Path
+    tmp_path: Path, survey: Survey
 ) -> None:
-    data = tmp_path / "data"
+    data, done = survey.copied_to(tmp_path / "data"), survey.id
+    film = make_clip(tmp_path / "film.mp4", 500)
     with MjpegCamera() as camera:
-        settings = {"CAMERA_NETWORKS": "127.0.0.0/8", "PACE": "4"}
+        settings = {"CAMERA_NETWORKS": "127.0.0.0/8", "PACE": "1"}
         with process(data, **settings) as client:
-            done, running = client.tracked(clip), client.inspect(long_clip)
+            running = client.inspect(film)
             source = {"kind": "live", "url": camera.url}
             body = {"name": "Live", "source": source, "rig": clip_rig(), "header": {}}
             live = client.post("/api/inspections", json=body).json()["id"]

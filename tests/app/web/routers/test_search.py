@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 from builders import TOKEN, Client, assert_error, serving, wait_until
-from postgres import ON_BOTH
 from surveys import Survey
 
 TAGS = [f"7d444840-9dc0-4d2a-8a6a-00000000000{n}" for n in range(10)]
@@ -58,7 +57,12 @@ def again(client: Client, inspection_id: str, **changes: Any) -> str:
     return str(inspection["id"])
 
 
-@ON_BOTH
+@pytest.mark.parametrize(
+    "database_kind",
+    ["sqlite", pytest.param("postgresql", marks=pytest.mark.long)],
+    indirect=True,
+    scope="module",
+)
 def test_a_defect_is_found_as_its_inspection_shows_it(server: Client, done: str) -> None:
     state(server, done, asset_id="CUL-0041", project="Road 7", date="2024-03-02")
     one = tag(
