@@ -13,8 +13,8 @@ from pathlib import Path
 
 # Three test processes share two cores.  The threads of OpenBLAS, which reads this when NumPy is
 # imported, would wait for each other busily: calibrations of a film took 4 to 10 times as long.
-# The same of OpenCV, here and in all servers and children of the tests.  (With `-n 0` this comes too
-# late for NumPy, which pytest-randomly has imported: say OPENBLAS_NUM_THREADS=1 before the command.)
+# The same of OpenCV, here and in all servers and children of the tests.  (With `-n 0` this is too
+# late for NumPy, which pytest-randomly has imported: say OPENBLAS_NUM_THREADS=1 before pytest.)
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 
