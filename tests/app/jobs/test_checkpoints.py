@@ -32,7 +32,7 @@ from vo_core import Rig
 from vo_core.sources import Frame, VideoFile, frame_of
 
 LIMITS = Limits(1536 * 2**20, 600)
-FRAMES = 120
+FRAMES = 80
 
 
 class Found:
