@@ -80,7 +80,7 @@ def open_format(page: Page, name: str) -> None:
 
 
 def test_every_format_is_offered_and_one_is_saved_stopped_or_refused(
-    page: Page, notifying: Server, inspection: str
+    page: Page, notifying: Server, inspection: str, tmp_path: Path
 ) -> None:
     log_in(page, notifying, f"/inspections/{inspection}")
     open_menu(page)
@@ -88,7 +88,7 @@ def test_every_format_is_offered_and_one_is_saved_stopped_or_refused(
     assert FORMATS.keys() <= set(offered)
     assert len(offered) == len(set(offered))
     expect(page.locator("[data-export=emergency]")).to_be_hidden()  # nothing is severe
-    expect_no_fault(page)
+    expect_no_fault(page, within="desk-bar")
     page.keyboard.press("Escape")
 
     # By keys alone.
@@ -162,26 +162,15 @@ def test_every_format_is_offered_and_one_is_saved_stopped_or_refused(
         dialog.get_by_role("button", name="Download").click()
     expect(dialog).to_have_count(0)
 
+    a_delivery_has_its_film_and_one_document_is_about_all(page, notifying, inspection, tmp_path)
+
 
 def test_language_and_units_are_those_of_the_person(
     page: Page, notifying: Server, inspection: str
 ) -> None:
     usual = json.load(notifying.ask("GET", "/api/me"))["preferences"]
-    log_in(page, notifying)
-    page.get_by_label("Menu").click()
-    page.get_by_role("button", name="Settings").click()
-    with page.expect_navigation():
-        page.get_by_label("Distances in").select_option("ft")
-    expect(page.get_by_label("Distances in")).to_have_value("ft")
-    page.keyboard.press("Escape")
-    page.get_by_label("Menu").click()
-    page.get_by_role("button", name="Settings").click()
-    with page.expect_navigation():
-        page.get_by_role("combobox", name="Language").select_option("ms")
-    expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
-    expect(page.get_by_role("combobox", name="Bahasa")).to_have_value("ms")
-    page.keyboard.press("Escape")
-    page.goto(f"{notifying.url}/inspections/{inspection}")
+    notifying.ask("PUT", "/api/me/preferences", usual | {"language": "ms", "units": "ft"})
+    log_in(page, notifying, f"/inspections/{inspection}")
     page.get_by_text("Eksport", exact=True).click()
     page.get_by_role("button", name=re.compile("^CSV ")).click()
     dialog = page.get_by_role("dialog", name="Eksport: CSV")
@@ -224,7 +213,7 @@ def test_a_severity_5_is_in_the_list_on_the_page_on_a_sheet_and_with_the_client(
     page.keyboard.press("Shift+Digit5")
     expect(banner).to_contain_text("BAB at 0.00 m")
     expect(banner).to_contain_text("Client not notified yet: It answered 500.")
-    expect_no_fault(page)
+    expect_no_fault(page, within="emergency-banner")
     with page.expect_download() as download:
         banner.get_by_role("link", name="One-page sheet").click()
     assert download.value.suggested_filename == "clip-act-now.pdf"
@@ -261,11 +250,10 @@ def _expect_inside(page: Page, selector: str) -> None:
     assert box["y"] + box["height"] <= window["height"]
 
 
-def test_a_delivery_with_its_film_then_one_document_over_all(
+def a_delivery_has_its_film_and_one_document_is_about_all(
     page: Page, notifying: Server, inspection: str, tmp_path: Path
 ) -> None:
     film = short_clip(tmp_path / "clip.mp4")
-    log_in(page, notifying, f"/inspections/{inspection}")
     open_format(page, "Delivery")
     dialog = page.get_by_role("dialog", name="Export: Delivery")
     dialog.get_by_label("Exchange format").select_option("RIBX")
