@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from builders import Client, serving, wait_until
+from builders import Client, make_clip, serving, wait_until
 from processes import process
 from small_disk import small_disk
 from surveys import Survey
@@ -41,10 +41,11 @@ def archive(tmp_path_factory: pytest.TempPathFactory, survey: Survey) -> Path:
 
 
 def test_a_backup_of_a_server_at_work_restores_to_a_whole_one(
-    tmp_path: Path, clip: Path, long_clip: Path, chainage: Command
+    tmp_path: Path, survey: Survey, chainage: Command
 ) -> None:
-    with process(tmp_path / "data", PACE="4") as client:
-        done, running = client.tracked(clip), client.inspect(long_clip)
+    done, film = survey.id, make_clip(tmp_path / "film.mp4", 300)
+    with process(survey.copied_to(tmp_path / "data"), PACE="0.5") as client:
+        running = client.inspect(film)
         client.wait(running, "running")
         acknowledged: list[str] = []
         is_over = threading.Event()
@@ -62,7 +63,7 @@ def test_a_backup_of_a_server_at_work_restores_to_a_whole_one(
     with sqlite3.connect(tmp_path / "restored" / "chainage.db") as database:
         assert database.execute("PRAGMA integrity_check").fetchone() == ("ok",)
         assert database.execute("PRAGMA foreign_key_check").fetchall() == []
-    with serving(tmp_path / "restored", pace=4.0) as client:
+    with serving(tmp_path / "restored", pace=0.5) as client:
         listed = client.get(f"/api/inspections/{done}/observations").json()["observations"]
         assert set(before) <= {tag["id"] for tag in listed}
         assert everything_of(client, done) == answers
@@ -94,13 +95,15 @@ def everything_of(client: Client, inspection_id: str) -> dict[str, Any]:
     }
 
 
-def test_a_backup_is_whole_while_inspections_come_and_go(tmp_path: Path, clip: Path) -> None:
-    with serving(tmp_path / "data") as client:
-        kept = client.tracked(clip)
+def test_a_backup_is_whole_while_inspections_come_and_go(
+    tmp_path: Path, clip: Path, survey: Survey
+) -> None:
+    kept = survey.id
+    with serving(survey.copied_to(tmp_path / "data")) as client:
         is_over = threading.Event()
         worker = threading.Thread(target=come_and_go_until, args=(is_over, client, clip))
         worker.start()
-        for number in range(4):
+        for number in range(3):
             back_up(tmp_path / "data", tmp_path / "backup.zip", quietly)
             made = restore(tmp_path / "backup.zip", tmp_path / f"restored{number}", quietly)
             assert (made.inspections >= 1, made.missing) == (True, ())

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from builders import PATIENCE_S, STEP_MM, Client, assert_error
+from films import half_sized
 
 from app.lab.simulation import SCENARIOS
 from app.lab.simulation.write import simulate
@@ -120,7 +121,7 @@ def test_health_has_a_row_for_every_frame_and_outlives_a_restart(shared: Client,
 
 
 def test_joints_are_found_while_tracking(shared: Client, tmp_path: Path) -> None:
-    scenario = replace(SCENARIOS["nominal"].shortened(250), first_joint_mm=150.0)
+    scenario = half_sized(replace(SCENARIOS["nominal"].shortened(250), first_joint_mm=150.0))
     video = simulate(scenario, tmp_path).video
     inspection_id = shared.inspect(video, rig=scenario.rig.model_dump(mode="json"))
     assert shared.wait(inspection_id)["status"] == "done"
