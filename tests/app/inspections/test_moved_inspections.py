@@ -18,6 +18,7 @@ import pytest
 from builders import Client, assert_error, frame_number, serving, wait_until
 from object_stores import ObjectStore
 from small_disk import small_disk
+from surveys import Survey
 
 from app.access.access import create_token
 from app.errors import InvalidImport
@@ -82,16 +83,18 @@ def but_for_dates(content: bytes) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def source(clip: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Client, str]]:
+def source(
+    survey: Survey, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[Client, str]]:
     """A server, and an approved inspection with everything that a person can state."""
-    with serving(tmp_path_factory.mktemp("source")) as client:
+    with serving(survey.copied_to(tmp_path_factory.mktemp("source"))) as client:
         headers = {"Content-Type": "text/csv"}
         pack = client.post("/api/packs", params={"name": "Own"}, content=PACK, headers=headers)
-        done = client.inspect(
-            clip, name="Jalan Besar", header={"asset_id": "CUL-7", "code_pack": pack.json()["id"]}
-        )
-        client.wait(done)
+        done = survey.id
         path = f"/api/inspections/{done}"
+        header = {"asset_id": "CUL-7", "code_pack": pack.json()["id"]}
+        named = client.patch(path, json={"name": "Jalan Besar", "header": header})
+        assert named.is_success, named.text
         tag = client.tag(done, frame=10, code="SCR", remark="deep").json()["id"]
         client.tag(done, frame=20, pixel=[200.0, 100.0], severity=4)
         beside = f"{path}/observations/{tag}/attachments"

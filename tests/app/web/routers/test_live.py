@@ -11,6 +11,7 @@ from builders import (
     Client,
     assert_error,
     frame_number,
+    make_clip,
     serving,
     wait_until,
 )
@@ -21,6 +22,8 @@ from app.tracking.live import Progress
 from app.web.routers import live as live_route
 from vo_core import Estimate
 
+FRAMES = 600
+"""Of a film that takes 24 s."""
 PICTURES, MOST_KEPT_BYTES = 280, 20 * 2**20
 """What a reader does not take stays in the buffers of its connection, some MiB at the most."""
 
@@ -44,10 +47,11 @@ def acknowledge(socket: ClientConnection, header: dict[str, Any]) -> None:
 
 
 def test_a_page_that_watches_a_run_gets_poses_with_their_pictures_and_the_newest_first(
-    tmp_path: Path, long_clip: Path
+    tmp_path: Path,
 ) -> None:
-    with serving(tmp_path, pace=2.0) as client:
-        inspection_id = client.inspect(long_clip)
+    film = make_clip(tmp_path / "film.mp4", FRAMES)
+    with serving(tmp_path / "data", pace=1.0) as client:
+        inspection_id = client.inspect(film)
         seen: list[dict[str, Any]] = []
         with live(client, inspection_id) as socket:
             while len(seen) < 12:
@@ -62,7 +66,7 @@ def test_a_page_that_watches_a_run_gets_poses_with_their_pictures_and_the_newest
         assert last["state"] == "running"
         assert last["distance_mm"] == pytest.approx(1.6 * last["frame"], abs=2)
         assert last["progress"]["frames_done"] > last["frame"]
-        assert last["progress"]["frames_total"] == 1500
+        assert last["progress"]["frames_total"] == FRAMES
         assert {
             "time_s", "x_mm", "y_mm", "yaw_deg", "sigma_distance_mm", "quality", "status",
         } <= last.keys()  # fmt: skip
