@@ -116,14 +116,35 @@ def test_a_folder_is_added_by_a_rule_after_a_dry_run_and_its_film_tracked_and_op
     assert re.search(r"/inspections/[0-9a-f]{32}", page.url)
 
 
-def test_on_a_slow_network_nothing_can_be_edited_that_the_stored_rules_would_replace(
+def test_rules_are_not_edited_before_they_are_read_nor_stored_over_those_of_somebody_else(
     page: Page, archive: Server, rig_file: Path
 ) -> None:
+    # A server that starts is asked again.
+    log_in(page, archive, "/healthz")
+    away = {"code": "unavailable", "detail": "It starts."}
+    for path, asked in (
+        ("template", "**/api/report-templates/"),
+        ("rules", "**/api/archive/rules"),
+    ):
+        page.route(asked, lambda route: route.fulfill(status=503, json=away), times=1)
+        page.goto(f"{archive.url}/archive/{path}")
+        expect(page.get_by_role("alert").first).to_have_text("It starts. Trying again…")
+        expect(page.locator(".rules, fieldset.template")).to_be_visible()
+        expect(page.get_by_role("alert").first).to_be_empty()
+
+    page.get_by_role("button", name="Add a rule").click()
+    theirs = {"rigs": {}, "rules": [{"name": "theirs", "pattern": "**"}]}
+    archive.ask("PUT", "/api/archive/rules", theirs)
+    page.get_by_role("button", name="Save").click()
+    page.get_by_role("button", name="Take theirs").click()
+    expect(page.get_by_label("Name", exact=True)).to_have_value("theirs")
+    expect_no_fault(page, ("light",))
+
+    # On a slow network nothing can be edited that the stored rules would replace.
     late: list[Route] = []
-    log_in(page, archive, "/archive")
     page.route("**/api/archive/rules", lambda route: late.append(route))
     page.route("**/api/presets", lambda _: None)  # its answer never comes
-    page.goto(f"{archive.url}/archive/rules")
+    page.reload()
     expect(page.get_by_role("heading", name="Rules and rigs")).to_be_visible()
     expect(page.get_by_role("button", name="Add a rig")).to_be_hidden()
     for name in ("Discard changes", "Save", "Try on a folder"):
@@ -131,22 +152,6 @@ def test_on_a_slow_network_nothing_can_be_edited_that_the_stored_rules_would_rep
     late.pop().continue_()
     add_rig(page, rig_file)
     expect(page.get_by_role("button", name="Save")).to_be_enabled()
-
-
-@pytest.mark.parametrize(
-    ("path", "asked"),
-    [("rules", "**/api/archive/rules"), ("template", "**/api/report-templates/")],
-)
-def test_a_page_that_is_opened_without_the_server_asks_again_until_it_is_there(
-    page: Page, archive: Server, path: str, asked: str
-) -> None:
-    log_in(page, archive, "/archive")
-    away = {"code": "unavailable", "detail": "It starts."}
-    page.route(asked, lambda route: route.fulfill(status=503, json=away), times=1)
-    page.goto(f"{archive.url}/archive/{path}")
-    expect(page.get_by_role("alert").first).to_have_text("It starts. Trying again…")
-    expect(page.locator(".rules, fieldset.template")).to_be_visible()
-    expect(page.get_by_role("alert").first).to_be_empty()
 
 
 def test_a_group_of_failures_is_repaired_by_one_other_rig(
@@ -192,16 +197,3 @@ def test_what_was_done_to_selected_films_is_undone(
     question.get_by_role("button", name="Take off the list").click()
     expect(row_of(page, "B.mp4")).to_have_count(0)
     expect(row_of(page, "A.mp4")).to_have_count(1)
-
-
-def test_rules_that_somebody_else_saved_meanwhile_are_not_overwritten(
-    page: Page, archive: Server, rig_file: Path
-) -> None:
-    log_in(page, archive, "/archive/rules")
-    page.get_by_role("button", name="Add a rule").click()
-    theirs = {"rigs": {}, "rules": [{"name": "theirs", "pattern": "**"}]}
-    archive.ask("PUT", "/api/archive/rules", theirs)
-    page.get_by_role("button", name="Save").click()
-    page.get_by_role("button", name="Take theirs").click()
-    expect(page.get_by_label("Name", exact=True)).to_have_value("theirs")
-    expect_no_fault(page, ("light",))
