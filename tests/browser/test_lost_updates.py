@@ -105,12 +105,14 @@ def question(page: Page) -> Locator:
 
 def versions(asked: Locator) -> dict[str, tuple[str, str, bool]]:
     """By field: mine, theirs, and whether they are marked as different."""
-    rows = {}
-    for row in asked.locator("tbody tr").all():
-        label = row.locator("th").inner_text().split("\n")[0]
-        mine, theirs = row.locator("td").all_inner_texts()
-        rows[label] = (mine, theirs, row.get_by_text("differs").count() == 1)
-    return rows
+    rows = asked.locator("tbody tr").evaluate_all(
+        """(rows) => rows.map((row) => [
+          row.querySelector('th').innerText.split('\\n')[0],
+          ...[...row.querySelectorAll('td')].map((cell) => cell.innerText),
+          row.innerText.includes('differs'),
+        ])"""
+    )
+    return {label: (mine, theirs, is_other) for label, mine, theirs, is_other in rows}
 
 
 def decide(page: Page, answer: str) -> None:
