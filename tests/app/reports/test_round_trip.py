@@ -13,6 +13,7 @@ from builders import Client, serving, wait_until
 from hypothesis import given
 from hypothesis import strategies as st
 from reports import report
+from surveys import Survey, another
 
 from app.imports import any_file
 from app.inspections.file_reader import FileReader
@@ -50,17 +51,15 @@ def but_for_ids(content: Any) -> Any:
 
 
 @pytest.fixture(scope="module")
-def run(shared: Client, clip: Path) -> str:
+def run(shared: Client, survey: Survey) -> str:
     """With stretches, a deleted tag, an edit, a correction that moves distances, and photos."""
-    inspection_id = shared.inspect(
-        clip,
-        name="Jalan Besar – 涵洞",
-        header={
-            "asset_id": "CUL-7", "known_length_m": 0.13, "cleaned": True, "of_another": "=1+1",
-            "start_lat": 3.139, "start_lon": 101.6869, "end_lat": 3.14, "end_lon": 101.6869,
-        },
-    )  # fmt: skip
-    shared.wait(inspection_id)
+    inspection_id = another(survey, shared)
+    header = {
+        "asset_id": "CUL-7", "known_length_m": 0.13, "cleaned": True, "of_another": "=1+1",
+        "start_lat": 3.139, "start_lon": 101.6869, "end_lat": 3.14, "end_lon": 101.6869,
+    }  # fmt: skip
+    stated = {"name": "Jalan Besar – 涵洞", "header": header}
+    shared.patch(f"/api/inspections/{inspection_id}", json=stated).raise_for_status()
     tag = str(uuid.uuid4())
     shared.tag(inspection_id, frame=35, pixel=[200.25, 100.5], code="BAB", continuous="B1")
     shared.tag(inspection_id, tag, frame=5, code="BAB", char1="B", char2="A", continuous="A1")

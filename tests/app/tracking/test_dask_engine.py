@@ -11,7 +11,7 @@ from builders import Client, children_of, make_clip, serving, wait_until
 from clusters import Cluster, cluster
 
 FRAMES = 260
-LONG_FRAMES = 1500
+LONG_FRAMES = 900
 
 
 @pytest.fixture(scope="module")

@@ -148,11 +148,11 @@ def detail(client: Client, inspection_id: str) -> str | None:
 
 
 def test_a_camera_that_sends_rubbish_gives_a_plain_reason(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_long: bool
 ) -> None:
     monkeypatch.setattr("app.jobs.cameras._TIMEOUTS_S", dict.fromkeys(("rtsp", "mjpeg"), (1, 1)))
     begun = {}
-    for name, (scheme, answer) in RUBBISH.items():
+    for name, (scheme, answer) in list(RUBBISH.items())[:: 1 if is_long else 3]:
         (tmp_path / name).mkdir()
         camera = Rubbish(scheme, answer)
         begun[name] = camera, session(camera.url, tmp_path / name)
