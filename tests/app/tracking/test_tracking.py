@@ -49,7 +49,7 @@ def columns(client: Client, inspection_id: str) -> dict[str, list[float]]:
     return dict(track.json()["columns"])
 
 
-def test_a_run_shows_its_progress_until_it_is_cancelled_and_begins_again(
+def test_a_confined_run_shows_its_progress_until_it_is_cancelled_and_begins_again(
     paced: Client, film: Path
 ) -> None:
     inspection_id = running(paced, film)
@@ -64,6 +64,7 @@ def test_a_run_shows_its_progress_until_it_is_cancelled_and_begins_again(
     assert now["distance_m"] > first["distance_m"] > 0
     assert len(columns(paced, inspection_id)["frame"]) >= now["progress"]["frames_done"]
     assert_error(paced.post(f"{path}/retry"), 409, "still_running")
+    assert_knows_no_secret_and_can_write_nothing(*children(TRACKER))
 
     cancelled = paced.post(f"{path}/cancel").json()
     assert (cancelled["status"], cancelled["error"]) == ("cancelled", None)
@@ -76,6 +77,18 @@ def test_a_run_shows_its_progress_until_it_is_cancelled_and_begins_again(
     assert again["error"] is None
     wait_until(lambda: frames_done(paced, inspection_id) > 3)
     paced.post(f"{path}/cancel")
+
+
+def assert_knows_no_secret_and_can_write_nothing(pid: int) -> None:
+    assert b"secret" not in Path(f"/proc/{pid}/environ").read_bytes()
+    limits = {
+        line[:26].strip(): line[26:].split()[0]
+        for line in Path(f"/proc/{pid}/limits").read_text().splitlines()[1:]
+    }
+    assert limits["Max file size"] == "0"
+    assert limits["Max core file size"] == "0"
+    assert limits["Max address space"] == str(1536 * 2**20)
+    assert limits["Max cpu time"] == str(24 * 3600)
 
 
 def test_inspections_wait_for_their_turn_and_one_may_be_cancelled_or_lost_meanwhile(
@@ -97,21 +110,6 @@ def test_inspections_wait_for_their_turn_and_one_may_be_cancelled_or_lost_meanwh
     assert done["distance_m"] == pytest.approx(2 * 9 * 1.6 / 1000, rel=0.01), "by its own rig"
     assert paced.inspection(second)["status"] == "cancelled"
     assert_error(paced.post(f"/api/inspections/{last}/cancel"), 409, "not_running")
-
-
-def test_the_child_knows_no_secret_and_can_write_nothing(paced: Client, film: Path) -> None:
-    inspection_id = running(paced, film)
-    (pid,) = children(TRACKER)
-    assert b"secret" not in Path(f"/proc/{pid}/environ").read_bytes()
-    limits = {
-        line[:26].strip(): line[26:].split()[0]
-        for line in Path(f"/proc/{pid}/limits").read_text().splitlines()[1:]
-    }
-    paced.post(f"/api/inspections/{inspection_id}/cancel")
-    assert limits["Max file size"] == "0"
-    assert limits["Max core file size"] == "0"
-    assert limits["Max address space"] == str(1536 * 2**20)
-    assert limits["Max cpu time"] == str(24 * 3600)
 
 
 def test_two_slots_track_two_films_at_a_time_and_all_goes_on_after_a_restart(
