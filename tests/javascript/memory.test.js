@@ -3,6 +3,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import './browser.js';
+import { Operations } from '../../static/core/operations.js';
 import { recall, recallMembers, remember } from '../../static/core/remembered.js';
 import { unfinishedFilms } from '../../static/core/upload.js';
 
@@ -27,4 +28,11 @@ test('the archive file of an inspection is no unfinished film', () => {
   remember('chainage.upload:1', { url, name: 'north/run.mp4' });
   remember('chainage.upload:2', { url, name: 'CUL-1.chainage.ZIP' });
   assert.deepEqual(unfinishedFilms().map(({ name }) => name), ['north/run.mp4']);
+});
+
+test('changes stay in memory where the browser gives no storage', async () => {
+  const operations = await Operations.open('none');
+  await operations.put({ id: '1' });
+  assert.equal(operations.isKept, false);
+  assert.deepEqual(await operations.all(), [{ id: '1' }]);
 });
