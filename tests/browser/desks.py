@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from playwright.sync_api import Page, expect
@@ -40,6 +42,18 @@ def another_tab(page: Page) -> Page:
     tab = page.context.new_page()
     tab.add_init_script(WITHOUT_WEBGL)
     return tab
+
+
+@contextmanager
+def drawn_in_3d(page: Page) -> Iterator[Page]:
+    """Open the address of a page in a page that draws in 3D, for which software takes a core."""
+    other = page.context.new_page()
+    faults: list[str] = []
+    other.on("pageerror", lambda error: faults.append(str(error)))
+    other.goto(page.url)
+    yield other
+    other.close()
+    assert not faults, faults
 
 
 def expect_read(page: Page) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from desks import WITHOUT_WEBGL
 from playwright.sync_api import Browser, Page, Route, expect
 from steps import TOKEN, Server, log_in
 from surveys import Survey
@@ -76,6 +77,7 @@ def test_the_language_is_that_of_the_browser_and_german_fits(
     tag = f"/api/inspections/{inspection}/observations/7d444840-9dc0-4d2a-8a6a-00000000000d"
     server.ask("PUT", tag, {"frame": 0, "code": "BAB", "char1": "C", "char2": "A"})
     page = browser.new_context(locale="de-AT", viewport={"width": 1366, "height": 768}).new_page()
+    page.add_init_script(WITHOUT_WEBGL)
     page.goto(server.url)
     expect(page.get_by_label("Zugangstoken")).to_be_visible()
     log_in(page, server, f"/inspections/{inspection}")

@@ -7,7 +7,14 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from desks import delete_observations, expect_frame, expect_read, expect_saved, observations
+from desks import (
+    another_tab,
+    delete_observations,
+    expect_frame,
+    expect_read,
+    expect_saved,
+    observations,
+)
 from lines import Line
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
@@ -106,7 +113,7 @@ def test_what_is_typed_survives_a_reload_and_a_closed_tab(
     expect(desk.get_by_label("Quantity", exact=True)).to_have_value("0.4")
     remark.press("End")
     remark.press_sequentially("s at the joint")
-    other = desk.context.new_page()
+    other = another_tab(desk)
     desk.close()
     other.goto(f"{server.url}/inspections/{inspection}")
     expect(other.locator(".defect__more")).to_contain_text("roots at the joint")

@@ -5,13 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from desks import drawn_in_3d
 from playwright.sync_api import Page, expect
 from steps import Server, export, export_track, log_in, start_inspection, wait_until_done
 
@@ -19,7 +18,7 @@ from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
 
 TOLERANCE_M = 0.005
 """What the issue asks of tagged distances on the nominal scenario."""
-LENGTH_MM = 1600.0
+LENGTH_MM = 1000.0
 DRAWN_LIMIT = 40
 DISTINCT_COLOURS = 300
 """A culvert with its lights has thousands; an empty view has the few of its background."""
@@ -46,7 +45,7 @@ def test_a_video_becomes_an_exported_inspection(
     wait_until_done(page)
 
     # The 3D view renders.
-    with _drawn_in_3d(page) as other:
+    with drawn_in_3d(page) as other:
         _expect_a_picture_in_3d(other)
 
     # Review: a tag by key and one by click, each at a frame of its own.
@@ -109,18 +108,6 @@ def _expect_distance_beyond(page: Page, metres: float) -> None:
         arg=metres,
         timeout=60_000,
     )
-
-
-@contextmanager
-def _drawn_in_3d(page: Page) -> Iterator[Page]:
-    """Open the address of a page in a page that draws in 3D, for which software takes a core."""
-    other = page.context.new_page()
-    faults: list[str] = []
-    other.on("pageerror", lambda error: faults.append(str(error)))
-    other.goto(page.url)
-    yield other
-    other.close()
-    assert not faults, faults
 
 
 def _expect_a_picture_in_3d(page: Page) -> None:

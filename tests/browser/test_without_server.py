@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from builders import wait_until
-from desks import expect_read, expect_saved, observations
+from desks import WITHOUT_WEBGL, expect_read, expect_saved, observations
 from playwright.sync_api import Browser, Page, expect
 from steps import Server, log_in
 from surveys import Survey
@@ -38,6 +38,7 @@ def installed(browser: Browser) -> Iterator[Page]:
     context = browser.new_context(
         viewport={"width": 1024, "height": 768}, service_workers="allow", locale="en-US"
     )
+    context.add_init_script(WITHOUT_WEBGL)
     yield context.new_page()
     context.close()
 
