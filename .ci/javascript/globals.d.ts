@@ -31,6 +31,11 @@ interface ParentNode {
   querySelectorAll<S extends string>(selectors: S): NodeListOf<Selected<S>>;
 }
 
+interface Document {
+  /** Nothing but elements of HTML takes the focus of the page. */
+  readonly activeElement: HTMLElement | null;
+}
+
 interface Element {
   closest<S extends string>(selectors: S): Selected<S> | null;
 }

@@ -6,9 +6,9 @@ import { t } from './words.js';
 /**
  * @typedef {object} Binding
  * @property {string[]} keys as KeyboardEvent.key, with 'Shift+' or 'Ctrl+' before it where needed
- * @property {string} label what it does, for the help
- * @property {string} [shown] the keys as the help writes them, if other than `keys`
- * @property {(event: KeyboardEvent, key: string) => void} run
+ * @property {string} [label] what it does, for the help; none: the help does not list it
+ * @property {string[]} [shown] the keys as the help writes them, if other than `keys`
+ * @property {(event: KeyboardEvent, key: string) => void} [run] none: the help alone lists it
  */
 
 /**

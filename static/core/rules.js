@@ -19,7 +19,7 @@ export async function saveRules({ rigs, rules }, version) {
   return withVersion(await send('PUT', RULES, { headers, body: JSON.stringify({ rigs, rules }) }));
 }
 
-/** @param {Response} response @returns {Promise<Api['Rules'] & {version: string}>} */
+/** @param {Response} response @returns {Promise<Required<Api['Rules']> & {version: string}>} */
 async function withVersion(response) {
   const version = response.headers.get('ETag')?.replaceAll('"', '');
   return { ...(await bodyOf(response, 'json')), version };

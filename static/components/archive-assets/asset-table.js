@@ -35,10 +35,11 @@ export const assetTableMarkup =
  * Fills the table, and keeps it up to date.
  * @param {import('../../core/store.js').Component} page has the parts of the markup, and `fault`
  * @param {boolean} isOfProject whether the address names the project, which then needs no column
- * @returns {PagedList}
+ * @returns {PagedList<Api['AssetsOut']>}
  */
 export function fillAssetTable(page, isOfProject) {
   const { parts, signal } = page;
+  /** @type {PagedList<Api['AssetsOut']>} */
   const list = new PagedList('/api/archive/assets', {
     filters: ['search', 'project', 'no_project', 'sort', 'descending'],
     signal,

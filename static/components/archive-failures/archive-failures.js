@@ -94,6 +94,7 @@ function createGroup({ code, reason, repair, example }) {
   return item;
 }
 
+/** @param {HTMLElement} element @param {Api['GroupOut']} group */
 function updateGroup({ parts }, { count: n }) {
   parts.count.textContent = t('failures.count', { n, count: count(n) });
 }

@@ -25,7 +25,7 @@ import { progressMarkup } from './progress.js';
 const BUSY_S = 2;
 const IDLE_S = 5;
 
-/** The buttons: name, sign. */
+/** The buttons: name, sign. @type {[import('../../core/archive.js').Action, import('../icon/icon.js').IconName][]} */
 const ACTIONS = [
   ['start', 'play'],
   ['pause', 'pause'],
@@ -38,6 +38,7 @@ const UNDER_WAY = ['waiting', 'queued', 'running'];
 
 export class ArchiveFilms extends Component {
   #list;
+  /** @type {Selection<Api['app__web__schemas__archive__FilmOut']>} */
   #selection = new Selection();
   #states = {};
 

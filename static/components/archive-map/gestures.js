@@ -25,6 +25,7 @@ export function mapGestures(element, { move, zoom, point, pick }, signal) {
   const pressed = new Map();
   let begun = null;
   let isDrag = false;
+  /** @returns {At} */
   const placeOf = ({ clientX, clientY }) => {
     const { left, top } = element.getBoundingClientRect();
     return [clientX - left, clientY - top];
@@ -71,6 +72,7 @@ export function mapGestures(element, { move, zoom, point, pick }, signal) {
   );
 }
 
+/** @returns {At} */
 const between = (a, b) => [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
 
 /** Two fingers on one spot have no ratio. */

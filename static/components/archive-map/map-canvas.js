@@ -28,7 +28,8 @@ const WORLD = { x: 0.5, y: 0.5, zoom: 0 };
  *
  * @typedef {object} Mark
  * @property {import('./places.js').Cluster} cluster
- * @property {number} x from the left edge, like y from the top
+ * @property {number} x from the left edge
+ * @property {number} y from the top
  * @property {number} reach half of its width
  */
 export class MapCanvas extends Component {
@@ -60,19 +61,8 @@ export class MapCanvas extends Component {
     mapGestures(
       sheet,
       {
-        move: (by) =>
-          this.#see(
-            moved(
-              this.#view,
-              this.#size,
-              by.map((px) => px / this.#scale),
-            ),
-          ),
-        zoom: (factor, at) =>
-          this.zoom(
-            factor,
-            at.map((px) => px / this.#scale),
-          ),
+        move: (by) => this.#see(moved(this.#view, this.#size, this.#inUnits(by))),
+        zoom: (factor, at) => this.zoom(factor, this.#inUnits(at)),
         point: (at) => this.#point(at && this.#markAt(at)),
         pick: (at) => this.#announce('pick', this.#markAt(at)),
       },
@@ -199,6 +189,11 @@ export class MapCanvas extends Component {
     return { width: clientWidth / this.#scale, height: clientHeight / this.#scale };
   }
 
+  /** @param {import('./gestures.js').At} px @returns {[number, number]} */
+  #inUnits([x, y]) {
+    return [x / this.#scale, y / this.#scale];
+  }
+
   #see(view) {
     if (this.#size.width === 0) return;
     this.#view = limited(view, this.#size);
@@ -214,7 +209,7 @@ export class MapCanvas extends Component {
 
   /** Returns the mark at CSS px, the worst of several. */
   #markAt(at) {
-    const [x, y] = at.map((px) => px / this.#scale);
+    const [x, y] = this.#inUnits(at);
     const isAt = (mark) =>
       Math.abs(mark.x - x) <= mark.reach + BESIDE_PX && Math.abs(mark.y - y) <= MARK_HEIGHT_PX / 2 + BESIDE_PX;
     const found = this.#marks.find(isAt);

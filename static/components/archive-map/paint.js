@@ -97,9 +97,9 @@ export function paintLines(sheet, places) {
   }
   context.lineCap = 'round';
   context.lineJoin = 'round';
-  for (const [width, colourOf] of [
-    [7, () => '--sunken'],
-    [4, (severity) => `--severity-${severity}`],
+  for (const { width, colourOf } of [
+    { width: 7, colourOf: () => '--sunken' },
+    { width: 4, colourOf: (severity) => `--severity-${severity}` },
   ]) {
     context.lineWidth = width;
     for (const [severity, path] of paths) {

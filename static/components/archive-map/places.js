@@ -12,24 +12,26 @@ const CELLS = 2 ** 26;
 
 /**
  * @typedef {object} Place an asset in the world
- * @property {object} asset row of `/api/map`
+ * @property {Api['MappedAssetOut']} asset
  * @property {import('../../core/mercator.js').Point[]} points of its line
- * @property {number} x half-way along it, like y
+ * @property {number} x half-way along it
+ * @property {number} y
  * @property {number} reach farthest distance of a point from there
  *
  * @typedef {object} Cluster places around the worst of them
- * @property {number} x of the worst, like y
+ * @property {number} x of the worst
+ * @property {number} y
  * @property {number|null} severity
  * @property {Place[]} places the worst first
  */
 
 /**
  * Returns the places of assets, all on one side of the seam, in the same order.
- * @param {object[]} assets rows of `/api/map`
+ * @param {Api['MappedAssetOut'][]} assets
  * @returns {Place[]}
  */
 export function placesOf(assets) {
-  const lines = assets.map(({ line }) => worldLine(line));
+  const lines = assets.map(({ line }) => worldLine(/** @type {[number, number][]} */ (line)));
   const seam = seamOf(lines.map(([[x]]) => x));
   return assets.map((asset, i) => placeOf(asset, lines[i], seam));
 }

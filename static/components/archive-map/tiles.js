@@ -9,6 +9,8 @@ const CLOSEST_TILES = 19;
 /** While a tile is loaded, one up to so many zooms farther out stands in for it. */
 const STAND_IN_ZOOMS = 4;
 
+/** @typedef {{image: HTMLImageElement, state: 'loading'|'ready'|'failed'}} Tile */
+
 /**
  * Keeps the tiles that were shown last. A tile that cannot be loaded leaves the background plain and is not
  * asked for again while it is kept.
@@ -17,7 +19,7 @@ export class Tiles {
   #template;
   #onChange;
   #onPaint;
-  /** @type {Map<string, {image: HTMLImageElement, state: 'loading'|'ready'|'failed'}>} longest unused first */
+  /** @type {Map<string, Tile>} longest unused first */
   #kept = new Map();
 
   /**
@@ -62,6 +64,7 @@ export class Tiles {
 
   #load(zoom, column, row) {
     const image = new Image(TILE_PX, TILE_PX);
+    /** @type {Tile} */
     const tile = { image, state: 'loading' };
     image.onload = () => {
       tile.state = 'ready';

@@ -42,6 +42,7 @@ export class ArchiveProjects extends Component {
       }),
     );
     const { parts, signal } = this;
+    /** @type {PagedList<Api['ProjectsOut']>} */
     const list = new PagedList('/api/archive/projects', { filters: ['search', 'sort', 'descending'], signal });
     parts.text.value = list.filters.search;
     parts.table.fill({

@@ -43,6 +43,7 @@ export class ArchiveQuality extends Component {
       }),
     );
     const { parts, signal } = this;
+    /** @type {PagedList<Api['app__web__schemas__search__FilmsOut']>} */
     const list = new PagedList('/api/archive/quality', { filters: ['problem', 'sort', 'descending'], signal });
     parts.table.fill({ caption: t('archive.quality'), columns: columns(), keyOf: (film) => film.inspection_id, list });
     parts.pager.fill(list);

@@ -6,6 +6,7 @@ import { icon } from '../icon/icon.js';
 import { orToast } from '../toast-stack/toast-stack.js';
 import { topBar } from '../top-bar/top-bar.js';
 
+/** @type {[string, string, import('../icon/icon.js').IconName][]} path, name, sign */
 const PAGES = [
   ['/archive', t('archive.films'), 'film'],
   ['/archive/failures', t('archive.failures'), 'alert'],

@@ -8,7 +8,7 @@ import '../asset-note/asset-note.js';
 import { openDialog } from '../dialog/dialog.js';
 import { fieldMarkup, read, written } from '../header-form/fields.js';
 
-/** The fields by subject, in the order of the form. */
+/** The fields by subject, in the order of the form. @type {[string, string[]][]} */
 const GROUPS = [
   [
     t('register.group_barrel'),
@@ -60,6 +60,7 @@ export async function editAsset(assetId = '') {
 
   /** Returns the header as typed, null where a field has a fault, which is shown. */
   const typed = () => {
+    /** @type {Record<string, unknown>} */
     const header = {};
     for (const { input, field } of inputs) {
       // An untouched length stays as precise as it is.

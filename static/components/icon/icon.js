@@ -57,6 +57,8 @@ const SHAPES = {
   back: html`<path d="M12.500 4.500L7 10l5.500 5.500" />`,
 };
 
-/** @param {keyof typeof SHAPES} name */
+/** @typedef {keyof typeof SHAPES} IconName */
+
+/** @param {IconName} name */
 export const icon = (name) =>
   html`<svg class="icon" viewBox="0 0 20 20" aria-hidden="true" focusable="false">${SHAPES[name]}</svg>`;
