@@ -55,7 +55,7 @@ class Camera:
     def __init__(
         self,
         *,
-        rate_hz: float = 30,
+        rate_hz: float = 15,
         size_wh: tuple[int, int] = (WIDTH, HEIGHT),
         picture: Callable[[int], Picture] = floor,
         host: str = "127.0.0.1",

@@ -97,7 +97,7 @@ def test_another_process_goes_on_where_one_was_killed(tmp_path: Path) -> None:
     rows = first.rows + second.rows
     times = assert_rows_are_frames(rows, tmp_path / "recording.mkv")
     # The longer nobody recorded the less is known of it, and the track says so.
-    error_mm = rows[-1].distance_mm - STEP_MM * 30 * times[-1]
+    error_mm = rows[-1].distance_mm - STEP_MM * camera.rate_hz * times[-1]
     assert abs(error_mm) < 15 + 3 * rows[-1].sigma_distance_mm
 
 
