@@ -28,6 +28,7 @@ import './components/report-template/report-template.js';
 import './components/users-page/users-page.js';
 import './components/inspection-page/inspection-page.js';
 
+/** @type {[RegExp, string][]} path, element */
 const PAGES = [
   [/^\/$/, 'inspection-list'],
   [/^\/new$/, 'new-inspection'],
@@ -62,8 +63,7 @@ document.documentElement.classList.toggle('without-single-keys', !isKeyOn('a'));
 const [, name] = PAGES.find(([pattern]) => pattern.test(location.pathname)) ?? PAGES[0];
 // For style sheets: `:has()` on the root would search the whole page at every change of a text.
 document.documentElement.dataset.page = name;
-const page = document.createElement(name);
-page.inspectionId = location.pathname.split('/')[2];
+const page = Object.assign(document.createElement(name), { inspectionId: location.pathname.split('/')[2] });
 document.querySelector('.skip').textContent = t('page.skip');
 document.body.insertBefore(page, document.querySelector('toast-stack'));
 if (!may('operator')) {

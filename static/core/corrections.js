@@ -9,9 +9,10 @@ import { Store } from './store.js';
 
 /**
  * @typedef {Api['LengthIn']} Length
- * @typedef {Api['StatedIn']} Stated
- * @typedef {{stated: Stated, result: Record<string, any>|null, error: Api['ErrorOut']|null, reason?: Record<string, any>|null,
- *     version?: string}} Answer
+ * @typedef {Required<Api['StatedIn']>} Stated
+ * @typedef {Record<string, any> & import('./joints.js').Joints} Result
+ * @typedef {{stated: Stated, result: Result|null, error: Api['ErrorOut']|null,
+ *     reason?: import('./evidence.js').Reason|null, version?: string}} Answer
  */
 
 /** @type {Stated} */

@@ -87,8 +87,8 @@ export class FilmCounter extends Store {
 /**
  * Returns by how many mm the counter is ahead of the camera in each frame, NaN where it is not legible. It
  * begins with 0 and goes on with the same value where the counter was set to another one.
- * @param {Float64Array} distances of the camera, mm
- * @param {Float64Array} readings m
+ * @param {import('./columns.js').Column} distances of the camera, mm
+ * @param {import('./columns.js').Column} readings m
  * @param {Fault[]} faults
  */
 export function deviations(distances, readings, faults) {

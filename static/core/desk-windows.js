@@ -16,6 +16,7 @@ import { Store } from './store.js';
  * @typedef {{frame: number, pixel: [number, number]}} Found a place of the wall that a person has picked
  */
 
+/** @type {('viewer'|'wall')[]} */
 const PARTS = ['viewer', 'wall'];
 const FEATURES = 'popup,width=1200,height=760';
 

@@ -51,6 +51,8 @@ const REFUSALS = {
 
 /**
  * Returns why something cannot correct the distances, or null where only the server's sentence explains it.
- * @param {{code: string, params: Record<string, number|string>}|null|undefined} reason
+ * @typedef {{code: string, params: Record<string, number|string>}} Reason
+ *
+ * @param {Reason|null|undefined} reason
  */
 export const refusalText = (reason) => (reason ? REFUSALS[reason.code]?.(reason.params) : null) ?? null;

@@ -7,13 +7,17 @@ import { ROUNDING_MM } from './spans.js';
  * @property {number|null} number from the zero point, the first is 1; null when they cannot be counted
  * @property {number} distance_m
  * @property {number|null} u95_m null when it is only expected
+ *
+ * @typedef {object} Joints of a result of the corrections
+ * @property {Joint[]} joints
+ * @property {{number: number, distance_m: number}[]} expected_joints
  */
 
 /** @param {Joint} joint */
 export const isSeen = ({ u95_m: u95M }) => u95M !== null;
 
 /**
- * @param {{joints: Joint[], expected_joints: {number: number, distance_m: number}[]}|null} result of the corrections
+ * @param {Joints|null} result
  * @returns {Joint[]} along the pipe
  */
 export function jointsOf(result) {

@@ -6,7 +6,7 @@ const LOST = STATUSES.indexOf('lost');
 
 /**
  * Returns the runs of lost frames in order: [{first, last}], both within the run.
- * @param {Uint8Array} status of each frame, as in the track
+ * @param {import('./columns.js').Column} status of each frame, as in the track
  */
 export function lostRuns(status) {
   const runs = [];

@@ -3,13 +3,14 @@
 /**
  * Fires `change`.
  * @template {{id: string}} Item
+ * @template [Where=Record<string, string>] how the list that is selected from writes its filters
  */
 export class Selection extends EventTarget {
   /** @type {Map<string, Item>} */
   #items = new Map();
   /**
    * {where, total} while all that fit are meant; null for single ones.
-   * @type {{where: Record<string, string>, total: number}|null}
+   * @type {{where: Where, total: number}|null}
    */
   #all = null;
   /** Id of the item that was marked last: a range begins there. @type {string|null} */
@@ -68,7 +69,7 @@ export class Selection extends EventTarget {
     this.mark(page.slice(Math.min(from, to), Math.max(from, to) + 1), isSelected);
   }
 
-  /** Selects all that fit the filters, on every page. @param {Record<string, string>} where @param {number} total */
+  /** Selects all that fit the filters, on every page. @param {Where} where @param {number} total */
   markAll(where, total) {
     this.#items.clear();
     this.#all = { where, total };

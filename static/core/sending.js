@@ -62,7 +62,7 @@ export class Sender {
  * @param {AbortSignal} signal
  */
 export async function whenSent(box, inspection, signal) {
-  const waits = () => box.openFor(inspection).some(({ refusal }) => !refusal);
+  const waits = () => box.openFor(inspection).some((/** @type {{refusal?: unknown}} */ { refusal }) => !refusal);
   while (waits() && !signal.aborted) {
     await new Promise((resolve) => {
       box.addEventListener('change', resolve, { once: true, signal });

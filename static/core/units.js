@@ -110,8 +110,8 @@ const REGIONS = { en: 'en-GB' };
 const locale = navigator.languages.find((tag) => tag.startsWith(`${language}-`)) ?? REGIONS[language] ?? language;
 const DATE = new Intl.DateTimeFormat(locale, { dateStyle: 'medium', timeStyle: 'short' });
 
-/** Formats an instant of the API in the person's language and time zone. @param {string} iso */
-export const date = (iso) => DATE.format(new Date(iso));
+/** Formats an instant of the API in the person's language and time zone. @param {string|Date} at */
+export const date = (at) => DATE.format(new Date(at));
 
 const DAY = new Intl.DateTimeFormat(locale, { dateStyle: 'medium', timeZone: 'UTC' });
 

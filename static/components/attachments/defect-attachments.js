@@ -156,6 +156,7 @@ export class DefectAttachments extends Component {
     const name =
       kind === 'voice' ? t('attach.voice_note', { length: timecode(seconds, 0) }) : wordFor('attach.kind', kind);
     const address = file ?? this.#addressOf(note);
+    /** @type {[string, import('../icon/icon.js').IconName, string][]} what, sign, label */
     const offers =
       save === 'refused'
         ? [

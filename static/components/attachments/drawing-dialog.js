@@ -157,10 +157,10 @@ class Pad {
 function paintCross(canvas, [u, v], width) {
   const context = canvas.getContext('2d');
   const arm = width / 60;
-  for (const [ink, wide] of [
+  for (const [ink, wide] of /** @type {const} */ ([
     ['#000000', width / 200],
     ['#ffffff', width / 500],
-  ]) {
+  ])) {
     context.strokeStyle = ink;
     context.lineWidth = Math.max(1, wide);
     context.stroke(new Path2D(`M${u - arm} ${v}H${u + arm}M${u} ${v - arm}V${v + arm}`));

@@ -34,7 +34,11 @@ export function photosOf(desk, item) {
 export const mainPhotoOf = (desk, item) =>
   desk.attachments.of(item.id).length === 0 ? item.photo : (photosOf(desk, item)[0]?.url ?? null);
 
-/** Until the server has it, the picture is the same frame as it is shown to everybody. */
+/**
+ * Until the server has it, the picture is the same frame as it is shown to everybody.
+ * @param {import('../inspection-page/desk.js').Desk} desk
+ * @param {import('../../core/attachments.js').Attachment} attachment
+ */
 const pictureOf = (desk, { id, frame, file }) => ({
   id,
   frame,

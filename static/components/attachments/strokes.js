@@ -55,6 +55,7 @@ function paint(context, { kind, points, colour, text }, sizeOf) {
   }
 }
 
+/** @param {[number, number][]} points */
 function pathThrough([first, ...others]) {
   const path = new Path2D();
   path.moveTo(...first);
@@ -65,6 +66,7 @@ function pathThrough([first, ...others]) {
 
 function headOf([tailU, tailV], [tipU, tipV], length) {
   const back = Math.atan2(tailV - tipV, tailU - tipU);
+  /** @returns {[number, number]} */
   const side = (angle) => [tipU + length * Math.cos(angle), tipV + length * Math.sin(angle)];
   return pathThrough([side(back - HEAD.rad), [tipU, tipV], side(back + HEAD.rad)]);
 }

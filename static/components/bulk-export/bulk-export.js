@@ -10,6 +10,7 @@ import { openDialog } from '../dialog/dialog.js';
 import { GROUPS, deliveryChoices, formatOf } from '../export-dialog/formats.js';
 import { icon } from '../icon/icon.js';
 
+/** @type {import('../export-dialog/formats.js').Format['extras']} */
 const EXTRAS = ['burnt_in', 'clips', 'film', 'csv_german', 'photos'];
 /** What only one format has, so that it is named. */
 const OF_ONE = { csv_german: 'csv', photos: 'json' };

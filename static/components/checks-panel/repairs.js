@@ -8,12 +8,12 @@ import { finishStretch, swapEnds } from '../inspection-page/stretches.js';
 
 /**
  * Returns what a person may do at once about an issue: [{name, run}].
- * @param {import('../../core/checks.js').Issue} issue
+ * @param {Api['IssueOut']} issue
  * @param {import('../inspection-page/desk.js').Desk} desk
  */
 export function repairsOf({ code, params }, desk) {
   if (code === 'no_start' || code === 'no_finish') {
-    return params.needed.split('/').map((needed) => ({
+    return /** @type {string} */ (params.needed).split('/').map((needed) => ({
       name: t('checks.add_here', { code: needed }),
       run: () => addHere(desk, needed),
     }));

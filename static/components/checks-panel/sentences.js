@@ -48,7 +48,7 @@ const SENTENCES = {
 };
 
 /**
- * @param {import('../../core/checks.js').Issue} issue
+ * @param {Api['IssueOut']} issue
  * @param {object|null} observation of the issue
  */
 export function sentenceOf({ code, detail, params }, observation) {

@@ -18,7 +18,7 @@ const LAST = 5;
 export class CodeChain extends Component {
   #text = '';
   #typed;
-  /** The clock position as it is typed, such as @10@2. */
+  /** The clock position as it is typed, such as `@10@2`. */
   #clock = '';
   /** Whether the templates are listed instead of the letters. */
   #isListing = false;
@@ -124,8 +124,8 @@ export class CodeChain extends Component {
   }
 
   #forget(i) {
-    const keep = (...splice) =>
-      orToast(() => preferences.save({ templates: preferences.value.templates.toSpliced(...splice) }));
+    const keep = (at, gone, ...back) =>
+      orToast(() => preferences.save({ templates: preferences.value.templates.toSpliced(at, gone, ...back) }));
     const forgotten = preferences.value.templates[i];
     keep(i, 1);
     toast(t('chain.forgotten'), { action: t('page.undo'), run: () => keep(i, 0, forgotten) });

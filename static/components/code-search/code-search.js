@@ -67,7 +67,7 @@ export function codeSearch(input, list, catalogue, onPick) {
   // Not on click: before the click arrives, the field would lose the focus and the list would close.
   list.addEventListener('mousedown', (event) => {
     event.preventDefault();
-    const option = event.target.closest('[data-index]');
+    const option = /** @type {Element} */ (event.target).closest('[data-index]');
     if (option) pick(Number(option.dataset.index));
   });
 }

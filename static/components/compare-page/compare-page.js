@@ -399,8 +399,7 @@ function growthText({ a, b }) {
 }
 
 function createRow(select) {
-  const row = document.createElement('li');
-  row.className = 'pair';
+  const row = Object.assign(document.createElement('li'), { className: 'pair', pair: null });
   row.parts = render(
     row,
     html`<button class="pair__main" data-part="main"><span data-part="mark"></span>

@@ -51,6 +51,7 @@ export function match(a, b, alignment, isReversed) {
     )
     .sort((first, second) => first.apart - second.apart);
   const taken = new Set();
+  /** @type {Pair[]} */
   const pairs = [];
   for (const { one, other } of candidates) {
     if (taken.has(one) || taken.has(other)) continue;
@@ -96,14 +97,22 @@ function roleOf({ continuous }, isReversed = false) {
   return isReversed ? ({ A: 'B', B: 'A' }[role] ?? role) : role;
 }
 
-/** Returns hours from and to, clockwise, 1 and 12 for all round; null where none is given. */
+/**
+ * Returns hours from and to, clockwise, 1 and 12 for all round; null where none is given.
+ * @returns {[number, number]|null}
+ */
 export function sectorOf({ clock_from: from, clock_to: to, clock }) {
   const first = from ?? clock ?? null;
   if (first === 12 && to === 12) return [1, 12];
   return first === null ? null : [first, to ?? first];
 }
 
-/** Mirrors a sector: seen from the other end, 3 o'clock is 9 o'clock. */
+/**
+ * Mirrors a sector: seen from the other end, 3 o'clock is 9 o'clock.
+ * @param {[number, number]|null} sector
+ * @param {boolean} isReversed
+ * @returns {[number, number]|null}
+ */
 export const mirrored = (sector, isReversed) => (sector && isReversed ? [12 - sector[1], 12 - sector[0]] : sector);
 
 /** Whether a sector has all hours, also when it is mirrored. */

@@ -42,7 +42,7 @@ export async function askWhichHolds(desk, conflict, settled) {
   dialog.classList.add('conflict');
   settled.addEventListener('abort', () => dialog.close(''), { once: true });
   showWho(desk.inspection.id, conflict, parts.who, settled);
-  return closed;
+  return /** @type {Promise<'mine'|'theirs'|''>} */ (closed);
 }
 
 /** Returns the question, and the words of both answers; either version may be a deletion. */
@@ -54,13 +54,23 @@ function wordsFor({ mine, theirs }) {
   return { intro: t('conflict.intro'), take: t('conflict.theirs_take'), keep: t('conflict.mine_keep') };
 }
 
+/**
+ * @param {import('../inspection-page/desk.js').Desk} desk
+ * @param {import('../../core/conflicts.js').Conflict} conflict
+ */
 function nameIn(desk, { kind, about, mine, theirs }) {
   if (kind === 'header') return t('conflict.header');
   if (kind === 'corrections') return t('conflict.corrections');
   return nameOf(desk.observations.find(about) ?? { ...(mine ?? theirs), distance_m: null });
 }
 
-/** Reads the author from the history, if that is reachable. */
+/**
+ * Reads the author from the history, if that is reachable.
+ * @param {string} inspection
+ * @param {import('../../core/conflicts.js').Conflict} conflict
+ * @param {HTMLElement} place
+ * @param {AbortSignal} signal
+ */
 async function showWho(inspection, { kind, about }, place, signal) {
   const query = about ? `?observation=${about}` : '';
   try {

@@ -122,7 +122,8 @@ export class CounterSection extends Component {
       const isAlone = !corrections.isEdited;
       const { draft } = corrections;
       const tapes = draft.value.lengths.filter(({ kind }) => kind !== 'known');
-      const known = { ...Object.fromEntries(LENGTH_FIELDS.map((name) => [name, length[name]])), kind: 'known' };
+      const values = Object.fromEntries(LENGTH_FIELDS.map((name) => [name, length[name]]));
+      const known = /** @type {import('../../core/corrections.js').Length} */ ({ ...values, kind: 'known' });
       const stated = { ...draft.value, lengths: [...tapes, known] };
       const isAccepted = isAlone && (await corrections.ask(stated)).error === null;
       if (isAccepted) await this.page.correct(stated, t('counter.remark'), { text: t('counter.used') });

@@ -9,6 +9,16 @@ import { icon } from '../icon/icon.js';
 import { jointsText } from '../interval-detail/interval-detail.js';
 import { withSign } from './known-length.js';
 
+/**
+ * @typedef {object} Row a joint, a mark of a person that is none, or a joint that is left out
+ * @property {string} key
+ * @property {number} frame
+ * @property {Record<string, any>|null} joint of the result of the corrections
+ * @property {boolean} [isMark]
+ * @property {Record<string, any>} [same] the joint that the mark belongs to
+ * @property {Record<string, any>} [off] where the mark is, if it does not count
+ */
+
 export class JointsSection extends Component {
   /** The joints seen last: with too few of them there is no result, but a person must see them to put them back. */
   #seen = [];
@@ -85,6 +95,7 @@ export class JointsSection extends Component {
     setText(parts.done, doneText(preview.value.result, use));
     if (preview.value.result?.joints.length) this.#seen = preview.value.result.joints;
     const counts = this.#seen.filter((joint) => !leftOut.some(({ frame }) => frame === joint.frame));
+    /** @type {Row[]} */
     const rows = [
       ...counts.map((joint, i) => ({ key: `joint-${i}-${joint.frame}`, joint, frame: joint.frame })),
       ...marked
@@ -135,6 +146,7 @@ export class JointsSection extends Component {
   }
 }
 
+/** @param {HTMLElement} element @param {Row} row */
 function updateRow({ parts }, { joint, isMark, same, off }) {
   parts.number.textContent = (joint ?? same)?.number ?? '–';
   parts.distance.textContent = joint

@@ -14,26 +14,23 @@ export const endsMarkup = () => html`<dl class="ends">
 </dl>`;
 
 /**
- * @param {Record<string, HTMLElement>} parts
+ * @param {Record<string, HTMLButtonElement>} parts
  * @param {import('../inspection-page/desk.js').Desk} desk
  * @param {{first_frame: number|null, last_frame: number|null}} length
  */
 export function showEnds(parts, desk, { first_frame: first, last_frame: last }) {
-  for (const [part, frame] of [
-    ['first', first],
-    ['last', last],
-  ]) {
+  for (const [part, frame] of Object.entries({ first, last })) {
     const row = frame === null ? null : desk.track.row(frame);
     parts[part].textContent =
       frame === null ? t('corrections.not_marked') : placeText(frame, row && chainage(row.distance_mm / 1000));
     parts[part].disabled = row === null;
-    parts[part].dataset.frame = frame ?? '';
+    parts[part].dataset.frame = String(frame ?? '');
   }
 }
 
 /**
  * Calls `mark` with the changes when an end is taken from the play head.
- * @param {Record<string, HTMLElement>} parts
+ * @param {Record<string, HTMLButtonElement>} parts
  * @param {import('../inspection-page/desk.js').Desk} desk
  * @param {AbortSignal} signal
  * @param {(change: {first_frame?: number, last_frame?: number}) => void} mark

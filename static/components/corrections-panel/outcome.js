@@ -106,6 +106,7 @@ export class CorrectionOutcome extends Component {
     if (!parts.details.hidden) render(parts.evidence, this.#evidence(result));
   }
 
+  /** @param {import('../../core/corrections.js').Result} result */
   #evidence({ findings, residuals, joints, scale, scale_sigma: sigma, height }) {
     const { height_mm: stated } = this.desk.inspection.value.rig.mount;
     const left = new Map(residuals.map(({ name, residual_mm: mm }) => [name, mm]));

@@ -11,7 +11,8 @@ const USUAL_SIGMA_MM = 5;
 const FIELDS = ['first_frame', 'last_frame', 'length_m', 'sigma_mm'];
 
 const isComplete = (tape) => FIELDS.every((name) => tape[name] !== null);
-const ofTape = (tape) => ({ ...Object.fromEntries(FIELDS.map((name) => [name, tape[name]])), kind: 'tape' });
+/** @returns {import('../../core/corrections.js').Length} */
+const ofTape = (tape) => Object.fromEntries([...FIELDS.map((name) => [name, tape[name]]), ['kind', 'tape']]);
 
 export class TapedLengths extends Component {
   /** The lengths of the draft and incomplete ones, each with a key. */

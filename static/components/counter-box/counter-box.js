@@ -64,6 +64,7 @@ export class CounterBox extends Component {
     this.#show();
   }
 
+  /** @returns {[number, number]} */
   #pixelAt({ clientX, clientY }) {
     const frame = this.parts.drawing.getBoundingClientRect();
     const [width, height] = this.#size;

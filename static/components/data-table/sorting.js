@@ -6,7 +6,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 
 /**
  * @param {string} sort name by which the server sorts
- * @param {string} title
+ * @param {import('./data-table.js').Column['title']} title
  * @param {boolean} [descends] whether the first click sorts the other way round
  */
 export const sortButton = (sort, title, descends = false) =>
@@ -29,7 +29,7 @@ export function followSorting(element, list, signal, usual = {}) {
   element.addEventListener(
     'click',
     ({ target }) => {
-      const button = target.closest('[data-sort]');
+      const button = /** @type {Element} */ (target).closest('[data-sort]');
       if (button) orToast(() => sort(button));
     },
     { signal },
@@ -40,6 +40,7 @@ export function followSorting(element, list, signal, usual = {}) {
   list.addEventListener('change', show, { signal });
 }
 
+/** @param {HTMLElement} button @param {{sort?: string, descending?: string}} order */
 function showOrder(button, { sort, descending }) {
   const isSorted = button.dataset.sort === sort;
   const order = descending === 'true' ? 'descending' : 'ascending';

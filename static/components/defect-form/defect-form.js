@@ -305,7 +305,7 @@ export class DefectForm extends Component {
       { from: item.clock_from ?? null, to: item.clock_to ?? null },
       this.desk.measuredHour(item) ?? (item.clock_from ? null : (item.clock ?? null)),
     );
-    for (const n of [1, 2]) {
+    for (const n of /** @type {const} */ ([1, 2])) {
       const value = item[`quant${n}`] ?? null;
       parts[`quant${n}Field`].hidden = !isAsked(rules?.[`needs_q${n}`], value);
       parts[`unit${n}`].textContent = unitOf(rules, n);
@@ -351,6 +351,7 @@ export class DefectForm extends Component {
     parts.stretch.textContent = number === null ? t('stretch.is_point') : stretchText(desk, item);
     const other = otherEnd(desk, item);
     const isOpen = openStretches(desk.observations.value).some((stretch) => Number(stretch.number) === number);
+    /** @type {[string, import('../icon/icon.js').IconName, string, string][]} what, sign, label, key */
     const buttons =
       number === null
         ? [
@@ -418,6 +419,10 @@ const needed = (name) =>
 const head = (id, label, name) =>
   html`<span class="form__needs"><label for="${id}">${label}</label>${needed(name)}</span>`;
 
+/**
+ * @param {import('../inspection-page/desk.js').Desk} desk
+ * @param {import('../../core/observations.js').Observation} item
+ */
 function stretchText({ observations, hereM }, item) {
   const number = stretchNumber(item);
   const parts = partsOf(observations.value, item);
@@ -434,6 +439,7 @@ function stretchText({ observations, hereM }, item) {
   return finish ? t('stretch.length', { role, length }) : t('stretch.length_so_far', { role, length });
 }
 
+/** @param {import('../../core/observations.js').Observation} item */
 function anchorText({ frame, time_s: time, pixel, joint_no: joint, at_joint: isAtJoint, photo_error: photoError }) {
   return [
     t('form.frame', { frame }),

@@ -105,7 +105,8 @@ export class DefectList extends Component {
   get #items() {
     const { search, filter } = this.parts;
     const items = this.desk.observations.value.filter(matcher(search.value, filter.value, this.desk.catalogue));
-    const age = ({ seq }) => seq ?? Infinity; // without a number it has not reached the server yet
+    /** Without a number it has not reached the server yet. @param {{seq?: number|null}} item */
+    const age = ({ seq }) => seq ?? Infinity;
     return this.#newestFirst ? items.toSorted((a, b) => age(b) - age(a) || b.frame - a.frame) : items;
   }
 

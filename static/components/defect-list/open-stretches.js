@@ -37,8 +37,7 @@ export class OpenStretches extends Component {
   }
 
   #createRow({ number }) {
-    const row = document.createElement('li');
-    row.className = 'open-stretch';
+    const row = Object.assign(document.createElement('li'), { className: 'open-stretch', startId: '' });
     row.parts = render(
       row,
       html`<button class="open-stretch__start" data-part="start">${icon('stretch')}<b data-part="name"></b>

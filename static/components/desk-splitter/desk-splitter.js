@@ -16,6 +16,7 @@ const PARTS = {
   viewer: { label: t('splitter.viewer'), least: 110, most: 0.7, isColumn: false, growsOnward: true },
 };
 
+/** @returns {Record<string, number>} sizes by part */
 const remembered = () => recall(REMEMBERED, {});
 
 /** `data-of` names the part; the desk's style sheet reads its size from a property of that name. */

@@ -163,7 +163,7 @@ class ExportDialog {
         ? await this.#makeOrder(inspection.id, signal)
         : await makeExport(inspection.id, this.#format.kind, this.#extras, signal);
       if (signal.aborted || file === null) return;
-      if (file.url) follow(file.url, file.name);
+      if ('url' in file) follow(file.url, file.name);
       else save(file);
       this.#dialog.close();
       toast(t('export.saved', { name: file.name, size: bytes(file.size) }));
@@ -192,6 +192,7 @@ class ExportDialog {
       exchange: exchange.value,
       ...extraFields(this.#extras),
     };
+    /** @type {Api['BulkExportOut']|null} */
     let progress = null;
     const show = (present) => {
       progress = present;
@@ -251,6 +252,7 @@ const extraName = (name, { source }) =>
 /** Returns the extras that an inspection can have: without a film there is none to send. */
 const extrasOf = (extras, inspection) => extras.filter((name) => name !== 'film' || hasFilm(inspection));
 
+/** @param {import('./formats.js').Format} format @param {Api['InspectionOut']} inspection */
 const markup = ({ help, extras = [], isOrdered }, inspection) => html`<div class="export">
   <p>${help}</p>
   <div class="export__extras" data-part="extras">${extrasOf(extras, inspection).map(

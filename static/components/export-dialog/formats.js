@@ -66,7 +66,7 @@ export const GROUPS = [
 /** Formats of other programs that name photos and film: one of them leads a delivery. */
 export const DELIVERED = ['en13508', 'en13508xml', 'ribx', 'isybau', 'm150'];
 
-/** The act-now sheet. */
+/** The act-now sheet. @type {Format} */
 export const EMERGENCY = {
   kind: 'emergency',
   name: t('export.emergency'),

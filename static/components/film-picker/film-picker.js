@@ -246,6 +246,7 @@ export class FilmPicker extends Component {
 const pace = (speed, etaS) =>
   `${speed ? ` · ${bytes(speed)}/s` : ''}${etaS === null ? '' : ` · ${t('films.left', { time: duration(etaS) })}`}`;
 
+/** @param {import('../../core/upload.js').Unfinished} upload */
 function whatBecameOf({ name, size, whole, refused }) {
   const named = { name: html`<b>${name}</b>`, size: bytes(size) };
   if (refused) return pieces('films.refused', { ...named, reason: refused });

@@ -31,7 +31,7 @@ export const isFinished = ({ header }) => Boolean(header.end_condition);
 
 /**
  * @param {import('../inspection-page/desk.js').Desk} desk
- * @returns {Promise<'finished'|'reopened'|''>} '' when it was dismissed
+ * @returns {Promise<string>} 'finished', 'reopened', '' when it was dismissed
  */
 export async function openFinish(desk) {
   const finished = isFinished(desk.inspection.value);
@@ -239,13 +239,15 @@ const endedMarkup = ({ header }) => html`<p>${
 const formMarkup = ({ inspection }) => html`<form class="finish" data-part="form" novalidate>
   <fieldset class="finish__how" data-part="how">
     <legend>${t('finish.how')}</legend>
-    ${[
-      ['complete', t('finish.complete'), 'check'],
-      ['abandoned', t('finish.abandoned'), 'stop'],
-    ].map(
-      ([value, label, sign]) =>
-        html`<label class="finish__choice">${icon(sign)}<input type="radio" name="end" value="${value}" />${label}</label>`,
-    )}
+    ${
+      /** @type {const} */ ([
+        ['complete', t('finish.complete'), 'check'],
+        ['abandoned', t('finish.abandoned'), 'stop'],
+      ]).map(
+        ([value, label, sign]) =>
+          html`<label class="finish__choice">${icon(sign)}<input type="radio" name="end" value="${value}" />${label}</label>`,
+      )
+    }
     <span class="fault" data-part="howFault" role="alert"></span>
   </fieldset>
   <div class="field" data-part="why" hidden>

@@ -5,7 +5,7 @@ import { t, wordFor } from '../../core/words.js';
 
 /**
  * @param {import('./header-form.js').HeaderForm} form
- * @param {HTMLElement} note the `asset-note` below the field of the id
+ * @param {import('../asset-note/asset-note.js').AssetNote} note below the field of the id
  */
 export function fillFromRegister(form, note) {
   /** What was filled in for the present id, by field: its value, and the one before. */
@@ -24,7 +24,7 @@ export function fillFromRegister(form, note) {
     note.showFilled([], undo);
   };
 
-  note.addEventListener('looked', ({ detail: { assetId, fields } }) => {
+  note.addEventListener('looked', (/** @type {CustomEvent} */ { detail: { assetId, fields } }) => {
     // Not while the person is typing: the id counts when the field is left.
     if ((form.all.asset_id ?? '') !== assetId || assetId === filledFor) return;
     filledFor = assetId;

@@ -52,7 +52,7 @@ export class HeaderForm extends Component {
     return Object.fromEntries(Object.entries(this.#values).filter(([, value]) => value !== ''));
   }
 
-  /** All values, suggestions included. */
+  /** All values, suggestions included. @returns {Record<string, unknown>} */
   get all() {
     return { ...this.#values };
   }

@@ -35,7 +35,7 @@ export async function importArchive(file) {
     question: () => (isBeingSent(upload) ? stop() : null),
   });
   let imported = null;
-  /** What the server stores at present. */
+  /** What the server stores at present. @type {Promise<unknown>|null} */
   let storing = null;
 
   const show = () => {

@@ -12,6 +12,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 import { FILTERS } from './list-filters.js';
 
 export class SelectionBar extends Component {
+  /** @type {Selection<Api['InspectionOut'], string>} */
   #selection = new Selection();
   #list;
   #boxes;

@@ -94,7 +94,9 @@ export class Desk extends EventTarget {
     const inspection = new Inspection(id, signal);
     const [outbox, catalogue, wall] = await Promise.all([
       Outbox.open(),
-      inspection.load().then(() => Catalogue.load(signal, inspection.value.header.code_pack)),
+      inspection
+        .load()
+        .then(() => Catalogue.load(signal, /** @type {string|null} */ (inspection.value.header.code_pack))),
       WallGrid.load(id, signal),
     ]);
     const attachmentOutbox = await AttachmentOutbox.open(outbox, signal);

@@ -295,7 +295,12 @@ export class InspectionPage extends Component {
       await this.correct({ ...corrections.value.stated, zero }, null, { text: t('corrections.zero_set', { frame }) });
   }
 
-  /** Changes the statements about the distances; the message about it offers an undo. */
+  /**
+   * Changes the statements about the distances; the message about it offers an undo.
+   * @param {import('../../core/corrections.js').Stated} stated
+   * @param {string|null} remark
+   * @param {{text?: string, replaced?: string}} [how] replaced: version that the change is based on
+   */
   async correct(stated, remark, { text = t('corrections.applied'), replaced } = {}) {
     await orToast(async () => {
       if (await this.desk.correct(stated, remark, replaced)) this.#showDone(text);

@@ -11,7 +11,7 @@ import { toast } from '../toast-stack/toast-stack.js';
 
 /**
  * Returns the address of an observation, or of a frame.
- * @param {{defect: string}|{frame: number}} place
+ * @param {{defect: string}|{frame: string}} place
  */
 export const linkTo = (place) => `${location.pathname}?${new URLSearchParams(place)}`;
 
@@ -44,7 +44,7 @@ export function followLinks(desk, signal) {
 /** Copies the address of the selected defect, or of the shown frame, to the clipboard. */
 export async function copyLink(desk) {
   const { frame } = desk.playhead.value;
-  const place = desk.selection.value ? { defect: desk.selection.value } : { frame: Math.max(frame, 0) };
+  const place = desk.selection.value ? { defect: desk.selection.value } : { frame: String(Math.max(frame, 0)) };
   const link = location.origin + linkTo(place);
   try {
     await navigator.clipboard.writeText(link);

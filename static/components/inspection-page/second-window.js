@@ -18,7 +18,7 @@ const TITLES = { viewer: t('viewer.title'), wall: t('wall.label') };
 
 /**
  * Fills the page with one part.
- * @param {HTMLElement} page the inspection page: `desk`, `undo`, `redo`
+ * @param {import('./inspection-page.js').InspectionPage} page
  * @param {'viewer'|'wall'} part
  * @returns {Record<string, HTMLElement>} its parts, with `messages`
  */

@@ -54,7 +54,11 @@ export function startStretchAt(desk, item) {
 
 const startedText = (number, { distance_m: m }) => t('stretch.started', { stretch: `A${number}`, where: chainage(m) });
 
-/** Tags the end of an open stretch, by default the newest, at the shown frame. */
+/**
+ * Tags the end of an open stretch, by default the newest, at the shown frame.
+ * @param {import('./desk.js').Desk} desk
+ * @param {number|string|null} [number]
+ */
 export function finishStretch(desk, number = newest(desk)) {
   const finish = number && goOn(desk, number, 'B');
   if (!finish) return;
@@ -120,6 +124,7 @@ function newest(desk) {
   return stretch ? stretchNumber(stretch.start) : null;
 }
 
+/** @param {import('./desk.js').Desk} desk @param {number|string} number @param {'B'|'C'} role */
 function goOn(desk, number, role) {
   const [{ code, char1, char2 }] = partsOf(desk.observations.value, { continuous: `A${number}` });
   return desk.tagCentre({ code, char1, char2, continuous: `${role}${number}` });

@@ -82,7 +82,7 @@ export class MeasureBox extends Component {
   }
 
   #createRow() {
-    const row = document.createElement('li');
+    const row = Object.assign(document.createElement('li'), { at: 0 });
     row.parts = render(
       row,
       html`<span data-part="text"></span>

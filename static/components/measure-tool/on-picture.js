@@ -62,6 +62,7 @@ function paintScale(context, { wall, inspection }, { toStage, layout, cursor, st
     const across = cursor ? t('measure.bar_at_pointer', { size }) : t('measure.bar_at_invert', { size });
     return place.clock_h === null ? across : `${across} · ${clockHour(place.clock_h)}`;
   };
+  /** @type {[number, number]} */
   const at = [left + BAR_AT[0], bottom - BAR_AT[1]];
   paintScaleBar(context, perMm, at, BAR_SHARE * layout.width * layout.scale, textOf, styles.getPropertyValue('--sans'));
 }

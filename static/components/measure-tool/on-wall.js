@@ -40,6 +40,7 @@ export function paintOnWall(context, styles, plot, height, drawn, toPlace) {
 /** Draws the scale along the pipe; around it the unseen hours are compressed. */
 export function paintWallScale(context, styles, plot) {
   const textOf = (size) => t('measure.bar_along', { size });
+  /** @type {[number, number]} */
   const at = [plot.right - BAR_PX - 10, TOP_PX];
   paintScaleBar(context, 1 / plot.mmPerUnit, at, BAR_PX, textOf, styles.getPropertyValue('--sans'));
 }

@@ -58,10 +58,10 @@ export function paintMeasure(context, { measure, text, isStrong }, places, label
   const shown = places.filter((place) => place !== null);
   if (shown.length === 0) return;
   context.lineJoin = 'round';
-  for (const [width, colour] of [
+  for (const [width, colour] of /** @type {const} */ ([
     [isStrong ? 5 : 3.5, HALO],
     [isStrong ? 2 : 1.5, isStrong ? STRONG : FAINT],
-  ]) {
+  ])) {
     context.lineWidth = width;
     context.strokeStyle = colour;
     context.beginPath();

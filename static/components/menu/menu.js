@@ -9,7 +9,8 @@ export function closesElsewhere(menu, signal) {
   document.addEventListener(
     'click',
     (event) => {
-      if (!menu.contains(event.target) || event.target.closest('.menu__item')) close();
+      const target = /** @type {Element} */ (event.target);
+      if (!menu.contains(target) || target.closest('.menu__item')) close();
     },
     { signal },
   );

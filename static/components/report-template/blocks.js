@@ -29,7 +29,7 @@ function orNull(text, pattern) {
  * Keeps the table in step with a draft.
  * @param {HTMLElement} body a <tbody>
  * @param {() => import('../../core/report-template.js').TemplateDraft} draftOf
- * @param {(target: EventTarget, type: string, handler: (event: Event) => void) => void} listen
+ * @param {import('../../core/store.js').Component['listen']} listen
  */
 export function followBlocks(body, draftOf, listen) {
   const placeOf = (element) => Number(element.closest('[data-place]').dataset.place);

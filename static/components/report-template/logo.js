@@ -15,7 +15,7 @@ export async function logoOf(file) {
   const { width, height } = bitmap;
   const isFit = /^image\/(png|jpeg)$/.test(file.type) && file.size <= MOST_BYTES && Math.max(width, height) <= MOST_PX;
   try {
-    for (let longest = ENOUGH_PX, made = isFit ? file : null; ; longest /= 2) {
+    for (let longest = ENOUGH_PX, made = /** @type {Blob|null} */ (isFit ? file : null); ; longest /= 2) {
       made ??= await reduced(bitmap, longest);
       if (made.size <= MOST_BYTES) return base64(made);
       made = null;

@@ -74,6 +74,7 @@ export class ReportTemplate extends Component {
 
   #listen() {
     const { parts } = this;
+    /** @type {Component['listen']} */
     const listen = (...args) => this.listen(...args);
     const draftOf = () => this.#draft;
     followSections(parts.sections, draftOf, listen);
@@ -229,7 +230,10 @@ export class ReportTemplate extends Component {
   /** Offers the other templates, and the inspections of this one for a preview. */
   async #offer() {
     const { parts, signal } = this;
-    const query = new URLSearchParams({ limit: OFFERED, ...(this.#project !== '' && { project: this.#project }) });
+    const query = new URLSearchParams({
+      limit: String(OFFERED),
+      ...(this.#project !== '' && { project: this.#project }),
+    });
     const [projects, { inspections }] = await Promise.all([
       projectsWithTemplate(signal),
       get(`/api/inspections?${query}`, signal),

@@ -8,7 +8,7 @@ import { t, wordFor } from '../../core/words.js';
  * Keeps a list in step with a draft: by checkboxes, by buttons, by Alt and the arrows, by dragging.
  * @param {HTMLElement} list an <ol>
  * @param {() => import('../../core/report-template.js').TemplateDraft} draftOf
- * @param {(target: EventTarget, type: string, handler: (event: Event) => void) => void} listen
+ * @param {import('../../core/store.js').Component['listen']} listen
  */
 export function followSections(list, draftOf, listen) {
   const placeOf = (element) => Number(element?.closest('[data-place]')?.dataset.place);

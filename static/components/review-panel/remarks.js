@@ -9,6 +9,7 @@ import { date } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 
+/** @type {Record<import('../../core/review.js').Remark['kind'], import('../icon/icon.js').IconName>} */
 const SIGNS = { accepted: 'check', question: 'help', comment: 'edit' };
 
 /**

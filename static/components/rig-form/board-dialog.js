@@ -52,6 +52,7 @@ export async function askBoard(model) {
     size: 'wide',
   });
   const ended = new AbortController();
+  /** @type {Upload|null} */
   let upload = null;
   let found = null;
   let isTaken = false;
@@ -105,12 +106,16 @@ export async function askBoard(model) {
   return isTaken ? found : null;
 }
 
-/** Returns the board for the API, or null if a number is missing. */
+/**
+ * Returns the board for the API, or null if a number is missing.
+ * @param {Record<string, any>} parts of the form
+ * @param {Api['BoardIn']['model']} model
+ */
 function boardOf({ kind, columns, rows, square, marker }, model) {
   const number = ({ value }) => Number(value.trim().replace(',', '.'));
   const board = { columns: number(columns), rows: number(rows), square_mm: number(square), model };
   if (kind.value === 'charuco') board.marker_mm = number(marker);
-  return Object.values(board).every((value) => value === model || value > 0) ? board : null;
+  return Object.values(board).every((value) => value === model || Number(value) > 0) ? board : null;
 }
 
 /** Returns how good a calibration is; what to do better comes from the server. */

@@ -1,12 +1,27 @@
 /**
  * The fields of the rig file in a form. Bounds are those of `vo_core.rig`; a test
  * compares the two.
- *
- * `kind`: 'number' | 'integer' | 'numbers' (a list) | 'choice'. `optional` fields may stay empty.
  */
 
 import { t } from '../../core/words.js';
 
+/**
+ * @typedef {object} Field
+ * @property {string} path
+ * @property {'number'|'integer'|'numbers'|'choice'} kind numbers: a list
+ * @property {string} label
+ * @property {string} [unit]
+ * @property {number} [min]
+ * @property {number} [above] a bound that is not allowed itself
+ * @property {number} [max]
+ * @property {boolean} [optional] whether it may stay empty
+ * @property {string} [help]
+ * @property {[string, string][]} [options] of a choice: value, word
+ *
+ * @typedef {{name: string, title: string, help?: string, fields: Field[]}} Group
+ */
+
+/** @type {Group[]} */
 export const GROUPS = [
   {
     name: 'pipe',
@@ -117,6 +132,7 @@ export const GROUPS = [
   },
 ];
 
+/** @type {Group} */
 const KNOWN = {
   name: 'known',
   title: t('rig.group_known'),
@@ -175,6 +191,7 @@ const KNOWN = {
   ],
 };
 
+/** @type {Group} */
 const FINE = {
   name: 'fine',
   title: t('rig.group_fine'),
@@ -275,8 +292,13 @@ export function fault(field, value) {
   return null;
 }
 
-/** Returns faults between fields: [path, sentence] pairs. */
+/**
+ * Returns faults between fields: paths and sentences.
+ * @param {Record<string, any>} rig
+ * @returns {[string, string][]}
+ */
 export function jointFaults({ camera, mount, pipe }) {
+  /** @type {[string, string][]} */
   const faults = [];
   const lengths = DISTORTION_LENGTHS[camera.model] ?? [];
   if (camera.distortion && !lengths.includes(camera.distortion.length)) {

@@ -17,7 +17,7 @@ const MODES = [
 ];
 
 export class LensFields extends Component {
-  #camera = {};
+  #camera = /** @type {import('../../core/lens.js').Size & {model?: string, fx?: number}} */ ({});
 
   mount() {
     /** @type {Parts<'rig-form/lens-fields'>} */

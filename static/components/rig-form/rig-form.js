@@ -27,6 +27,7 @@ const idOf = (path) => `rig-${path.replace('.', '-')}`;
 
 export class RigForm extends Component {
   #touched = new Set();
+  /** @type {[number, number]|null} */
   #videoSize = null;
   #presets = [];
   /** Under which the rig was taken from the library or kept there. */
@@ -98,7 +99,7 @@ export class RigForm extends Component {
     this.#loadPresets();
   }
 
-  /** The present rig, without empty fields. */
+  /** The present rig, without empty fields. @returns {Record<string, any>} */
   get value() {
     const rig = { camera: {}, mount: {}, pipe: {}, tolerance: {} };
     for (const field of ALL_FIELDS) {
@@ -310,6 +311,7 @@ export class RigForm extends Component {
 /** Pixels are whole, so equal shapes differ a little. */
 const isSameShape = (shape, other) => Math.abs(shape / other - 1) < 0.005;
 
+/** @param {import('./fields.js').Field} field */
 function fieldMarkup({ path, kind, label, unit, optional, help, options }) {
   const id = idOf(path);
   const described = `${id}-fault${help ? ` ${id}-help` : ''}`;

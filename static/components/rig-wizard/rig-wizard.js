@@ -210,6 +210,7 @@ export class RigWizard extends Component {
     this.#rigChanged();
   }
 
+  /** @returns {[number, number]} */
   #pixelAt({ clientX, clientY }) {
     const { width, height } = this.#first;
     const box = this.parts.drawing.getBoundingClientRect();

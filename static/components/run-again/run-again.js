@@ -93,7 +93,8 @@ export async function openTurn(inspection, degrees) {
     size: 'wide',
   });
   const { picture } = parts;
-  let { rig } = inspection.value;
+  /** @type {Record<string, any>} */
+  let rig = inspection.value.rig;
   const turn = (by) => {
     rig = { ...rig, mount: { ...rig.mount, rotation_deg: turned(rig.mount.rotation_deg ?? 0, by) } };
     picture.rig = rig;

@@ -9,10 +9,10 @@
  * @param {() => void} trace makes the path
  */
 export function strokeOnHalo(context, { ink, halo }, trace) {
-  for (const [width, colour] of [
+  for (const [width, colour] of /** @type {const} */ ([
     [5, halo],
     [2, ink],
-  ]) {
+  ])) {
     context.lineWidth = width;
     context.strokeStyle = colour;
     context.beginPath();
@@ -35,8 +35,11 @@ export function textOnHalo(context, { ink, halo, font }, text, x, y) {
 
 /**
  * Draws a bar with its length.
+ * @param {CanvasRenderingContext2D} context
+ * @param {Look} look
  * @param {[number, number]} at its left end
  * @param {number} long in units of the canvas
+ * @param {string} text
  */
 export function drawScaleBar(context, look, [x, y], long, text) {
   context.save();

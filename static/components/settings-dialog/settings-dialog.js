@@ -15,7 +15,7 @@ import { bindKeysSection, keysMarkup } from './keys-section.js';
 /** Key in the session storage: the choice at which the redrawn page opens the settings again. */
 const REOPENED = 'chainage.settings';
 /** What the page before this one has left there. */
-const choiceLeft = sessionStorage.getItem(REOPENED);
+const choiceLeft = /** @type {'language'|'units'|null} */ (sessionStorage.getItem(REOPENED));
 
 /**
  * Saves a choice and redraws the page with it: every word and number of it may change.
@@ -132,7 +132,9 @@ async function attempt(run, report) {
   }
 }
 
-async function showPacks({ pack, ...parts }) {
+/** @param {Record<string, any>} parts of the dialog */
+async function showPacks(parts) {
+  const { pack } = parts;
   const { packs } = await get('/api/packs');
   render(
     pack,
@@ -140,9 +142,10 @@ async function showPacks({ pack, ...parts }) {
       ${packs.map(({ id, name }) => html`<option value="${id}">${name}</option>`)}`,
   );
   pack.value = preferences.value.pack ?? '';
-  showPackButtons({ pack, ...parts });
+  showPackButtons(parts);
 }
 
+/** @param {Record<string, any>} parts of the dialog */
 function showPackButtons({ pack, remove: button }) {
   button.disabled = pack.value === '' || !may('admin');
 }
@@ -170,7 +173,12 @@ async function deletePack(parts, report) {
   report(t('settings.pack_deleted', { name }));
 }
 
-/** Shows a row for each digit key: the code, found by its letters or by a word, and its meaning. */
+/**
+ * Shows a row for each digit key: the code, found by its letters or by a word, and its meaning.
+ * @param {Record<string, any>} parts of the dialog
+ * @param {(changes: object) => void} save
+ * @param {(text: string, isFault?: boolean) => void} report
+ */
 async function showQuickCodes({ codes }, save, report) {
   const catalogue = await Catalogue.load(undefined, preferences.value.pack);
   const rows = render(codes, html`${USUAL_CODES.map((_, i) => quickRow(i))}`);

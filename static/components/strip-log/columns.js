@@ -94,7 +94,7 @@ export class Columns {
 /** The least and the greatest value of the frames in each column; Infinity and -Infinity without any. */
 export class Band {
   /**
-   * @param {Float64Array} distances mm of every frame
+   * @param {import('../../core/columns.js').Column} distances mm of every frame
    * @param {Float64Array} values NaN where there is none
    * @param {number} count of columns
    * @param {number} low distance in mm of the first

@@ -23,7 +23,7 @@ const STATUS_COLOURS = ['--ok', '--weak', '--lost'];
  * @property {(name: string) => string} colour
  * @property {CSSStyleDeclaration} styles
  * @property {import('../../core/axis.js').Plot} plot
- * @property {number} screen pixels in one unit
+ * @property {number} pixels of the screen in one unit
  * @property {import('./columns.js').Columns} columns
  * @property {object} scales {speed, lateral_mm, yaw_deg, counter_mm}: the largest value of the lane
  * @property {object[]} observations

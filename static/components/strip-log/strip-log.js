@@ -353,6 +353,7 @@ export class StripLog extends Strip {
     const { value: mm } = this.desk.axis.pointer;
     if (mm === null || !this.desk.axis.holds(mm)) return;
     const x = plot.toX(mm);
+    /** @type {[number, number]} */
     const within = [2, this.parts.track.clientWidth / this.scale - 2];
     paintHair(context, styles, x, 0, axisTop);
     paintPlate(context, styles, chainage(mm / 1000), x, axisTop + 12, within);

@@ -15,13 +15,10 @@ import { stripSettings } from './settings.js';
 /** A tap this far beside a mark still selects it. */
 const BESIDE_PX = 3;
 
-/**
- * A strip has the parts `track`, `ground` and `above`, and
- * - `paintGround(styles)` and `paintAbove(context, styles)`, for the two canvases;
- * - `markAt(x, y)`: the observation whose mark is there, or null;
- * - `tapBeside(x, y)`: what a tap does where there is no mark.
- */
+/** A strip has the parts `track`, `ground` and `above`. */
 export class Strip extends Component {
+  /** @type {import('../inspection-page/desk.js').Desk} set before `follow` */
+  desk;
   /** CSS px in one unit: type and lines grow with the type of the page. */
   scale = 1;
   /** {x, y} of the pointer in units, or null */
@@ -79,8 +76,27 @@ export class Strip extends Component {
     return Math.min(Math.max(mm, low), high);
   }
 
-  /** Marks the ground as out of date. A strip that keeps columns also takes whether frames have moved to other columns. */
-  stale() {
+  /** Draws the canvas that changes with the data or the axis. @param {CSSStyleDeclaration} _styles */
+  paintGround(_styles) {}
+
+  /** Draws the one above it. @param {CanvasRenderingContext2D} _context @param {CSSStyleDeclaration} _styles */
+  paintAbove(_context, _styles) {}
+
+  /**
+   * Returns the observation whose mark is there, or null.
+   * @param {number} _x
+   * @param {number} _y
+   * @returns {import('../../core/observations.js').Observation|null}
+   */
+  markAt(_x, _y) {
+    return null;
+  }
+
+  /** What a tap does where there is no mark. @param {number} _x @param {number} _y */
+  tapBeside(_x, _y) {}
+
+  /** Marks the ground as out of date. @param {boolean} [_isMoved] whether frames lie at other columns than before */
+  stale(_isMoved) {
     this.#isStale = true;
     this.repaint();
   }

@@ -25,7 +25,12 @@ export const zoomTools = () => html`${tool('out', 'minus', t('strip.zoom_out'), 
   ${tool('whole', 'whole', t('strip.whole'), '0', t('strip.whole_short'))}
   ${tool('in', 'plus', t('strip.zoom_in'), '+')}`;
 
-/** Binds the buttons among `parts`, until `signal` aborts. */
+/**
+ * Binds the buttons among `parts`, until `signal` aborts.
+ * @param {Record<string, any>} parts
+ * @param {import('../inspection-page/desk.js').Desk} desk
+ * @param {AbortSignal} signal
+ */
 export function bindZoom({ out, whole, in: closer }, desk, signal) {
   out.addEventListener('click', () => zoomAxis(desk, -1), { signal });
   closer.addEventListener('click', () => zoomAxis(desk, 1), { signal });
@@ -35,7 +40,10 @@ export function bindZoom({ out, whole, in: closer }, desk, signal) {
   show();
 }
 
-/** @param {1|-1} direction 1 zooms in, to the play head where it is visible */
+/**
+ * @param {import('../inspection-page/desk.js').Desk} desk
+ * @param {1|-1} direction 1 zooms in, to the play head where it is visible
+ */
 export function zoomAxis({ axis, playhead }, direction) {
   const here = playhead.value.row?.distance_mm;
   const about = here !== undefined && axis.holds(here) ? here : undefined;

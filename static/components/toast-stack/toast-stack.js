@@ -15,7 +15,7 @@ export class ToastStack extends Component {
     this.setAttribute('aria-live', 'polite');
   }
 
-  /** @param {{text, kind, action, run}} message */
+  /** @param {Options & {text: string}} message */
   show({ text, kind = 'info', action, run }) {
     const toast = document.createElement('div');
     toast.className = `toast toast--${kind}`;
@@ -50,8 +50,10 @@ export class ToastStack extends Component {
 customElements.define('toast-stack', ToastStack);
 
 /**
+ * @typedef {{kind?: 'info'|'error', action?: string, run?: () => void}} Options
+ *
  * @param {string} text
- * @param {{kind?: 'info'|'error', action?: string, run?: () => void}} [options]
+ * @param {Options} [options]
  */
 export function toast(text, options = {}) {
   document.querySelector('toast-stack').show({ text, ...options });

@@ -14,6 +14,7 @@ export function filmGestures(element, view, sizes, signal) {
   /** Where each pressed pointer is. */
   const pressed = new Map();
   let hasMoved = false;
+  /** @returns {[number, number]} */
   const at = ({ clientX, clientY }) => {
     const { left, top } = element.getBoundingClientRect();
     return [clientX - left, clientY - top];
@@ -64,7 +65,9 @@ export function filmGestures(element, view, sizes, signal) {
   );
 }
 
+/** @param {[number, number][]} points @returns {[number, number]} */
 const middleOf = (points) =>
   points.length === 2 ? [(points[0][0] + points[1][0]) / 2, (points[0][1] + points[1][1]) / 2] : points[0];
 
+/** @param {[number, number][]} points */
 const apart = ([a, b]) => Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]), 1);

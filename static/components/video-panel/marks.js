@@ -16,7 +16,11 @@ export class Marks {
     this.#desk = desk;
   }
 
-  /** Returns the mark within reach of a pixel, or null. @param {number} scale of a video px */
+  /**
+   * Returns the mark within reach of a pixel, or null.
+   * @param {[number, number]} pixel
+   * @param {number} scale of a video px
+   */
   at([u, v], scale) {
     const reach = MARK_PX / 2 / scale;
     return this.inPicture(scale).find(({ pixel }) => Math.hypot(pixel[0] - u, pixel[1] - v) <= reach) ?? null;

@@ -56,6 +56,9 @@ class Player extends EventTarget {
     this.#timer = requestAnimationFrame(tick);
   }
 
+  /** Asks for the picture of a frame. @param {number} _frame */
+  seek(_frame) {}
+
   step(count) {
     this.shuttle(0);
     this.seek(this.#clamp((this.asked < 0 ? this.frame : this.asked) + count));

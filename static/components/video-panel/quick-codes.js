@@ -18,6 +18,7 @@ export function quickLabel(catalogue, tag) {
   return [nameOfCode(catalogue, tag), quant1, quant2, clock].filter((part) => part !== null).join(' · ');
 }
 
+/** @param {import('../../core/codes.js').Catalogue} catalogue @param {Api['QuickCode']} tag */
 function nameOfCode(catalogue, { code, char1, char2, severity }) {
   const word = wordFor('quick', code) ?? catalogue.label(code, null, null);
   return [word, char1, char2, severity].filter((part) => part ?? false).join(' ');

@@ -347,7 +347,7 @@ export class VideoPanel extends Component {
 
   // The overlay -------------------------------------------------------------------------------
 
-  /** The size of the stage, in as many CSS px. */
+  /** The size of the stage, in as many CSS px. @returns {[number, number]} */
   #size(unit = 1) {
     return [this.parts.stage.clientWidth / unit, this.parts.stage.clientHeight / unit];
   }
@@ -360,7 +360,7 @@ export class VideoPanel extends Component {
     return layoutOf(this.#size(unit), this.desk.inspection.value.video, this.#view.value);
   }
 
-  /** Pixel centres are integers, so the picture's corner is at (-0.5, -0.5). */
+  /** Pixel centres are integers, so the picture's corner is at (-0.5, -0.5). @returns {[number, number]|null} */
   #toPixel(event) {
     const { left, top, scale, width, height } = this.#layout();
     const u = (event.offsetX - left) / scale - 0.5;
@@ -416,6 +416,7 @@ export class VideoPanel extends Component {
     const type = typeScale();
     const context = sharpContext(parts.overlay, type);
     const layout = this.#layout(type);
+    /** @returns {[number, number]} */
     const toStage = ([u, v]) => [layout.left + (u + 0.5) * layout.scale, layout.top + (v + 0.5) * layout.scale];
     const styles = getComputedStyle(this);
     this.#paintNote();

@@ -78,7 +78,7 @@ export class ViewerPanel extends Component {
         this.#briefFrame();
         this.#showLate();
       });
-      this.listen(window, 'message', (event) => this.#hear(event));
+      addEventListener('message', (event) => this.#hear(event), { signal: this.signal });
     }
     this.listen(this.desk.live, 'state', () => this.#send());
     // The new tag is edited here: the keyboard focus returns to the page.

@@ -368,7 +368,10 @@ export class WallStrip extends Strip {
     }
   }
 
-  /** Returns the place of a measured point on the strip. */
+  /**
+   * Returns the place of a measured point on the strip.
+   * @type {(point: import('../../core/measure.js').Point) => [number, number]|null}
+   */
   #toPlace = ({ frame, pixel }) => {
     const row = this.desk.track.row(frame);
     const point = row && this.desk.wall?.at(...pixel, row);
