@@ -1,8 +1,9 @@
 """Rendered films that tests share: each scenario is rendered once and kept on disk.
 
-A film fits one scenario, one state of the renderer's code, and one version of numpy and OpenCV;
-if one of them changes, the film is rendered again.  So two test processes, and the next run of the
-tests, get the same pictures to the bit without rendering them.  Tests of the renderer call it.
+A film fits one scenario, one state of the renderer's code, one version of numpy and OpenCV, and
+what OpenCV uses of the processor; if one of them changes, the film is rendered again.  So two test
+processes, and the next run of the tests, get the same pictures to the bit without rendering them.
+Tests of the renderer call it.
 """
 
 from __future__ import annotations
@@ -76,7 +77,8 @@ def _read(file: Path) -> list[RenderedFrame]:
 @lru_cache(maxsize=1)
 def _renderer() -> str:
     """Return the digest of the renderer; remove films of other versions."""
-    digest = hashlib.sha256(f"{np.__version__} {cv2.__version__}".encode())
+    made_by = f"{np.__version__} {cv2.__version__} {cv2.getCPUFeaturesLine()}"
+    digest = hashlib.sha256(made_by.encode())
     for pattern in RENDERER:
         for path in sorted(ROOT.glob(pattern)):
             digest.update(path.read_bytes())
