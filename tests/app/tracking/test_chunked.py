@@ -66,6 +66,6 @@ def test_a_film_in_chunks_can_be_stopped(two_slots: Client, film: Path) -> None:
     wait_until(lambda: two_slots.inspection(inspection_id)["progress"]["frames_done"] > 10)
     two_slots.post(f"/api/inspections/{inspection_id}/cancel").raise_for_status()
     assert two_slots.wait(inspection_id)["status"] == "cancelled"
-    rows = len(track_of(two_slots, inspection_id))
-    assert 0 < rows < FRAMES
+    # Its beginning is kept, which is nothing if only the second chunk has shown frames by then.
+    assert len(track_of(two_slots, inspection_id)) < FRAMES
     assert children(TRACKER) == []
