@@ -6,6 +6,7 @@ the tilt of the camera, and with what water and a rolling shutter do to the pict
 
 import numpy as np
 import pytest
+from shares import first_of
 from worlds import World, floor_rig, follow, small_rig, speckle, stored
 
 RIGS = {"pipe": small_rig, "floor": floor_rig}
@@ -29,14 +30,17 @@ def scale_error(track, x_mm):
 @EVERYWHERE
 @pytest.mark.parametrize(
     "mount",
-    [
-        {},
-        {"pitch_deg": 2.0},
-        {"pitch_deg": -5.0},
-        {"roll_deg": 2.0},
-        {"roll_deg": -5.0},
-        {"lateral_mm": 10.0, "rotation_deg": 123.0},
-    ],
+    first_of(
+        3,
+        [
+            {"pitch_deg": -5.0},
+            {"roll_deg": -5.0},
+            {"lateral_mm": 10.0, "rotation_deg": 123.0},
+            {"pitch_deg": 2.0},
+            {"roll_deg": 2.0},
+            {},
+        ],
+    ),
 )
 def test_a_known_mount_gives_the_true_distance(shape, mount):
     rig = RIGS[shape](mount=mount)
@@ -47,7 +51,7 @@ def test_a_known_mount_gives_the_true_distance(shape, mount):
 
 
 @EVERYWHERE
-@pytest.mark.parametrize("wrong_mm", [-2.0, 2.0])
+@pytest.mark.parametrize("wrong_mm", first_of(1, [-2.0, 2.0]))
 def test_a_height_that_is_wrong_by_2_mm_costs_its_share_of_the_distance(shape, wrong_mm):
     true_rig = RIGS[shape](mount={"height_mm": 150.0 - wrong_mm})
     images, x_mm = drive(World(true_rig, speckle(0)))
@@ -57,7 +61,7 @@ def test_a_height_that_is_wrong_by_2_mm_costs_its_share_of_the_distance(shape, w
 
 
 @EVERYWHERE
-@pytest.mark.parametrize("wrong_px", [-1.0, 1.0])
+@pytest.mark.parametrize("wrong_px", first_of(1, [-1.0, 1.0]))
 def test_a_focal_length_that_is_wrong_by_a_pixel_costs_its_share(shape, wrong_px):
     lens = {"fx": 266.0 - wrong_px, "fy": 266.0 - wrong_px}
     images, x_mm = drive(World(RIGS[shape](camera=lens), speckle(0)))
@@ -134,7 +138,7 @@ def rolling(world, readout_mm):
     return view
 
 
-@pytest.mark.parametrize("step_px", [-10.0, -4.0, 4.0, 10.0])
+@pytest.mark.parametrize("step_px", first_of(2, [-10.0, 4.0, -4.0, 10.0]))
 def test_a_rolling_shutter_along_the_drive_scales_as_its_formula_says(step_px):
     rig = floor_rig(mount={"rotation_deg": 90.0})  # the picture's rows are read backwards
     world, readout = World(rig, speckle(0)), 0.8

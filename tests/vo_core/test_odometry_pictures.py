@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from shares import first_of
 from worlds import WALL_SHAPE, World, floor_rig, follow, glass, rms, small_rig, speckle, stored
 
 PIPE, FLOOR = small_rig(), floor_rig()
@@ -60,7 +61,7 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("kind", CHANGES)
-@pytest.mark.parametrize("px_per_frame", [1.0, 6.0])
+@pytest.mark.parametrize("px_per_frame", first_of(1, [6.0, 1.0]))
 def test_changed_pictures_are_followed(kind, px_per_frame):
     change, most_mm, most_deg = CHANGES[kind]
     images, x_mm = drive(World(PIPE, speckle(0)), px_per_frame, change=change)
@@ -70,7 +71,7 @@ def test_changed_pictures_are_followed(kind, px_per_frame):
     assert set(track.status) == {"ok"}
 
 
-@pytest.mark.parametrize("px_per_frame", [2, 12])
+@pytest.mark.parametrize("px_per_frame", first_of(1, [12, 2]))
 def test_interlaced_pictures_are_followed(px_per_frame):
     world = World(PIPE, speckle(0))
     x_mm = px_per_frame * world.mm_per_px * np.arange(50)
@@ -83,7 +84,7 @@ def test_interlaced_pictures_are_followed(px_per_frame):
     assert error_mm(follow(PIPE, images), x_mm).max() < 0.03 + 1e-3 * x_mm[-1]
 
 
-@pytest.mark.parametrize("contrast_grey", [0.5, 1, 2, 3])
+@pytest.mark.parametrize("contrast_grey", first_of(2, [0.5, 2, 1, 3]))
 def test_weak_texture_is_measured_with_an_honest_sigma_or_lost(contrast_grey):
     images, x_mm = drive(World(PIPE, speckle(0), contrast_grey))
     track = follow(PIPE, images)
@@ -151,7 +152,7 @@ def repeated(kind):
     return cv2.GaussianBlur(wall.astype(np.float32), (0, 0), 2)
 
 
-@pytest.mark.parametrize("px_per_frame", [6, 20])
+@pytest.mark.parametrize("px_per_frame", first_of(1, [6, 20]))
 def test_a_shift_by_a_period_more_is_seen_in_the_confidence(px_per_frame):
     images, x_mm = drive(World(FLOOR, repeated("brick")), px_per_frame, 40)
     track = follow(FLOOR, images)
@@ -159,7 +160,7 @@ def test_a_shift_by_a_period_more_is_seen_in_the_confidence(px_per_frame):
     assert not np.any(wrong & (track.status == "ok"))
 
 
-@pytest.mark.parametrize("kind", ["corrugation", "evenly spaced joints", "brick"])
+@pytest.mark.parametrize("kind", first_of(1, ["corrugation", "evenly spaced joints", "brick"]))
 def test_a_little_texture_settles_which_period_it_is(kind):
     wall = repeated(kind) + np.float32(0.1) * speckle(0)
     images, x_mm = drive(World(FLOOR, wall), 12, 40)
@@ -172,7 +173,7 @@ def test_a_little_texture_settles_which_period_it_is(kind):
 
 
 @pytest.mark.parametrize("rig", [PIPE, FLOOR], ids=["pipe", "floor"])
-@pytest.mark.parametrize("speed", [-1.0, 0.3, 2.0])
+@pytest.mark.parametrize("speed", first_of(1, [-1.0, 0.3, 2.0]))
 def test_flow_over_a_third_of_the_picture_is_not_followed(rig, speed):
     wall, water = World(rig, speckle(0)), World(rig, speckle(7))
     band = np.s_[80:160]
@@ -188,7 +189,7 @@ def test_flow_over_a_third_of_the_picture_is_not_followed(rig, speed):
     assert np.median(track.quality) < 0.9
 
 
-@pytest.mark.parametrize("height_mm", [145.0, 135.0, 120.0])
+@pytest.mark.parametrize("height_mm", first_of(1, [135.0, 145.0, 120.0]))
 def test_a_ledge_over_a_third_of_the_picture_is_seen_but_not_followed(height_mm):
     """Two depths, of which one shift fits one only."""
     floor, ledge = (
@@ -209,7 +210,7 @@ def test_a_ledge_over_a_third_of_the_picture_is_seen_but_not_followed(height_mm)
 
 # Sizes and types.
 
-SIZES = [(321, 241), (319, 239), (243, 225), (405, 375), (640, 100), (120, 160), (96, 64), (32, 32)]
+SIZES = [(321, 241), (640, 100), (32, 32), (319, 239), (243, 225), (405, 375), (120, 160), (96, 64)]
 
 
 def sized(width, height):
@@ -217,7 +218,7 @@ def sized(width, height):
     return small_rig(camera={"width": width, "height": height, **centre})
 
 
-@pytest.mark.parametrize("size_wh", SIZES)
+@pytest.mark.parametrize("size_wh", first_of(3, SIZES))
 def test_pictures_of_any_size_are_followed(size_wh):
     world = World(sized(*size_wh), speckle(0))
     images, x_mm = drive(world, min(6, size_wh[0] / 20), 30)

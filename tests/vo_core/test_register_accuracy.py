@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from shares import first_of
 from skimage import data
 from textures import shifted, texture
 from worlds import rms
@@ -20,16 +21,6 @@ from vo_core import register
 PHOTOGRAPHS = ("brick", "gravel", "grass", "camera")
 SPECKLES = {"fine speckle": 0.8, "speckle": 1.5, "coarse speckle": 3.0}
 PICTURES = ["gravel", "camera", "speckle", "grass", "brick", "fine speckle", "coarse speckle"]
-
-
-def first_of(count, values):
-    """Values of a parameter, of which only the first `count` are in the default run."""
-    return [
-        *values[:count],
-        *(pytest.param(each, marks=pytest.mark.long) for each in values[count:]),
-    ]
-
-
 EVERY = pytest.mark.parametrize("name", first_of(3, PICTURES))
 SIZE_WH, CORNER = (320, 240), (90, 100)
 FRACTIONS = np.arange(8) / 8

@@ -149,10 +149,10 @@ def test_detail_does_not_depend_on_contrast_noise_or_shading():
     ("name", "word"),
     [
         ("nominal", None),
-        ("dim", "too_dark"),
         ("dirty_lens", "lens_dirty"),
-        ("blur", "blurred"),
         ("fast", "too_fast"),
+        pytest.param("dim", "too_dark", marks=pytest.mark.long),
+        pytest.param("blur", "blurred", marks=pytest.mark.long),
     ],
 )
 def test_the_fault_of_each_rendered_scenario_is_detected(name, word):
