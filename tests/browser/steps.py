@@ -174,7 +174,8 @@ def export(page: Page, name: str) -> bytes:
     page.get_by_text("Export", exact=True).click()
     page.get_by_role("button", name=re.compile(f"^{name} ")).click()
     with page.expect_download() as download:
-        page.get_by_role("dialog").get_by_role("button", name="Download").click()
+        # By key: the dialog grows, and its button moves, while checks and losses come.
+        page.get_by_role("dialog").get_by_role("button", name="Download").press("Enter")
     expect(page.get_by_role("dialog")).to_have_count(0)
     return Path(download.value.path()).read_bytes()
 
