@@ -240,6 +240,7 @@ def _finish(page: Page) -> None:
     submit.click()
     expect(dialog.get_by_role("alert").last).to_contain_text("A1")
     page.keyboard.press("Escape")
+    expect(dialog).to_be_hidden()  # it would take the key
     page.keyboard.press("f")
     expect(page.get_by_role("list", name="Open stretches")).to_be_hidden()
     page.keyboard.press("t")

@@ -223,8 +223,8 @@ def test_a_digit_tags_the_code_that_was_put_on_it(
     key.fill("crack spiral")
     page.locator(".code-search__list [role=option]").first.click()
     expect(key).to_have_value("BAB A D")
-    page.keyboard.press("Escape")
-    expect(page.get_by_role("dialog")).to_have_count(0)
+    with page.expect_navigation():  # with other codes the page is drawn anew
+        page.keyboard.press("Escape")
     expect(page.locator("[data-quick='2']")).to_contain_text("A D")
     expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
     page.keyboard.press("3")
