@@ -59,7 +59,8 @@ const OWN_KEYS = [
 function isTaken(target, key) {
   // Checked on the page: the focus leaves a dialog's button when that is disabled.
   if (document.querySelector('dialog[open]')) return true;
-  if (!(target instanceof Element)) return false;
+  // A dialog that has just closed leaves the focus on its hidden field until the page is drawn again.
+  if (!(target instanceof Element) || !target.checkVisibility()) return false;
   if (target.matches(TYPING)) return !PEDAL.test(key);
   return OWN_KEYS.some(([selector, keys]) => target.matches(selector) && keys.has(key));
 }
