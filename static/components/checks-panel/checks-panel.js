@@ -77,7 +77,7 @@ export class ChecksPanel extends Component {
       .filter(({ found }) => found.length)
       .map(({ title }) => title)
       .join(' · ');
-    const text = JSON.stringify([issues, issues.map((issue) => this.#sentence(issue))]);
+    const text = JSON.stringify(issues.map((issue) => [issue, this.#sentence(issue), repairsOf(issue, desk)]));
     if (parts.list.dataset.shows === text) return;
     parts.list.dataset.shows = text;
     render(

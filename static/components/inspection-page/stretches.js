@@ -110,7 +110,6 @@ export function joinPoints(desk, start, finish) {
 export function swapEnds(desk, number) {
   const parts = partsOf(desk.observations.value, { continuous: `A${number}` });
   const [start, finish] = ['A', 'B'].map((role) => parts.find((part) => part.continuous === `${role}${number}`));
-  if (!start || !finish) return; // changed meanwhile
   desk.observations.editTogether([
     [start.id, { continuous: finish.continuous }],
     [finish.id, { continuous: start.continuous }],
