@@ -26,7 +26,7 @@ from kinds import kind_of, nothing_is_started
 from object_stores import ObjectStore, moto
 from playwright.sync_api import Browser, sync_playwright
 from postgres import PostgresServer, postgres_server
-from surveys import Survey, served, tracked_once
+from surveys import Survey, made_once, served, tracked_once
 
 # A browser test imports the product again in every server and child.  Where the environment asks
 # for no bytecode, each would compile all of it anew.
@@ -140,13 +140,20 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
 @pytest.fixture(scope="session")
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A second and a half of driving forward."""
-    return make_clip(tmp_path_factory.mktemp("clips") / "short.mp4", 40)
+    return _clip_once(tmp_path_factory, "short", 40)
 
 
 @pytest.fixture(scope="session")
 def long_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A clip long enough to be interrupted while it is tracked."""
-    return make_clip(tmp_path_factory.mktemp("clips") / "long.mp4", LONG_FRAMES)
+    return _clip_once(tmp_path_factory, "long", LONG_FRAMES)
+
+
+def _clip_once(temporary: pytest.TempPathFactory, name: str, frames: int) -> Path:
+    def make(folder: Path) -> None:
+        make_clip(folder / f"{name}.mp4", frames)
+
+    return made_once(temporary, name, make) / f"{name}.mp4"
 
 
 @pytest.fixture(scope="session")

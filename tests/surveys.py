@@ -73,11 +73,25 @@ def tracked_once(
     temporary: pytest.TempPathFactory, name: str, track: Callable[[Path], str]
 ) -> Survey:
     """The survey that `track` makes in the data folder that it is given, answering its id."""
+
+    def make(folder: Path) -> None:
+        (folder / "id").write_text(track(folder / "data"))
+
+    folder = made_once(temporary, name, make)
+    return Survey(folder / "data", (folder / "id").read_text())
+
+
+def made_once(temporary: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
+    """A folder that `make` has filled, once for all processes of a test run.
+
+    A film that is written twice is not the same bytes: x264 reads memory that nobody has written.
+    """
     own = temporary.getbasetemp()
-    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "surveys" / name
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "made" / name
     folder.mkdir(parents=True, exist_ok=True)
-    named = folder / "id"
+    is_made = folder / "is_made"
     with alone(folder / "lock"):
-        if not named.exists():
-            named.write_text(track(folder / "data"))
-    return Survey(folder / "data", named.read_text())
+        if not is_made.exists():
+            make(folder)
+            is_made.touch()
+    return folder

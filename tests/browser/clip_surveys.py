@@ -31,22 +31,17 @@ def clip_survey(
 
 
 def several_clips(temporary: pytest.TempPathFactory) -> Survey:
-    """`SEVERAL` inspections, each named "clip", of the film `short_clip`, without any tag."""
+    """`SEVERAL` inspections, each named "clip", of one short film, without any tag."""
 
     def track(data: Path) -> str:
         folder = temporary.mktemp("clips")
-        clip = short_clip(folder / "clip.mp4")
+        clip = numbered_clip(folder / "clip.mp4", "libx264", frames=SHORT_FRAMES)
         rig = rig_for_clip(folder / "rig.json")
         with Server(data) as server:
             first, *_ = [server.track(clip, rig) for _ in range(SEVERAL)]
         return first
 
     return tracked_once(temporary, "several-clips", track)
-
-
-def short_clip(path: Path) -> Path:
-    """Write the film of each inspection of `several_clips`."""
-    return numbered_clip(path, "libx264", frames=SHORT_FRAMES)
 
 
 def ids_of(server: Server) -> list[str]:

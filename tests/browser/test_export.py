@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pypdf
 import pytest
-from clip_surveys import ids_of, short_clip
+from clip_surveys import ids_of
 from looks import expect_no_fault
 from playwright.sync_api import Page, Route, expect
 from receivers import Receiver, receiving
@@ -80,7 +80,7 @@ def open_format(page: Page, name: str) -> None:
 
 
 def test_every_format_is_offered_and_one_is_saved_stopped_or_refused(
-    page: Page, notifying: Server, inspection: str, tmp_path: Path
+    page: Page, notifying: Server, several: Survey, inspection: str, tmp_path: Path
 ) -> None:
     log_in(page, notifying, f"/inspections/{inspection}")
     open_menu(page)
@@ -162,7 +162,9 @@ def test_every_format_is_offered_and_one_is_saved_stopped_or_refused(
         dialog.get_by_role("button", name="Download").click()
     expect(dialog).to_have_count(0)
 
-    a_delivery_has_its_film_and_one_document_is_about_all(page, notifying, inspection, tmp_path)
+    film = several.folder / "video.mp4"
+    a_delivery_has_its_film(page, film, tmp_path)
+    one_document_is_about_all(page, notifying, inspection)
 
 
 def test_language_and_units_are_those_of_the_person(
@@ -250,10 +252,7 @@ def _expect_inside(page: Page, selector: str) -> None:
     assert box["y"] + box["height"] <= window["height"]
 
 
-def a_delivery_has_its_film_and_one_document_is_about_all(
-    page: Page, notifying: Server, inspection: str, tmp_path: Path
-) -> None:
-    film = short_clip(tmp_path / "clip.mp4")
+def a_delivery_has_its_film(page: Page, film: Path, tmp_path: Path) -> None:
     open_format(page, "Delivery")
     dialog = page.get_by_role("dialog", name="Export: Delivery")
     dialog.get_by_label("Exchange format").select_option("RIBX")
@@ -282,6 +281,8 @@ def a_delivery_has_its_film_and_one_document_is_about_all(
         assert cited <= set(archive.namelist())
         assert b'lang="ms"' in archive.read("clip-report.html")[:200]
 
+
+def one_document_is_about_all(page: Page, notifying: Server, inspection: str) -> None:
     page.goto(f"{notifying.url}/")
     row = page.locator(".inspection", has=page.locator(f"a[href='/inspections/{inspection}']"))
     row.get_by_role("checkbox").check()
