@@ -9,7 +9,7 @@ from app.burnt_in.box import Box
 from app.burnt_in.counter import burnt_in, read_counter
 
 AT = (60, 400)
-SHORT = {"frames": 30, "speed": 0.9, "rate_hz": 10}
+SHORT = {"frames": 15, "speed": 0.9, "rate_hz": 10}
 
 
 @pytest.fixture
@@ -84,7 +84,7 @@ def test_every_frame_has_a_row_before_the_counter_appears_and_after_it_is_reset(
 
 def test_a_date_a_clock_and_a_diameter_are_no_counter(reading):
     others = (Text("17.05.2019", (60, 30)), Text("{clock}", (420, 30)), Text("DN 0.30 m", AT))
-    readings, found = reading(CounterFilm(frames=30, counter=None, others=others))
+    readings, found = reading(CounterFilm(frames=12, counter=None, others=others))
     assert readings.place is None
     assert found.answers == ()
 
@@ -100,6 +100,6 @@ def test_a_box_may_hold_other_lines_too(reading):
 
 
 def test_in_a_stated_box_the_counter_may_count_whole_feet(reading):
-    film = CounterFilm(frames=30, start=40, step=1, speed=2.2, counter=Text("{value:04.0f}", AT))
+    film = CounterFilm(frames=15, start=40, step=1, speed=2.2, counter=Text("{value:04.0f}", AT))
     _, found = reading(film, Box(50, 390, 200, 440))
     assert found.right + found.near >= 0.95 * found.legible
