@@ -75,8 +75,8 @@ def test_a_picture_without_a_pipe_has_no_axis():
 
 
 def test_text_is_masked_once_the_wall_has_moved_and_the_wall_is_not():
-    frames = film(replace(SCENARIOS["forward"], text=True, length_mm=240.0))
-    clear = film(replace(SCENARIOS["forward"], length_mm=240.0))
+    frames = film(replace(SCENARIOS["forward"], text=True, length_mm=150.0))
+    clear = film(replace(SCENARIOS["forward"], length_mm=150.0))
     overlay, bare = Overlay((640, 480)), Overlay((640, 480))
     for frame, other in zip(frames, clear, strict=True):
         overlay.add(frame.image)
@@ -160,7 +160,13 @@ def test_one_picture_a_second_is_enough():
 
 
 def test_a_pipe_without_texture_gives_no_certain_distance():
-    blank = replace(SCENARIOS["forward"], contrast=0.0, first_joint_mm=9000.0, length_mm=600.0)
+    blank = replace(
+        SCENARIOS["forward"],
+        contrast=0.0,
+        first_joint_mm=9000.0,
+        length_mm=600.0,
+        frames_per_s=15,
+    )
     track, x_mm = tracked(half_sized(blank))
     assert "ok" not in track.status[1:]
     assert track.sigma_distance_mm[-1] > 150.0
