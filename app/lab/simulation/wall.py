@@ -197,8 +197,10 @@ _SUBPIXEL_BITS = 4
 
 def _fixed(*columns: NDArray[np.floating]) -> list[list[int]]:
     """Rows of values as the fixed-point numbers of OpenCV's drawing functions."""
-    fixed = np.rint(np.stack(columns, axis=-1) * (1 << _SUBPIXEL_BITS)).astype(int)
-    return [list(map(int, row)) for row in fixed.tolist()]
+    rows: list[list[int]] = (
+        np.rint(np.stack(columns, axis=-1) * (1 << _SUBPIXEL_BITS)).astype(int).tolist()
+    )
+    return rows
 
 
 def _scatter_stones(tone: FloatImage, sheet: _Sheet) -> None:
