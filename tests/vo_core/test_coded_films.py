@@ -38,6 +38,7 @@ def test_a_film_of_a_low_bit_rate_keeps_its_heading_and_its_frames(tmp_path):
     assert np.count_nonzero(np.array(track.status) == "lost") <= 2
 
 
+@pytest.mark.long
 def test_a_narrow_lens_that_looks_along_the_pipe_sees_past_skipped_blocks(tmp_path):
     # 0.8 and 0.9 % were measured on two processors; where skipped blocks count, 1.9 and 2.0 %.
     scenario = with_drawn_rig(SCENARIOS["forward_crooked"], 5).shortened(1000.0)

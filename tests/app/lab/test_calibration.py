@@ -59,8 +59,15 @@ def seen(views):
     return Boards((640, 480), tuple(views), ())
 
 
-@pytest.mark.parametrize("model", CAMERAS)
-@pytest.mark.parametrize("kind", PRINTS)
+@pytest.mark.parametrize(
+    ("model", "kind"),
+    [
+        ("pinhole", "charuco"),
+        ("fisheye", "checkerboard"),
+        pytest.param("pinhole", "checkerboard", marks=pytest.mark.long),
+        pytest.param("fisheye", "charuco", marks=pytest.mark.long),
+    ],
+)
 def test_a_camera_is_found_again_from_rendered_boards(studios, model, kind):
     true = CAMERAS[model]
     shots = [studios[model].shoot(PRINTS[kind], *pose) for pose in HELD[model]]

@@ -10,7 +10,7 @@ from app.lab.simulation.motion import Trajectory
 from app.lab.simulation.sample import SAMPLE, tags
 from vo_core import wall_point
 
-SHORT = SAMPLE.shortened(800)
+SHORT = replace(SAMPLE.shortened(800), frames_per_s=5)
 
 
 @pytest.fixture(scope="module")
