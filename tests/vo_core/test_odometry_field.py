@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from films import film
+from films import film, half_sized
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from textures import make_rig
@@ -121,7 +121,8 @@ def test_without_a_readout_time_a_rolling_shutter_is_a_global_one():
 
 
 def followed(scenario: Scenario) -> tuple[list, np.ndarray, Rig]:
-    """Estimates and true distances of a rendered run."""
+    """Estimates and true distances of a run that is rendered in half the size."""
+    scenario = half_sized(scenario)
     odometry, estimates, true_mm = Odometry(scenario.rig), [], []
     for frame in film(scenario):
         estimates.append(odometry.step(frame.image, frame.t_s))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from films import film
+from films import film, half_sized
 from worlds import FRAME_S, World, floor_rig, glass, small_rig, speckle, stored
 
 from app.lab.simulation import SCENARIOS
@@ -156,9 +156,8 @@ def test_detail_does_not_depend_on_contrast_noise_or_shading():
     ],
 )
 def test_the_fault_of_each_rendered_scenario_is_detected(name, word):
-    scenario = SCENARIOS[name]
-    length_mm = 1200 if name == "fast" else 600
-    pictures = [frame.image for frame in film(scenario.shortened(length_mm))]
+    scenario = half_sized(SCENARIOS[name].shortened(1200 if name == "fast" else 600))
+    pictures = [frame.image for frame in film(scenario)]
     shares = said(watch(scenario.rig, pictures), begin=len(pictures) * 2 // 5)
     shares = {each: share for each, share in shares.items() if share > 0.1}
     assert set(shares) == ({word} if word else set())
