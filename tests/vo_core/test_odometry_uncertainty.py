@@ -1,5 +1,7 @@
 """Is the stated sigma what it says, neither too small nor padded?"""
 
+from itertools import product
+
 import cv2
 import numpy as np
 import pytest
@@ -26,6 +28,8 @@ CONDITIONS = {
     "dust": (20.0, dusty),
     "coded": (20.0, coded),
 }
+USUAL = {("pipe", "weak"), ("pipe", "coded"), ("floor", "clean")}
+"""What the default run looks at."""
 
 
 def normalised_errors(rig, condition):
@@ -48,12 +52,8 @@ def normalised_errors(rig, condition):
 @pytest.mark.parametrize(
     ("shape", "condition"),
     [
-        *(("pipe", condition) for condition in CONDITIONS),
-        ("floor", "clean"),
-        *(
-            pytest.param("floor", condition, marks=pytest.mark.long)
-            for condition in ("noisy", "weak", "dust", "coded")
-        ),
+        pytest.param(*case, marks=[] if case in USUAL else pytest.mark.long)
+        for case in product(RIGS, CONDITIONS)
     ],
 )
 def test_the_error_lies_within_three_sigma_and_sigma_is_not_padded(shape, condition):
