@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from textures import pair, texture
 
@@ -96,7 +96,6 @@ def both_ways(images):
     return images, images[::-1]
 
 
-@settings(max_examples=12, deadline=None)
 @given(gain=st.floats(0.4, 1.6), offset=st.floats(-30, 30))
 def test_gain_and_offset_do_not_matter(gain, offset):
     a, b = pair((240, 320), (3.4, -1.6), contrast_grey=20)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 from textures import make_rig
@@ -81,7 +81,6 @@ def course_of(name: str, stated: Stated) -> Course:
     [Stated(), Stated(lengths=(Length(0, FRAMES - 1, 2.1, 3.0, "tape"),))],
     ids=["raw", "corrected"],
 )
-@settings(max_examples=25, deadline=None)  # the first look at a rig takes a while
 @given(frame=st.integers(80, 300), across=st.floats(0.1, 0.9), along=st.floats(0.1, 0.9))
 def test_pixel_that_is_found_shows_the_place_that_was_asked_for(
     name: str, stated: Stated, frame: int, across: float, along: float

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from app.meter_counter.protocol import (
@@ -121,7 +121,6 @@ def test_a_message_without_an_end_takes_no_memory() -> None:
     assert len(listener._rest) < 100_000
 
 
-@settings(max_examples=200, deadline=None)
 @given(st.lists(st.binary(max_size=50) | st.text(max_size=30).map(str.encode), max_size=8))
 def test_nothing_that_comes_in_is_a_fault(pieces: list[bytes]) -> None:
     hear(*pieces)

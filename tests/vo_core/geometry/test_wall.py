@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from textures import make_rig
 
@@ -110,7 +110,6 @@ def test_clock_positions_are_those_seen_in_the_direction_of_travel(phi_deg, cloc
     assert clock_of(np.radians(phi_deg)) == pytest.approx(clock)
 
 
-@settings(max_examples=50, deadline=None)
 @given(phi=st.floats(-20, 20))
 def test_clock_lies_in_0_to_12(phi):
     assert 0 < clock_of(phi) <= 12
