@@ -33,6 +33,25 @@ def test_text_is_escaped_wherever_it_comes_from(site: Page) -> None:
     assert shown == [evil, evil + evil, 0]
 
 
+def test_a_field_takes_a_key_only_while_it_is_shown(site: Page) -> None:
+    """It has the focus of a dialog that has just closed until the page is drawn again."""
+    run = site.evaluate(
+        """async () => {
+          const { bindKeys } = await import('/static/core/keys.js');
+          const field = document.body.appendChild(document.createElement('input'));
+          const run = [];
+          const bindings = [{ keys: ['1'], run: () => run.push(field.hidden) }];
+          bindKeys(document, bindings, new AbortController().signal);
+          for (const hidden of [false, true]) {
+            field.hidden = hidden;
+            field.dispatchEvent(new KeyboardEvent('keydown', { key: '1', bubbles: true }));
+          }
+          return run;
+        }"""
+    )
+    assert run == [True]
+
+
 TWO_DESKS = """async () => {
   const { DeskWindows, followDesk } = await import('/static/core/desk-windows.js');
   const { Store } = await import('/static/core/store.js');
