@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from films import film, half_sized
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from textures import make_rig
 from worlds import World, follow, small_rig, speckle, stored
@@ -37,6 +37,7 @@ def on_time():
 gaps_s = st.floats(1e-4, 10.0)
 
 
+@settings(max_examples=max(1, settings().max_examples // 5))
 @given(st.lists(gaps_s, min_size=29, max_size=29))
 def test_the_same_pictures_give_the_same_distances_at_any_rising_times(gaps):
     track = follow(WORLD.rig, pictures(), np.concatenate([[0.0], np.cumsum(gaps)]))
