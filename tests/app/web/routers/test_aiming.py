@@ -53,7 +53,7 @@ def test_the_first_picture_comes_with_its_axis_which_states_the_pitch(
 def test_a_page_may_ask_for_everything_at_once(shared: Client, film: Path) -> None:
     upload = shared.upload(film.read_bytes())
     source = {"kind": "upload", "upload_id": upload}
-    made = {"name": "Crooked", "source": source, "rig": stated(), "header": {}}
+    made = {"name": "Crooked", "source": source, "rig": stated(), "counter": {"is_present": False}}
     asked = [f"/api/uploads/{upload}/{what}" for what in 2 * ("picture", "axis")]
     with ThreadPoolExecutor(len(asked)) as threads:
         assert [each.status_code for each in threads.map(shared.get, asked)] == [200] * len(asked)
