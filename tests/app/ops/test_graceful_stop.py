@@ -17,9 +17,9 @@ def test_a_server_at_work_ends_soon_and_goes_on_at_its_next_start(
     tmp_path: Path, survey: Survey
 ) -> None:
     data, done = survey.copied_to(tmp_path / "data"), survey.id
-    film = make_clip(tmp_path / "film.mp4", 500)
+    film = make_clip(tmp_path / "film.mp4", 250)
     with MjpegCamera() as camera:
-        settings = {"CAMERA_NETWORKS": "127.0.0.0/8", "PACE": "1"}
+        settings = {"CAMERA_NETWORKS": "127.0.0.0/8", "PACE": "0.5"}
         with process(data, **settings) as client:
             running = client.inspect(film)
             source = {"kind": "live", "url": camera.url}
@@ -28,8 +28,7 @@ def test_a_server_at_work_ends_soon_and_goes_on_at_its_next_start(
             wait_until(lambda: all(frames(client, each) > 20 for each in (running, live)))
             tag = client.tag(done).json()["id"]
             pid = client.server.pid  # type: ignore[attr-defined]
-            started = descendants(pid)
-            assert len(started) >= 3
+            assert len(started := descendants(pid)) >= 3
             with client.socket(f"/api/inspections/{live}/live") as socket:
                 socket.recv(PATIENCE_S)
                 code = client.server.terminate(PATIENCE_S)  # type: ignore[attr-defined]

@@ -17,8 +17,8 @@ from postgres import PostgresServer
 from processes import Process
 from websockets.sync.client import ClientConnection
 
-FRAMES = 300
-"""Half a minute at half of their speed: enough to kill a server meanwhile."""
+FRAMES, PACE = 150, "0.25"
+"""A film that takes 24 s so slowly: enough to kill a server meanwhile."""
 
 
 class Fleet:
@@ -69,7 +69,7 @@ def until(socket: ClientConnection, fits: Callable[[dict[str, Any]], bool]) -> d
 def test_servers_show_what_happens_on_another_and_end_the_run_of_one_that_is_killed(
     fleet: Fleet, tmp_path: Path
 ) -> None:
-    one = fleet.add(PACE="0.5")
+    one = fleet.add(PACE=PACE)
     film = make_clip(tmp_path / "clip.mp4", FRAMES)
     run = one.inspect(film)
     one.wait(run, "running")

@@ -9,7 +9,7 @@ import pytest
 from builders import Client, assert_error, children, clip_rig, make_clip, serving, wait_until
 
 TRACKER = "app.jobs.tracker"
-FRAMES, PACE = 300, 0.5
+FRAMES, PACE = 150, 0.25
 """A film that takes 24 s, so that it is still on its way when a slow test looks."""
 
 
