@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 import socket
 import subprocess
 import sys
@@ -10,12 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import cv2
+import forks
 import httpx
 import pytest
 from boards import PINHOLE, Studio, checkerboard, poses
 from builders import PATIENCE_S, make_clip
 from films import half_sized
+from forks import _run
 
+from app.inspections import samples
 from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core import Rig, Track
 
@@ -412,34 +414,30 @@ def test_a_wrong_setting_is_reported_before_anything_is_done(chainage, monkeypat
     assert done.out == ""
 
 
-SHORT_DEMO = """
-from app.cli import main as cli
-from app.inspections import samples
-samples.LENGTH_MM = 20
-cli.main()
-"""
+def short_demo(*command):
+    """Become the command, in a process forked from one that has imported it."""
+    samples.LENGTH_MM = 20
+    _run(*command)
 
 
 TYPED_ADDRESS = {"Accept": "text/html", "Sec-Fetch-Site": "none"}
 """What a browser sends for an address that a person opens."""
 
 
-def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path):
-    demo = subprocess.Popen(
-        [sys.executable, "-c", SHORT_DEMO, "demo", "--port", "0"],
-        # The demo's own reserve counts: with this one nothing would fit on any disk.
-        env=os.environ | {"TMPDIR": str(tmp_path), "CHAINAGE_DISK_RESERVE_BYTES": str(2**50)},
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(forks, "_run", short_demo)
+    # The demo's own reserve counts: with this one nothing would fit on any disk.
+    settings = {"TMPDIR": str(tmp_path / "made"), "CHAINAGE_DISK_RESERVE_BYTES": str(2**50)}
+    (tmp_path / "made").mkdir()
+    demo = forks.Fork(["demo", "--port", "0"], os.environ | settings, tmp_path / "log")
     opened = demo.stdout.readline().removeprefix("Open ").strip()
     with httpx.Client(follow_redirects=True, headers=TYPED_ADDRESS) as browser:
         page = browser.get(opened)
         inspection = browser.get(page.url.join(f"/api{page.url.path}")).json()
     assert inspection["name"] == "Sample culvert"
-    demo.send_signal(signal.SIGTERM)
-    assert demo.wait(PATIENCE_S) == 0
-    assert list(tmp_path.iterdir()) == []
+    assert list((tmp_path / "made").iterdir()) != []
+    assert demo.terminate(PATIENCE_S) == 0
+    assert list((tmp_path / "made").iterdir()) == []
 
 
 def test_advise_gives_figures_a_verdict_and_a_picture(chainage, sample, tmp_path):
