@@ -24,7 +24,7 @@ CYAN, YELLOW, RED, MAGENTA = (95, 80, 90), (18, 120, 90), (0, 90, 90), (150, 60,
 
 @pytest.fixture
 def page(browser: Browser) -> Iterator[Page]:
-    page = browser.new_page(viewport={"width": 640, "height": 480})
+    page = browser.new_page(viewport={"width": 320, "height": 240})
     yield page
     page.close()
 
@@ -54,18 +54,18 @@ def test_scene_is_drawn_and_clicked_in_a_browser(page: Page, served: Served) -> 
     served.scene.set_camera("follow")
     page.goto(served.page_url + "?fixedDpr=1")
 
-    wait_for_pixels(page, YELLOW, 1500)
-    wait_for_pixels(page, CYAN, 300)
-    assert pixels(page, RED) < 50
+    wait_for_pixels(page, YELLOW, 375)
+    wait_for_pixels(page, CYAN, 75)
+    assert pixels(page, RED) < 12
     served.scene.set_pins([Pin("a", 2.2, 9.0, 0.005, 5, "BAC C")])
-    wait_for_pixels(page, RED, 60)
+    wait_for_pixels(page, RED, 15)
     assert page.locator('[data-testid="floating-panel"]').is_hidden()
 
     magenta = cv2.imencode(".jpg", np.full((64, 64, 3), (230, 20, 230), np.uint8))[1].tobytes()
     wall = [WallTile(k, 1, 0.5 * k, 0.5 * k + 0.5) for k in range(8)]
-    assert pixels(page, MAGENTA) < 50
+    assert pixels(page, MAGENTA) < 12
     served.scene.set_wall(wall, WallLayout(-0.47, 0.0, 64, 64), lambda _: magenta)
-    wait_for_pixels(page, MAGENTA, 5000)
+    wait_for_pixels(page, MAGENTA, 1250)
 
     middle = page.locator("canvas").first.bounding_box()
     assert middle is not None
