@@ -25,13 +25,14 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_clip(tmp_path_factory.mktemp("film") / "film.mp4", FRAMES)
 
 
-@pytest.fixture
-def two_slots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Client]:
+@pytest.fixture(scope="module")
+def two_slots(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
     """A server that splits films of this length already."""
-    monkeypatch.setattr(chunks, "SHARED_FRAMES", SHARED)
-    monkeypatch.setattr(chunks, "LEAST_FRAMES", SHARED + 40)
-    with serving(tmp_path / "data", max_jobs=2, pace=PACE) as client:
-        yield client
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(chunks, "SHARED_FRAMES", SHARED)
+        patch.setattr(chunks, "LEAST_FRAMES", SHARED + 40)
+        with serving(tmp_path_factory.mktemp("data"), max_jobs=2, pace=PACE) as client:
+            yield client
 
 
 def track_of(client: Client, inspection_id: str) -> Track:

@@ -71,7 +71,7 @@ def resumed_at(caplog: pytest.LogCaptureFixture) -> list[int]:
     ]
 
 
-def test_a_process_that_dies_is_followed_by_one_that_goes_on(
+def test_a_process_that_dies_and_one_that_hangs_are_followed_by_one_that_goes_on(
     paced: Client,
     film: Path,
     whole: dict[str, bytes],
@@ -82,6 +82,11 @@ def test_a_process_that_dies_is_followed_by_one_that_goes_on(
     with paced.socket(f"/api/inspections/{inspection_id}/live") as socket:
         checkpoint_of(paced, inspection_id)
         send_signal(TRACKER, signal.SIGKILL)
+        wait_until(lambda: resumed_at(caplog))
+        (pid,) = wait_until(lambda: children(TRACKER))
+        os.kill(pid, signal.SIGSTOP)
+        assert paced.get("/healthz").status_code == 200
+        assert paced.inspection(inspection_id)["status"] == "running"
         states, frames = [], []
         while not states or states[-1] in ("queued", "running"):
             message = socket.recv(PATIENCE_S)
@@ -92,27 +97,12 @@ def test_a_process_that_dies_is_followed_by_one_that_goes_on(
                 frames.append(header["progress"]["frames_done"])
     assert paced.wait(inspection_id)["status"] == states[-1] == "done"
     assert frames[-1] == FRAMES
-    (at,) = resumed_at(caplog)
-    assert at > 0
+    at, again = resumed_at(caplog)
+    assert again >= at > 0
+    assert not Path(f"/proc/{pid}").exists()
     assert left_by(paced, inspection_id) == whole
     names = {path.name for path in (paced.data / "inspections" / inspection_id).iterdir()}
     assert not names & {"checkpoint", "journal"}
-
-
-def test_a_process_that_hangs_is_ended_and_followed_by_another(
-    paced: Client, film: Path, whole: dict[str, bytes], caplog: pytest.LogCaptureFixture
-) -> None:
-    caplog.set_level(logging.INFO, GOES_ON)
-    inspection_id = paced.inspect(film)
-    checkpoint_of(paced, inspection_id)
-    (pid,) = children(TRACKER)
-    os.kill(pid, signal.SIGSTOP)
-    assert paced.get("/healthz").status_code == 200
-    assert paced.inspection(inspection_id)["status"] == "running"
-    wait_until(lambda: resumed_at(caplog))
-    assert not Path(f"/proc/{pid}").exists()
-    assert paced.wait(inspection_id)["status"] == "done"
-    assert left_by(paced, inspection_id) == whole
 
 
 def test_one_video_that_ends_every_process_fails_clearly(paced: Client, film: Path) -> None:
