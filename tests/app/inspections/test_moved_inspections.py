@@ -191,7 +191,6 @@ def test_it_goes_to_a_server_with_an_object_store(
     url = object_store.new()
     with serving(tmp_path / "data", store=url) as client:
         empty = object_store.keys(url)
-        assert_error(bring(client, _flipped(whole)), 422, "invalid_import")
         foreign = packed(with_report(members(whole) | {"film/video.mp4": b"x"}, source=NO_FILM))
         assert_error(bring(client, foreign), 422, "unreadable_video")
         damaged = bytearray(whole)
@@ -207,13 +206,10 @@ def test_it_goes_to_a_server_with_an_object_store(
         assert part.content == film[:100]
         numbers = sorted(frame_number(client.get(it).content) for it in photos_of(client, back))
         assert numbers == [10, 20, 25, 30]
-        again, _ = moved(client, whole)
-        assert again != back
         assert [path.name for path in (tmp_path / "data" / "inspections").iterdir()] == []
-        for each in (back, again):
-            reopened = {"state": "reopened", "reason": "more"}
-            client.post(f"/api/inspections/{each}/review", json=reopened)
-            assert client.delete(f"/api/inspections/{each}").status_code == 204
+        reopened = {"state": "reopened", "reason": "more"}
+        client.post(f"/api/inspections/{back}/review", json=reopened)
+        assert client.delete(f"/api/inspections/{back}").status_code == 204
         assert object_store.keys(url) == empty
 
 
