@@ -6,15 +6,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from builders import (
-    PATIENCE_S,
-    Client,
-    assert_error,
-    frame_number,
-    make_clip,
-    serving,
-    wait_until,
-)
+from builders import PATIENCE_S, Client, assert_error, frame_number, serving, wait_until
 from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import ClientConnection
 
@@ -22,8 +14,6 @@ from app.tracking.live import Progress
 from app.web.routers import live as live_route
 from vo_core import Estimate
 
-FRAMES = 600
-"""Of a film that takes 24 s."""
 PICTURES, MOST_KEPT_BYTES = 280, 20 * 2**20
 """What a reader does not take stays in the buffers of its connection, some MiB at the most."""
 
@@ -47,11 +37,10 @@ def acknowledge(socket: ClientConnection, header: dict[str, Any]) -> None:
 
 
 def test_a_page_that_watches_a_run_gets_poses_with_their_pictures_and_the_newest_first(
-    tmp_path: Path,
+    tmp_path: Path, long_clip: Path
 ) -> None:
-    film = make_clip(tmp_path / "film.mp4", FRAMES)
-    with serving(tmp_path / "data", pace=1.0) as client:
-        inspection_id = client.inspect(film)
+    with serving(tmp_path, pace=1.0) as client:
+        inspection_id = client.inspect(long_clip)
         seen: list[dict[str, Any]] = []
         with live(client, inspection_id) as socket:
             while len(seen) < 12:
@@ -65,8 +54,7 @@ def test_a_page_that_watches_a_run_gets_poses_with_their_pictures_and_the_newest
         last = seen[-1]
         assert last["state"] == "running"
         assert last["distance_mm"] == pytest.approx(1.6 * last["frame"], abs=2)
-        assert last["progress"]["frames_done"] > last["frame"]
-        assert last["progress"]["frames_total"] == FRAMES
+        assert last["progress"]["frames_total"] > last["progress"]["frames_done"] > last["frame"]
         assert {
             "time_s", "x_mm", "y_mm", "yaw_deg", "sigma_distance_mm", "quality", "status",
         } <= last.keys()  # fmt: skip

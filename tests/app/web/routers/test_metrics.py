@@ -11,7 +11,6 @@ from builders import (
     assert_error,
     children,
     clip_rig,
-    make_clip,
     send_signal,
     serving,
     wait_until,
@@ -88,12 +87,11 @@ def test_the_work_of_the_server_is_counted(server: Client, clip: Path, done: str
 
 
 def test_a_run_shows_while_it_lasts_and_a_replaced_process_is_counted(
-    tmp_path: Path, clip: Path
+    tmp_path: Path, clip: Path, long_clip: Path
 ) -> None:
-    film = make_clip(tmp_path / "film.mp4", 300)
     settings = {"camera_networks": ("127.0.0.0/8",), "pace": 0.5}
     with MjpegCamera() as camera, serving(tmp_path / "data", **settings) as client:
-        first, second = client.inspect(film), client.inspect(clip)
+        first, second = client.inspect(long_clip), client.inspect(clip)
         body = {"name": "Live", "rig": clip_rig(), "header": {}}
         body["source"] = {"kind": "live", "url": camera.url}
         live = client.post("/api/inspections", json=body).json()["id"]
