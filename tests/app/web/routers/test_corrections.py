@@ -356,10 +356,9 @@ def test_of_many_at_once_each_is_kept_whole(shared: Client, run: str) -> None:
     assert shared.inspection(run)["revision"] == revision + 8
 
 
-def test_a_zero_set_while_it_is_tracked_counts_at_once(tmp_path: Path) -> None:
-    film = make_clip(tmp_path / "film.mp4", 300)
-    with serving(tmp_path / "data", pace=0.5) as client:
-        run = client.inspect(film)
+def test_a_zero_set_while_it_is_tracked_counts_at_once(tmp_path: Path, long_clip: Path) -> None:
+    with serving(tmp_path, pace=0.5) as client:
+        run = client.inspect(long_clip)
         wait_until(lambda: client.inspection(run)["progress"]["frames_done"] > 30)
         early = put(client, run, stated(zero={"frame": 280, "offset_m": 0.0}))
         assert "no frame 280" in assert_error(early, 422, "invalid_correction")

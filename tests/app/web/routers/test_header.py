@@ -1,7 +1,5 @@
 """The header of an inspection over HTTP: its fields, and values that do not fit."""
 
-from pathlib import Path
-
 from builders import Client, assert_error
 
 from app.survey.catalogue.header import FIELDS
@@ -18,11 +16,11 @@ def test_the_fields_are_listed_in_the_order_of_the_form(shared: Client) -> None:
     assert by_name["direction"]["choices"] == ["with_flow", "against_flow", "unknown"]
 
 
-def test_a_value_that_does_not_fit_its_field_is_refused(shared: Client, clip: Path) -> None:
-    inspection_id = shared.inspect(clip, header={"known_length_m": 2.5, "other_tools_field": "x"})
-    path = f"/api/inspections/{inspection_id}"
+def test_a_value_that_does_not_fit_its_field_is_refused(shared: Client, own: str) -> None:
+    path, header = f"/api/inspections/{own}", {"known_length_m": 2.5, "other_tools_field": "x"}
+    shared.patch(path, json={"header": header}).raise_for_status()
     answer = shared.patch(path, json={"header": {"known_length_m": "2.5", "direction": "down"}})
     detail = assert_error(answer, 422, "invalid_request")
     assert "known_length_m must be a number (not text)" in detail
     assert "direction must be one of with_flow, against_flow, unknown (found 'down')" in detail
-    assert shared.inspection(inspection_id)["header"]["known_length_m"] == 2.5
+    assert shared.inspection(own)["header"] == header

@@ -249,10 +249,10 @@ def test_a_frame_that_is_not_tracked_has_no_picture(shared: Client, done: str) -
 
 
 def test_frames_of_a_video_with_uneven_times_are_exact(shared: Client, tmp_path: Path) -> None:
-    gaps = np.random.default_rng(3).uniform(0.01, 0.2, 60)
-    video = make_clip(tmp_path / "uneven.mp4", 60, times_s=np.cumsum(gaps).tolist())
+    gaps = np.random.default_rng(3).uniform(0.01, 0.2, 30)
+    video = make_clip(tmp_path / "uneven.mp4", 30, times_s=np.cumsum(gaps).tolist())
     inspection_id = shared.tracked(video)
-    for frame in (1, 23, 24, 58):
+    for frame in (1, 12, 13, 28):
         answer = shared.get(f"/api/inspections/{inspection_id}/frames/{frame}.jpg")
         assert frame_number(answer.content) == frame
 
@@ -267,7 +267,7 @@ CONTAINERS = (
 
 
 def test_other_containers_are_tracked_too(shared: Client, tmp_path: Path, is_long: bool) -> None:
-    for name, codec, media_type, playable in CONTAINERS if is_long else CONTAINERS[::3]:
+    for name, codec, media_type, playable in CONTAINERS if is_long else CONTAINERS[-1:]:
         video = make_clip(tmp_path / name, 12, codec=codec)
         expect_tracked(shared, video, media_type, playable=playable)
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 import pytest
-from builders import Client, assert_error, wait_until
+from builders import Client, assert_error, serving, wait_until
 
 from app.storage.assets import AssetStore
 from app.storage.backup import back_up, restore
@@ -111,31 +112,38 @@ def test_a_table_is_tried_imported_whole_or_not_at_all_and_exported(
     assert "asset_id" in assert_error(wrong, 422, "invalid_table")
 
 
+@pytest.fixture
+def idle(tmp_path: Path) -> Iterator[Client]:
+    """A server that tracks nothing."""
+    with serving(tmp_path / "data", max_jobs=0) as client:
+        yield client
+
+
 def test_a_new_inspection_takes_what_the_register_knows(
-    server: Client, clip: Path, tmp_path: Path
+    idle: Client, clip: Path, tmp_path: Path
 ) -> None:
     kept = {"project": "North", "header": PIPE | {"material": "clay"}, "line": LINE}
-    server.put(path_of("CV-01"), json=kept)
-    known = like(server, "CV-01")["fields"]
+    idle.put(path_of("CV-01"), json=kept)
+    known = like(idle, "CV-01")["fields"]
     assert known == PIPE | {
         "material": "clay", "project": "North", "start_lon": 101.6869, "start_lat": 3.139,
         "end_lon": 101.687, "end_lat": 3.1391,
     }  # fmt: skip
     header = {"asset_id": " CV-01 ", "material": "steel", "height_mm": None}
-    made = server.create(clip, header=header).json()
+    made = idle.create(clip, header=header).json()
     wanted = {key: known[key] for key in known.keys() - {"shape", "height_mm"}}
     assert made["header"] == wanted | {"asset_id": "CV-01", "material": "steel"}
-    event = server.get(f"/api/inspections/{made['id']}/events").json()["events"][0]
+    event = idle.get(f"/api/inspections/{made['id']}/events").json()["events"][0]
     assert event["after"]["header"] == made["header"]
 
-    other = server.create(clip, header={"asset_id": "cv.01"}).json()
+    other = idle.create(clip, header={"asset_id": "cv.01"}).json()
     assert other["header"] == {"asset_id": "cv.01"}
-    wait_until(lambda: "cv.01" in like(server, "CV 01")["same"])
-    assert like(server, "CV 01") == {"same": ["CV-01", "cv.01"], "fields": None}
-    assert like(server, " CV-01 ")["same"] == ["cv.01"]
-    assert like(server, "CV-02") == {"same": [], "fields": None}
+    wait_until(lambda: "cv.01" in like(idle, "CV 01")["same"])
+    assert like(idle, "CV 01") == {"same": ["CV-01", "cv.01"], "fields": None}
+    assert like(idle, " CV-01 ")["same"] == ["cv.01"]
+    assert like(idle, "CV-02") == {"same": [], "fields": None}
 
-    back_up(server.data, tmp_path / "backup.zip", lambda *_: None)
+    back_up(idle.data, tmp_path / "backup.zip", lambda *_: None)
     restore(tmp_path / "backup.zip", tmp_path / "restored", lambda *_: None)
     restored = Database(tmp_path / "restored" / "chainage.db")
     assert list(AssetStore(restored).every()) == [
