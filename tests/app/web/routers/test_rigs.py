@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from builders import Client, assert_error, clip_rig
 
 RIG = "/api/rigs/11111111-2222-4333-8444-555555555555"
@@ -27,9 +25,9 @@ def test_a_rig_is_kept_renamed_deleted_and_put_back(shared: Client) -> None:
     assert shared.delete(RIG).status_code == 204
 
 
-def test_it_says_which_inspections_use_it(shared: Client, clip: Path) -> None:
+def test_it_says_which_inspections_use_it(shared: Client, own: str) -> None:
     shared.put(OTHER, json={"name": "Sled", "rig": clip_rig()})
-    made = shared.create(clip, header={"rig_id": "Sled"}).json()
+    shared.patch(f"/api/inspections/{own}", json={"header": {"rig_id": "Sled"}})
     (sled,) = shared.get("/api/rigs").json()["rigs"]
-    assert [user["id"] for user in sled["used_by"]] == [made["id"]]
+    assert [user["id"] for user in sled["used_by"]] == [own]
     assert shared.delete(OTHER).status_code == 204
