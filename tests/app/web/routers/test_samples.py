@@ -61,7 +61,9 @@ def test_the_sample_is_rendered_once_and_comes_with_tags(
         client.delete(f"/api/inspections/{again['inspection_id']}")
 
 
-def test_a_renderer_that_dies_is_reported_and_can_be_tried_again(tmp_path: Path) -> None:
+def test_a_renderer_that_dies_is_reported_and_tried_again_and_ends_with_its_server(
+    tmp_path: Path,
+) -> None:
     with serving(tmp_path) as client:
         client.post("/api/samples")
         send_signal(CHILD, signal.SIGKILL)
@@ -69,11 +71,6 @@ def test_a_renderer_that_dies_is_reported_and_can_be_tried_again(tmp_path: Path)
         assert (state["state"], state["error"]["code"]) == ("failed", "sample_failed")
         assert "SIGKILL" in state["error"]["detail"]
         assert client.post("/api/samples").json()["state"] == "rendering"
-
-
-def test_a_server_that_ends_takes_its_renderer_along(tmp_path: Path) -> None:
-    with serving(tmp_path) as client:
-        client.post("/api/samples")
         wait_until(lambda: children(CHILD))
     assert children(CHILD) == []
     assert list((tmp_path / "inspections").iterdir()) == []
