@@ -10,11 +10,13 @@ from typing import Any
 import counter_drives
 import pytest
 from counter_drives import STEP_MM, CounterDrive
-from counter_surveys import DRIVE, faulty_drive
+from counter_surveys import DRIVE, READ_WITHIN_S, faulty_drive
 from looks import expect_no_fault
 from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
 from surveys import Survey
+
+READ_WITHIN_MS = 1000 * READ_WITHIN_S
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +138,7 @@ def test_a_person_takes_the_date_states_the_unit_draws_the_box_and_stops_the_rea
 
     page.get_by_role("tab", name="Corrections").click()
     section.get_by_role("button", name="m", exact=True).click()
-    expect(section).to_contain_text("From 0.00 m to 0.1")
+    expect(section).to_contain_text("From 0.00 m to 0.1", timeout=READ_WITHIN_MS)
 
     section.get_by_role("button", name="There is no counter").click()
     expect(section).to_contain_text("the film shows no counter")
@@ -166,7 +168,8 @@ def test_a_person_takes_the_date_states_the_unit_draws_the_box_and_stops_the_rea
     page.keyboard.press("Shift+Control+ArrowLeft")
     expect_no_fault(page, within="dialog[open]")
     dialog.get_by_role("button", name="Read the counter in this box").click()
-    expect(section.get_by_role("button", name="m", exact=True)).to_be_visible()
+    unit = section.get_by_role("button", name="m", exact=True)
+    expect(unit).to_be_visible(timeout=READ_WITHIN_MS)
     found = stored(server, unclear, "counter")
     assert found["is_box_drawn"]
     assert found["legible"] > 13
