@@ -15,7 +15,7 @@ from typing import Self
 from urllib.parse import urlsplit
 
 from forks import Fork
-from playwright.sync_api import Page, expect
+from playwright.sync_api import CDPSession, Page, expect
 from ports import free_port
 
 TOKEN = "a-token-for-browser-tests-0123456789"  # noqa: S105
@@ -131,8 +131,8 @@ def log_in(page: Page, server: Server, path: str = "/", token: str = TOKEN) -> N
     page.goto(server.url + path)
 
 
-def limit_upload(page: Page, bytes_per_s: int) -> None:
-    """Send no more than that from now on; -1: without a limit."""
+def limit_upload(page: Page, bytes_per_s: int) -> CDPSession:
+    """Send no more than that until the session is detached: another one lifts no limit."""
     network = page.context.new_cdp_session(page)
     network.send("Network.enable")
     network.send(
@@ -142,6 +142,7 @@ def limit_upload(page: Page, bytes_per_s: int) -> None:
             "uploadThroughput": bytes_per_s,
         },
     )  # fmt: skip
+    return network
 
 
 def start_inspection(page: Page, server: Server, video: Path, rig: Path, name: str) -> str:
