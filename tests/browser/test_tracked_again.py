@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
-from builders import clip_rig, make_clip, wait_until
+from builders import clip_rig, wait_until
 from cameras import MjpegCamera
+from clip_surveys import FRAMES
 from desks import expect_frame
 from playwright.sync_api import Page, expect
 from steps import Server, log_in, wait_until_done
+from surveys import Survey
 
-FRAMES, PACE = 150, 4.0
-"""Six seconds of film, tracked in one and a half: the page sees a run grow."""
+PACE = 1.0
+"""The film is tracked as long as it lasts, a second and a half: the page sees a run grow."""
 
 # How the track and the picture health of the page differ from what the server has now.
 DIFFERENCES = """async () => {
@@ -34,9 +35,9 @@ DIFFERENCES = """async () => {
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """One that tracks slowly and may open cameras on loopback."""
-    folder = tmp_path_factory.mktemp("data")
+    folder = narrow.copied_to(tmp_path_factory.mktemp("data"))
     with Server(folder, pace=str(PACE), camera_networks="127.0.0.0/8") as running:
         yield running
 
@@ -68,11 +69,9 @@ def expect_the_tracks_end(page: Page, server: Server, path: str) -> None:
 
 
 def test_a_page_follows_every_run_that_is_begun_again(
-    page: Page, server: Server, tmp_path: Path
+    page: Page, server: Server, narrow: Survey
 ) -> None:
-    rig = tmp_path / "rig.json"
-    rig.write_text(json.dumps(clip_rig()))
-    path = f"/api/inspections/{server.track(make_clip(tmp_path / 'clip.mp4', FRAMES), rig)}"
+    path = f"/api/inspections/{narrow.id}"
     log_in(page, server, path.removeprefix("/api"))
     wait_until_done(page)
     page.keyboard.press("End")
@@ -83,8 +82,8 @@ def test_a_page_follows_every_run_that_is_begun_again(
 
 
 def _give_another_rig(page: Page, server: Server, path: str) -> None:
-    rig = clip_rig()
-    rig["mount"]["height_mm"] *= 2
+    rig = now(server, path)["rig"]
+    rig["mount"]["height_mm"] /= 2
     server.ask("PUT", f"{path}/rig", {"rig": rig})
     expect_the_tracks_end(page, server, path)
 
@@ -106,14 +105,13 @@ def _turn_the_picture(page: Page, server: Server, path: str) -> None:
 
 def _cancel_and_begin_again(page: Page, server: Server, path: str) -> None:
     """The page looks at another frame than the run."""
-    for _ in range(2):
-        wait_for_rows(page, 10)
-        page.keyboard.press("Home")  # the server then waits for acknowledgements of its pictures
-        server.ask("POST", f"{path}/cancel")
-        expect(page.locator(".chip")).to_have_text("Cancelled")
-        assert now(server, path)["progress"]["frames_done"] < FRAMES
-        server.ask("POST", f"{path}/retry")
-        expect(page.locator(".chip")).not_to_have_text("Cancelled")
+    wait_for_rows(page, 10)
+    page.keyboard.press("Home")  # the server then waits for acknowledgements of its pictures
+    server.ask("POST", f"{path}/cancel")
+    expect(page.locator(".chip")).to_have_text("Cancelled")
+    assert now(server, path)["progress"]["frames_done"] < FRAMES
+    server.ask("POST", f"{path}/retry")
+    expect(page.locator(".chip")).not_to_have_text("Cancelled")
     expect_the_tracks_end(page, server, path)
 
 
