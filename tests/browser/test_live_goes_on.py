@@ -17,7 +17,7 @@ from steps import Server, log_in
 def test_a_live_run_outlives_a_full_disk_and_a_stop(page: Page, tmp_path: Path) -> None:
     with (
         small_disk(tmp_path / "disk", megabytes=100) as disk,
-        MjpegCamera() as camera,
+        MjpegCamera(rate_hz=6) as camera,
         Server(
             disk.place / "data", camera_networks="127.0.0.0/8", disk_reserve_bytes="0"
         ) as server,
@@ -54,7 +54,7 @@ def test_a_live_run_outlives_a_full_disk_and_a_stop(page: Page, tmp_path: Path) 
         dialog.get_by_label("It stood still").check()
         dialog.get_by_role("button", name="Continue recording").click()
         expect(bar).to_contain_text("Camera connected")
-        wait_until(lambda: now()["progress"]["frames_done"] > first + 10)
+        wait_until(lambda: now()["progress"]["frames_done"] > first + 3)
         server.ask("POST", f"/api{path}/finish", {"end_condition": "complete"})
 
         page.get_by_role("tab", name="Header").click()
