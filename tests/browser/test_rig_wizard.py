@@ -55,13 +55,18 @@ def answered(page: Page, act: Callable[[], None]) -> None:
         act()
 
 
-def test_without_a_film_there_is_nothing_to_show(page: Page, server: Server) -> None:
-    log_in(page, server, "/new")
-    expect(page.get_by_role("button", name="Set the rig on the first picture")).to_be_disabled()
-    expect(page.get_by_text("Choose the film first; the picture comes")).to_be_visible()
+def test_a_crooked_camera_is_stated_on_the_first_picture_of_its_film(
+    wizard: Page, server: Server
+) -> None:
+    _the_axis_is_found_and_states_the_pitch(wizard)
+    _the_cross_is_moved_by_key_and_by_hand_and_put_back(wizard)
+    _the_wall_of_the_stated_pipe_is_drawn_where_it_is(wizard)
+    wizard.get_by_role("button", name="Done").click()
+    expect(wizard.get_by_role("button", name="Set the rig on the first picture")).to_be_focused()
+    make(wizard, server)
 
 
-def test_the_axis_is_found_and_states_the_pitch(wizard: Page) -> None:
+def _the_axis_is_found_and_states_the_pitch(wizard: Page) -> None:
     expect(wizard.locator("#rig-mount-view")).to_have_value("forward")
     expect(wizard.locator("#rig-mount-pitch_deg")).to_have_value(re.compile(r"-\d"))
     focal = float(wizard.locator("#rig-camera-fx").input_value())
@@ -72,7 +77,7 @@ def test_the_axis_is_found_and_states_the_pitch(wizard: Page) -> None:
     expect_no_fault(wizard)
 
 
-def test_the_cross_is_moved_by_key_and_by_hand_and_put_back(wizard: Page) -> None:
+def _the_cross_is_moved_by_key_and_by_hand_and_put_back(wizard: Page) -> None:
     cross = wizard.get_by_role("slider", name="Axis of the pipe")
     found, text = pitch(wizard), cross.get_attribute("aria-valuetext")
     focal = float(wizard.locator("#rig-camera-fx").input_value())
@@ -98,7 +103,7 @@ def test_the_cross_is_moved_by_key_and_by_hand_and_put_back(wizard: Page) -> Non
     expect(wizard.locator("#rig-mount-pitch_deg")).to_have_value(str(found))
 
 
-def test_the_wall_of_the_stated_pipe_is_drawn_where_it_is(wizard: Page) -> None:
+def _the_wall_of_the_stated_pipe_is_drawn_where_it_is(wizard: Page) -> None:
     wizard.get_by_role("button", name="Yes, this is the axis").click()
     diameter = wizard.get_by_label("Pipe, inside")
     expect(diameter).to_be_focused()
@@ -130,16 +135,6 @@ def test_the_wall_of_the_stated_pipe_is_drawn_where_it_is(wizard: Page) -> None:
     assert np.median(drawn[:, 1]) == pytest.approx(np.median(expected[:, 1]), abs=2)
     expect_no_fault(wizard)
 
-    wizard.get_by_role("button", name="Done").click()
-    expect(wizard.get_by_role("button", name="Set the rig on the first picture")).to_be_focused()
-
-
-def test_a_rig_made_with_it_is_accepted(wizard: Page, server: Server) -> None:
-    wizard.get_by_role("button", name="Yes, this is the axis").click()
-    wizard.get_by_label("Pipe, inside").fill("300")
-    expect(wizard.locator(".wizard__line--ring")).not_to_have_attribute("d", "")
-    make(wizard, server)
-
 
 def make(page: Page, server: Server) -> Request:
     """Start tracking; return the accepted request. The film is not tracked to its end."""
@@ -153,24 +148,25 @@ def make(page: Page, server: Server) -> Request:
     return made.value.request
 
 
-def test_a_film_that_is_none_says_so(page: Page, server: Server, tmp_path: Path) -> None:
-    (tmp_path / "story.mp4").write_text("Once upon a time there was a culvert.")
-    log_in(page, server, "/new")
-    page.locator("input[type=file]").first.set_input_files(tmp_path / "story.mp4")
-    page.get_by_role("button", name="Set the rig on the first picture").click()
-    expect(page.locator("rig-wizard .fault")).to_contain_text("story.mp4")
-
-
-def test_where_no_axis_shows_the_person_is_asked_for_it(
+def test_without_a_film_or_an_axis_the_person_is_told_what_to_do(
     page: Page, server: Server, tmp_path: Path
 ) -> None:
     log_in(page, server, "/new")
+    begin = page.get_by_role("button", name="Set the rig on the first picture")
+    expect(begin).to_be_disabled()
+    expect(page.get_by_text("Choose the film first; the picture comes")).to_be_visible()
+
+    (tmp_path / "story.mp4").write_text("Once upon a time there was a culvert.")
+    page.locator("input[type=file]").first.set_input_files(tmp_path / "story.mp4")
+    begin.click()
+    expect(page.locator("rig-wizard .fault")).to_contain_text("story.mp4")
+
     clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
     page.route(
         "**/axis", lambda route: route.fulfill(json={"width": 320, "height": 240, "axis": None})
     )
     page.locator("input[type=file]").first.set_input_files(clip)
-    page.get_by_role("button", name="Set the rig on the first picture").click()
+    begin.click()
     expect(page.get_by_text("The axis was not found in this picture")).to_be_visible()
     again = page.get_by_role("button", name="Put it back where it was found")
     expect(again).to_be_hidden()
@@ -216,7 +212,7 @@ def made_with(page: Page, server: Server) -> Any:
     return make(page, server).post_data_json.get("counter")
 
 
-def test_the_counter_is_found_and_needs_no_statement(counter_step: Page, server: Server) -> None:
+def test_the_counter_is_found_denied_and_taken_back(counter_step: Page, server: Server) -> None:
     edge = counter_step.locator(".counter-box__edge")
     left, top, width, height = (
         float(edge.get_attribute(name) or "nan") for name in ("x", "y", "width", "height")
@@ -226,6 +222,12 @@ def test_the_counter_is_found_and_needs_no_statement(counter_step: Page, server:
     assert left + width < 150
     assert top + height <= counter_drives.HEIGHT
     expect_no_fault(counter_step)
+    none = counter_step.get_by_role("button", name="There is no counter")
+    none.click()
+    expect(none).to_have_attribute("aria-pressed", "true")
+    expect(counter_step.get_by_text("so none is read")).to_be_visible()
+    counter_step.get_by_role("button", name="Back to the one that was found").click()
+    expect(none).to_have_attribute("aria-pressed", "false")
     assert made_with(counter_step, server) is None
 
 
@@ -247,14 +249,6 @@ def test_another_box_is_drawn(counter_step: Page, server: Server) -> None:
     assert stated["box"] == pytest.approx([50, 20, 150, 61], abs=1)
 
 
-def test_that_there_is_no_counter_is_stated_and_taken_back(
-    counter_step: Page, server: Server
-) -> None:
-    none = counter_step.get_by_role("button", name="There is no counter")
-    none.click()
-    expect(none).to_have_attribute("aria-pressed", "true")
-    expect(counter_step.get_by_text("so none is read")).to_be_visible()
-    counter_step.get_by_role("button", name="Back to the one that was found").click()
-    expect(none).to_have_attribute("aria-pressed", "false")
-    none.click()
+def test_that_there_is_no_counter_is_stated(counter_step: Page, server: Server) -> None:
+    counter_step.get_by_role("button", name="There is no counter").click()
     assert made_with(counter_step, server) == {"is_present": False}
