@@ -72,7 +72,7 @@ def test_new_inspection(page: Page, server: Server) -> None:
     page.get_by_label("Live camera").check()
     page.get_by_role("button", name="Start recording").click()
     expect(page.get_by_text("Type the address of the camera")).to_be_visible()
-    expect_no_fault(page, ("light",))
+    expect_no_fault(page, ("light",), within="source-picker")
 
 
 def test_in_malay(page: Page, server: Server, inspection: str) -> None:

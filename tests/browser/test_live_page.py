@@ -138,7 +138,7 @@ def test_a_live_inspection_from_its_start_through_two_drop_outs_to_its_review(
     begin(form, camera)
     page, bar, age = form, form.locator("live-bar"), form.locator("picture-age")
     expect(age).to_have_text(re.compile(r"\d+\.\d\d s old"))
-    assert faults(page) == []
+    assert faults(page, within="live-bar") == []
     for count in (1, 2):
         camera.drop_out()
         expect(bar).to_contain_text("Camera gone for")
@@ -235,7 +235,7 @@ def test_what_keeps_a_camera_from_starting_is_shown_at_its_field_and_nothing_is_
     expect(form.get_by_text("Plug a camera in")).to_be_visible()
     form.get_by_role("button", name="Look again").click()
     expect(form.get_by_text("Plug a camera in")).to_be_visible()
-    assert faults(form) == []
+    assert faults(form, within="source-picker") == []
     before = inspections(server)
     form.get_by_label("Address of the camera").fill("rtsp://8.8.8.8/stream")
     form.get_by_role("button", name="Start recording").click()

@@ -74,7 +74,7 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     expect(page.locator(".remark")).to_have_text(
         [re.compile("Question.*Crack or root?", re.DOTALL), re.compile("Accepted")]
     )
-    expect_no_fault(page, ("dark",))
+    expect_no_fault(page, ("dark",), within="defect-form")
     page.keyboard.press("Escape")
     expect(page.locator(".defect").nth(1)).to_contain_text("1 open question")
     page.keyboard.press("u")  # the acceptance
@@ -145,7 +145,7 @@ def test_two_people_see_each_other_and_nothing_that_is_typed_or_accepted_is_lost
     page.wait_for_function(
         "() => document.querySelector('inspection-page').desk.inspection.value.header.client"
     )
-    expect_no_fault(page, ("dark",))
+    expect_no_fault(page, ("dark",), within="desk-bar")
 
     # An acceptance of what is no longer stored is refused, and asked for again.
     page.evaluate(
@@ -236,7 +236,7 @@ def test_an_admin_makes_a_token_changes_its_role_and_revokes_it(page: Page, serv
     page.get_by_label("Name").fill("Ana")
     press(page, "Create")
     ana = {"Authorization": f"Bearer {page.get_by_label('Token to hand over').input_value()}"}
-    expect_no_fault(page, ("dark",))
+    expect_no_fault(page, ("dark",), within="dialog[open]")
     page.keyboard.press("Escape")
     page.get_by_label("Role of Ana").select_option("viewer")
     expect(page.locator("toast-stack")).to_contain_text("Ana has the role viewer now.")

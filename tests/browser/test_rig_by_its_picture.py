@@ -62,7 +62,7 @@ def test_a_first_rig_needs_no_pixels_and_shows_its_wall(
     page.locator("summary", has_text="Tolerances").click()
     page.locator("#rig-tolerance-focal_percent").fill("0.7")
     expect(page.get_by_label("How well is this known?")).to_have_value("own")
-    expect_no_fault(page)
+    expect_no_fault(page, within="rig-form")
 
     # It is kept under a name, which the header takes over, and is there for the next film.
     page.get_by_role("button", name="Library", exact=True).click()
@@ -77,7 +77,7 @@ def test_a_first_rig_needs_no_pixels_and_shows_its_wall(
     page.get_by_role("button", name="Delete Crawler 3").click()
     expect(page.get_by_role("button", name="Take Crawler 3")).to_have_count(0)
     page.get_by_role("button", name="Undo").click()
-    expect_no_fault(page)
+    expect_no_fault(page, within="rig-form")
     page.get_by_role("button", name="Take Crawler 3").click()
     expect(page.get_by_label("Height of the lens")).to_have_value("230")
     expect(page.locator("#header-rig_id")).to_have_value("Crawler 3")

@@ -149,7 +149,6 @@ def the_form_asks_only_for_what_the_code_needs(desk: Page, server: Server, inspe
     expect(desk.get_by_role("slider", name="Clock from")).to_be_hidden()
     expect(desk.locator(".unit").first).to_have_text("%")
     expect(desk.get_by_label("Quantity 2")).to_be_hidden()
-    expect_no_fault(desk, within="defect-form")
 
 
 def every_field_is_saved_and_the_clock_is_set_by_keys_and_by_drawing(
