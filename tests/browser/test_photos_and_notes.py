@@ -93,7 +93,7 @@ def test_photos_drawings_notes_and_clips_are_made_and_kept(
     page.get_by_text("Text", exact=True).click()
     page.get_by_label("Text to place").fill("root")
     pad.click(position={"x": 40, "y": 60})
-    expect_no_fault(page)
+    expect_no_fault(page, within="dialog[open]")
     page.get_by_role("button", name="Done").last.click()
     expect(page.get_by_text("Photo 3 of 3")).to_be_visible()
     page.get_by_role("button", name="Make it the main photo").click()
@@ -122,7 +122,7 @@ def test_photos_drawings_notes_and_clips_are_made_and_kept(
     page.keyboard.press("e")
     expect(form.locator("audio")).to_have_attribute("src", re.compile("/voice$"))
 
-    expect_no_fault(page, ("dark",))
+    expect_no_fault(page, ("dark",), within="defect-form")
 
     # Deleted, and undone.
     form.get_by_role("button", name="Delete", exact=True).click()
