@@ -75,6 +75,7 @@ def test_new_inspection(page: Page, server: Server) -> None:
     expect_no_fault(page, ("light",), within="source-picker")
 
 
+@pytest.mark.long
 def test_in_malay(page: Page, server: Server, inspection: str) -> None:
     page.add_init_script("""localStorage.setItem('chainage.preferences', '{"language":"ms"}')""")
     page.route("**/api/me", lambda route: route.abort())  # the server has no say in it here
