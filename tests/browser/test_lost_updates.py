@@ -273,7 +273,6 @@ def what_is_typed_is_asked_about_only_where_the_text_before_it_is_no_longer_stor
     assert tag_of(server, path)["remark"] == "crack, roots 30 %!"
 
     fields = {
-        "Remark": ("remark", "crack", "crack, roots 30 %", "cracks"),
         "Quantity": ("quant1", "3", "35", "4"),
         "Code": ("code", "BAB", "BAC", "BAF"),
     }
