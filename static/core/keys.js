@@ -74,12 +74,21 @@ function isTaken(target, key) {
  */
 export function bindKeys(target, bindings, signal, except = new Set()) {
   const table = new Map(bindings.flatMap((binding) => binding.keys.map((key) => [key, binding])));
+  let isFree = false;
+  target.addEventListener(
+    'keydown',
+    (/** @type {any} */ event) => {
+      // Before the key closes what it was for: Escape in a form must not leave the page's selection, too.
+      isFree = !isTaken(event.target, keyName(event));
+    },
+    { signal, capture: true },
+  );
   target.addEventListener(
     'keydown',
     (/** @type {any} */ event) => {
       const key = keyName(event);
       const binding = table.get(key);
-      if (!binding || !isKeyOn(key) || event.altKey || except.has(key) || isTaken(event.target, key)) return;
+      if (!binding || !isKeyOn(key) || event.altKey || except.has(key) || !isFree) return;
       event.preventDefault();
       binding.run(event, key);
     },
