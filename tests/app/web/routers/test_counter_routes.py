@@ -118,21 +118,21 @@ def test_a_counter_is_read_when_it_is_its_turn_or_somebody_asks_and_again_if_it_
         running = client.inspect(long)
         client.wait(running, "running")
         inspection, queued = inspect(client, plain), client.inspect(long)
+        waiting = client.inspect(long)  # from here on one waits all the time
         client.post(f"/api/inspections/{running}/cancel")
         client.wait(inspection)
         client.wait(queued, "running")
-        waiting = client.inspect(long)
-        # No text stands in the box that a person draws.
+        assert counter(client, inspection)["state"] == "waiting", "films come first"
+        path = f"/api/inspections/{inspection}/counter/cancel"
+        assert client.post(path).json()["state"] == "cancelled"
+        assert_error(client.post(path), 409, "not_running")
+
+        # What somebody asks for does not wait.  No text stands in the box that a person draws.
         assert state(client, survey.id, box=[200, 20, 300, 50])["state"] == "waiting"
         found = settled(client, survey.id)
         assert (found["state"], found["is_box_drawn"]) == ("not_found", True)
         assert found["box"] == [200, 20, 300, 50]
         assert state(client, survey.id, is_present=False)["state"] == "declined"
-
-        assert counter(client, inspection)["state"] == "waiting", "films come first"
-        path = f"/api/inspections/{inspection}/counter/cancel"
-        assert client.post(path).json()["state"] == "cancelled"
-        assert_error(client.post(path), 409, "not_running")
         for each in (waiting, queued):
             client.post(f"/api/inspections/{each}/cancel")
         assert state(client, inspection)["state"] == "waiting"
