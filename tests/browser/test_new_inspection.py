@@ -27,16 +27,14 @@ def form(page: Page, server: Server) -> Page:
     return page
 
 
-def test_a_preset_fills_a_rig_without_faults(form: Page) -> None:
+def test_a_preset_fills_a_rig_without_faults_and_faults_are_shown(form: Page) -> None:
     form.get_by_label("Start from").select_option(index=1)
     assert float(form.get_by_label("Inner diameter").input_value()) > 0
     form.get_by_role("button", name="Start tracking").click()
     expect(form.locator("rig-form .fault:not(:empty)")).to_have_count(0)
     expect(form.get_by_role("img", name="Pipe of")).to_be_visible()
 
-
-def test_a_fault_is_shown_beside_its_field_until_it_is_put_right(form: Page) -> None:
-    form.get_by_label("Start from").select_option(index=1)
+    # A fault is shown beside its field until it is put right.
     form.get_by_text("Lens distortion and fine adjustment").click()
     faults = form.locator("rig-form .fault:not(:empty)")
     for label, text, sentence in (
@@ -59,10 +57,6 @@ def test_a_fault_is_shown_beside_its_field_until_it_is_put_right(form: Page) -> 
         field.blur()
         expect(field).to_have_attribute("aria-invalid", "false")
         expect(faults).to_have_count(0)
-
-
-def test_a_camera_outside_its_pipe_is_a_fault(form: Page) -> None:
-    form.get_by_label("Start from").select_option(index=1)
     form.get_by_label("Inner diameter").fill("300")
     form.get_by_label("Height of the lens").fill("310")
     form.get_by_label("Height of the lens").blur()
