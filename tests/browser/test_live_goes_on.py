@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import pytest
 from builders import clip_rig, wait_until
 from cameras import MjpegCamera
 from playwright.sync_api import Page, expect
@@ -14,6 +15,7 @@ from small_disk import small_disk
 from steps import Server, log_in
 
 
+@pytest.mark.long
 def test_a_live_run_outlives_a_full_disk_and_a_stop(page: Page, tmp_path: Path) -> None:
     with (
         small_disk(tmp_path / "disk", megabytes=100) as disk,

@@ -33,12 +33,13 @@ def reading(tmp_path):
             "m",
             marks=pytest.mark.long,
         ),
-        (
+        pytest.param(
             CounterFilm(
                 **SHORT, font="dots", backing="box", height_px=14, is_interlaced=True, crf=30,
                 counter=Text("DIST: {value:.1f} FT", AT),
             ),
             "ft",
+            marks=pytest.mark.long,
         ),
         pytest.param(
             CounterFilm(
