@@ -60,8 +60,8 @@ _PAUSE_AFTER_FAULT_S = 5.0
 _LOOK_AGAIN_S = 2.0
 """Nobody reports that no film waits any more."""
 _STALL_S = 600.0
-"""Time without progress that counts as a stall. Of lowest priority, a child may get no processor
-for minutes."""
+"""Time without progress that counts as a stall. Of low priority, a child may get no processor for
+minutes."""
 _SEARCH_S = 60.0
 """Time that a person waits for a search, which takes some 5 s."""
 
