@@ -3,7 +3,6 @@
  * is that of their places; only the two ends of a stretch can stand the wrong way round.
  */
 
-import { partsOf } from '../../core/stretches.js';
 import { t } from '../../core/words.js';
 import { finishStretch, swapEnds } from '../inspection-page/stretches.js';
 
@@ -20,14 +19,14 @@ export function repairsOf({ code, params }, desk) {
     }));
   }
   // The checks may know a stretch that the list of the page has not read yet.
-  const ends = partsOf(desk.observations.value, { continuous: `A${params.stretch}` }).map(
-    ({ continuous }) => continuous[0],
-  );
-  if (code === 'stretch_falls' && ends.includes('A') && ends.includes('B')) {
+  const isRead = (role) => desk.observations.value.some(({ continuous }) => continuous === `${role}${params.stretch}`);
+  if (code === 'stretch_falls' && isRead('A') && isRead('B')) {
     return [{ name: t('checks.swap'), run: () => swapEnds(desk, params.stretch) }];
   }
-  if (code !== 'open_stretch' || !ends.includes('A')) return [];
-  return [{ name: t('checks.finish_here'), run: () => finishStretch(desk, params.stretch) }];
+  if (code === 'open_stretch' && isRead('A')) {
+    return [{ name: t('checks.finish_here'), run: () => finishStretch(desk, params.stretch) }];
+  }
+  return [];
 }
 
 /** Tags the place of the camera; the kind is asked for in the form, as nobody but the inspector knows it. */
