@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -19,14 +19,39 @@ _CONTEXT = get_context("forkserver")
 _CONTEXT.set_forkserver_preload(["app.main", "app.cli.main", "app.cli.server"])
 
 
+def become(words: list[str], environment: dict[str, str], out: Connection, log: Path) -> None:
+    """Become the command, in the child."""
+    from app.cli.main import main  # it is loaded there, and not in every test process
+
+    os.environ.clear()
+    os.environ.update(environment)
+    os.dup2(out.fileno(), 1)
+    out.close()
+    with log.open("ab") as errors:
+        os.dup2(errors.fileno(), 2)
+    sys.argv = ["chainage", *words]
+    main()
+
+
 class Fork:
     """A running command, whose output is to be read from `stdout`."""
 
-    def __init__(self, words: Sequence[str], environment: Mapping[str, str], log: Path) -> None:
-        """Run `chainage` with some words; what it says of errors is added to the file `log`."""
+    def __init__(
+        self,
+        words: Sequence[str],
+        environment: Mapping[str, str],
+        log: Path,
+        *,
+        target: Callable[[list[str], dict[str, str], Connection, Path], None] = become,
+    ) -> None:
+        """Run `chainage` with some words; what it says of errors is added to the file `log`.
+
+        Args:
+            target: What the process does instead of `become`, such as to change a constant before.
+        """
         ours, theirs = _CONTEXT.Pipe(duplex=False)
         self._process = _CONTEXT.Process(
-            target=_run, args=(list(words), dict(environment), theirs, log)
+            target=target, args=(list(words), dict(environment), theirs, log)
         )
         self._process.start()
         theirs.close()
@@ -50,17 +75,3 @@ class Fork:
         self._process.kill()
         self._process.join()
         self.stdout.close()
-
-
-def _run(words: list[str], environment: dict[str, str], out: Connection, log: Path) -> None:
-    """Become the command, in the child."""
-    from app.cli.main import main  # it is loaded there, and not in every test process
-
-    os.environ.clear()
-    os.environ.update(environment)
-    os.dup2(out.fileno(), 1)
-    out.close()
-    with log.open("ab") as errors:
-        os.dup2(errors.fileno(), 2)
-    sys.argv = ["chainage", *words]
-    main()

@@ -9,13 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import cv2
-import forks
 import httpx
 import pytest
 from boards import PINHOLE, Studio, checkerboard, poses
 from builders import PATIENCE_S, make_clip
 from films import half_sized
-from forks import _run
+from forks import Fork, become
 
 from app.inspections import samples
 from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
@@ -417,19 +416,19 @@ def test_a_wrong_setting_is_reported_before_anything_is_done(chainage, monkeypat
 def short_demo(*command):
     """Become the command, in a process forked from one that has imported it."""
     samples.LENGTH_MM = 20
-    _run(*command)
+    become(*command)
 
 
 TYPED_ADDRESS = {"Accept": "text/html", "Sec-Fetch-Site": "none"}
 """What a browser sends for an address that a person opens."""
 
 
-def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr(forks, "_run", short_demo)
+def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path):
     # The demo's own reserve counts: with this one nothing would fit on any disk.
     settings = {"TMPDIR": str(tmp_path / "made"), "CHAINAGE_DISK_RESERVE_BYTES": str(2**50)}
     (tmp_path / "made").mkdir()
-    demo = forks.Fork(["demo", "--port", "0"], os.environ | settings, tmp_path / "log")
+    words, environment = ["demo", "--port", "0"], os.environ | settings
+    demo = Fork(words, environment, tmp_path / "log", target=short_demo)
     opened = demo.stdout.readline().removeprefix("Open ").strip()
     with httpx.Client(follow_redirects=True, headers=TYPED_ADDRESS) as browser:
         page = browser.get(opened)

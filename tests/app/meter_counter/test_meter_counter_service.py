@@ -110,9 +110,9 @@ def begin(client: Client, camera: MjpegCamera) -> str:
     source = {"kind": "live", "url": camera.url}
     made = client.post("/api/inspections", json={"name": "L", "source": source, "rig": clip_rig()})
     assert made.status_code == 201, made.text
-    path = f"/api/inspections/{made.json()['id']}"
-    client.put(f"{path}/counter", json={"is_present": False})  # which would take a process more
-    return path.rpartition("/")[2]
+    inspection_id = str(made.json()["id"])
+    client.state_no_counter(inspection_id)
+    return inspection_id
 
 
 def answer(other: OtherSoftware) -> tuple[object, dict[str, Any]]:

@@ -28,7 +28,8 @@ def test_a_server_at_work_ends_soon_and_goes_on_at_its_next_start(
             wait_until(lambda: all(frames(client, each) > 20 for each in (running, live)))
             tag = client.tag(done).json()["id"]
             pid = client.server.pid  # type: ignore[attr-defined]
-            assert len(started := descendants(pid)) >= 3
+            started = descendants(pid)
+            assert len(started) >= 3
             with client.socket(f"/api/inspections/{live}/live") as socket:
                 socket.recv(PATIENCE_S)
                 code = client.server.terminate(PATIENCE_S)  # type: ignore[attr-defined]

@@ -181,7 +181,7 @@ def test_an_operator_can_import_a_file_of_the_machine(tmp_path: Path) -> None:
     with serving(tmp_path / "data") as client:
         films = client.server.app.state.services.films
         name = films.import_video(video, Rig.parse(clip_rig()), "Sample", {"asset_id": "S"})
-        client.put(f"/api/inspections/{name}/counter", json={"is_present": False})
+        client.state_no_counter(name)
         inspection = client.wait(name)
         assert (inspection["name"], inspection["status"]) == ("Sample", "done")
     assert video.exists()

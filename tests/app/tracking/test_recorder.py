@@ -38,7 +38,8 @@ OPEN = "6f1c2a34-0000-4000-8000-00000000000c"
 def field(survey: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
     """A server that may open cameras on loopback and files in a folder."""
     data = survey.copied_to(tmp_path_factory.mktemp("field") / "data")
-    (watch := data.with_name("watch")).mkdir()
+    watch = data.with_name("watch")
+    watch.mkdir()
     with serving(data, camera_networks=LOOPBACK, watch_folder=watch) as client:
         yield client
 
@@ -48,13 +49,12 @@ def body(url: str) -> dict[str, Any]:
     return {"name": "Culvert 7", "source": source, "rig": clip_rig(), "header": {}}
 
 
-def begin(client: httpx.Client, url: str) -> str:
+def begin(client: Client, url: str) -> str:
     answer = client.post("/api/inspections", json=body(url))
     assert answer.status_code == 201, answer.text
     assert answer.json()["status"] == "running"
     inspection_id = str(answer.json()["id"])
-    # To search the counter of what was recorded takes a process more, and no test looks at it.
-    client.put(f"/api/inspections/{inspection_id}/counter", json={"is_present": False})
+    client.state_no_counter(inspection_id)
     return inspection_id
 
 

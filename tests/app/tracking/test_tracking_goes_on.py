@@ -121,7 +121,8 @@ def test_one_video_that_ends_every_process_fails_clearly(paced: Client, film: Pa
     assert "SIGKILL" in failed["error"]["detail"]
     assert "3 times" in failed["error"]["detail"]
     assert len(killed) == 3
-    paced.wait(other := paced.inspect(film), "running")  # the server goes on
+    other = paced.inspect(film)
+    paced.wait(other, "running")  # the server goes on
     paced.post(f"/api/inspections/{other}/cancel")
 
 

@@ -29,7 +29,6 @@ PACK = (
     "continuous_allowed,grade_s\nSCR,,,Scour at the outlet,S,no,opt,mm,no,,no,3\n"
 )
 CSV = {"Content-Type": "text/csv"}
-NO_COUNTER = {"is_present": False}  # to search one takes a process more
 
 
 @pytest.fixture
@@ -62,7 +61,8 @@ def test_what_writes_is_refused_and_goes_on_when_there_is_room(
             yield client.delete(f"{tags}/{kept}")
             yield client.post(f"{tags}/{kept}/restore")
             source = {"kind": "upload", "upload_id": upload_id}
-            body = {"name": "Next", "source": source, "rig": clip_rig(), "counter": NO_COUNTER}
+            body: dict[str, Any] = {"name": "Next", "source": source, "rig": clip_rig()}
+            body["counter"] = {"is_present": False}
             yield client.post("/api/inspections", json=body)
             yield client.patch(path, json={"name": "Another"})
             yield client.put("/api/me/preferences", json=preferences | {"units": "ft"})
@@ -186,7 +186,7 @@ def test_a_full_disk_stops_the_recording_until_there_is_room_and_never_the_track
             wait_until(lambda: frames() > before + 20)
             return before + 10, row(client, path, before + 10)
 
-        client.put(f"{path}/counter", json=NO_COUNTER)
+        client.state_no_counter(inspection_id)
         wait_until(lambda: frames() > 15)
         disk.fill()
         wait_until(lambda: not is_recording())

@@ -189,7 +189,7 @@ def test_a_recording_goes_to_the_store_when_it_ends_and_can_be_continued(object_
         inspection_id = made.json()["id"]
         root = f"/api/inspections/{inspection_id}"
         folder = tmp_path / "data" / "inspections" / inspection_id
-        client.put(f"{root}/counter", json={"is_present": False})
+        client.state_no_counter(inspection_id)
         recorded = record(client, root, 10)
         film = client.get(f"{root}/video").content
         assert {f"archive/inspections/{inspection_id}/recording.mkv"} <= object_store.keys(url)

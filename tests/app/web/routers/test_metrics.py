@@ -95,7 +95,7 @@ def test_a_run_shows_while_it_lasts_and_a_replaced_process_is_counted(
         body = {"name": "Live", "rig": clip_rig(), "header": {}}
         body["source"] = {"kind": "live", "url": camera.url}
         live = client.post("/api/inspections", json=body).json()["id"]
-        client.put(f"/api/inspections/{live}/counter", json={"is_present": False})
+        client.state_no_counter(live)
         wait_until(lambda: value(client, "tracked_frames_per_second") > 0)
         assert value(client, "queue_length") == 1
         assert value(client, "live_recordings") == 1

@@ -38,9 +38,8 @@ def test_the_sample_is_rendered_once_and_comes_with_tags(
         assert_error(client.post("/api/samples"), 409, "sample_being_made")
         made = ended(client)
         assert (made["state"], made["progress"]) == ("ready", 1.0)
-        # To search a counter takes a process more, at each start until it is read.
         path = f"/api/inspections/{made['inspection_id']}"
-        assert client.put(f"{path}/counter", json={"is_present": False}).is_success
+        client.state_no_counter(made["inspection_id"])
         inspection = client.wait(made["inspection_id"])
         assert (inspection["name"], inspection["status"]) == ("Sample culvert", "done")
         assert inspection["distance_m"] == pytest.approx(0.06, abs=0.005)
