@@ -24,8 +24,8 @@ if TYPE_CHECKING:  # loaded under the limits
 
 _REPORT_EVERY_S = 0.5
 _NICENESS = 5
-"""Tracking has three quarters of a core that both want; with 10 it took minutes on a busy machine
-to read 16 frames.
+"""Tracking has three quarters of a core that both want; with 10 it took more than a minute on a
+busy machine to read 16 frames.
 """
 
 
