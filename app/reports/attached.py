@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from app.reports.content.marked_photo import MarkedPhoto
-from app.reports.report import Entry, Photo, VoiceNote
+from app.reports.report import Entry, Photo, Taken, VoiceNote
 from app.storage import keys
 from app.storage.blobs import Blobs, Readable, StoredBlob
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
@@ -22,7 +22,8 @@ class Attached:
         blobs: Blobs,
         asset: str,
         attachments: Sequence[Attachment],
-        caption_of: Callable[[Entry], str] | None,
+        caption_of: Callable[[Entry, Taken | None], str] | None,
+        taken_at: Callable[[int], Taken],
     ) -> None:
         """Sort the attachments by observation.
 
@@ -30,11 +31,14 @@ class Attached:
             blobs: Where the files are.
             asset: Stem of all names.
             attachments: Those of the inspection, in their order.
-            caption_of: What is burnt into the photos of an entry; None for nothing.
+            caption_of: What is burnt into a photo of an entry, by where it was taken if that is
+                not the entry's frame; None for nothing.
+            taken_at: Where the camera was in a frame.
         """
         self._blobs = blobs
         self._asset = asset
         self._caption_of = caption_of
+        self._taken_at = taken_at
         self._of: dict[str, list[Attachment]] = defaultdict(list)
         for attachment in attachments:
             self._of[attachment.observation_id].append(attachment)
@@ -42,13 +46,12 @@ class Attached:
     def added_to(self, entry: Entry, row: Observation) -> Entry:
         """Return the entry with its files; the photo of lowest rank is the main one."""
         found = self._of.get(row.id, [])
-        caption = self._caption_of(entry) if self._caption_of else None
         pictures = [one for one in found if one.kind != "voice" and one.is_photographed]
         by_age = sorted(pictures, key=lambda one: (one.created_at, one.id))
         ranked = [
-            (one.rank, self._picture(one, row, by_age.index(one) + 2, caption)) for one in pictures
+            (one.rank, self._picture(one, row, by_age.index(one) + 2, entry)) for one in pictures
         ]
-        own = self._own(row, caption)
+        own = self._own(row, entry)
         if own is not None:
             ranked.append((0, own))
         # The sort is stable, so the own photo is put before others of rank 0.
@@ -62,19 +65,29 @@ class Attached:
             voice_notes=tuple(self._note(note, row, n) for n, note in enumerate(notes, 1)),
         )
 
-    def _own(self, row: Observation, caption: str | None) -> Photo | None:
+    def _own(self, row: Observation, entry: Entry) -> Photo | None:
         if stated := row.tag.photo_name:
             return Photo(stated, None, None)
         if not row.is_photographed:
             return None
         name = f"{self._asset}-{row.seq:03d}.jpg"
         jpeg = self._photo(row.inspection_id, row.id, row.frame) if row.has_photo else None
-        return Photo(name, jpeg, row.photo_sha256, _marked(jpeg, (), caption), row.id)
+        return Photo(name, jpeg, row.photo_sha256, self._marked(jpeg, (), entry, None), row.id)
 
-    def _picture(self, one: Attachment, row: Observation, n: int, caption: str | None) -> Photo:
+    def _picture(self, one: Attachment, row: Observation, n: int, entry: Entry) -> Photo:
         jpeg = self._photo(one.inspection_id, one.id, one.frame) if one.has_photo else None
         name = f"{self._asset}-{row.seq:03d}-{n}.jpg"
-        return Photo(name, jpeg, one.sha256, _marked(jpeg, one.strokes, caption), one.id)
+        taken = None if one.frame == row.frame else self._taken_at(one.frame)
+        marked = self._marked(jpeg, one.strokes, entry, taken)
+        return Photo(name, jpeg, one.sha256, marked, one.id, taken)
+
+    def _marked(
+        self, jpeg: Readable | None, strokes: Sequence[Stroke], entry: Entry, taken: Taken | None
+    ) -> MarkedPhoto | None:
+        caption = self._caption_of(entry, taken) if self._caption_of else None
+        if jpeg is None or not (strokes or caption):
+            return None
+        return MarkedPhoto(jpeg, strokes, caption)
 
     def _photo(self, inspection_id: str, row_id: str, frame: int) -> Readable:
         return StoredBlob(self._blobs, keys.photo(inspection_id, row_id, frame))
@@ -84,11 +97,3 @@ class Attached:
         key = keys.voice(note.inspection_id, note.id, suffix)
         name = f"{self._asset}-{row.seq:03d}-{n}{suffix}"
         return VoiceNote(name, StoredBlob(self._blobs, key), note.sha256, note.id)
-
-
-def _marked(
-    jpeg: Readable | None, strokes: Sequence[Stroke], caption: str | None
-) -> MarkedPhoto | None:
-    if jpeg is None or not (strokes or caption):
-        return None
-    return MarkedPhoto(jpeg, strokes, caption)

@@ -50,6 +50,15 @@ _BLOCK = 2**20
 
 
 @dataclass(frozen=True)
+class Taken:
+    """Where the camera was for a photo; all None until its frame is tracked."""
+
+    time_s: float | None
+    distance_m: float | None
+    u95_m: float | None
+
+
+@dataclass(frozen=True)
 class Photo:
     """The photo of an entry."""
 
@@ -63,6 +72,12 @@ class Photo:
     """A copy with the marks of a person, or a burnt-in caption."""
     of: str = ""
     """Id of the observation or the attachment that it is the photo of."""
+    taken: Taken | None = None
+    """Set where it shows another frame than the entry's, so that the entry's place is not its."""
+
+    def time_s(self, entry: Entry) -> float | None:
+        """Return its time in the film, as a photo of this entry."""
+        return self.taken.time_s if self.taken else entry.time_s
 
     @property
     def shown(self) -> Readable | None:
@@ -310,12 +325,12 @@ class Report:
         server = (self.company.server or "").rstrip("/")
         return f"{server}/inspections/{self.id}?defect={entry.id}" if server else None
 
-    def film_at(self, entry: Entry) -> str | None:
-        """Return the link to an entry's place in the film of the delivery; None without one."""
+    def film_at(self, time_s: float | None) -> str | None:
+        """Return the link to a time in the film of the delivery; None without one."""
         path = self.extras.film_path
-        if path is None or entry.time_s is None:
+        if path is None or time_s is None:
             return None
-        return f"{quote(path)}#t={entry.time_s:.10g}"
+        return f"{quote(path)}#t={time_s:.10g}"
 
     @property
     def adjusted(self) -> Adjusted | None:

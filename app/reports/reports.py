@@ -8,6 +8,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -36,6 +37,7 @@ from app.reports.report import (
     Report,
     Role,
     Source,
+    Taken,
     Units,
     Written,
 )
@@ -58,10 +60,10 @@ from app.survey.register import Line, one_line
 from app.survey.review import ReviewState
 from app.survey.rounding import metres, rounded
 from app.survey.stretches import role_and_number, stretches
-from app.survey.track_rows import is_unmeasured
+from app.survey.track_rows import estimate_at, is_unmeasured
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
-from vo_core import Rig
+from vo_core import Rig, Track
 from vo_core.errors import InvalidRig
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
@@ -252,6 +254,7 @@ class Reports:
             asset,
             attachments,
             Translator(language, units).burnt_in if extras.burnt_in else None,
+            partial(_taken, track, has_sigma=not is_unmeasured(raw)),
         )
         entries = [
             attached.added_to(_entry(item, rig, table, row.header, alignment, lengths_m), item.row)
@@ -320,6 +323,15 @@ class Reports:
         asset_id = asset_of(header)
         row = self._register.find(one_line(asset_id)) if asset_id else None
         return registered_asset(row).line if row else ()
+
+
+def _taken(track: Track, frame: int, *, has_sigma: bool) -> Taken:
+    """Return where the camera was in a frame, by the corrected track."""
+    seen = estimate_at(track, frame)
+    if seen is None:
+        return Taken(None, None, None)
+    u95_m = half_width_m(seen.sigma_distance_mm) if has_sigma else None
+    return Taken(rounded(seen.time_s, 3), metres(seen.distance_mm), u95_m)
 
 
 def _film(blobs: Blobs, row: Inspection) -> StoredBlob | None:

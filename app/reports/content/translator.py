@@ -11,7 +11,7 @@ from app.imports.survey import Caveat
 from app.reports.content.sizes import figure_text
 from app.reports.content.typesetting import one_line
 from app.reports.content.words import Language, words_of
-from app.reports.report import Entry, Loss, Phrase, Report, Units
+from app.reports.report import Entry, Loss, Phrase, Report, Taken, Units
 from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.checks import Issue
 from app.survey.interval import half_width_text
@@ -130,11 +130,18 @@ class Translator:
 
     def place(self, entry: Entry) -> str:
         """Format the place of an entry: `12.40 m ± 0.05 m`."""
-        if entry.distance_m is None:
+        return self._place(entry)
+
+    def _place(self, at: Entry | Taken) -> str:
+        if at.distance_m is None:
             return self("entry.not_tracked")
-        if entry.u95_m is None:
-            return self.length(entry.distance_m)
-        return f"{self.length(entry.distance_m)} ± {self.half_width(entry.u95_m)} {self.units}"
+        if at.u95_m is None:
+            return self.length(at.distance_m)
+        return f"{self.length(at.distance_m)} ± {self.half_width(at.u95_m)} {self.units}"
+
+    def place_in_photo(self, entry: Entry, taken: Taken | None) -> str:
+        """Format the place that a photo shows: the entry's, or where else it was taken."""
+        return self.place(entry) if taken is None else self("photos.taken", at=self._place(taken))
 
     def short_place(self, entry: Entry) -> str:
         """Format the place with the unit once, for tables: `12.40 ± 0.05 m`."""
@@ -149,9 +156,10 @@ class Translator:
         parts = (entry.tag.code, entry.tag.char1, entry.tag.char2)
         return " ".join(one_line(str(part)) for part in parts if part) or self("entry.no_code")
 
-    def burnt_in(self, entry: Entry) -> str:
+    def burnt_in(self, entry: Entry, taken: Taken | None) -> str:
         """Return what is burnt into a photo: `12.40 m ± 0.05 m   BAB B A   at 12 o'clock`."""
-        parts = (self.place(entry), self.code(entry), self.clock_in_words(entry))
+        place = self.place_in_photo(entry, taken)
+        parts = (place, self.code(entry), self.clock_in_words(entry))
         return "   ".join(part for part in parts if part)
 
     def label(self, entry: Entry) -> str:

@@ -93,7 +93,7 @@ def _first(canvas: Paper, y: float, entry: Entry, t: Translator) -> float:
     say(canvas, 0, y - 11 * mm, shortened(t.place(entry), big, WIDTH), big)
     y -= 17 * mm
     width, height = _PHOTO
-    alt = photo_alt(entry, t)
+    alt = photo_alt(entry, entry.photo, t)
     draw_photo(canvas, entry.photo, 0, y - height, width, height, t, alt=alt)
     place = NOTHING if entry.lat is None else f"{entry.lat:.6f}, {entry.lon:.6f}"
     rows = [
@@ -108,6 +108,8 @@ def _first(canvas: Paper, y: float, entry: Entry, t: Translator) -> float:
         (t("emergency.tagged_at"), t.instant(entry.tagged_at)),
         (t("entry.time"), t.time(entry.time_s) or NOTHING),
     ]
+    if entry.photo and entry.photo.taken:
+        rows.append((t("sheet.photo"), t.place_in_photo(entry, entry.photo.taken)))
     _facts(canvas, y - 4 * mm, rows, width + 6 * mm, WIDTH)
     y -= height + 7 * mm
     advice = entry.tag.recommendation

@@ -89,14 +89,15 @@ def _caption_height(photo: ShownPhoto) -> float:
     return _CAPTION if rows == 1 else _CAPTION + (min(rows, _MOST_CAPTIONS + 1) - 2) * _LINE
 
 
-def photo_alt(entry: Entry, t: Translator) -> str:
+def photo_alt(entry: Entry, photo: Photo | None, t: Translator) -> str:
     """Say what a photo shows: defect, place and clock position."""
-    parts = (f"{t.code(entry)} {t.label(entry)}", t.place(entry), t.clock_in_words(entry))
+    place = t.place_in_photo(entry, photo.taken if photo else None)
+    parts = (f"{t.code(entry)} {t.label(entry)}", place, t.clock_in_words(entry))
     return t("alt.photo", seq=entry.seq, shown=", ".join(part for part in parts if part))
 
 
 def _alt(photo: ShownPhoto, t: Translator) -> str:
-    return " ".join(photo_alt(entry, t) for entry, _ in photo.captions[:_MOST_CAPTIONS])
+    return " ".join(photo_alt(entry, own, t) for entry, own in photo.captions[:_MOST_CAPTIONS])
 
 
 def draw_photo(
@@ -173,28 +174,35 @@ def _caption(
 ) -> None:
     """Write what the photo of one observation shows."""
     ((entry, own),) = photo.captions
-    _first_line(paper, report, entry, x, y, t)
+    _first_line(paper, report, entry, own, x, y, t)
     say(paper, x, y - 3.7 * mm, shortened(t.label(entry), CELL, _WIDTH), CELL)
     details = (*t.sizes(entry), t.clock_in_words(entry), own.name)
-    _last_line(paper, report, entry, details, x, y - 7.1 * mm, t)
+    _last_line(paper, report, own.time_s(entry), details, x, y - 7.1 * mm, t)
 
 
 def _captions(
     paper: Paper, report: Report, photo: ShownPhoto, x: float, y: float, t: Translator
 ) -> None:
     """Write a line for each observation of a photo."""
-    for entry, _ in photo.captions[:_MOST_CAPTIONS]:
-        _first_line(paper, report, entry, x, y, t, t.label(entry))
+    for entry, own in photo.captions[:_MOST_CAPTIONS]:
+        _first_line(paper, report, entry, own, x, y, t, t.label(entry))
         y -= _LINE
     if rest := photo.captions[_MOST_CAPTIONS:]:
         say(paper, x, y, t("photos.more", n=len(rest)), CELL.soft())
         y -= _LINE
     entry, own = photo.captions[0]
-    _last_line(paper, report, entry, (own.name,), x, y + 0.4 * mm, t)
+    _last_line(paper, report, own.time_s(entry), (own.name,), x, y + 0.4 * mm, t)
 
 
 def _first_line(
-    paper: Paper, report: Report, entry: Entry, x: float, y: float, t: Translator, label: str = ""
+    paper: Paper,
+    report: Report,
+    entry: Entry,
+    photo: Photo,
+    x: float,
+    y: float,
+    t: Translator,
+    label: str = "",
 ) -> None:
     """Write number, place and code; they link to the row in the table."""
     if entry.tag.severity is not None:
@@ -202,7 +210,8 @@ def _first_line(
             draw_badge(paper, x, y - 0.8 * mm, entry.tag.severity)
         x += BADGE + 1.6 * mm
     room = _WIDTH - BADGE - 1.6 * mm
-    text = t("photos.caption", seq=entry.seq, place=t.place(entry), code=t.code(entry))
+    place = t.place_in_photo(entry, photo.taken)
+    text = t("photos.caption", seq=entry.seq, place=place, code=t.code(entry))
     text = shortened(text, LINK, room)
     if "observations" in report.template.sections:
         link = partial(paper.link, row_of(entry), t("alt.to_row", seq=entry.seq))
@@ -217,14 +226,14 @@ def _first_line(
 def _last_line(
     paper: Paper,
     report: Report,
-    entry: Entry,
+    time_s: float | None,
     details: Sequence[str],
     x: float,
     y: float,
     t: Translator,
 ) -> None:
     """Write details in small letters, after the time, which links to the film."""
-    time, film = t.time(entry.time_s), report.film_at(entry)
+    time, film = t.time(time_s), report.film_at(time_s)
     texts = [*([time] if time and film is None else []), *details]
     line = " · ".join(text for text in texts if text)
     if film is not None:

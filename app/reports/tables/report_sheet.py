@@ -205,7 +205,7 @@ def _write_entry(
         value = column.value(entry)
         properties = {**_FRAME, **dict(column.look)}
         if column.kind == "photo":
-            photo_px = _place_photo(sheet, cells, row, number, entry.photo, t)
+            photo_px = _place_photo(sheet, cells, row, number, entry, t)
         elif value is None or value == "":
             sheet.write_blank(row, number, None, cells.look(**_FRAME))
         elif column.kind == "time" and (link := report.link_to(entry)):
@@ -234,11 +234,12 @@ def _severity_look(severity: int, t: Translator) -> dict[str, Any]:
 
 
 def _place_photo(
-    sheet: Worksheet, cells: Cells, row: int, number: int, photo: Photo | None, t: Translator
+    sheet: Worksheet, cells: Cells, row: int, number: int, entry: Entry, t: Translator
 ) -> int:
-    """Put a thumbnail into the cell, or the name of a photo that cannot be shown; return the
-    height that it needs, px.
+    """Put a thumbnail into the cell, above where it was taken if that is not the entry's place, or
+    the name of a photo that cannot be shown; return the height that it needs, px.
     """
+    photo = entry.photo
     found = _thumbnail(photo) if photo else None
     if photo is None or found is None:
         name = photo.name if photo else ""
@@ -254,7 +255,12 @@ def _place_photo(
             "description": t("sheet.photo_of", name=legible(photo.name)),
         },
     )  # fmt: skip
-    return round(size[1] * scale) + 8
+    high_px = round(size[1] * scale) + 8
+    if photo.taken is None:
+        return high_px
+    taken = t.place_in_photo(entry, photo.taken)
+    cells.text(sheet, row, number, taken, text_wrap=True, valign="bottom", font_size=8, **_FRAME)
+    return high_px + round(2 * LINE_PT / _PX_PT)
 
 
 def _thumbnail(photo: Photo) -> tuple[bytes, tuple[int, int]] | None:

@@ -2,7 +2,7 @@
 
 import { html, render } from '../../core/html.js';
 import { mayEdit } from '../../core/rights.js';
-import { lengthUnit } from '../../core/units.js';
+import { chainage, lengthUnit, timecode } from '../../core/units.js';
 import { language, t } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
@@ -139,6 +139,8 @@ const step = (
 function markup(desk, item, photos, at, title, isBurntIn) {
   const { video } = desk.inspection.value;
   const { url, attachment, strokes, frame } = photos[at];
+  /** The title has the place of the defect, which is not that of another frame. */
+  const taken = frame === item.frame ? null : desk.track.row(frame);
   const isStored = attachment ? attachment.save === 'saved' : true;
   const alt = strokes.length ? t('attach.drawing_alt', { name: title }) : t('form.photo_alt', { name: title });
   const query = new URLSearchParams({ lang: language, units: lengthUnit, burnt_in: isBurntIn });
@@ -149,6 +151,7 @@ function markup(desk, item, photos, at, title, isBurntIn) {
       ${!isOne && html`${step('before', 'back', t('attach.before'), isFirst)}${step('after', 'forward', t('attach.after'), isLast)}`}
       <span class="number">${t('attach.of', { n: at + 1, all: photos.length })}</span>
       <span class="dim number">${t('form.frame', { frame })}</span>
+      ${taken && html`<span class="number">${t('attach.taken', { at: chainage(taken.distance_mm / 1000), time: timecode(taken.time_s) })}</span>`}
       ${isFirst && !isOne && html`<span class="chip">${t('attach.main')}</span>`}
       ${tool('draw', 'edit', strokes.length ? t('attach.redraw') : t('attach.draw'), !isStored)}
       ${

@@ -12,13 +12,23 @@ from pathlib import Path
 from typing import Any
 
 import av
+import openpyxl
+import pypdfium2
 import pytest
 from builders import HEIGHT, WIDTH, Client, assert_error, frame_number, serving
+from lxml import html
 from PIL import Image
 from surveys import Survey
 
+from app.data_folder import reading
+from app.reports import pdf as document
 from app.reports.bundle.verify import verify
+from app.reports.html import web_page
+from app.reports.pdf import emergency
+from app.reports.report import Company, Extras
+from app.reports.tables import spreadsheet
 from app.storage.backup import back_up, restore
+from app.survey.track_rows import estimate_at
 
 VOICE = b"\x1aE\xdf\xa3 as a browser's recorder gives it"
 ARROW = {"kind": "arrow", "points": [[40.0, 130.0], [90.0, 60.0]], "colour": "red"}
@@ -171,6 +181,43 @@ def test_the_bundle_has_photos_as_taken_and_marked_and_what_was_said(
     assert Image.open(io.BytesIO(server.get(path, params=query).content)).size == marked.size
     page = server.get(f"/api/inspections/{done}/exports/html").text
     assert page.count('<div class="photo"><img src="data:image/jpeg') == 2
+
+
+def test_a_photo_of_another_frame_is_captioned_with_its_own_place_and_time(
+    survey: Survey, tmp_path: Path
+) -> None:
+    with serving(survey.copied_to(tmp_path)) as client:
+        tag = client.tag(survey.id, frame=2, code="BAB", severity=5).json()
+        further = attach(client, survey.id, tag["id"], kind="photo", frame=38, rank=-1)
+        drawing = {"kind": "drawing", "strokes": [ARROW], "rank": 2}
+        here, there = (
+            attach(client, survey.id, tag["id"], frame=frame, **drawing)["id"] for frame in (2, 38)
+        )
+    with reading(tmp_path, Company()) as records:
+        extras = Extras(burnt_in=True, film_path="film.mp4")
+        made = records.reports.report(survey.id, extras=extras)
+    (entry,) = made.entries
+    at = estimate_at(made.track, 38)
+    place = f"{at.distance_mm / 1000:.2f} m"
+    burnt = {photo.of: photo.marked.caption for photo in entry.photos if photo.marked}
+    for own in (tag["id"], here):
+        assert burnt[own].startswith(f"{tag['distance_m']:.2f} m ±")
+    for other in (further["id"], there):
+        assert burnt[other].startswith(f"taken at {place} ±")
+    page = html.fromstring(web_page.write(made).content)
+    captions = {
+        caption.text_content().split("·")[1].strip().partition(" ±")[0]: caption.xpath(".//@href")
+        for caption in page.xpath("//figcaption")
+    }
+    assert captions.keys() == {f"{tag['distance_m']:.2f} m", f"taken at {place}"}
+    assert captions[f"taken at {place}"][-1] == f"film.mp4#t={at.time_s:.10g}"
+    for form, times in ((document, 2), (emergency, 1)):
+        with pypdfium2.PdfDocument(form.write(made).content) as pdf:
+            text = "".join(each.get_textpage().get_text_range() for each in pdf)
+        assert text.count(f"taken at {place}") == times
+    book = openpyxl.load_workbook(io.BytesIO(spreadsheet.write(made).content))
+    cells = [cell.value for row in book[book.sheetnames[0]] for cell in row]
+    assert any(str(cell).startswith(f"taken at {place} ±") for cell in cells)
 
 
 def test_a_backup_has_attachments_and_a_deleted_inspection_leaves_none(
