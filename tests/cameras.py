@@ -139,11 +139,29 @@ class Camera:
         asyncio.run_coroutine_threadsafe(work, self._loop).result(10)
 
 
+MJPEG_HEAD = b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=picture\r\n\r\n"
+
+
+def mjpeg_part(jpeg: bytes) -> bytes:
+    """Return a part of an MJPEG stream as most cameras send it."""
+    head = b"--picture\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(jpeg)
+    return head + jpeg + b"\r\n"
+
+
 class MjpegCamera(Camera):
     """JPEG after JPEG in one HTTP answer; with a password if one is given."""
 
-    def __init__(self, *, login: str | None = None, **kind: Any) -> None:
+    def __init__(
+        self,
+        *,
+        login: str | None = None,
+        head: bytes = MJPEG_HEAD,
+        part: Callable[[bytes], bytes] = mjpeg_part,
+        **kind: Any,
+    ) -> None:
+        """Send the head of the answer, then for each picture its part."""
         self.login = login
+        self._head, self._part = head, part
         super().__init__(**kind)
 
     @property
@@ -166,17 +184,12 @@ class MjpegCamera(Camera):
             )
             await writer.drain()
             return
-        writer.write(
-            b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=picture\r\n\r\n"
-        )
+        writer.write(self._head)
         number = -1
         while not writer.is_closing():
             number = await self.next_number(number)
             _, jpeg = cv2.imencode(".jpg", self.picture(number), [cv2.IMWRITE_JPEG_QUALITY, 85])
-            writer.write(
-                b"--picture\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n%b\r\n"
-                % (len(jpeg), jpeg.tobytes())
-            )
+            writer.write(self._part(jpeg.tobytes()))
             await writer.drain()
 
 

@@ -6,11 +6,16 @@ import os
 import select
 import socket
 import stat
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
+from typing import cast
 
 import av
+from av.codec.context import CodecContext
 from av.container import InputContainer
 from av.error import (
     EOFError as EndOfStream,
@@ -24,12 +29,15 @@ from av.error import (
     HTTPUnauthorizedError,
     InvalidDataError,
 )
+from av.packet import Packet
+from av.video.codeccontext import VideoCodecContext
 from av.video.stream import VideoStream
 
+from app.jobs.jpegs import JpegReader
 from app.jobs.messages import CameraInput
 from app.jobs.recording import CODECS
 from vo_core.errors import UnreadableVideo
-from vo_core.sources import checked_stream
+from vo_core.sources import MAX_PIXELS, checked_stream
 
 QUIET_S = 3.0
 """A file that has not grown, or a pipe that has been silent, for this long has ended."""
@@ -41,11 +49,27 @@ _TIMEOUTS_S = {
     "pipe": (QUIET_S, QUIET_S),
 }
 """Timeouts to open and to read. A file that is not growing is opened with its present content."""
-_FORMATS = {"rtsp": "rtsp", "mjpeg": "mpjpeg", "usb": "v4l2"}
+_FORMATS = {"rtsp": "rtsp", "mjpeg": "data", "usb": "v4l2"}
+"""FFmpeg's demuxer of MJPEG over HTTP accepts few of the forms in which cameras send it, so the
+pictures are found here."""
 _QUICK = {"fpsprobesize": "0", "analyzeduration": "1", "probesize": "32"}
 """By default FFmpeg reads for seconds to guess a frame rate that is not used."""
 _THOROUGH = {"fpsprobesize": "0", "analyzeduration": "2000000", "probesize": "5000000"}
+_PIECES = _QUICK | {"raw_packet_size": str(2**16)}
+"""What has come of an MJPEG stream is read without waiting, at most so many bytes at once."""
+_PROBES = {"file": [_THOROUGH], "pipe": [_THOROUGH], "mjpeg": [_PIECES]}
+_LARGEST_PICTURE = 3 * MAX_PIXELS
+"""Most bytes of a JPEG picture: those of the largest one uncoded."""
 _NAME = "The camera's video"
+_LATE = "It does not answer in time."
+_NO_PICTURES = (
+    "It sends no JPEG pictures, and over HTTP only an MJPEG stream is read. "
+    "Give the address of that, not of a web page, or the camera's rtsp:// address."
+)
+_SNAPSHOT = (
+    "It sends a single picture and ends the connection: this is the address of a snapshot. "
+    "Give that of its MJPEG stream."
+)
 
 
 class CameraFault(Exception):
@@ -60,9 +84,20 @@ class WrongPictures(CameraFault):
         self.code = code
 
 
+@dataclass(frozen=True)
+class Opened:
+    """A source that delivers."""
+
+    codec: VideoCodecContext
+    """How its pictures are coded, and their size."""
+    packets: Iterator[Packet[VideoStream]]
+    stream: VideoStream | None
+    """The stream of the packets; None for pictures that were found between other bytes."""
+
+
 @contextmanager
-def opened(camera: CameraInput) -> Iterator[tuple[InputContainer, VideoStream]]:
-    """Open the source and return it with its video stream.
+def opened(camera: CameraInput) -> Iterator[Opened]:
+    """Open the source.
 
     Raises:
         CameraFault: The source cannot be opened.
@@ -71,21 +106,53 @@ def opened(camera: CameraInput) -> Iterator[tuple[InputContainer, VideoStream]]:
     with _place(camera) as (location, options):
         options = {**camera.options, **options}
         with _container(camera, location, options) as container:
+            if camera.kind == "mjpeg":
+                yield _opened_pictures(container)
+                return
             try:
                 stream = checked_stream(container, _NAME)
             except UnreadableVideo as error:
                 raise WrongPictures("unreadable_video", str(error)) from error
-            if stream.codec_context.name not in CODECS:
+            codec = stream.codec_context
+            if codec.name not in CODECS:
                 raise WrongPictures(
-                    "unreadable_video",
-                    f"{_NAME} is coded as {stream.codec_context.name}, which is not recorded.",
+                    "unreadable_video", f"{_NAME} is coded as {codec.name}, which is not recorded."
                 )
-            yield container, stream
+            yield Opened(codec, container.demux(stream), stream)
+
+
+def _opened_pictures(container: InputContainer) -> Opened:
+    packets = _pictures(container)
+    with plain_errors():
+        first = next(packets)
+        codec = CodecContext.create("mjpeg", "r")
+        assert isinstance(codec, VideoCodecContext)  # noqa: S101  (MJPEG is video)
+        codec.options = {"max_pixels": str(MAX_PIXELS)}
+        codec.thread_count = 1
+        codec.decode(first)
+    return Opened(codec, chain([first], packets), None)
+
+
+def _pictures(container: InputContainer) -> Iterator[Packet[VideoStream]]:
+    """Yield the JPEG pictures of an MJPEG stream, or raise CameraFault if they are none."""
+    reader, limit_s = JpegReader(), _TIMEOUTS_S["mjpeg"][1]
+    came_s, count = time.monotonic(), 0
+    for piece in container.demux():
+        for picture in reader.feed(bytes(piece)):
+            packet = cast("Packet[VideoStream]", Packet(picture))
+            packet.is_keyframe = True
+            yield packet
+            came_s, count = time.monotonic(), count + 1
+        is_endless = reader.held_bytes > _LARGEST_PICTURE
+        if is_endless or time.monotonic() - came_s > limit_s:
+            raise CameraFault(_LATE if count else _NO_PICTURES)
+    if count < 2:
+        raise CameraFault(_SNAPSHOT if count else _NO_PICTURES)
 
 
 def _container(camera: CameraInput, location: str, options: dict[str, str]) -> InputContainer:
     """Open the source, reading ahead just enough to know the picture size."""
-    probes = [_THOROUGH] if camera.kind in ("file", "pipe") else [_QUICK, _THOROUGH]
+    probes = _PROBES.get(camera.kind, [_QUICK, _THOROUGH])
     for probe in probes:
         with plain_errors():
             container = av.open(
@@ -170,7 +237,7 @@ def _reason(error: FFmpegError) -> str:
         case ConnectionRefusedError():
             return "It refuses the connection."
         case ExitError() | TimeoutError():
-            return "It does not answer in time."
+            return _LATE
         case PermissionError():
             return "It may not be opened, or it redirects to an address that may not."
         case EndOfStream():

@@ -23,7 +23,7 @@ from av.video.stream import VideoStream
 
 from app.back_off import BackOff
 from app.jobs import nal
-from app.jobs.cameras import CameraFault, WrongPictures, opened, plain_errors
+from app.jobs.cameras import CameraFault, Opened, WrongPictures, opened, plain_errors
 from app.jobs.clocks import FileClock, StreamClock
 from app.jobs.film import NO_ROOM, Film
 from app.jobs.messages import CameraInput
@@ -167,17 +167,15 @@ class Capture:
         return self.failure is not None
 
     def _read_one_connection(self) -> None:
-        with opened(self._camera) as (container, stream):
-            self._require_same(stream)
-            arrivals = _from_key_frame(container.demux(stream))
-            form = _Form(stream)
-            clock: StreamClock | FileClock = FileClock()
-            waited: list[Arrival] = []
-            if self._camera.kind != "file":
-                waited = _waited(arrivals)
-                if not waited:
-                    return
-                clock = self._clock(waited)
+        with opened(self._camera) as source:
+            arrivals = _from_key_frame(source.packets)
+            is_file = self._camera.kind == "file"
+            waited = [] if is_file else _waited(arrivals)
+            if not waited and not is_file:
+                return
+            self._require_same(source.codec)
+            form = _Form(source)
+            clock = FileClock() if is_file else self._clock(waited)
             for packet, arrived_s in chain(waited, arrivals):
                 if self._ending.is_set():
                     return
@@ -190,11 +188,10 @@ class Capture:
                 for content in contents:
                     self._take(content, time_ms, is_key, arrived_s)
 
-    def _require_same(self, stream: VideoStream) -> None:
+    def _require_same(self, codec: VideoCodecContext) -> None:
         """Raise WrongPictures unless the pictures fit the rig and the recording; begin the
         recording.
         """
-        codec = stream.codec_context
         if (codec.width, codec.height) != self._size_wh:
             raise WrongPictures(
                 "rig_video_mismatch",
@@ -203,7 +200,7 @@ class Capture:
             )
         recording = self.film.recording
         if recording is None:
-            coding = Coding(codec.name, codec.width, codec.height, _extradata(stream))
+            coding = Coding(codec.name, codec.width, codec.height, _extradata(codec))
             try:
                 self.film.begin(coding)
             except OSError as error:
@@ -239,11 +236,10 @@ class Capture:
             self.zero_s = shown_s - first_ms / 1000
         return StreamClock(self.zero_s, last_ms, delay_s)
 
-    def _stated_s(self, packet: Packet[VideoStream]) -> float | None:
-        """Return the presentation time of a packet; MJPEG has none, so FFmpeg assumes 25 a
-        second.
-        """
-        if self._camera.kind == "mjpeg" or packet.pts is None or packet.time_base is None:
+    @staticmethod
+    def _stated_s(packet: Packet[VideoStream]) -> float | None:
+        """Return the presentation time of a packet, which MJPEG over HTTP does not have."""
+        if packet.pts is None or packet.time_base is None:
             return None
         return float(packet.pts * packet.time_base)
 
@@ -337,13 +333,13 @@ class _Form:
     key frame: they may differ after a drop-out, and the recording starts only once.
     """
 
-    def __init__(self, stream: VideoStream) -> None:
-        codec = stream.codec_context
+    def __init__(self, source: Opened) -> None:
+        codec = source.codec
         is_stream_form = nal.is_stream_form(codec.extradata or b"")
         self._to_lengths = codec.name == "h264" and is_stream_form
         self._parameters: BitStreamFilterContext | None = None
         if codec.name in ("h264", "hevc") and is_stream_form:
-            self._parameters = BitStreamFilterContext("dump_extra=freq=keyframe", stream)
+            self._parameters = BitStreamFilterContext("dump_extra=freq=keyframe", source.stream)
 
     def applied(self, packet: Packet[VideoStream]) -> list[bytes]:
         """Convert a packet, which is used up."""
@@ -352,12 +348,11 @@ class _Form:
         return [nal.file_form(each) for each in contents] if self._to_lengths else contents
 
 
-def _extradata(stream: VideoStream) -> bytes:
+def _extradata(codec: VideoCodecContext) -> bytes:
     """Return the initial data for a decoder of the recording, or raise WrongPictures.
 
     H.265 stays in the form of the camera, which FFmpeg and programs based on it read.
     """
-    codec = stream.codec_context
     extradata = bytes(codec.extradata or b"")
     if codec.name != "h264":
         return extradata
