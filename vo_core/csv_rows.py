@@ -7,10 +7,10 @@ start with # are comments, unless the file is said to have none.
 from __future__ import annotations
 
 import csv
-import io
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, repeat
+from itertools import chain, islice, repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ Record = tuple[int, list[str]]
 """A row: the number of its last line, and its cells."""
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 """Starts of text that a spreadsheet would run as a formula."""
+_LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
 
 def decoded(content: bytes, refusal: type[Exception] = InvalidTrack) -> str:
@@ -38,33 +39,61 @@ def decoded(content: bytes, refusal: type[Exception] = InvalidTrack) -> str:
         ) from error
 
 
-def separator_of(header: str) -> str:
-    """Return what separates the cells of a file with this first line: a comma, semicolon or tab."""
+def separator_of(text: str, *, has_comments: bool = True, most_lines: int | None = None) -> str:
+    """Return what separates the cells: a comma, semicolon or tab, by the first line of the first
+    `most_lines` that is neither blank nor a comment.
+    """
+    lines = islice(_lines(text, has_comments=has_comments), most_lines)
+    header = next((line for line in lines if line.strip()), "")
     return max(",;\t", key=header.count)
 
 
 def records(
-    text: str, refusal: type[Exception] = InvalidTrack, *, has_comments: bool = True
+    text: str,
+    refusal: type[Exception] = InvalidTrack,
+    *,
+    has_comments: bool = True,
+    most_rows: int | None = None,
 ) -> Iterator[Record]:
     """Yield the rows that are neither blank nor a comment; the first one is the header.
 
+    Args:
+        text: Text of the file.
+        refusal: What is raised for a file that cannot be used.
+        has_comments: Whether lines that start with # are comments.
+        most_rows: Rows that may follow the first one, blank ones and comments included.
     Raises:
-        refusal: Quotation marks do not fit or a cell is too long; the message names the line.
+        refusal: Quotation marks do not fit, a cell is too long, or there are too many rows; the
+            message names the line.
     """
-    lines = list(io.StringIO(text, newline=""))
-    if has_comments:
-        # A blank line stands in for a comment, so that the lines keep their numbers.
-        lines = ["\n" if line[0] == "#" else line for line in lines]
-    header = next((line for line in lines if line.strip()), "")
-    reader = csv.reader(lines, delimiter=separator_of(header), strict=True)
+    reader = csv.reader(
+        _lines(text, has_comments=has_comments),
+        delimiter=separator_of(text, has_comments=has_comments, most_lines=most_rows),
+        strict=True,
+    )
     try:
-        for cells in reader:
+        for number, cells in enumerate(reader):
+            if most_rows is not None and number > most_rows:
+                raise refusal(
+                    f"The table has more than {most_rows} rows, empty ones included; delete those, "
+                    "or split it into several files."
+                )
             if any(cell.strip() for cell in cells):
                 yield reader.line_num, cells
     except csv.Error as error:
         raise refusal(
             f"Line {reader.line_num} cannot be read as CSV: {error}; check its quotation marks."
         ) from error
+
+
+def _lines(text: str, *, has_comments: bool) -> Iterator[str]:
+    """Yield the lines one by one: all of them together take twenty times the memory of the text.
+
+    A blank line stands in for a comment, so that the lines keep their numbers.
+    """
+    for found in _LINE.finditer(text):
+        line = found[0]
+        yield "\n" if has_comments and line[0] == "#" else line
 
 
 def plain(text: str) -> str:

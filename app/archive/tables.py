@@ -18,6 +18,8 @@ _FILE_KEYS = ("path", "file")
 _ASSET_KEYS = ("asset", "asset_id")
 _OWN = ("name", "project", "asset", "rig", "priority")
 _SHOWN_FAULTS = 20
+MOST_ROWS = 100_000
+"""As many as films may be added at once."""
 
 
 @dataclass
@@ -64,7 +66,7 @@ def read_table(text: str, title: str) -> Table:
     Raises:
         InvalidTable: The text lists the first faults with the numbers of their lines.
     """
-    rows = records(text.removeprefix("\N{BYTE ORDER MARK}"), InvalidTable)
+    rows = records(text.removeprefix("\N{BYTE ORDER MARK}"), InvalidTable, most_rows=MOST_ROWS)
     header_line, cells = next(rows, (1, []))
     names = [cell.strip().lower() for cell in cells]
     key = _key_column(names, header_line, title)

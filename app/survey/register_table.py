@@ -112,17 +112,13 @@ def read_table(content: bytes) -> Table:
         InvalidTable: It is no such table, has no column asset_id, or is too long.
     """
     text = _decoded(content)
-    found = records(text, InvalidTable, has_comments=False)
+    found = records(text, InvalidTable, has_comments=False, most_rows=MOST_ROWS)
     head_line, head = next(found, (1, []))
     columns = [re.sub(r"[\s-]+", "_", name.strip().lower()) for name in head]
     _require_columns(columns, head_line)
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    reader = _Reader(columns, has_decimal_commas=separator_of(first) != ",")
+    separator = separator_of(text, has_comments=False)
+    reader = _Reader(columns, has_decimal_commas=separator != ",")
     for line, cells in found:
-        if len(reader.rows) == MOST_ROWS:
-            raise InvalidTable(
-                f"The table has more than {MOST_ROWS} rows; split it into several files."
-            )
         reader.take(line, cells)
     ignored = [name[:_SHOWN] for name in columns if name not in TEMPLATE and name]
     return Table(ignored, reader.rows, reader.stated, reader.faults)

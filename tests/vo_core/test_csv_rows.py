@@ -1,9 +1,11 @@
 """Files as spreadsheets and people save them."""
 
+import tracemalloc
+
 import pytest
 
 from vo_core import InvalidTrack
-from vo_core.csv_rows import decoded, named_rows, number_columns
+from vo_core.csv_rows import decoded, named_rows, number_columns, records
 
 
 @pytest.mark.parametrize("text", ["a,b\n1,2\n", "a;b\r\n1;2\r\n", "# note\n\n a , b \n\n1,2\n#end"])
@@ -51,3 +53,20 @@ def test_a_byte_order_mark_is_no_part_of_the_first_name():
 def test_another_encoding_is_refused_with_its_line():
     with pytest.raises(InvalidTrack, match="Line 2 is not in UTF-8"):
         decoded(b"a\n\xff\n")
+
+
+@pytest.mark.parametrize("line", ["\n", "\r", "#\n", ";;\n"])
+def test_a_table_of_empty_lines_takes_no_memory_for_each_of_them(line):
+    text = "a;b\n" + line * 100_000
+    tracemalloc.start()
+    try:
+        assert [cells for _, cells in records(text)] == [["a", "b"]]
+        _, peak_bytes = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak_bytes < 100_000
+
+
+def test_lines_end_as_on_any_system_and_within_quotation_marks_they_stay():
+    found = list(records('a,b\r1,"x\r\ny"\r\n\n3,4'))
+    assert found == [(1, ["a", "b"]), (3, ["1", "x\r\ny"]), (5, ["3", "4"])]

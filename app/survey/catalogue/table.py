@@ -140,7 +140,7 @@ def read_table(name: str, content: bytes) -> CodeTable:
     """
     if len(content) > MAX_BYTES:
         raise InvalidPack(f"The file has {len(content)} bytes; a pack may have {MAX_BYTES}.")
-    found = records(decoded(content, InvalidPack), InvalidPack)
+    found = records(decoded(content, InvalidPack), InvalidPack, most_rows=MAX_ROWS)
     header_line, header = next(found, (1, []))
     columns = [column.strip().lower() for column in header]
     _refuse([f"line {header_line}: {fault}" for fault in _column_faults(columns)])
@@ -173,10 +173,7 @@ def _rows(columns: Sequence[str], below: Iterator[Record]) -> tuple[list[Code], 
     rows: list[Code] = []
     faults: list[str] = []
     line_of: dict[object, int] = {}
-    for count, (line, cells) in enumerate(below, 1):
-        if count > MAX_ROWS:
-            faults.append(f"line {line}: a pack may have {MAX_ROWS} rows")
-            break
+    for line, cells in below:
         if len(cells) != len(columns):
             faults.append(f"line {line}: {len(cells)} cells for {len(columns)} columns")
             continue

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from app.archive.assignment import Assignment
 from app.archive.rules import Rules
-from app.archive.tables import read_table
+from app.archive.tables import MOST_ROWS, read_table
 from app.errors import InvalidTable
 
 FLOOR = {"floor": clip_rig()}
@@ -125,6 +125,7 @@ def test_rows_that_no_film_has_are_named() -> None:
         ("file,client\na.mp4,A,B\n", ["line 2 has 3 cells"]),
         ('file,client\na.mp4,"A\n', ["quotation marks"]),
         ("", ["Line 1"]),
+        ("file\na.mp4\n" + "\n" * MOST_ROWS, [f"more than {MOST_ROWS} rows"]),
     ],
 )  # fmt: skip
 def test_what_is_wrong_in_a_table_is_named_with_its_line(text: str, words: list[str]) -> None:

@@ -107,6 +107,8 @@ def test_each_fault_names_row_column_and_repair(row: str, column: str | None, sa
         ("asset_id" + "," * 500, "more than 500 columns"),
         ('asset_id,material\n"A,clay\n', "quotation marks"),
         ("asset_id\n" + "A\n" * (MOST_ROWS + 1), f"more than {MOST_ROWS} rows"),
+        ("asset_id\nA\n" + "\n" * MOST_ROWS, "empty ones included"),
+        ("\r" * (MOST_ROWS + 2), "empty ones included"),
     ],
 )
 def test_what_is_no_table_of_assets_is_refused(text: str, said: str) -> None:
