@@ -74,6 +74,10 @@ class BlobNotFound(AppError, FileNotFoundError):
     """The store of films, photos, tiles and tracks has nothing under this key."""
 
 
+class BlobChanged(BlobNotFound):
+    """What lies in the store is not what was stored there, which is thereby lost."""
+
+
 class WallNotSeen(AppError):
     """No frame shows this place of the wall."""
 

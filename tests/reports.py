@@ -177,6 +177,13 @@ def photo(folder: Path, seq: int, asset: str = "CUL-0041") -> Photo:
     return Photo(f"{asset}-{seq:03d}.jpg", path, hashlib.sha256(path.read_bytes()).hexdigest())
 
 
+def film_source(source: Source, film: Path) -> Source:
+    """Return the source of a report over this film."""
+    with film.open("rb") as file:
+        sha256 = hashlib.file_digest(file, "sha256").hexdigest()
+    return replace(source, size=film.stat().st_size, sha256=sha256)
+
+
 def track_of(length_m: float, rows: int = 500) -> Track:
     """Return a steady drive with a growing sigma."""
     distance = np.linspace(0, 1000 * length_m, rows)

@@ -9,7 +9,7 @@ from app.errors import AttachmentNotFound, FrameNotFound, InvalidRequest, WrongC
 from app.inspections.observations import check_frame
 from app.storage import keys
 from app.storage.attachments import AttachmentStore
-from app.storage.blobs import Blobs, StoredBlob
+from app.storage.blobs import Blobs, StoredBlob, as_stored
 from app.storage.inspections import InspectionStore, require_unlocked
 from app.storage.observations import ObservationStore
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Picture
@@ -144,10 +144,13 @@ class Attachments:
 
         Raises:
             AttachmentNotFound: The attachment is a picture.
+            BlobChanged: The file is not the one that was stored.
         """
         if note.kind != "voice":
             raise AttachmentNotFound("This attachment is a picture, not a voice note.")
-        return StoredBlob(self._blobs, _voice_key(note))
+        stored = StoredBlob(self._blobs, _voice_key(note))
+        as_stored(stored, note.sha256).read_bytes()
+        return stored
 
     def delete(self, inspection_id: str, observation_id: str, attachment_id: str, who: str) -> None:
         """Delete an attachment; it can be restored, and may be deleted again.

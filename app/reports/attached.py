@@ -72,22 +72,21 @@ class Attached:
             return None
         name = f"{self._asset}-{row.seq:03d}.jpg"
         jpeg = self._photo(row.inspection_id, row.id, row.frame) if row.has_photo else None
-        return Photo(name, jpeg, row.photo_sha256, self._marked(jpeg, (), entry, None), row.id)
+        photo = Photo(name, jpeg, row.photo_sha256, of=row.id)
+        return self._marked(photo, (), entry)
 
     def _picture(self, one: Attachment, row: Observation, n: int, entry: Entry) -> Photo:
         jpeg = self._photo(one.inspection_id, one.id, one.frame) if one.has_photo else None
         name = f"{self._asset}-{row.seq:03d}-{n}.jpg"
         taken = None if one.frame == row.frame else self._taken_at(one.frame)
-        marked = self._marked(jpeg, one.strokes, entry, taken)
-        return Photo(name, jpeg, one.sha256, marked, one.id, taken)
+        photo = Photo(name, jpeg, one.sha256, of=one.id, taken=taken)
+        return self._marked(photo, one.strokes, entry)
 
-    def _marked(
-        self, jpeg: Readable | None, strokes: Sequence[Stroke], entry: Entry, taken: Taken | None
-    ) -> MarkedPhoto | None:
-        caption = self._caption_of(entry, taken) if self._caption_of else None
-        if jpeg is None or not (strokes or caption):
-            return None
-        return MarkedPhoto(jpeg, strokes, caption)
+    def _marked(self, photo: Photo, strokes: Sequence[Stroke], entry: Entry) -> Photo:
+        caption = self._caption_of(entry, photo.taken) if self._caption_of else None
+        if photo.original is None or not (strokes or caption):
+            return photo
+        return replace(photo, marked=MarkedPhoto(photo.original, strokes, caption))
 
     def _photo(self, inspection_id: str, row_id: str, frame: int) -> Readable:
         return StoredBlob(self._blobs, keys.photo(inspection_id, row_id, frame))

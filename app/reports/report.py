@@ -13,12 +13,12 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from app.errors import ExportNotAvailable, code_of
+from app.errors import BlobChanged, ExportNotAvailable, code_of
 from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
 from app.reports.content.words import Language
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
-from app.storage.blobs import Readable, StoredBlob
+from app.storage.blobs import Readable, StoredBlob, as_stored
 from app.storage.tables import RemarkRow
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
@@ -80,9 +80,14 @@ class Photo:
         return self.taken.time_s if self.taken else entry.time_s
 
     @property
+    def original(self) -> Readable | None:
+        """The file as it was taken: one that has changed since cannot be read."""
+        return as_stored(self.jpeg, self.sha256) if self.jpeg else None
+
+    @property
     def shown(self) -> Readable | None:
         """What reports show of it: the copy with marks if there is one."""
-        return self.marked or self.jpeg
+        return self.marked or self.original
 
 
 @dataclass(frozen=True)
@@ -96,6 +101,11 @@ class VoiceNote:
     sha256: str | None
     of: str = ""
     """Id of the attachment."""
+
+    @property
+    def original(self) -> Readable:
+        """The file as it was recorded: one that has changed since cannot be read."""
+        return as_stored(self.sound, self.sha256)
 
 
 @dataclass(frozen=True)
@@ -416,6 +426,14 @@ class Loss:
     def in_format(self, kind: str) -> Loss:
         """Return the loss with the name of the format, for an archive of several."""
         return Loss("in_format", self.entry, format=format_name(kind), loss=self)
+
+
+WhyLost = Literal["gone", "changed"]
+
+
+def why_lost(error: FileNotFoundError) -> WhyLost:
+    """Return how the key of a loss ends, by why a stored file could not be read."""
+    return "changed" if isinstance(error, BlobChanged) else "gone"
 
 
 def format_name(kind: str) -> Phrase:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -16,7 +15,7 @@ import numpy as np
 from cachetools import TTLCache
 from numpy.typing import NDArray
 
-from app.errors import ExportNotAvailable, PhotoNotFound
+from app.errors import BlobChanged, ExportNotAvailable, PhotoNotFound
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.counters import Counters
@@ -216,13 +215,18 @@ class Reports:
         Raises:
             InspectionNotFound: No inspection has this id.
             PhotoNotFound: There is no such photo.
+            BlobChanged: Its file is not the one that was stored.
         """
         extras = Extras(burnt_in=burnt_in)
         report = self.report(inspection_id, language=language, units=units, extras=extras)
         for photo in (photo for entry in report.entries for photo in entry.photos):
             if photo.of == photo_of and photo.shown is not None:
-                with suppress(FileNotFoundError):
+                try:
                     return photo.name, photo.shown.read_bytes()
+                except BlobChanged:
+                    raise
+                except FileNotFoundError:
+                    break
         raise PhotoNotFound("There is no such photo, or it is not made yet.")
 
     def report(

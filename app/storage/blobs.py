@@ -8,6 +8,7 @@ survives a power cut.
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from app.errors import BlobNotFound
+from app.errors import BlobChanged, BlobNotFound
 
 _BLOCK = 2**20
 """Largest block that `blocks` reads at a time, bytes."""
@@ -141,6 +142,31 @@ class Readable(Protocol):
 
 
 @dataclass(frozen=True)
+class Checked:
+    """Something that is only read as it was stored."""
+
+    stored: Readable
+    sha256: str
+    """Digest of the bytes when they were stored."""
+
+    def exists(self) -> bool:
+        """Return whether there is something, changed or not."""
+        return self.stored.exists()
+
+    def read_bytes(self) -> bytes:
+        """Return all bytes; raise FileNotFoundError if there are none, BlobChanged if others."""
+        content = self.stored.read_bytes()
+        if hashlib.sha256(content).hexdigest() != self.sha256:
+            raise BlobChanged("The file has changed since it was stored: restore it from a backup.")
+        return content
+
+
+def as_stored(stored: Readable, sha256: str | None) -> Readable:
+    """Return what can only be read unchanged, where its digest is known."""
+    return Checked(stored, sha256) if sha256 else stored
+
+
+@dataclass(frozen=True)
 class StoredBlob:
     """One blob of a store, whether it exists or not."""
 
@@ -162,6 +188,19 @@ class StoredBlob:
     def blocks(self, first: int, length: int) -> Iterator[bytes]:
         """Yield `length` bytes from the byte `first` on, in blocks of bounded size."""
         return blocks(self.blobs, self.key, first, length)
+
+    def has(self, size: int, sha256: str) -> bool:
+        """Return whether the blob still has this size and digest; it may be large.
+
+        Raises:
+            BlobNotFound: There is no blob.
+        """
+        if self.about().size != size:
+            return False
+        digest = hashlib.sha256()
+        for block in self.blocks(0, size):
+            digest.update(block)
+        return digest.hexdigest() == sha256
 
     def local(self) -> AbstractContextManager[Path]:
         """Hold the blob as a file, only to be read; raise BlobNotFound if there is none."""

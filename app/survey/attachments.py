@@ -91,6 +91,11 @@ class Attachment:
     deleted_at: datetime | None = None
 
     @property
+    def photo_sha256(self) -> str | None:
+        """Digest of its file, called like that of an observation's photo."""
+        return self.sha256
+
+    @property
     def is_photographed(self) -> bool:
         """Whether its file exists, here or where it was exported."""
         return self.sha256 is not None

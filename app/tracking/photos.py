@@ -12,6 +12,7 @@ from typing import Protocol, TypeVar
 
 from app.errors import (
     AttachmentNotFound,
+    BlobChanged,
     BlobNotFound,
     DiskFull,
     InspectionNotFound,
@@ -23,7 +24,7 @@ from app.jobs.parts import NOT_RECORDED
 from app.logs import about
 from app.storage import keys
 from app.storage.attachments import AttachmentStore
-from app.storage.blobs import Blobs, StoredBlob
+from app.storage.blobs import Blobs, Readable, StoredBlob, as_stored
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.tables import ENDED, Inspection
@@ -61,6 +62,10 @@ class Photographed(Protocol):
     @property
     def photo_error(self) -> str | None:
         """Why there is no photo."""
+
+    @property
+    def photo_sha256(self) -> str | None:
+        """Digest of the photo; None while there is none."""
 
     @property
     def is_photographed(self) -> bool:
@@ -165,11 +170,14 @@ class Photos(Worker):
 
         Raises:
             PhotoNotFound: There is no photo, or only that of an earlier frame.
+            BlobChanged: Its file is not the one that was stored.
         """
         if not row.has_photo:
             raise PhotoNotFound(row.photo_error or "The photo is not made yet.")
         try:
             return photo_of(self._blobs, row).read_bytes()
+        except BlobChanged:
+            raise
         except BlobNotFound as error:
             raise PhotoNotFound("The file of this photo is missing in the server's store.") from (
                 error
@@ -243,6 +251,7 @@ class Photos(Worker):
             ledger.record_photo(row, hashlib.sha256(jpeg).hexdigest())
 
 
-def photo_of(blobs: Blobs, row: Photographed) -> StoredBlob:
+def photo_of(blobs: Blobs, row: Photographed) -> Readable:
     """Return the photo of an observation or an attachment, which may be missing."""
-    return StoredBlob(blobs, keys.photo(row.inspection_id, row.id, row.frame))
+    stored = StoredBlob(blobs, keys.photo(row.inspection_id, row.id, row.frame))
+    return as_stored(stored, row.photo_sha256)

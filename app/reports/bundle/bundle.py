@@ -15,12 +15,11 @@ from app.reports.content.naming import file_stem
 from app.reports.report import (
     Entry,
     Loss,
-    Photo,
     Report,
-    VoiceNote,
     Written,
     failure,
     format_name,
+    why_lost,
 )
 from app.storage.blobs import Readable
 from vo_core import Track
@@ -132,10 +131,11 @@ class _Bundle:
         """
         for entry in self._report.entries:
             for photo in entry.photos:
-                if photo.jpeg is None:
+                stored = photo.original
+                if stored is None:
                     self.losses.append(Loss("photo_elsewhere", entry, name=photo.name))
                     continue
-                is_there = self._add_stored("photo", PHOTOS, photo, photo.jpeg, entry)
+                is_there = self._add_stored("photo", PHOTOS, photo.name, stored, entry)
                 if is_there and photo.marked is not None:
                     name = photo.name.removesuffix(".jpg") + f"{MARKED}.jpg"
                     self._archive.add(PHOTOS + name, photo.marked.read_bytes())
@@ -144,7 +144,7 @@ class _Bundle:
         """Add what people said."""
         for entry in self._report.entries:
             for note in entry.voice_notes:
-                self._add_stored("voice", VOICE, note, note.sound, entry)
+                self._add_stored("voice", VOICE, note.name, note.original, entry)
 
     def add_clips(self) -> None:
         """Add the clip around each entry, if they are asked for; of too many the severest."""
@@ -163,20 +163,17 @@ class _Bundle:
             self._archive.add(f"{CLIPS}{stem}-{entry.seq:03d}.mp4", clip)
 
     def _add_stored(
-        self, what: str, folder: str, named: Photo | VoiceNote, stored: Readable, entry: Entry
+        self, what: str, folder: str, name: str, stored: Readable, entry: Entry
     ) -> bool:
-        """Add a stored file; return whether it is there. One that has changed is reported."""
-        name, sha256 = named.name, named.sha256
+        """Add a stored file; return whether it is there. One that has changed is no evidence."""
         path = folder + name
         try:
             content = stored.read_bytes()
-        except FileNotFoundError:
+        except FileNotFoundError as error:
             self._archive.missing.append(path)
-            self.losses.append(Loss(f"{what}_gone", entry, name=name))
+            self.losses.append(Loss(f"{what}_{why_lost(error)}", entry, name=name))
             return False
-        listed = self._archive.add(path, content)
-        if sha256 is not None and listed.sha256 != sha256:
-            self.losses.append(Loss(f"{what}_changed", entry, name=name))
+        self._archive.add(path, content)
         return True
 
 

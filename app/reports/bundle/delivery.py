@@ -29,7 +29,7 @@ from app.reports.bundle.signed_archive import (
 from app.reports.bundle.signing import Signer
 from app.reports.content.naming import file_stem
 from app.reports.exchange.survey_file import SurveyFile
-from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, Written
+from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, WhyLost, Written, why_lost
 from app.storage.blobs import Readable, StoredBlob
 from app.survey.catalogue.header import project_of
 
@@ -90,17 +90,25 @@ def _missing(report: Report) -> list[Loss]:
     """Return the photos, voice notes and film that should be beside the exchange file."""
     found = []
     for entry, photo in _photos(report):
-        if photo.shown is None:
+        if photo.original is None:
             found.append(Loss("photo_elsewhere", entry, name=photo.name))
-        elif not photo.shown.exists():
-            found.append(Loss("photo_gone", entry, name=photo.name))
+        elif why := _why_lost(photo.original):
+            found.append(Loss(f"photo_{why}", entry, name=photo.name))
     for entry, note in _voice_notes(report):
-        if not note.sound.exists():
-            found.append(Loss("voice_gone", entry, name=note.name))
+        if why := _why_lost(note.original):
+            found.append(Loss(f"voice_{why}", entry, name=note.name))
     film = report.extras.film_called
     if film and report.extras.film and wanted_film(report) is None:
         found.append(Loss("film_elsewhere", name=film))
     return found
+
+
+def _why_lost(stored: Readable) -> WhyLost | None:
+    try:
+        stored.read_bytes()
+    except FileNotFoundError as error:
+        return why_lost(error)
+    return None
 
 
 @dataclass(frozen=True)
@@ -147,6 +155,7 @@ class Delivery:
             self._kind = _kind_of(report)
             self._exchange = _begun(self._forms[self._kind])
         report = self._names.apart(report, self._kind, number)
+        report, changed = _without_changed_film(report)
         stem = file_stem(report.asset)
         linked = _linked_to_film(report, folder)
         written = {kind: self._forms[kind].write(linked) for kind in _READABLE}
@@ -159,11 +168,11 @@ class Delivery:
             losses += [loss.in_format(kind) for loss in readable.losses]
         photos = sum(self._add_photo(photo) for _, photo in _photos(report))
         for _, note in _voice_notes(report):
-            self._add_stored(folder + note.name, note.sound)
+            self._add_stored(folder + note.name, note.original)
         self._inspected.append(inspected(report, folder.rstrip("/")))
         self._stems.add((project_of(report.header) or _SEVERAL) if folder else report.asset)
         film = self._add_film(report)
-        losses += _missing(report)
+        losses += [*_missing(report), *changed]
         paths = [folder + name for name in names]
         self._delivered.append(
             Delivered(report.name, report.asset, paths[0], paths[1], photos, film, tuple(losses))
@@ -220,6 +229,15 @@ def wanted_film(report: Report) -> StoredBlob | None:
     """Return the film, if a delivery is to hold it and it is there."""
     film = report.film if report.extras.film else None
     return film if film is not None and film.exists() else None
+
+
+def _without_changed_film(report: Report) -> tuple[Report, list[Loss]]:
+    """Return the report without a film that is not the one that was stored, and that loss."""
+    film, source = wanted_film(report), report.source
+    if film is None or film.has(source.size, source.sha256):
+        return report, []
+    loss = Loss("film_changed", name=report.extras.film_called or source.filename)
+    return replace(report, extras=replace(report.extras, film=False)), [loss]
 
 
 def _kind_of(report: Report) -> str:

@@ -73,7 +73,7 @@ class Manifest(msgspec.Struct, frozen=True):
     fingerprint: str
     files: dict[str, Listed]
     missing: list[str]
-    """Photos and voice notes that are named but no longer exist."""
+    """Photos and voice notes that are named but no longer exist as they were stored."""
     inspections: list[Inspected] = []
     """Those of an archive with several."""
     not_made: dict[str, str] = {}

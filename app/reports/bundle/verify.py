@@ -204,7 +204,7 @@ def _read(archive: zipfile.ZipFile, info: zipfile.ZipInfo, sha256: str) -> Findi
 
 def _missing(manifest: Manifest) -> Iterator[Finding]:
     for name in manifest.missing:
-        yield Finding(_shown(name), None, "was gone when the bundle was made")
+        yield Finding(_shown(name), None, "was gone, or had changed, when the bundle was made")
 
 
 def _videos(manifest: Manifest, video: Path | None) -> Iterator[Finding]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from PIL import Image
 
+from app.reports.report import Photo, why_lost
 from app.storage.blobs import Readable
 
 _QUALITY = 76
@@ -46,6 +47,17 @@ def jpeg_of(stored: Readable | None, enough_px: int) -> Jpeg | None:
             return _encoded(_halved(picture, times))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
         return None
+
+
+def why_not_shown(photo: Photo) -> str:
+    """Return the key of the sentence why the picture of a photo cannot be shown."""
+    try:
+        if photo.original is None:
+            return "photos.missing"
+        photo.original.read_bytes()
+    except FileNotFoundError as error:
+        return "photos.missing" if why_lost(error) == "gone" else "photos.changed"
+    return "photos.broken"
 
 
 def _halved(picture: Image.Image, times: int) -> Image.Image:

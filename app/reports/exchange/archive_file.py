@@ -31,7 +31,7 @@ from app.imports.archive_manifest import (
 from app.reports.content.text import iso
 from app.reports.exchange import chainage_json
 from app.reports.exchange.media_files import media_of
-from app.reports.report import Entry, Loss, Report, Written
+from app.reports.report import Entry, Loss, Report, WhyLost, Written, why_lost
 from app.storage.blobs import Readable
 
 
@@ -93,10 +93,14 @@ class _Content:
         if not self._report.extras.film:
             self._missing.append(path)
             return
+        source = self._report.source
         try:
-            self.add(path, film.blocks(0, film.about().size))
-        except BlobNotFound:
-            self._lose(path, None)
+            if not film.has(source.size, source.sha256):
+                self._lose("changed", path, None)
+                return
+            self.add(path, film.blocks(0, source.size))
+        except BlobNotFound as error:
+            self._lose(why_lost(error), path, None)
 
     def add_manifest(self) -> None:
         """Add the list of all other files."""
@@ -120,16 +124,17 @@ class _Content:
     def _add_stored(self, path: str, stored: Readable | None, entry: Entry | None = None) -> None:
         try:
             content = stored.read_bytes() if stored else None
-        except FileNotFoundError:
-            content = None
+        except FileNotFoundError as error:
+            self._lose(why_lost(error), path, entry)
+            return
         if content is None:
-            self._lose(path, entry)
+            self._lose("gone", path, entry)
         else:
             self.add(path, [content])
 
-    def _lose(self, path: str, entry: Entry | None) -> None:
+    def _lose(self, why: WhyLost, path: str, entry: Entry | None) -> None:
         self._missing.append(path)
-        self.losses.append(Loss("not_there", entry, name=path))
+        self.losses.append(Loss(f"file_{why}", entry, name=path))
 
     def _write(self, path: str, blocks: Iterable[bytes]) -> Listed:
         digest, size = hashlib.sha256(), 0

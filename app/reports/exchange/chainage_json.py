@@ -23,7 +23,7 @@ import numpy as np
 
 from app.reports.content.text import iso
 from app.reports.exchange.media_files import MediaFile, media_of
-from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Written
+from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Written, why_lost
 from app.reports.tables import table
 from app.settings import MIB
 from app.survey.corrected import result_of
@@ -233,10 +233,11 @@ def _embedded(media: Mapping[str, MediaFile], losses: list[Loss]) -> Mapping[str
     for file in media.values():
         try:
             content = file.stored.read_bytes() if file.stored else None
-        except FileNotFoundError:
-            content = None
+        except FileNotFoundError as error:
+            losses.append(Loss(f"file_{why_lost(error)}", file.entry, name=file.path))
+            continue
         if content is None:
-            losses.append(Loss("not_there", file.entry, name=file.path))
+            losses.append(Loss("file_gone", file.entry, name=file.path))
             continue
         size += len(content)
         if size > _MOST_EMBEDDED_BYTES:

@@ -27,7 +27,7 @@ def media_of(report: Report) -> Mapping[str, MediaFile]:
     for entry in report.entries:
         for photo in entry.photos:
             if photo.of:  # a photo of another program's survey has a name only
-                found[photo.of] = MediaFile(PHOTOS + photo.name, photo.jpeg, entry)
+                found[photo.of] = MediaFile(PHOTOS + photo.name, photo.original, entry)
         for note in entry.voice_notes:
-            found[note.of] = MediaFile(VOICE + note.name, note.sound, entry)
+            found[note.of] = MediaFile(VOICE + note.name, note.original, entry)
     return found

@@ -26,7 +26,7 @@ from app.reports.content.measurement import (
     rig_rows,
     video_rows,
 )
-from app.reports.content.pictures import jpeg_of
+from app.reports.content.pictures import jpeg_of, why_not_shown
 from app.reports.content.recommendations import (
     costs_of,
     count_without,
@@ -137,6 +137,7 @@ def write(report: Report) -> Written:
             entry.id for each in shown if "photos" in chosen for entry, _ in each.captions
         },
         to_row=to_row,
+        why_not_shown=why_not_shown,
         jpeg_base64=lambda photo: _jpeg_base64(photo, ENOUGH_PX),
         scene=scene,
         header=_header(report, t),

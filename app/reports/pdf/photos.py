@@ -11,7 +11,7 @@ from reportlab.lib.units import mm
 from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import Flowable
 
-from app.reports.content.pictures import jpeg_of
+from app.reports.content.pictures import jpeg_of, why_not_shown
 from app.reports.content.shown_photos import ShownPhoto, shown_photos
 from app.reports.content.sizes import Outline
 from app.reports.content.translator import Translator
@@ -139,11 +139,7 @@ def draw_photo(
     canvas.setStrokeColor(RULE)
     canvas.setLineWidth(0.6)
     canvas.rect(x, y, width, height, 1, 0)
-    if photo is None:
-        reason = t("photos.no_photo")
-    else:
-        is_there = jpeg is not None and jpeg.exists()
-        reason = t("photos.broken" if is_there else "photos.missing", name=photo.name)
+    reason = t(why_not_shown(photo), name=photo.name) if photo else t("photos.no_photo")
     sentence = lines_of(reason, CELL.bold(), width - 10 * mm)
     top = y + height / 2 + (len(sentence) / 2 - 1) * CELL.leading + 2
     with canvas.element("P"):

@@ -200,7 +200,9 @@ def test_a_photo_that_is_gone_or_changed_is_reported(tmp_path):
     path.write_bytes(b"".join(written.blocks()))
     verdict = verify(path)
     assert verdict.is_right
-    assert verdict.manifest.missing == ["photos/CUL-0041-001.jpg"]
+    assert verdict.manifest.missing == ["photos/CUL-0041-001.jpg", "photos/CUL-0041-002.jpg"]
+    with zipfile.ZipFile(path) as archive:
+        assert "photos/CUL-0041-002.jpg" not in archive.namelist()
 
 
 def test_a_clip_that_cannot_be_cut_is_reported_and_the_others_are_there():
@@ -289,10 +291,11 @@ def test_many_photos_need_no_memory(tmp_path):
 
     picture = tmp_path / "big.jpg"
     picture.write_bytes(bytes(2**20))
+    sha256 = hashlib.sha256(picture.read_bytes()).hexdigest()
     one = report(tmp_path, observations=[{"distance_m": 1.0}]).entries[0]
     entries = tuple(
         replace(entry(seq, distance_m=1.0), photo=replace(one.photo, name=f"C-{seq:03d}.jpg",
-                                                          jpeg=picture))
+                                                          jpeg=picture, sha256=sha256))
         for seq in range(1, 41)
     )  # fmt: skip
     many = replace(report(template=SHORT), entries=entries, signer=KEY)

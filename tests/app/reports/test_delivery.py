@@ -16,7 +16,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from keys import Key
 from lxml import etree, html
 from pypdf import PdfReader
-from reports import codes, report, said
+from reports import codes, film_source, report, said
 
 from app.errors import ExportNotAvailable
 from app.reports.bundle.delivery import Delivery, losses
@@ -24,7 +24,7 @@ from app.reports.bundle.signing import fingerprint
 from app.reports.bundle.verify import verify
 from app.reports.content.translator import Translator
 from app.reports.formats import EXCHANGE, FORMATS
-from app.reports.report import Extras
+from app.reports.report import Extras, VoiceNote
 from app.reports.template import ReportTemplate
 from app.storage.blobs import StoredBlob
 from app.storage.folder_blobs import FolderBlobs
@@ -153,6 +153,38 @@ def test_a_film_that_is_lost_is_named_and_costs_nothing_else(surveyed, tmp_path)
     assert not addresses(archive)
 
 
+def test_what_has_changed_since_it_was_stored_is_left_out_and_named(surveyed, tmp_path):
+    first, *others = surveyed.entries
+    (tmp_path / "other.jpg").write_bytes(others[0].photo.jpeg.read_bytes())
+    (tmp_path / "film.mp4").write_bytes(FILM.swapcase())
+    (tmp_path / "said.webm").write_bytes(b"other words")
+    changed = replace(
+        first,
+        photo=replace(first.photo, jpeg=tmp_path / "other.jpg", of=first.id),
+        voice_notes=(VoiceNote("said.webm", tmp_path / "said.webm", "0" * 64, "note"),),
+    )
+    made = replace(
+        surveyed,
+        film=StoredBlob(FolderBlobs(tmp_path), "film.mp4"),
+        entries=(changed, *others),
+        extras=Extras(film=True, photos=True),
+    )
+    file_losses = {"file_changed 1"}
+    for kind, named in {
+        "delivery": {"photo_changed 1", "voice_changed 1", "film_changed"},
+        "archive": file_losses | {"file_changed"},
+        "json": file_losses,
+    }.items():
+        written = FORMATS[kind].write(made)
+        assert named <= codes(written.losses)
+        content = b"".join(written.blocks())
+        if kind == "json":
+            assert base64.b64encode(b"other words") not in content
+        else:
+            names = zipfile.ZipFile(io.BytesIO(content)).namelist()
+            assert not [name for name in names if name.endswith(("001.jpg", ".webm", ".mp4"))]
+
+
 def test_losses_are_known_without_a_file_and_are_those_of_the_file(surveyed, tmp_path):
     lost = StoredBlob(FolderBlobs(tmp_path), "gone.mp4")
     first, *others = surveyed.entries
@@ -212,11 +244,12 @@ def test_a_film_is_not_held_in_memory(surveyed, tmp_path):
     large = tmp_path / "large.mp4"
     with large.open("wb") as file:
         file.truncate(100 * 2**20)
+    source = film_source(surveyed.source, large)
     film = StoredBlob(FolderBlobs(tmp_path), "large.mp4")
     tracemalloc.start()
     try:
         written = FORMATS["delivery"].write(
-            replace(surveyed, film=film, scratch=tmp_path, extras=Extras(film=True))
+            replace(surveyed, source=source, film=film, scratch=tmp_path, extras=Extras(film=True))
         )
         _, peak = tracemalloc.get_traced_memory()
     finally:

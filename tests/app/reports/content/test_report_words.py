@@ -3,6 +3,7 @@
 import json
 import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from reports import AT
@@ -11,7 +12,7 @@ from app.imports.survey import Caveat
 from app.reports.content.condition import SEVERITIES, Overall
 from app.reports.content.translator import Translator
 from app.reports.content.words import LANGUAGES, words_of
-from app.reports.report import Loss, Phrase, failure
+from app.reports.report import Loss, Phrase, WhyLost, failure
 from app.survey import checks
 from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.catalogue.header import FIELDS
@@ -86,9 +87,10 @@ def test_why_the_client_was_not_notified_is_said_in_the_language_of_the_report()
 def test_each_loss_that_a_format_names_has_a_sentence():
     named = set(re.findall(r"Loss\(\s*f?\"([\w{}]+)\"", SOURCE))
     keys = {
-        key.format(what=what, name=name)
+        key.format(what=what, name=name, why=why)
         for key in named
         for what in ("photo", "voice")
+        for why in get_args(WhyLost)
         for name in ("start_node", "end_node")
     }
     assert len(keys) > 40

@@ -17,7 +17,7 @@ from exchange_readers import (
     split,
 )
 from keys import Key
-from reports import HEADER, OBSERVATIONS, report
+from reports import HEADER, OBSERVATIONS, film_source, report
 
 from app.imports import any_file
 from app.reports.bundle.delivery import Delivery
@@ -55,7 +55,7 @@ def surveys(tmp_path_factory):
         (own / "film").write_bytes(b"film %d" % number)
         base = report(own, observations=OBSERVATIONS[: 12 - number])
         header = (NAMELESS if number > 1 else HEADER) | changes | {"project": "Ring road"}
-        source = replace(base.source, sha256=f"{number:064x}")
+        source = film_source(base.source, own / "film")
         film = StoredBlob(FolderBlobs(own), "film")
         short = ReportTemplate(sections=["observations"])  # of the reports beside the exchange file
         made.append(replace(base, header=header, source=source, film=film, template=short))

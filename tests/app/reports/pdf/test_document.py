@@ -105,12 +105,14 @@ def test_no_page_is_empty_and_nothing_is_drawn_outside_the_margins(english):
         assert not dark[:, -margin:].any()
 
 
-def test_photos_are_embedded_and_one_that_is_missing_or_broken_says_so(full, tmp_path):
+def test_photos_are_embedded_and_one_that_is_missing_broken_or_changed_says_so(full, tmp_path):
     broken = tmp_path / "broken.jpg"
     broken.write_bytes(b"\xff\xd8\xff no picture")
     entries = list(full.entries)
     entries[1] = replace(entries[1], photo=replace(entries[1].photo, jpeg=tmp_path / "gone.jpg"))
-    entries[2] = replace(entries[2], photo=replace(entries[2].photo, jpeg=broken))
+    kept = replace(entries[2].photo, jpeg=broken, sha256=None)
+    entries[2] = replace(entries[2], photo=kept)
+    entries[3] = replace(entries[3], photo=replace(entries[3].photo, jpeg=entries[4].photo.jpeg))
     made = replace(full, entries=tuple(entries), template=only("photos"))
     content = document.write(made).content
 
@@ -118,7 +120,8 @@ def test_photos_are_embedded_and_one_that_is_missing_or_broken_says_so(full, tmp
     assert "CUL-0041-002.jpg is missing" in text
     assert "CUL-0041-003.jpg cannot be read" in text
     photos = [len(page.images) for page in PdfReader(io.BytesIO(content)).pages]
-    assert sum(photos) == len(entries) - 2 + 1  # and the logo
+    assert "CUL-0041-004.jpg has changed since it was taken" in text
+    assert sum(photos) == len(entries) - 3 + 1  # and the logo
 
 
 def test_what_was_measured_stands_in_the_table_and_is_drawn_on_the_photo(tmp_path):

@@ -147,6 +147,21 @@ def test_a_clip_has_the_frames_around_the_tag_at_their_own_times(shared: Client,
     assert frame_number(buffer.getvalue()) == 30
 
 
+def test_a_file_that_has_changed_on_the_disk_is_not_given_away(shared: Client, done: str) -> None:
+    tag, name = shared.tag(done, frame=16).json(), str(uuid.uuid4())
+    photo = attach(shared, done, tag["id"], kind="photo", frame=20)
+    sound = say(shared, done, tag["id"], name).json()
+    photos = shared.data / "inspections" / done / "photos"
+    (photos / f"{tag['id']}-16.jpg").write_bytes((photos / f"{photo['id']}-20.jpg").read_bytes())
+    (photos / f"{photo['id']}-20.jpg").write_bytes(b"no picture")
+    (photos.parent / "voice" / f"{name}.webm").write_bytes(VOICE[::-1])
+    paths = [tag["photo"], photo["file"], sound["file"]]
+    paths += [f"/api/inspections/{done}/photos/{one}" for one in (tag["id"], photo["id"])]
+    for path in paths:
+        assert_error(shared.get(path), 404, "blob_changed")
+    shared.delete(f"/api/inspections/{done}/observations/{tag['id']}")
+
+
 def test_the_bundle_has_photos_as_taken_and_marked_and_what_was_said(
     server: Client, done: str, tmp_path: Path
 ) -> None:
