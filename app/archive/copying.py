@@ -37,11 +37,10 @@ def copy_film(
     """
     with _opened(source) as film:
         _require_same(film, size, modified)
-        with target.open("wb") as copy:
+        with full_disk_reported(), target.open("wb") as copy:
             done = 0
             while block := _read(film, source):
-                with full_disk_reported():
-                    copy.write(block)
+                copy.write(block)
                 done += len(block)
                 on_progress(done)
             copy.flush()

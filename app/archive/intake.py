@@ -28,12 +28,7 @@ from app.errors import (
     ClaimLost,
     DiskFull,
     FilmChanged,
-    FilmMissing,
-    MediaFailed,
-    MediaTimeout,
     NoLongerWanted,
-    NothingRecorded,
-    PackNotFound,
     StillRunning,
     StoreUnavailable,
     described,
@@ -50,7 +45,7 @@ from app.tracking.engines import Engine
 from app.tracking.live import Event, Update
 from app.tracking.queue import Tracking
 from app.tracking.worker import Worker
-from vo_core.errors import ChainageError, InvalidRig, RigVideoMismatch, UnreadableVideo
+from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
 
@@ -63,15 +58,20 @@ _CLAIM_S = 60.0
 _RENEW_EVERY_S = 15.0
 _STOP_S = 10.0
 _COPY = re.compile(r"[0-9a-f]{32}\.import")
-_REFUSALS = (
-    FilmMissing, FilmChanged, InvalidRig, UnreadableVideo, RigVideoMismatch, MediaFailed,
-    MediaTimeout, PackNotFound, NothingRecorded,
-)  # fmt: skip
-"""What is wrong with a film and not with the server."""
+_FAULT = {
+    "error_code": "internal_error",
+    "error_detail": "A fault of the program over this film; the server's log says which.",
+}
 
 
 class _Stopped(Exception):
     """The server stops."""
+
+
+_HINDRANCES = (DiskFull, Busy, StoreUnavailable)
+"""What is wrong with the server and not with a film."""
+_LEFT_ALONE = (NoLongerWanted, ClaimLost, StillRunning)
+"""What others have done with a film meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class Intake(Worker):
             try:
                 pause_s = 0.0 if self._take_next() else _LOOK_EVERY_S
                 hindrance = None
-            except (DiskFull, Busy, StoreUnavailable) as error:
+            except _HINDRANCES as error:
                 logger.warning("The archive takes no film in: %s", error)
                 pause_s, hindrance = _PAUSE_AFTER_FAULT_S, str(error)
             except Exception:
@@ -169,7 +169,7 @@ class Intake(Worker):
         with about(row.film.id):
             try:
                 self._take_or_refuse(row)
-            except (NoLongerWanted, ClaimLost, StillRunning) as error:
+            except _LEFT_ALONE as error:
                 logger.info("Film %s of the archive: %s", row.film.id, error)
             except _Stopped:
                 self._store.release(row.film.id, self._server)
@@ -179,10 +179,16 @@ class Intake(Worker):
         return True
 
     def _take_or_refuse(self, row: FilmRow) -> None:
+        """Take a film in; whatever is wrong, but not with the server, costs this film alone."""
         try:
             self._take(row)
-        except _REFUSALS as error:
+        except (*_LEFT_ALONE, *_HINDRANCES, _Stopped):
+            raise
+        except ChainageError as error:
             self._refuse(row.film, error)
+        except Exception:
+            logger.exception("A fault over film %s of the archive; it is refused.", row.film.id)
+            self._store.refuse(row.film.id, self._server, _FAULT)
 
     def _take(self, row: FilmRow) -> None:
         film, inspection = row.film, row.inspection
@@ -256,7 +262,7 @@ class Intake(Worker):
         told = described(error)
         values: dict[str, Any] = {"error_code": told["code"], "error_detail": told["detail"]}
         if isinstance(error, FilmChanged):
-            with suppress(FileNotFoundError):
+            with suppress(OSError):
                 status = path_of(film.path).stat()
                 values |= {"size": status.st_size, "modified_at": modified_at(status)}
         logger.info("Film %s of the archive is refused: %s", film.id, told["detail"])

@@ -22,6 +22,8 @@ _REPAIRS: dict[str, Repair] = {
     "nothing_recorded": "film",
     "media_failed": "film",
     "film_changed": "retry",
+    "inspection_locked": "retry",
+    "internal_error": "retry",
     "media_timeout": "retry",
     "out_of_memory": "retry",
     "tracking_failed": "retry",

@@ -63,7 +63,7 @@ STATE = case(
     (and_(_IS_NEW, ArchiveFilm.state == "idle"), "ready"),
     (_IS_NEW, ArchiveFilm.state),
     (Inspection.status.in_(_UNDER_WAY), Inspection.status),
-    (ArchiveFilm.state.in_(("waiting", "paused")), ArchiveFilm.state),  # to be tracked again
+    (ArchiveFilm.state != "idle", ArchiveFilm.state),  # to be tracked again
     else_=Inspection.status,
 )
 """The `FilmState` of a film of `FILMS`."""

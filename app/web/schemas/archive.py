@@ -248,7 +248,8 @@ class FilmOut(BaseModel):
 def _error(view: FilmView) -> ErrorOut | None:
     """Return why a film failed, was refused, or has no rig."""
     inspection = view.row.inspection
-    source = view.row.film if inspection is None else inspection
+    is_refused = view.row.state == "refused"
+    source = view.row.film if inspection is None or is_refused else inspection
     if source.error_code is None or view.row.state in ("waiting", "paused"):
         return None
     return ErrorOut(code=source.error_code, detail=source.error_detail or "")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import shutil
+import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, closing
 from pathlib import Path
 from typing import Any
 
@@ -75,6 +76,12 @@ def rows(data: Path, inspection_id: str) -> list[str]:
     """The rows of a finished track."""
     lines = (data / "inspections" / inspection_id / "track.csv").read_text().splitlines()
     return [line for line in lines if not line.startswith("#")]
+
+
+def review(client: Client, inspection_id: str, *states: str) -> None:
+    for state in states:
+        path = f"/api/inspections/{inspection_id}/review"
+        client.post(path, json={"state": state}).raise_for_status()
 
 
 def add_all(client: Client, folder: Path, **rules: Any) -> None:
@@ -173,6 +180,15 @@ def test_films_are_paused_resumed_cancelled_tried_again_and_deleted(
         wait_until(lambda: states(client) == {"running": 1, "paused": 1, "unassigned": 1})
         assert ask(client, "cancel", where={}) == {"changed": 2}
         assert states(client) == {"cancelled": 2, "unassigned": 1}
+        review(client, one, "submitted", "in_review", "approved")
+        assert ask(client, "retry", where={"state": "cancelled"}) == {"changed": 2}
+        # The locked one, which is the first, costs itself alone.
+        wait_until(lambda: states(client) == {"refused": 1, "running": 1, "unassigned": 1})
+        assert films(client)[ONE]["error"]["code"] == "inspection_locked"
+        assert "reopen" in get(client, "failures")["groups"][0]["reason"]
+        ask(client, "cancel", ids=[two])
+        reopened = {"state": "reopened", "reason": "The track breaks off."}
+        client.post(f"/api/inspections/{one}/review", json=reopened).raise_for_status()
         ask(client, "films", "PATCH", ids=[one], set={"rig": clip_rig(fx=240.0)})
         assert ask(client, "retry", ids=[one]) == {"changed": 1}
         wait_until(lambda: states(client) == {"running": 1, "cancelled": 1, "unassigned": 1})
@@ -202,22 +218,27 @@ def test_a_paused_film_continues_where_it_was(
     assert not message.endswith("from frame 0 on.")
 
 
-def test_a_full_disk_and_what_a_killed_server_left_stop_no_film(
+def test_a_full_disk_a_killed_server_and_a_fault_over_another_film_stop_no_film(
     serve: Serve, folder: Path, tmp_path: Path, film: bytes
 ) -> None:
+    (folder / "Road 5" / "C-0_20260331.mp4").write_bytes(film)
     with serve(disk_reserve_bytes=2**49) as client:
         add_all(client, folder)
         ask(client, "start", where={})
         hindrance = wait_until(lambda: get(client, "progress")["intake"]["hindrance"])
         assert "not enough room" in hindrance
-        assert states(client) == {"waiting": 1, "unassigned": 1}
+        assert states(client) == {"waiting": 2, "unassigned": 1}
         one = films(client)[ONE]["id"]
+    with closing(sqlite3.connect(tmp_path / "data" / "chainage.db")) as database, database:
+        database.execute("update archive_films set header = '[]' where path like '%C-0_%'")
     inspections = tmp_path / "data" / "inspections"
     (inspections / one).mkdir()
     (inspections / one / "video.mp4").write_bytes(film[:99])  # the row was not written
     (inspections / f"{one}.import").write_bytes(film[:99])
     with serve() as client:
-        wait_until(lambda: states(client) == {"done": 1, "unassigned": 1})
+        wait_until(lambda: states(client) == {"refused": 1, "done": 1, "unassigned": 1})
+        (refused,) = get(client, "failures")["groups"]
+        assert (refused["code"], refused["repair"]) == ("internal_error", "retry")
         assert client.get(f"/api/inspections/{one}/video").content == film
         assert not list(inspections.glob("*.import"))
 
