@@ -15,7 +15,7 @@ from app.alerts.webhook import Client, Webhook
 from app.archive.archive import Archive
 from app.archive.inbox import Inbox
 from app.archive.intake import Intake
-from app.data_folder import Records
+from app.data_folder import Records, issuing
 from app.inspections.aiming import Aiming
 from app.inspections.attachments import Attachments
 from app.inspections.checks import Checks
@@ -45,7 +45,6 @@ from app.meter_counter.line import MeterCounter, Peer
 from app.ops.health import Health
 from app.ops.metrics import Metrics, WatchedServices
 from app.reports.bulk import BulkExports
-from app.reports.report import Company
 from app.reports.reports import Reports
 from app.reports.templates import ReportTemplates
 from app.search.asset_map import AssetMaps, Background
@@ -193,7 +192,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     live = Live()
     members = members_of(stored)
     stack.callback(members.stop)  # the last to stop: it reports to the others what is queued again
-    company = Company(settings.company_name, settings.company_logo, server=settings.public_url)
+    company = issuing(settings)
     records = Records(database, folder, blobs, live, company, has_webhook=client is not None)
     tracks = records.tracks
     uploads = Uploads(

@@ -20,6 +20,7 @@ from app.reports.templates import ReportTemplates
 from app.search.export import ArchiveExport
 from app.search.indexer import Indexer
 from app.search.tables import Rows
+from app.settings import Settings
 from app.storage.assets import AssetStore
 from app.storage.attachments import AttachmentStore
 from app.storage.blob_stores import blobs_at
@@ -28,7 +29,6 @@ from app.storage.corrections import CorrectionStore
 from app.storage.database import Database, stored_at
 from app.storage.defect_index import DefectIndex
 from app.storage.files import Places
-from app.storage.folder_blobs import FolderBlobs
 from app.storage.inspections import InspectionStore
 from app.storage.labels import LabelStore
 from app.storage.observations import ObservationStore
@@ -144,28 +144,30 @@ def _draw_scene(report: Report) -> str:
     return scene_page(report)
 
 
+def issuing(settings: Settings) -> Company:
+    """Return the company that a server's reports are of, unless a template names another."""
+    return Company(settings.company_name, settings.company_logo, server=settings.public_url)
+
+
 @contextmanager
-def reading(
-    data: Path, company: Company, database_url: str | None = None, store: str | None = None
-) -> Iterator[Records]:
-    """Open the present state of a data folder for reading.
+def reading(settings: Settings) -> Iterator[Records]:
+    """Open the present state of a data folder, its database and its store for reading.
 
     Nothing in it changes, except that the first bundle makes its signing key.
 
     Args:
-        data: The data folder; a server may be using it.
-        company: Whose reports are made.
-        database_url: The database; None for the file in the data folder.
+        settings: Those of the server, which may be running.
     Raises:
         UnusableDatabase: The database is missing, damaged or of a newer version.
     """
-    stored = stored_at(database_url, data)
+    stored = stored_at(settings.database_url, settings.data)
     if stored.revision() is None:
         raise UnusableDatabase(stored.missing)
     with tempfile.TemporaryDirectory(prefix="chainage-") as folder:
         database = Database(stored.to_read(Path(folder)))
         try:
-            blobs = FolderBlobs(data) if store is None else blobs_at(store, Path(folder))
-            yield Records(database, Places(data), blobs, Live(), company)
+            is_here = settings.store is None
+            blobs = blobs_at(settings.store, settings.data if is_here else Path(folder))
+            yield Records(database, Places(settings.data), blobs, Live(), issuing(settings))
         finally:
             database.close()

@@ -38,14 +38,13 @@ def export(
     """
     from app.data_folder import reading
     from app.errors import ExportNotAvailable, UnusableDatabase
-    from app.reports.report import Company
 
     require_folder(file, "OUT")
     if file.is_dir():
         raise typer.BadParameter(f"{file} is a folder", param_hint="OUT")
     settings = settings_of(data)
     try:
-        with reading(settings.data, Company("", None), settings.database_url) as records:
+        with reading(settings) as records:
             blocks = records.archive_export.blocks(format, with_tracks=tracks)
             if settings.database_url is None:  # else a server indexes, and it is only read here
                 with progress_bar() as progress:

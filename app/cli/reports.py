@@ -80,7 +80,7 @@ def export(
     from app.reports.content.translator import Translator
     from app.reports.content.words import LANGUAGES
     from app.reports.formats import EXCHANGE, FORMATS
-    from app.reports.report import Company, Extras
+    from app.reports.report import Extras
 
     if format not in FORMATS:
         raise typer.BadParameter(
@@ -102,10 +102,9 @@ def export(
             f"there is no {exchange!r}; there are {', '.join(EXCHANGE)}", param_hint="--exchange"
         )
     settings = settings_of(data)
-    company = Company(settings.company_name, settings.company_logo, server=settings.public_url)
     extras = Extras(exchange=exchange, film=film, photos=photos == "embedded", csv_style=csv)
     try:
-        with reading(settings.data, company, settings.database_url, settings.store) as reader:
+        with reading(settings) as reader:
             rows = [_the_one(reader.named(name), name) for name in wanted]
             if is_several:
                 rows += _of_project(reader, project)

@@ -53,7 +53,7 @@ from app.data_folder import reading
 from app.jobs.follow import Follower
 from app.lab.markdown_figures import write_figures
 from app.lab.simulation import SCENARIOS
-from app.reports.report import Company
+from app.settings import Settings
 from measure.chromium import chromium
 from vo_core import Rig, VideoFile
 
@@ -99,7 +99,7 @@ class Site:
         listed = json.loads(self.chainage("archive", "list", "--json", "--limit", 500).stdout)
         found = {}
         url, store = self.settings.get("CHAINAGE_DATABASE"), self.settings.get("CHAINAGE_STORE")
-        with reading(self.data, Company("", None), url, store) as records:
+        with reading(Settings(data=self.data, database_url=url, store=store)) as records:
             for film in listed["films"]:
                 name = Path(film["path"]).name
                 digest = hashlib.sha256()
@@ -392,7 +392,7 @@ def million(folder: Path, frames_per_core_s: float) -> Rows:
     """Compute what a million films need, from the results of `throughput` and stated prices."""
     site = Site(folder / "pool-1")
     frames = tiles = track_bytes = tile_bytes = 0
-    with reading(site.data, Company("", None)) as records:
+    with reading(Settings(data=site.data)) as records:
         rows = [summary.row for summary in records.inspection_store.summaries()]
         way_m = sum((row.distance_mm or 0) / 1000 for row in rows)
         for row in rows:

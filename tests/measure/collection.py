@@ -102,9 +102,10 @@ def measured(data: Path, ids: Sequence[str], out: Path, language: str) -> Figure
     from app.data_folder import reading
     from app.reports.content.translator import Translator
     from app.reports.pdf.collection import document
-    from app.reports.report import Company
+    from app.settings import Settings
 
-    with reading(data, Company("Jurutera Pembetung Sdn Bhd")) as records, out.open("wb") as file:
+    settings = Settings(data=data, company_name="Jurutera Pembetung Sdn Bhd")
+    with reading(settings) as records, out.open("wb") as file:
         before_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         wall_s, cpu_s = time.perf_counter(), time.process_time()
         missing = document.write(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import shutil
 import uuid
 import zipfile
@@ -75,12 +76,13 @@ def everything(client, inspection_id, observation_id):
     return {path: answer.content for path, answer in answers.items()}
 
 
-def test_everything_is_in_the_store(object_store, clip, tmp_path):
+def test_everything_is_in_the_store(object_store, clip, tmp_path, chainage, monkeypatch):
     url = object_store.new()
     data, film = tmp_path / "data", clip.read_bytes()
     with serving(data, store=url) as client:
         inspection_id = inspect(client, upload_in_pieces(client, film, 60_000)).json()["id"]
-        assert client.wait(inspection_id)["status"] == "done"
+        done = client.wait(inspection_id)
+        assert done["status"] == "done"
         observation_id = str(uuid.uuid4())
         assert client.tag(inspection_id, observation_id, frame=12).is_success
         root = f"/api/inspections/{inspection_id}"
@@ -103,6 +105,13 @@ def test_everything_is_in_the_store(object_store, clip, tmp_path):
         if path.is_file() and not path.name.startswith("chainage.db"):
             assert path.name not in ("video.mp4", "track.csv")
             path.unlink()
+    monkeypatch.setenv("CHAINAGE_STORE", url)
+    tables = tmp_path / "tables.zip"
+    assert chainage("archive", "export", tables, "--tracks", "--data", data).code == 0
+    with zipfile.ZipFile(tables) as archive:
+        assert len(archive.read("tracks.jsonl").splitlines()) == done["progress"]["frames_done"]
+        assert json.loads(archive.read("defects.jsonl"))["distance_m"] > 0
+    monkeypatch.delenv("CHAINAGE_STORE")
     with serving(data, store=url) as client:
         assert everything(client, inspection_id, observation_id) == before
         assert client.get(f"{root}/frames/3.jpg").is_success

@@ -25,8 +25,9 @@ from app.reports import pdf as document
 from app.reports.bundle.verify import verify
 from app.reports.html import web_page
 from app.reports.pdf import emergency
-from app.reports.report import Company, Extras
+from app.reports.report import Extras
 from app.reports.tables import spreadsheet
+from app.settings import Settings
 from app.storage.backup import back_up, restore
 from app.survey.track_rows import estimate_at
 
@@ -208,7 +209,7 @@ def test_a_photo_of_another_frame_is_captioned_with_its_own_place_and_time(
         here, there = (
             attach(client, survey.id, tag["id"], frame=frame, **drawing)["id"] for frame in (2, 38)
         )
-    with reading(tmp_path, Company()) as records:
+    with reading(Settings(data=tmp_path)) as records:
         extras = Extras(burnt_in=True, film_path="film.mp4")
         made = records.reports.report(survey.id, extras=extras)
     (entry,) = made.entries
