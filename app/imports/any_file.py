@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from app.errors import InvalidImport
 from app.imports import (
     chainage_json,
@@ -52,16 +54,19 @@ def read(content: bytes) -> ImportedFile | WholeInspection:
 
 
 def _xml(content: bytes) -> ImportedFile:
-    root = xml_file.parsed(content)
+    root, said = xml_file.parsed(content)
     if en13508_xml.looks_like(root):
-        return en13508_xml.read(root)
-    if isybau.looks_like(root):
-        return isybau.read(root)
-    if m150.looks_like(root):
-        return m150.read(root)
-    raise InvalidImport(
-        f"The XML file begins with {root.name:.40}, which is none of the known formats: {_OF_XML}."
-    )
+        file = en13508_xml.read(root)
+    elif isybau.looks_like(root):
+        file = isybau.read(root)
+    elif m150.looks_like(root):
+        file = m150.read(root)
+    else:
+        raise InvalidImport(
+            f"The XML file begins with {root.name:.40}, which is none of the known formats: "
+            f"{_OF_XML}."
+        )
+    return replace(file, warnings=(*said, *file.warnings))
 
 
 def _require_size(content: bytes, most: int) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from app.imports.survey import (
@@ -37,6 +38,8 @@ _NUMBERS: Mapping[str, str] = {
     "ABQ": "expected_length_m", "ACB": "height_mm", "ACC": "width_mm", "ACG": "unit_length_m",
     "ACN": "year", "ADB": "temperature_c",
 }  # fmt: skip
+_PLAIN = frozenset({*_TEXTS, *_NUMBERS})
+"""Codes whose values are no letters."""
 _HELD = frozenset({*_TEXTS.values(), *_NUMBERS.values(), "date", "time", "cleaned", "road"}) - {
     "video_files",
     "temperature_c",
@@ -84,21 +87,29 @@ _LETTERS: Mapping[str, tuple[str, Mapping[str, str | bool]]] = {
     "ADA": ("weather", {"A": "dry", "B": "rain", "C": "snow or ice melting"}),
     "ADC": ("flow_control", {"A": "none", "B": "blocked upstream", "C": "partly blocked"}),
 }  # fmt: skip
-_NOT_KEPT = frozenset({"AAD", "AAF", "ABM"})
-"""The nodes, which are the ends, and the format of the video times, which the rows show."""
-COLUMNS = frozenset("ABCDEFGHIJKLMN")
+_NOT_KEPT = frozenset({"AAD", "AAF"})
+"""The nodes, which are the ends."""
+_REMARK, _BEFORE_REMARK = "ADE", "AD"
+_VIDEO_POSITION, _BY_TIME = "ABM", "A"
+_COLUMNS = frozenset("ABCDEFGHIJKLMN")
+
+Cells = Sequence[tuple[str, str]]
+"""Values with their codes, in the order of the file; empty ones too."""
 
 
 def header_of(
-    stated: Mapping[str, str], notes: Notes, explained: Mapping[str, str] = _NOTHING
+    cells: Cells, notes: Notes, explained: Mapping[str, str] = _NOTHING
 ) -> dict[str, Any]:
     """Return the header of the values of a file.
 
     Args:
-        stated: The values by their codes.
+        cells: The values.
         notes: For warnings.
         explained: What a letter Z stands for, by its code, as RIBX states beside it.
     """
+    stated, behind = _told_apart(cells, notes)
+    explained = {**behind, **explained}
+    in_use = set()
     header = _places(stated)
     for code, value in stated.items():
         if code in _TEXTS:
@@ -114,6 +125,7 @@ def header_of(
             words = explained.get(code)
             if words and value.upper() == _OTHER and not faults({name: words}):
                 meaning = words
+                in_use.add(code)
             if meaning is None:
                 if value.upper() != _OTHER:  # the remarks explain it
                     notes.add("unknown_letter", code=code, value=f"{value!r:.40}", own=_own(code))
@@ -124,18 +136,55 @@ def header_of(
             header["date"] = iso_date(value) or value
         elif code == "ABG":
             header["time"] = time_of_day(value) or value
+        elif (code, value) == (_VIDEO_POSITION, _BY_TIME):
+            continue  # as the rows show
         elif code not in _NOT_KEPT and (code not in _PLACES or "start_lat" not in header):
             header[_own(code)] = value
-    ends = [stated[code] for code in ("AAD", "AAF") if code in stated]
-    start = stated.get("AAB")
-    header["start_node"] = start or (ends[0] if ends else "")
-    others = [end for end in ends if end != header["start_node"]]
-    header["end_node"] = others[0] if others else (ends[-1] if len(ends) > 1 else "")
-    for code, words in explained.items():
-        if code not in _LETTERS or _own(code) in header:
-            header[f"ribx_{code.lower()[:20]}"] = words
+    ends = {code: stated[code] for code in ("AAD", "AAF") if code in stated}
+    names = list(ends.values())
+    header["start_node"] = stated.get("AAB") or (names[0] if names else "")
+    others = [name for name in names if name != header["start_node"]]
+    header["end_node"] = others[-1] if others else names[-1] if len(names) > 1 else ""
+    for code, name in ends.items():
+        if name not in (header["start_node"], header["end_node"]):
+            notes.add("third_node", code=code, value=f"{name!r:.40}", own=_own(code))
+            header[_own(code)] = name
+    header |= {words_of(code): words for code, words in explained.items() if code not in in_use}
     header.setdefault("video_files", "")  # words name other films than that of the observations
     return _without_needless(taken_from_remarks(header, held=_HELD))
+
+
+def words_of(code: str) -> str:
+    """Name the header field that holds what a letter Z stands for, where no field of ours does."""
+    return f"ribx_{code.lower()[:20]}"
+
+
+def _told_apart(cells: Cells, notes: Notes) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the values by their codes, and the words of the letters Z among them.
+
+    A remark behind a letter Z belongs to it; others are of the survey. So is the only remark of a
+    list in alphabetical order, where it stands behind the codes of its own group anyway.
+    """
+    stated: dict[str, str] = {}
+    explained: dict[str, str] = {}
+    remarks: list[str] = []
+    codes = [code for code, _ in cells]
+    is_alphabetical = all(one < other for one, other in pairwise(codes))
+    for (before, letter), (code, value) in pairwise([("", ""), *cells]):
+        if not value:
+            continue
+        if code == _REMARK:
+            is_general = is_alphabetical and before.startswith(_BEFORE_REMARK)
+            if letter.upper() == _OTHER and before not in _PLAIN and not is_general:
+                explained.setdefault(before, value)
+            else:
+                remarks.append(value)
+        elif stated.setdefault(code, value) != value:
+            notes.add("repeated_field", code=code, value=f"{value!r:.60}")
+            remarks.append(f"{code} {value}")
+    if remarks:
+        stated[_REMARK] = ", ".join(remarks)
+    return stated, explained
 
 
 def _without_needless(header: dict[str, Any]) -> dict[str, Any]:
@@ -165,27 +214,24 @@ def _point(text: str) -> tuple[float, float] | None:
     return (lat, lon) if abs(lat) <= 90 and abs(lon) <= 180 else None
 
 
-def nodes_of(header: Mapping[str, object]) -> set[str]:
-    """Return the names of the ends, as observations of start and end repeat them."""
-    return {str(header.get(name)) for name in ("start_node", "end_node")}
-
-
 def _own(code: str) -> str:
     """Name a header field that has no counterpart here."""
     return f"en13508_{re.sub(r'[^a-z0-9]', '_', code.lower())[:40]}"
 
 
 def observation_of(
-    row: Mapping[str, str], nodes: set[str], line: int, notes: Notes
+    cells: Cells, header: Mapping[str, object], line: int, notes: Notes
 ) -> ImportedObservation | None:
     """Return the observation of a row; None, with a warning, if it has no distance.
 
     Args:
-        row: The values by their letters.
-        nodes: Names of the ends, which stand in D at the start and the end.
-        line: Where it is in the file.
+        cells: The values by their letters.
+        header: Of the survey: names of the ends stand in D at the start and the end.
+        line: Where the row is in the file.
         notes: For warnings.
     """
+    row, more = _row(cells, line, notes)
+    nodes = {str(header.get(name)) for name in ("start_node", "end_node")}
     distance_m = number(row.get("I", ""))
     if distance_m is None:
         notes.add("no_distance", line, text=f"{row.get('I', '')!r:.40}")
@@ -209,11 +255,13 @@ def observation_of(
     if row.get("J") and continuous is None:
         notes.add("no_stretch", line, text=f"{row['J']!r:.20}")
         said.append(f"stretch {row['J']}")
-    time_s = video_time_s(row.get("N", ""))
-    if row.get("N") and time_s is None:
-        said.append(f"video {row['N']}")
-    if row.get("L"):
-        said.append(row["L"])
+    position = row.get("N", "")
+    is_counter = _own(_VIDEO_POSITION) in header and position.isdecimal()
+    time_s = None if is_counter else video_time_s(position)
+    if position and time_s is None:
+        notes.add("no_video_time", line, text=f"{position!r:.40}")
+        said.append(f"video {position}")
+    said += [row.get("L", ""), *more]
     if _is_node(row, "D", row.get("D", ""), nodes):
         said[0], quantities["D"] = behind_remark(said[0], "quantity")
     said[0], severity = severity_of(said[0])
@@ -235,6 +283,30 @@ def observation_of(
         line=line,
     )
     return coded(observation, notes)
+
+
+def _row(cells: Cells, line: int, notes: Notes) -> tuple[dict[str, str], list[str]]:
+    """Return the values by their letters, and words for the remark: unknown letters, repeated
+    ones.
+    """
+    row: dict[str, str] = {}
+    more: list[str] = []
+    for name, value in cells:
+        if not value:
+            continue
+        if name not in _COLUMNS:
+            if not notes.has("unknown_column", name=name[:20]):
+                notes.add("unknown_column", line, name=name[:20])
+            more.append(f"{name} {value}")
+        elif row.setdefault(name, value) == value:
+            continue
+        elif name == "F":
+            row[name] += f", {value}"
+        else:
+            if not notes.has("repeated_column", name=name):
+                notes.add("repeated_column", line, name=name)
+            more.append(f"{name} {value}")
+    return row, more
 
 
 def _is_node(row: Mapping[str, str], column: str, cell: str, nodes: set[str]) -> bool:

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.imports.en13508_fields import (
-    header_of,
-    nodes_of,
-    observation_of,
-    video_file_of,
-)
+from app.imports.en13508_fields import Cells, header_of, observation_of, video_file_of
 from app.imports.survey import (
     MOST_OBSERVATIONS,
     MOST_OF_FILE,
@@ -24,7 +19,7 @@ from app.imports.survey import (
     survey_of,
     too_many_surveys,
 )
-from app.imports.xml_file import Element
+from app.imports.xml_file import Element, note_unread
 from app.survey import grids
 
 _PIPES = ("ZB", "ZB_A")
@@ -50,7 +45,7 @@ def read(root: Element) -> ImportedFile:
             break
         if block.name not in _PIPES:
             warnings.append(Caveat("block_of_no_pipe", block.line, {"name": block.name[:10]}))
-        elif not block.values():
+        elif not any(text for _, text in _cells(block)):
             warnings.append(Caveat("block_without_header", block.line))
         else:
             surveys.append(_survey(block, min(room, MOST_OBSERVATIONS)))
@@ -60,18 +55,28 @@ def read(root: Element) -> ImportedFile:
 
 def _survey(block: Element, room: int) -> ImportedSurvey:
     notes = Notes()
-    stated = {name.upper(): clean(text, len(text)) for name, text in block.values().items()}
+    cells = _cells(block)
     explained = {
         child.name.upper(): words
         for child in block.children
         if (words := clean(child.attributes.get("ADE", "")))
     }
-    header = header_of(stated, notes, explained)
-    header |= _places(block, stated, notes)
+    header = header_of(cells, notes, explained)
+    header |= _places(block, dict(cells), notes)
     rows = [child for child in block.children if child.name == "ZC"]
     header["video_files"] = header["video_files"] or _film_of(rows)
     observations = tuple(_observations(rows, header, notes, room))
+    note_unread(notes, block)
     return survey_of(header, observations, notes, f"Inspection of line {block.line}")
+
+
+def _cells(parent: Element) -> Cells:
+    """Return the texts of the children without children."""
+    return [
+        (child.name.upper(), clean(child.own_text(), len(child.text)))
+        for child in parent.children
+        if not child.children
+    ]
 
 
 def _film_of(rows: list[Element]) -> str:
@@ -100,12 +105,10 @@ def _places(block: Element, stated: dict[str, str], notes: Notes) -> dict[str, f
 def _observations(
     rows: list[Element], header: dict[str, object], notes: Notes, room: int
 ) -> Iterator[ImportedObservation]:
-    nodes = nodes_of(header)
     for count, row in enumerate(rows):
         if count == room:
             notes.add_too_many(row.line)
             return
-        cells = {name.upper(): clean(text, len(text)) for name, text in row.values().items()}
-        observation = observation_of(cells, nodes, row.line, notes)
+        observation = observation_of(_cells(row), header, row.line, notes)
         if observation is not None:
             yield observation

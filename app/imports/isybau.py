@@ -6,7 +6,7 @@ Pipe and nodes come from the master data, which some files lack; a survey repeat
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -32,7 +32,7 @@ from app.imports.survey import (
     video_time_s,
     without_empty,
 )
-from app.imports.xml_file import NOTHING, Element
+from app.imports.xml_file import NOTHING, Element, note_unread
 from app.survey.catalogue.in_words import taken_from_remarks
 
 _DIRECTIONS = {"O": "with_flow", "U": "against_flow"}
@@ -62,6 +62,14 @@ _HELD = (
     "asset_id", "date", "time", "operator", "height_mm", "width_mm", "unit_length_m", "year",
     "known_length_m", "road", "job_ref", "client_job_ref", "contractor", "temperature_c", "cleaned",
 )  # fmt: skip
+_IMPLIED = frozenset(
+    {
+        "Anlagentyp", "CRSHoehe", "GeoObjektart", "GeoObjekttyp", "HaltungsFunktion", "Index",
+        "Inspektionsart", "KantenTyp", "KnotenAblaufTyp", "KnotenZulaufTyp", "Objektart",
+        "PunktattributAbwasser", "Rohrleitungstyp", "SonderprofilVorhanden", "Status",
+    }
+)  # fmt: skip
+"""Elements that every file has, and that say nothing about one survey."""
 _TIMECODE = re.compile(r"([0-9]{2})([0-5][0-9])([0-5][0-9])[0-9]{2}")
 
 
@@ -154,6 +162,9 @@ def _survey(
     read_row = partial(_observation, notes=notes, has_video=has_video)
     observations = german.observations_of(rows, room, notes, read_row)
     surveyed_m = number(run.value("Inspektionslaenge"))
+    place = asset.first("Lage") or NOTHING
+    of_pipe = known.pipes.get(asset.value("Objektbezeichnung"), NOTHING)
+    note_unread(notes, inspection, place, of_pipe, apart=_IMPLIED)
     otherwise = f"Inspection of line {inspection.line}"
     return survey_of(header, observations, notes, otherwise, surveyed_m=surveyed_m)
 
@@ -164,7 +175,11 @@ def _header(
     name = asset.value("Objektbezeichnung")
     pipe = known.pipes.get(name, NOTHING)
     edge = pipe.first("Kante") or NOTHING
-    basics = edge.values() | (edge.first("Profil") or edge).values() | _values(run, "RGrunddaten")
+    basics = [run.first("RGrunddaten") or NOTHING, edge.first("Profil") or NOTHING, edge]
+
+    def basic(name: str) -> str:
+        return next((text for part in basics if (text := part.value(name))), "")
+
     order = known.orders.get(inspection.value("Auftragskennung"), NOTHING)
     film = known.films.get(f"#{inspection.value('Videoablagereferenz')}")
     if not film and run.value("ArtVideoreferenz") != _NO_VIDEO:
@@ -174,9 +189,9 @@ def _header(
         "date": iso_date(inspection.value("Inspektionsdatum")),
         "time": time_of_day(inspection.value("Uhrzeit")),
         "operator": inspection.value("NameUntersucher"),
-        "height_mm": number(basics.get("Profilhoehe", "")),
-        "width_mm": number(basics.get("Profilbreite", "")),
-        "unit_length_m": number(basics.get("Regeleinzelrohrlaenge", "")),
+        "height_mm": number(basic("Profilhoehe")),
+        "width_mm": number(basic("Profilbreite")),
+        "unit_length_m": number(basic("Regeleinzelrohrlaenge")),
         "known_length_m": number(edge.value("Laenge")),
         "year": number(pipe.value("Baujahr")),
         "road": asset.value("Lage", "Strassenname") or pipe.value("Lage", "Strassenname"),
@@ -198,8 +213,8 @@ def _header(
         ("purpose", order.value("Inspektionszweck"), _PURPOSES, "isybau_zweck"),
         ("weather", inspection.value("Wetter"), german.WEATHER, "isybau_wetter"),
         ("flow_control", control, german.FLOW_CONTROL, "isybau_wasserhaltung"),
-        ("shape", basics.get("Profilart", ""), _SHAPES, "isybau_profilart"),
-        ("material", basics.get("Material", ""), german.MATERIALS, "isybau_material"),
+        ("shape", basic("Profilart"), _SHAPES, "isybau_profilart"),
+        ("material", basic("Material"), german.MATERIALS, "isybau_material"),
         ("asset_type", pipe.value("Entwaesserungsart"), _SYSTEMS, "isybau_entwaesserungsart"),
     ):
         if (field_name, value) == ("flow_control", _OTHER_FLOW_CONTROL):
@@ -207,7 +222,7 @@ def _header(
         else:
             german.listed(header, field_name, value, meanings, own, inspection.line, notes)
     header.setdefault("direction", "unknown")
-    ends = [basics.get("KnotenZulauf", ""), basics.get("KnotenAblauf", "")]
+    ends = [basic("KnotenZulauf"), basic("KnotenAblauf")]
     if header["direction"] == "against_flow":
         ends.reverse()
     header["start_node"], header["end_node"] = ends
@@ -219,53 +234,48 @@ def _header(
     return found
 
 
-def _values(parent: Element, name: str) -> dict[str, str]:
-    found = parent.first(name)
-    return found.values() if found else {}
-
-
 def _observation(row: Element, notes: Notes, *, has_video: bool) -> ImportedObservation | None:
-    cells = row.values()
-    distance_m = number(cells.get("Station", ""))
+    value = row.value
+    distance_m = number(value("Station"))
     if distance_m is None:
-        notes.add("no_distance", row.line, text=f"{cells.get('Station', '')!r:.40}")
+        notes.add("no_distance", row.line, text=f"{value('Station')!r:.40}")
         return None
-    said = [cells.get("Kommentar", "")]
-    grounds = _GROUNDS.get(cells.get("GrundAbbruch", ""), "")
+    said = [value("Kommentar")]
+    grounds = _GROUNDS.get(value("GrundAbbruch"), "")
     if grounds and grounds not in said[0]:
         said.append(grounds)
     quantities: list[float | None] = []
     for n in (1, 2):
         names = (f"Quantifizierung{n}Numerisch", f"Quantifizierung{n}Text")
-        text = next((cells[name] for name in names if name in cells), "")
+        text = next(filter(None, map(value, names)), "")
         quantities.append(quantity(text))
         if text and quantities[-1] is None:
             said.append(f"quantity {text}")
-    mark = cells.get("Streckenschaden", "") + cells.get("StreckenschadenLfdNr", "")
+    mark = value("Streckenschaden") + value("StreckenschadenLfdNr")
     continuous, words = german.stretch_of(mark, row.line, notes)
     said.append(words)
-    said += [f"class {text}" for name, text in cells.items() if name == "Klassifizierung"]
+    said += [f"class {found.own_text()}" for found in row.all("Klassifizierung")]
     observation = ImportedObservation(
         distance_m=distance_m,
-        code=cells.get("InspektionsKode"),
-        char1=cells.get("Charakterisierung1"),
-        char2=cells.get("Charakterisierung2"),
+        code=value("InspektionsKode"),
+        char1=value("Charakterisierung1"),
+        char2=value("Charakterisierung2"),
         quant1=quantities[0],
         quant2=quantities[1],
-        clock_from=clock(cells.get("PositionVon", "")),
-        clock_to=clock(cells.get("PositionBis", "")),
+        clock_from=clock(value("PositionVon")),
+        clock_to=clock(value("PositionBis")),
         stretch=continuous,
-        at_joint=cells.get("Verbindung") in ("1", "true"),
+        at_joint=value("Verbindung") in ("1", "true"),
         remark=", ".join(part for part in said if part),
-        photo=cells.get("Fotodatei"),
-        time_s=_time_s(cells) if has_video else None,
+        photo=value("Fotodatei") or None,
+        time_s=_time_s(row) if has_video else None,
         line=row.line,
     )
     return coded(german.from_remark(observation), notes)
 
 
-def _time_s(cells: Mapping[str, str]) -> float | None:
-    found = _TIMECODE.fullmatch(cells.get("Timecode", ""))
+def _time_s(row: Element) -> float | None:
+    found = _TIMECODE.fullmatch(row.value("Timecode"))
     if found:
         return float(3600 * int(found[1]) + 60 * int(found[2]) + int(found[3]))
-    return video_time_s(cells.get("Timecode") or cells.get("Videozaehler", ""))
+    return video_time_s(row.value("Timecode") or row.value("Videozaehler"))

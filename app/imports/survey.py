@@ -31,8 +31,8 @@ _MOST_HEADER_FIELDS = 100
 _MOST_M = 100_000.0
 _MOST_QUANTITY = 1e6
 
-_CODE = re.compile(r"[A-Z][A-Z0-9]{1,7}")
-_LETTER = re.compile(r"[A-Z][A-Z0-9]?")
+_CODE = re.compile(r"[A-Z][A-Z0-9]{0,7}")
+_LETTER = re.compile(r"[A-Z][A-Z0-9]{0,2}")
 _STRETCH = re.compile(r"([ABC])0*([1-9][0-9]{0,2})")
 _NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]{1,3})?")
 _CLOCK_TIME = re.compile(r"(?:([0-9]{1,3}):)?([0-5]?[0-9]):([0-5]?[0-9])(?:[:.,][0-9]{1,3})?")
@@ -270,6 +270,10 @@ class Notes:
             self.said.append(Caveat(key, line, values))
         elif len(self.said) == MOST_WARNINGS:
             self.said.append(Caveat("more_warnings"))
+
+    def has(self, key: str, **values: str | int) -> bool:
+        """Return whether a warning was given with these values, at whatever line."""
+        return any((said.key, said.values) == (key, values) for said in self.said)
 
     def add_too_many(self, line: int | None = None) -> None:
         """Add why observations are left out."""

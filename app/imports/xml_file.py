@@ -6,12 +6,15 @@ Names come without namespaces, which differ between versions of the formats.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 from xml.parsers import expat
 
 from app.errors import InvalidImport
+from app.imports.letters import decoded
+from app.imports.survey import Caveat, Notes
 
 _MOST_ELEMENTS = 1_000_000
 """20 000 observations of 25 elements have half as many; each takes some 200 bytes."""
@@ -19,8 +22,11 @@ _MOST_ATTRIBUTES = 100_000
 _DEEPEST = 64
 _LONGEST_TEXT = 100_000
 """Characters of one element; the rest is dropped."""
+_GUESSED = ("", "utf-8", "utf8", "us-ascii", "ascii")
+"""Encodings that programs name without keeping to them."""
+_LONGEST_NAMES = 600
 _NAMESPACE_END = "}"
-_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+_ENCODING = re.compile(rb"""\s*<\?xml[^>]{0,80}?encoding\s*=\s*["']([ -~]{0,40}?)["']""")
 
 
 @dataclass(slots=True)
@@ -34,6 +40,8 @@ class Element:
     text: str = ""
     """Its own text, before and between the children."""
     children: list[Element] = field(default_factory=list)
+    is_read: bool = False
+    """Whether a reader has asked for its text."""
 
     def all(self, *names: str) -> Iterator[Element]:
         """Yield the elements at a path below this one."""
@@ -51,36 +59,55 @@ class Element:
     def value(self, *names: str) -> str:
         """Return the text at a path on one line; empty if there is none."""
         found = self.first(*names)
-        return " ".join(found.text.split()) if found else ""
+        return found.own_text() if found else ""
 
-    def values(self) -> dict[str, str]:
-        """Return the texts of the children without children, by name; the first one counts."""
-        found: dict[str, str] = {}
+    def own_text(self) -> str:
+        """Return its own text on one line, which is read by that."""
+        self.is_read = True
+        return " ".join(self.text.split())
+
+    def filled(self, apart: Collection[str]) -> Iterator[Element]:
+        """Yield the elements below it that hold a text, without those of these names."""
         for child in self.children:
-            if not child.children and (text := " ".join(child.text.split())):
-                found.setdefault(child.name, text)
-        return found
+            if child.name not in apart:
+                if child.text.strip():
+                    yield child
+                yield from child.filled(apart)
 
 
 NOTHING = Element("", 0, {})
 """Stands for an element that a file does not have."""
 
 
+def note_unread(notes: Notes, *parents: Element, apart: Collection[str] = ()) -> None:
+    """Warn of what nobody has read, by the names of the elements.
+
+    Args:
+        notes: For the warning.
+        parents: Where they are.
+        apart: Names of those that state nothing of their own.
+    """
+    filled = [each for parent in parents for each in parent.filled(apart)]
+    known = {(each.name, each.text) for each in filled if each.is_read}
+    names = {each.name for each in filled if (each.name, each.text) not in known}
+    if names:
+        notes.add("not_read", names=", ".join(sorted(names))[:_LONGEST_NAMES])
+
+
 def looks_like(content: bytes) -> bool:
     """Return whether the content begins like XML."""
-    head = content[:256].replace(b"\0", b"").removeprefix(b"\xef\xbb\xbf")
-    return head.removeprefix(_UTF_16[0]).removeprefix(_UTF_16[1]).lstrip().startswith(b"<")
+    return decoded(content[:256], "")[0].lstrip().startswith("<")
 
 
-def parsed(content: bytes) -> Element:
-    """Return the root.
+def parsed(content: bytes) -> tuple[Element, tuple[Caveat, ...]]:
+    """Return the root, and warnings where letters may be wrong.
 
     Raises:
         InvalidImport: The file is not well formed, defines entities, or is too deep or too large;
         the text says where.
     """
     builder = _Builder()
-    parser = expat.ParserCreate(_encoding(content), _NAMESPACE_END)
+    parser = expat.ParserCreate(None, _NAMESPACE_END)
     parser.buffer_text = True
     parser.StartElementHandler = builder.start
     parser.EndElementHandler = builder.end
@@ -93,32 +120,25 @@ def parsed(content: bytes) -> Element:
         return parser.CurrentLineNumber
 
     builder.line_of = line
+    named = _ENCODING.match(content)
+    encoding = named[1].decode("ascii") if named else ""
+    text, said = decoded(content, encoding)
+    if any(each.key == "letters_assumed" for each in said) and encoding.lower() not in _GUESSED:
+        raise InvalidImport(
+            f"The letters of the XML file cannot be read: the encoding {encoding!r} is not known. "
+            "Export it again in UTF-8."
+        )
     try:
-        parser.Parse(content, True)
+        parser.Parse(text, True)
     except expat.ExpatError as error:
         raise InvalidImport(
             f"The file is not well-formed XML: {expat.ErrorString(error.code)} in line "
             f"{error.lineno}, column {error.offset + 1}."
         ) from error
-    except (LookupError, ValueError) as error:
+    except UnicodeEncodeError as error:
         raise InvalidImport(f"The letters of the XML file cannot be read: {error}.") from error
     assert builder.root is not None  # noqa: S101  (expat refuses a file without a root)
-    return builder.root
-
-
-def _encoding(content: bytes) -> str | None:
-    """Return UTF-8 where the bytes are valid in it, whatever the file declares; else None for what
-    it declares, or Latin letters of one byte each if it declares UTF-8.
-    """
-    if content.startswith(_UTF_16):
-        return None
-    try:
-        content.decode("utf-8")
-    except UnicodeDecodeError:
-        declared = content[:200].partition(b"?>")[0].lower()
-        is_utf_8 = b"encoding" not in declared or b"utf-8" in declared
-        return "iso-8859-1" if is_utf_8 else None
-    return None if b"\0" in content[:4] else "utf-8"
+    return builder.root, said
 
 
 class _Builder:

@@ -68,7 +68,7 @@ def test_a_file_of_another_program_is_read_field_by_field() -> None:
 def test_what_is_odd_is_reported_with_its_line() -> None:
     file = read(FOREIGN.encode("latin-1"))
     assert [ENGLISH.caveat(caveat) for caveat in file.surveys[0].warnings] == [
-        "Line 8: The column Q is unknown and is left out.",
+        "Line 9: The column Q is unknown; its values are kept in the remarks.",
         "Line 11: Clock '6.5' is not a whole hour; it is kept in the remark.",
         "Line 11: '0' is not a stretch such as A1; it is kept in the remark.",
         "Line 13: No distance can be read from 'not a number'; it is left out.",
@@ -106,6 +106,92 @@ def test_letters_are_read_whatever_the_file_says_of_its_encoding(encoding: str) 
     (survey,) = read(text.encode(encoding)).surveys
     assert survey.header["operator"] == "Jürgen Größe"
     assert survey.observations[0].remark == "naß"
+
+
+@pytest.mark.parametrize(
+    ("named", "encoding"),
+    [
+        ("ISO-8859-1:1998", "latin-1"), ("IBM850", "cp850"), ("IBM437", "cp437"),
+        ("CP1252", "cp1252"),
+        ("windows-1250", "cp1250"), ("ISO-8859-15", "iso8859-15"), ("ANSI", "cp1252"),
+        ("UTF-8", "utf-8"),
+    ],
+)  # fmt: skip
+def test_a_file_is_read_by_the_encoding_that_it_names(named: str, encoding: str) -> None:
+    text = f"#A1={named}\n#B01=AAA;ABH\nDL-Ä41;Jürgen\n#C=I;A;F\n1;BDB;Wölbung\n#Z\n"
+    file = read(text.encode(encoding))
+    (survey,) = file.surveys
+    assert (survey.header["asset_id"], survey.header["operator"]) == ("DL-Ä41", "Jürgen")
+    assert survey.observations[0].remark == "Wölbung"
+    assert (file.warnings, survey.warnings) == ((), ())
+
+
+def test_letters_that_may_be_wrong_are_reported() -> None:
+    text = "#A1={}\n#B01=AAA\nM\x81ller\n#C=I;A\n1;BDB\n#Z\n"
+    for named, said in (("ISO-8859-1", "1 letters are none of cp1252"), ("EBCDIC", "'EBCDIC'")):
+        file = read(text.format(named).encode("latin-1"))
+        assert any(said in ENGLISH.caveat(caveat) for caveat in file.warnings), named
+
+
+FRENCH = """#A1=ISO-8859-1:1998
+#A2=fr
+#B01=AAA;AAD;AAF;AAL;ADE;AAN
+T1;R1;R2;Z;"sous trottoir privé";Ville
+#B02=ABF;ABP;ADE;ABH;ABH
+2024-05-06;Z;avant cession;Anne;Paul
+#B03=ACA;ADE;ACB;ACC;ACD;ADE;ACK;ADE;ADE
+Z;profil tunnel;900;1200;Z;tôle galvanisée;Z;ruisseau busé;à revoir
+#C=I;A;F;F;M;M
+0.00;BCD;a;b;1.jpg;2.jpg
+10.00;BCE;;;;
+#Z
+"""
+
+
+def test_every_repeated_remark_is_kept_with_the_field_before_it() -> None:
+    (survey,) = read(FRENCH.encode("latin-1")).surveys
+    header = survey.header
+    assert (header["material"], header["shape"]) == ("tôle galvanisée", "other")
+    words = {"aal": "sous trottoir privé", "abp": "avant cession", "aca": "profil tunnel",
+             "ack": "ruisseau busé"}  # fmt: skip
+    assert {code: header[f"ribx_{code}"] for code in words} == words
+    assert (header["operator"], header["remarks"]) == ("Anne", "ABH Paul, à revoir")
+    assert survey.observations[0].remark == "a, b, M 2.jpg"
+    assert [caveat.key for caveat in survey.warnings] == ["repeated_field", "repeated_column"]
+
+
+def test_the_remark_behind_its_own_group_is_of_the_survey() -> None:
+    """Files in alphabetical order have it there, whatever the letter before."""
+    for codes, values in (("ADA;ADC;ADE", "A;Z;all dry"), ("ADC;ADE", "A;all dry")):
+        (survey,) = read(f"#B01=AAA;{codes}\nC;{values}\n#C=I;A\n1;BDB\n".encode()).surveys
+        assert survey.header["remarks"] == "all dry"
+
+
+def test_a_text_over_several_lines_is_one_cell() -> None:
+    text = (
+        '#A3=;\n#A4=,\n#B01=AAA;AAJ\nC;"Hauptstr.\r\n12"\n#C=I;A;F;G\n'
+        '3,40;BAB;"Riss, siehe auch\r\n\r\nzweite ""Zeile""";12\n'
+        '5;BAB;"12 Zoll;3\n6;BAC;"Rohr" neu;4\n7;BAA;a\x0bb;5\n8;BAO;;6\n#Z\n'
+    )
+    (survey,) = read(text.encode()).surveys
+    assert survey.header["location_text"] == "Hauptstr. 12"
+    assert [(row.remark, row.clock_from) for row in survey.observations] == [
+        ('Riss, siehe auch zweite "Zeile"', 12), ('"12 Zoll', 3), ('"Rohr" neu', 4), ("a b", 5),
+        ("", 6),
+    ]  # fmt: skip
+    assert survey.warnings == ()
+
+
+def test_what_stands_in_no_list_or_is_no_time_is_reported() -> None:
+    text = "#A3=;\nlost\n#B01=AAA;ABM\nC;B\nmore\n#D=x\n1;2\n#C=I;A;N\n1;BAB;5316\n2;BAC;f.mp4\n#Z"
+    file = read(text.encode())
+    (survey,) = file.surveys
+    assert [row.remark for row in survey.observations] == ["video 5316", "video f.mp4"]
+    assert survey.header["en13508_abm"] == "B"
+    said = [ENGLISH.caveat(caveat) for caveat in (*file.warnings, *survey.warnings)]
+    assert [sentence.partition(":")[0] for sentence in said] == [
+        "Line 2", "Line 6", "Line 7", "Line 5", "Line 9", "Line 10",
+    ]  # fmt: skip
 
 
 def test_fields_over_two_lists_are_put_together() -> None:

@@ -58,10 +58,33 @@ def test_ribx_is_read_tolerantly() -> None:
     assert (begin.distance_m, begin.quant1, begin.time_s) == (0.0, None, 7.0)
     assert (crack.code, crack.char1, crack.char2, crack.photo) == ("BAB", "Y", "YY", "foto.jpg")
     assert (crack.clock_from, crack.stretch, crack.remark) == (None, None, "stretch 0")
-    assert other.remark == "stretch 01"
+    assert other.remark == "stretch 01, O x"
     for sentence in ("ABP 'Q' is not known", "Line 10: '0' is not a stretch", "No distance"):
         assert sentence in told(survey)
     assert (empty.header["asset_id"], empty.observations) == ("S-2", ())
+
+
+def test_what_the_xml_of_the_standard_repeats_is_kept() -> None:
+    file = read(
+        "<DATA><ZB><AAA>T-1</AAA><AAL>Z</AAL><ADE>sous trottoir</ADE><ACA>Z</ACA>"
+        "<ADE>profil tunnel</ADE><ACD>Z</ACD><ADE>tôle</ADE><ADE>à revoir</ADE>"
+        "<ZC><I>3.40</I><A>BAB</A><F>fissure</F><F>large</F><X><Y>2</Y></X></ZC></ZB></DATA>"
+    )
+    (survey,) = file.surveys
+    assert survey.header == {
+        "asset_id": "T-1", "shape": "other", "material": "tôle", "remarks": "à revoir",
+        "en13508_aal": "Z", "ribx_aal": "sous trottoir", "ribx_aca": "profil tunnel",
+    }  # fmt: skip
+    assert survey.observations[0].remark == "fissure, large"
+    assert told(survey) == "These elements are not read and are left out: Y."
+
+
+@pytest.mark.parametrize("encoding", ["iso-8859-1", "windows-1252", "IBM850", "UTF-16", "UTF-8"])
+def test_xml_is_read_by_the_encoding_that_it_names(encoding: str) -> None:
+    text = f'<?xml version="1.0" encoding="{encoding}"?><DATA><ZB><AAA>DL-Ä41</AAA></ZB></DATA>'
+    file = read(text, encoding)
+    assert file.surveys[0].header["asset_id"] == "DL-Ä41"
+    assert file.warnings == ()
 
 
 ISYBAU = """<?xml version="1.0" encoding="ISO-8859-1"?>
