@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 from urllib.parse import urlsplit
 
-import cv2
-import numpy as np
 from pydantic import Field, SecretStr, ValidationError, field_validator, model_validator
 from pydantic_core import ErrorDetails
 from pydantic_settings import (
@@ -20,6 +18,7 @@ from pydantic_settings import (
 
 from app.errors import InvalidSettings
 from app.logs import LogFormat
+from app.pictures import MOST_LOGO_PX, UnusablePicture, require_picture
 
 PREFIX = "CHAINAGE_"
 _ADDRESS = r"^https?://[A-Za-z0-9._\-\[\]:]+(/[!-~]*)?$"
@@ -30,7 +29,6 @@ _PLACEHOLDERS = re.compile(r"{[^}]*}|[{}]")
 _PEER = re.compile(r"(([A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]):)?[0-9]{1,5}")
 _SECRET = ("database", "map_tiles", "token", "webhook_secret", "webhook_url")
 _LOGO_BYTES = 2 * 2**20
-_LOGO_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 """First bytes of a PNG, and of a JPEG."""
 _THIS_MACHINE = ("127.0.0.1", "::1", "localhost")
 GIB = 2**30
@@ -351,11 +349,10 @@ class Settings(BaseSettings):
             raise ValueError(f"The logo cannot be read: {error.strerror}") from error
         if len(content) > _LOGO_BYTES:
             raise ValueError("The logo is larger than 2 MiB; save it smaller")
-        if not content.startswith(_LOGO_STARTS):
-            raise ValueError("The logo is neither a PNG nor a JPEG")
-        picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_REDUCED_GRAYSCALE_8)
-        if picture is None:
-            raise ValueError("The logo is damaged")
+        try:
+            require_picture(content, MOST_LOGO_PX)
+        except UnusablePicture as error:
+            raise ValueError(f"The logo {error}") from error
         return path
 
     @field_validator("allowed_hosts", "camera_networks", "trusted_proxies", mode="before")

@@ -90,7 +90,7 @@ def test_a_library_is_known_in_one_place_only(package, home):
 
 
 ROOMS = (
-    ("back_off", "errors", "logs", "settings"),
+    ("back_off", "errors", "logs", "pictures", "settings"),
     ("survey",),
     ("burnt_in", "imports", "lab", "storage"),
     ("jobs", "access"),

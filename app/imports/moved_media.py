@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from app.errors import InvalidImport
 from app.imports.archive_manifest import VOICE
+from app.pictures import UnusablePicture, require_picture
 from app.survey.attachments import MOST_VOICE_BYTES
 
 _MOST_PHOTO_BYTES = 32 * 2**20
@@ -21,14 +22,9 @@ def require_media(path: str, content: bytes) -> None:
         if not 0 < len(content) <= MOST_VOICE_BYTES:
             raise InvalidImport(f"{path} has {len(content)} bytes, which is no voice note.")
         return
-    import cv2  # slow to import, and few files have pictures
-    import numpy as np
-
     if not content.startswith(_JPEG) or len(content) > _MOST_PHOTO_BYTES:
         raise InvalidImport(f"{path} is no picture in JPEG.")
     try:
-        picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
-    except cv2.error:
-        picture = None
-    if picture is None or max(picture.shape) > _MOST_SIDE_PX:
-        raise InvalidImport(f"{path} cannot be decoded as a picture in JPEG.")
+        require_picture(content, _MOST_SIDE_PX)
+    except UnusablePicture as error:
+        raise InvalidImport(f"{path} {error}") from error

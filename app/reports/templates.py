@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import base64
-import io
 import logging
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from PIL import Image
-
 from app.errors import InvalidRequest
+from app.pictures import MOST_LOGO_PX, UnusablePicture, require_picture
 from app.reports.report import Company
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
 from app.storage.inspections import InspectionStore
@@ -21,9 +19,6 @@ from app.survey.catalogue.header import project_of
 from app.survey.versions import require_version, version_of
 
 logger = logging.getLogger(__name__)
-
-_MOST_LOGO_PX = 4000
-"""Longest side of a logo: decoding a larger one would need much memory for every report."""
 
 
 @dataclass(frozen=True)
@@ -135,15 +130,9 @@ def require_logo(logo: str) -> None:
     if not logo:
         return
     try:
-        with Image.open(io.BytesIO(base64.b64decode(logo)), formats=("PNG", "JPEG")) as picture:
-            if max(picture.size) > _MOST_LOGO_PX:
-                raise InvalidRequest(
-                    f"The logo is {picture.width} x {picture.height} pixels; at most "
-                    f"{_MOST_LOGO_PX} each way are allowed. Save it smaller."
-                )
-            picture.load()
-    except (OSError, ValueError, SyntaxError) as error:
-        raise InvalidRequest("The logo is no PNG or JPEG, or it is damaged.") from error
+        require_picture(base64.b64decode(logo), MOST_LOGO_PX)
+    except UnusablePicture as error:
+        raise InvalidRequest(f"The logo {error}") from error
 
 
 def _used(row: ReportTemplateRow) -> Used:

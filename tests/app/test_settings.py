@@ -97,8 +97,8 @@ def test_settings_do_not_show_what_is_secret(environment):
     ("content", "said"),
     [
         (None, "The logo cannot be read: No such file or directory"),
-        (b"<svg></svg>", "The logo is neither a PNG nor a JPEG"),
-        (b"\x89PNG\r\n\x1a\nbroken", "The logo is damaged"),
+        (b"<svg></svg>", "The logo is no PNG or JPEG"),
+        (b"\x89PNG\r\n\x1a\nbroken", "The logo is no PNG or JPEG, or it is damaged"),
         (b"\x89PNG\r\n\x1a\n" + bytes(2**21), "The logo is larger than 2 MiB; save it smaller"),
     ],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
+from functools import lru_cache
 
 from PIL import Image
 
@@ -30,10 +31,25 @@ def jpeg_of(stored: Readable | None, enough_px: int) -> Jpeg | None:
         stored: JPEG or PNG; it may be missing or broken.
         enough_px: Sufficient longer side; a larger picture is halved while it stays above this.
     """
-    if stored is None:
-        return None
+    content = _content(stored)
+    return None if content is None else _fitted(content, enough_px)
+
+
+def logo_of(stored: Readable | None, enough_px: int) -> Jpeg | None:
+    """Return a logo as `jpeg_of` does; each is decoded once, and not for every report."""
+    content = _content(stored)
+    return None if content is None else _fitted_logo(content, enough_px)
+
+
+def _content(stored: Readable | None) -> bytes | None:
     try:
-        content = stored.read_bytes()
+        return None if stored is None else stored.read_bytes()
+    except OSError:
+        return None
+
+
+def _fitted(content: bytes, enough_px: int) -> Jpeg | None:
+    try:
         with Image.open(io.BytesIO(content)) as picture:
             is_fit = picture.format == "JPEG" and picture.mode in ("RGB", "L")
             size = picture.size
@@ -49,6 +65,9 @@ def jpeg_of(stored: Readable | None, enough_px: int) -> Jpeg | None:
         return None
 
 
+_fitted_logo = lru_cache(maxsize=16)(_fitted)
+
+
 def why_not_shown(photo: Photo) -> str:
     """Return the key of the sentence why the picture of a photo cannot be shown."""
     try:
@@ -62,20 +81,20 @@ def why_not_shown(photo: Photo) -> str:
 
 def _halved(picture: Image.Image, times: int) -> Image.Image:
     """Reduce the picture, at most to 1 / `times`."""
-    if times < 2:
-        return picture
     width, height = picture.size
-    picture.draft("RGB", (width // times, height // times))  # during decoding: cheap
+    if times >= 2:
+        picture.draft("RGB", (width // times, height // times))  # during decoding: cheap
+    if picture.mode not in ("RGB", "L"):  # such as a palette, whose numbers have no mean
+        picture = picture.convert("RGBA")
     left = picture.size[0] * times // width
     return picture.reduce(left) if left > 1 else picture
 
 
 def _encoded(picture: Image.Image) -> Jpeg:
     """Encode as JPEG; transparent parts become white like the paper."""
-    if picture.mode not in ("RGB", "L"):
-        rgba = picture.convert("RGBA")
-        paper = Image.new("RGBA", rgba.size, "white")
-        picture = Image.alpha_composite(paper, rgba).convert("RGB")
+    if picture.mode == "RGBA":
+        paper = Image.new("RGBA", picture.size, "white")
+        picture = Image.alpha_composite(paper, picture).convert("RGB")
     out = io.BytesIO()
     picture.save(out, "JPEG", quality=_QUALITY)
     return Jpeg(out.getvalue(), picture.size, picture.mode == "L")

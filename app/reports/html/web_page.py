@@ -26,7 +26,7 @@ from app.reports.content.measurement import (
     rig_rows,
     video_rows,
 )
-from app.reports.content.pictures import jpeg_of, why_not_shown
+from app.reports.content.pictures import Jpeg, jpeg_of, logo_of, why_not_shown
 from app.reports.content.recommendations import (
     costs_of,
     count_without,
@@ -43,7 +43,6 @@ from app.reports.html.pipe_strip import pipe_strip
 from app.reports.html.wall_strip import wall_strips
 from app.reports.report import Loss, Report, Written, failure
 from app.reports.template import Section
-from app.storage.blobs import Readable
 from app.survey.catalogue.header import is_empty, required_to_issue
 from vo_core.errors import ChainageError
 
@@ -113,7 +112,7 @@ def write(report: Report) -> Written:
         style=_asset("web_page.css"),
         script=_asset("web_page.js"),
         sections=[(section, t(_TITLES[section])) for section in chosen],
-        logo=_jpeg_base64(report.company.logo, _LOGO_PX),
+        logo=_jpeg_base64(logo_of(report.company.logo, _LOGO_PX)),
         warnings=warnings_of(report, t),
         cover=cover_rows(report, t),
         opening=opening(report, t),
@@ -138,7 +137,7 @@ def write(report: Report) -> Written:
         },
         to_row=to_row,
         why_not_shown=why_not_shown,
-        jpeg_base64=lambda photo: _jpeg_base64(photo, ENOUGH_PX),
+        jpeg_base64=lambda photo: _jpeg_base64(jpeg_of(photo, ENOUGH_PX)),
         scene=scene,
         header=_header(report, t),
         measured=[
@@ -169,9 +168,8 @@ def _base64(content: bytes) -> Markup:
     return Markup(base64.b64encode(content).decode())  # noqa: S704
 
 
-def _jpeg_base64(picture: Readable | None, enough_px: int) -> Markup | None:
+def _jpeg_base64(jpeg: Jpeg | None) -> Markup | None:
     """Encode a photo or a logo; None if it is missing."""
-    jpeg = jpeg_of(picture, enough_px)
     return None if jpeg is None else _base64(jpeg.content)
 
 

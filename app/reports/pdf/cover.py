@@ -6,7 +6,7 @@ from reportlab.lib.units import mm
 from reportlab.platypus import Flowable, NextPageTemplate, PageBreak, Spacer
 
 from app.reports.content.cover import Warned, cover_rows, warnings_of
-from app.reports.content.pictures import jpeg_of
+from app.reports.content.pictures import logo_of
 from app.reports.content.translator import Translator
 from app.reports.content.typesetting import one_line
 from app.reports.pdf.flow import Figure, Prose, Title, height_of, paragraph, say
@@ -68,7 +68,7 @@ def _letterhead(
     name: list[Line],
     address: list[Line],
 ) -> None:
-    logo = jpeg_of(company.logo, 700)
+    logo = logo_of(company.logo, 700)
     if logo is not None:
         width, across = logo.size
         scale = min(60 * mm / width, 20 * mm / across)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import io
+import struct
+import zlib
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -27,6 +29,14 @@ def picture(size: tuple[int, int] = (40, 20), kind: str = "PNG") -> str:
     out = io.BytesIO()
     Image.new("RGB", size, (200, 30, 30)).save(out, kind)
     return base64.b64encode(out.getvalue()).decode()
+
+
+def claiming(side_px: int) -> str:
+    """A picture whose header claims to be larger than it is."""
+    content = bytearray(base64.b64decode(picture()))
+    content[16:24] = struct.pack(">II", side_px, side_px)
+    content[29:33] = struct.pack(">I", zlib.crc32(content[12:29]))
+    return base64.b64encode(content).decode()
 
 
 def listed(client: Client) -> list[str]:
@@ -79,6 +89,7 @@ WRONG: tuple[tuple[dict[str, Any], str], ...] = (
     ({"logo": picture()[:60]}, "no PNG or JPEG"),
     ({"logo": picture((4001, 1))}, "4001 x 1 pixels"),
     ({"logo": picture(kind="GIF")}, "no PNG or JPEG"),
+    ({"logo": claiming(60_000)}, "60000 x 60000 pixels"),
     ({"recommendations": [{"text": ""}]}, "recommendations"),
     ({"introduction": "\x00"}, "introduction"),
     ({"unknown": 1}, "unknown"),
