@@ -24,7 +24,7 @@ from av.video.stream import VideoStream
 from app.back_off import BackOff
 from app.jobs import nal
 from app.jobs.cameras import CameraFault, Opened, WrongPictures, opened, plain_errors
-from app.jobs.clocks import FileClock, StreamClock
+from app.jobs.clocks import PAUSE_MS, FileClock, StreamClock
 from app.jobs.film import NO_ROOM, Film
 from app.jobs.messages import CameraInput
 from app.jobs.recording import Coding
@@ -42,8 +42,6 @@ _AT_ONCE_S = 0.004
 """Packets that arrive at shorter intervals than this had been waiting."""
 _MOST_WAITED = 200
 """Most packets that may have been waiting."""
-_PAUSE_MS = 1000
-"""Pause between the last picture of one part of the recording and the first of the next."""
 _TOO_LONG = f"The recording ended after {MAX_FRAMES} pictures, the most that one may have."
 
 
@@ -179,7 +177,9 @@ class Capture:
             for packet, arrived_s in chain(waited, arrivals):
                 if self._ending.is_set():
                     return
-                time_ms = clock.time_ms(arrived_s, self._stated_s(packet))
+                time_ms = clock.time_ms(
+                    arrived_s, self._stated_s(packet), is_reordered=self._is_reordered(source)
+                )
                 is_key = packet.is_keyframe  # a filter empties the packet that it receives
                 with plain_errors():
                     contents = form.applied(packet)
@@ -219,7 +219,7 @@ class Capture:
     def _clock(self, waited: list[Arrival]) -> StreamClock:
         """Make the clock of a connection that begins with these packets."""
         last_ms = self.film.last_ms
-        first_ms = 0 if last_ms is None else last_ms + _PAUSE_MS
+        first_ms = 0 if last_ms is None else last_ms + PAUSE_MS
         last_ms = -1 if last_ms is None else last_ms
         first, first_s = waited[0]
         delay_s = min(
@@ -235,6 +235,11 @@ class Capture:
             shown_s = first_s if stated_s is None or delay_s is None else stated_s + delay_s
             self.zero_s = shown_s - first_ms / 1000
         return StreamClock(self.zero_s, last_ms, delay_s)
+
+    def _is_reordered(self, source: Opened) -> bool:
+        """Return whether pictures may be sent after ones that are shown later."""
+        assert self._decoder is not None  # noqa: S101  (begun by _require_same)
+        return source.codec.has_b_frames or self._decoder.has_b_frames
 
     @staticmethod
     def _stated_s(packet: Packet[VideoStream]) -> float | None:

@@ -2,8 +2,40 @@
 
 from __future__ import annotations
 
+PAUSE_MS = 1000
+"""Pause between the last picture of one part of the recording and the first of the next."""
 _LONGEST_STEP_S = 0.2
 _SHARE_OF_NEWEST = 0.05
+
+
+class _Order:
+    """Tells a clock that was set back from pictures that are sent after ones shown later."""
+
+    _MOST_SENT_LATER = 16
+    """Most pictures that a decoder of H.264 or H.265 holds back."""
+    _JUMP_S = 2.0
+
+    def __init__(self) -> None:
+        self._latest_s = float("-inf")
+        self._behind = 0
+        """Number of packets since the latest."""
+
+    def is_latest(self, pts_s: float) -> bool:
+        """Return whether no packet before this one is shown later."""
+        return pts_s >= self._latest_s
+
+    def is_set_back(self, pts_s: float, *, is_reordered: bool) -> bool:
+        """Note the time of the next packet, and return whether times begin anew with it."""
+        self._behind = 0 if self.is_latest(pts_s) else self._behind + 1
+        most = self._MOST_SENT_LATER if is_reordered else 0
+        is_set_back = self._behind > most or self._latest_s - pts_s > self._JUMP_S
+        if is_set_back or not self._behind:
+            self.begin(pts_s)
+        return is_set_back
+
+    def begin(self, pts_s: float) -> None:
+        """Forget the packets before this one."""
+        self._latest_s, self._behind = pts_s, 0
 
 
 class StreamClock:
@@ -30,33 +62,35 @@ class StreamClock:
         self._last_ms = last_ms
         self._delay_s = delay_s
         self._arrived_s = zero_s
-        self._latest_pts_s = float("-inf")
+        self._order = _Order()
         self._usual_s: float | None = None
         """Usual interval between two packets without a stated time."""
 
-    def time_ms(self, arrived_s: float, pts_s: float | None) -> int:
+    def time_ms(self, arrived_s: float, pts_s: float | None, *, is_reordered: bool) -> int:
         """Return the time of the next packet; it rises, except for pictures shown before earlier
         ones.
 
         Args:
             arrived_s: Arrival time.
             pts_s: Time stated by the camera, if any.
+            is_reordered: Whether pictures may be sent after ones that are shown later.
         """
         if pts_s is None:
             least_ms = self._least_step_ms(arrived_s)
             self._arrived_s = arrived_s
             return self._later(arrived_s, least_ms)
         delay_s = arrived_s - pts_s
-        if self._delay_s is None or abs(delay_s - self._delay_s) > self._JUMP_S:
-            self._delay_s, self._latest_pts_s = delay_s, float("-inf")
+        is_set_back = self._order.is_set_back(pts_s, is_reordered=is_reordered)
+        if is_set_back or self._delay_s is None or abs(delay_s - self._delay_s) > self._JUMP_S:
+            self._delay_s = delay_s
+            self._order.begin(pts_s)
         else:
             drift_s = self._DRIFT * (arrived_s - self._arrived_s)
             self._delay_s = min(delay_s, self._delay_s + drift_s)
         self._arrived_s = arrived_s
         shown_s = pts_s + self._delay_s
-        if pts_s < self._latest_pts_s:  # a picture that refers to one shown after it
+        if not self._order.is_latest(pts_s):
             return max(round(1000 * (shown_s - self._zero_s)), 0)
-        self._latest_pts_s = pts_s
         return self._later(shown_s)
 
     def _least_step_ms(self, arrived_s: float) -> int:
@@ -80,13 +114,24 @@ class StreamClock:
 
 
 class FileClock:
-    """The file's own times, from its first packet on, while the file is read and grows."""
+    """The file's own times, from its first packet on, while the file is read and grows.
+
+    Where they begin anew, because a recorder went on with a new clock, a pause is put in.
+    """
 
     def __init__(self) -> None:
-        self._first_s: float | None = None
+        self._zero_s: float | None = None
+        self._last_ms = 0
+        self._order = _Order()
 
-    def time_ms(self, _arrived_s: float, pts_s: float | None) -> int:
+    def time_ms(self, _arrived_s: float, pts_s: float | None, *, is_reordered: bool) -> int:
         """Return the time of the next packet."""
-        if self._first_s is None:
-            self._first_s = pts_s or 0.0
-        return max(round(1000 * ((pts_s or 0.0) - self._first_s)), 0)
+        if pts_s is None:
+            return self._last_ms
+        if self._zero_s is None:
+            self._zero_s = pts_s
+        if self._order.is_set_back(pts_s, is_reordered=is_reordered):
+            self._zero_s = pts_s - (self._last_ms + PAUSE_MS) / 1000
+        time_ms = max(round(1000 * (pts_s - self._zero_s)), 0)
+        self._last_ms = max(self._last_ms, time_ms)
+        return time_ms
