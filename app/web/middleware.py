@@ -323,18 +323,23 @@ def _is_address(host: str) -> bool:
 
 
 def _limited(receive: Receive, most: int | None) -> Receive:
-    """Limit `receive` to `most` bytes, if set, and refuse bodies that stop or trickle."""
-    taken, is_whole, began_s = 0, False, time.monotonic()
+    """Limit `receive` to `most` bytes, if set, and refuse bodies that stop or trickle.
+
+    Only the time counts in which the server waits for the body. The empty one of a GET is read when
+    its answer begins, which may take minutes to make: who reads it then looks for a disconnection.
+    """
+    taken, is_whole, waited_s = 0, False, 0.0
 
     async def receive_limited() -> Message:
-        nonlocal taken, is_whole
+        nonlocal taken, is_whole, waited_s
         if is_whole:  # the next message is the client's disconnection
             return await receive()
-        spent_s = time.monotonic() - began_s - taken / BODY_BYTES_PER_S
+        began_s, spent_s = time.monotonic(), waited_s - taken / BODY_BYTES_PER_S
         try:
             message = await asyncio.wait_for(receive(), BODY_PART_S - max(spent_s, 0.0))
         except TimeoutError as error:
             raise HTTPException(408) from error
+        waited_s += time.monotonic() - began_s
         taken += len(message.get("body", b""))
         is_whole = not message.get("more_body", False)
         if most is not None and taken > most:

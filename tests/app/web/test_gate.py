@@ -14,7 +14,8 @@ from builders import PATIENCE_S, TOKEN, Client, LiveServer, assert_error, servin
 from processes import process
 from small_disk import small_disk
 from starlette.exceptions import HTTPException
-from starlette.types import Message
+from starlette.responses import StreamingResponse
+from starlette.types import Message, Receive, Scope, Send
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from websockets.sync.client import connect
 
@@ -136,6 +137,37 @@ def test_a_body_may_be_slow_but_not_for_ever(
         else:
             with pytest.raises(HTTPException):
                 reading.result()
+
+
+def test_an_answer_may_take_longer_to_make_than_a_body_may_be_silent(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Bytes of a bundle that begins after ten minutes, while somebody looks for a disconnection."""
+    now_s, sent, asked = 0.0, bytearray(), 0
+    monkeypatch.setattr(middleware, "time", SimpleNamespace(monotonic=lambda: now_s))
+    pieces = 50 * [bytes(2**16)]
+
+    async def made(_: Scope, receive: Receive, send: Send) -> None:
+        nonlocal now_s
+        now_s += 600.0
+        scope = {"type": "http", "asgi": {"spec_version": "2.3"}}
+        await StreamingResponse(iter(pieces))(scope, receive, send)
+
+    async def receive() -> Message:
+        nonlocal asked
+        asked += 1
+        if asked > 1:  # nobody goes away
+            await asyncio.Event().wait()
+        return {"type": "http.request", "body": b"", "more_body": False}
+
+    async def send(message: Message) -> None:
+        sent.extend(message.get("body", b""))
+
+    guarded = middleware.Envelope(made, None)
+    with ThreadPoolExecutor() as other:
+        scope = {"type": "http", "method": "GET", "path": "/api/bundle", "headers": []}
+        other.submit(lambda: asyncio.run(guarded(scope, receive, send))).result()
+    assert len(sent) == sum(map(len, pieces))
 
 
 def test_a_proxy_is_believed_only_where_it_is_named(tmp_path: Path, clip: Path) -> None:
