@@ -389,7 +389,9 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         imports=Imports(
             FileReader(Limits(settings.child_memory_bytes, CPU_S, reads=())),
             keeper,
-            MovedInspections(keeper, folder, blobs, media, records.packs, live),
+            MovedInspections(
+                keeper, folder, blobs, media, records.packs, records.report_templates, live
+            ),
             uploads,
         ),
         tracking=tracking,

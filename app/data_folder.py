@@ -106,7 +106,7 @@ class Records:
             self.defect_index, Rows(self.defect_index, self.corrections, self.tracks)
         )
         self.report_templates = ReportTemplates(
-            ReportTemplateStore(database), self.inspection_store
+            ReportTemplateStore(database), self.inspection_store, company
         )
         self.reports = Reports(
             self.inspection_store,

@@ -92,6 +92,7 @@ def read(content: bytes) -> WholeInspection:
         remarks=tuple(remark.to_imported() for remark in file.remarks),
         review=file.review.to_imported(),
         code_pack=file.code_pack,
+        report_template=file.report_template,
         files={path: _embedded(path, text) for path, text in file.media.items()},
     )
 

@@ -344,6 +344,8 @@ class File(_Part):
     remarks: Annotated[list[_Remark], Field(max_length=_MOST_EVENTS)] = Field(default_factory=list)
     review: _Review = Field(default_factory=_Review)
     code_pack: PackName | None = None
+    report_template: dict[str, Any] | None = None
+    """How its reports look, which `app.reports.template` checks."""
     media: dict[_Path, str] = Field(default_factory=dict)
     """Photos and voice notes in base64."""
 

@@ -147,6 +147,8 @@ class WholeInspection:
     attachments: tuple[ImportedAttachment, ...] = ()
     remarks: tuple[ImportedRemark, ...] = ()
     review: ImportedReview = ImportedReview()
+    report_template: Mapping[str, Any] | None = None
+    """How its reports looked; None in an older file."""
     code_pack: str | None = None
     """Name of the table of codes, if a person had added it."""
     files: Mapping[str, MovedFile] = field(default_factory=dict)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import msgspec
 
@@ -44,6 +44,7 @@ from app.storage.imports import Rows
 from app.storage.tables import ENDED, Base, CodePack, Inspection, RemarkRow
 from app.storage.tokens import Role
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
+from app.survey.catalogue.header import project_of
 from app.survey.records import BROUGHT_IN, Event, Observation
 from app.survey.review import APPROVED, DRAFT, ReviewState
 from app.survey.stated import Stated
@@ -57,6 +58,18 @@ _BLOCK = 4 * 2**20
 _NOT_IN_THE_FILE = "This photo was not in the file that was imported."
 
 
+class Templates(Protocol):
+    """The report templates of this server."""
+
+    def differing(self, project: str | None, other: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return what another server's template says otherwise than that of a project here, by the
+        names of `brought` in the words of reports; raise InvalidImport if it is no template.
+        """
+
+    def take(self, project: str | None, other: Mapping[str, Any], who: str) -> bool:
+        """Give it to a project of which nothing is here yet; return whether that is so."""
+
+
 class MovedInspections:
     """Stores inspections of other servers, with the files that came along."""
 
@@ -67,6 +80,7 @@ class MovedInspections:
         blobs: Blobs,
         media: Media,
         packs: Packs,
+        templates: Templates,
         live: Live,
     ) -> None:
         self._keeper = keeper
@@ -74,6 +88,7 @@ class MovedInspections:
         self._blobs = blobs
         self._media = media
         self._packs = packs
+        self._templates = templates
         self._live = live
 
     def add(
@@ -104,6 +119,7 @@ class MovedInspections:
                 more.append(pack)
             inspection = moved.inspection(header, film)
             rows = Rows(inspection, moved.observations(), moved.events(), whole.labels, more)
+            self._bring_template(moved)
             run = Run(whole.track, whole.health, whole.sightings, whole.tilt, whole.stance)
             self._keeper.keep([(rows, run)])
         self._live.observations_changed(inspection_id)
@@ -130,6 +146,16 @@ class MovedInspections:
             del header["code_pack"]
             moved.warn("no_pack", name=moved.whole.code_pack or pack_id)
         return header, None
+
+    def _bring_template(self, moved: _Moved) -> None:
+        """Take the report template along, or name what differs: grade and costs depend on it."""
+        theirs, project = moved.whole.report_template, project_of(moved.whole.header)
+        if theirs is None or not (differing := self._templates.differing(project, theirs)):
+            return
+        if self._templates.take(project, theirs, moved.who.name):
+            moved.warn("template_added", project=project or "")
+        else:
+            moved.warn("template_differs", named=differing)
 
     def _put_film(self, moved: _Moved, files: _Files) -> tuple[str, dict[str, Any]] | None:
         """Store the film; return its name and what is stored of it, None without one."""

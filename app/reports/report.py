@@ -330,6 +330,11 @@ class Report:
         """The day of the inspection as it was stated, else the one when it was created."""
         return str(self.header.get("date") or f"{self.created_at:%Y-%m-%d}")
 
+    @property
+    def template_in_force(self) -> ReportTemplate:
+        """The template with the company that issues the report, which may be the server's."""
+        return self.template.model_copy(update={"company_name": self.company.name or ""})
+
     def link_to(self, entry: Entry) -> str | None:
         """Return the address of the film at an entry; None where the server's is not known."""
         server = (self.company.server or "").rstrip("/")

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import base64
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from app.errors import InvalidRequest
+from pydantic import ValidationError
+
+from app.errors import InvalidImport, InvalidRequest
 from app.pictures import MOST_LOGO_PX, UnusablePicture, require_picture
 from app.reports.report import Company
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
@@ -40,9 +43,13 @@ class Used:
 class ReportTemplates:
     """Reads and changes templates."""
 
-    def __init__(self, store: ReportTemplateStore, inspections: InspectionStore) -> None:
+    def __init__(
+        self, store: ReportTemplateStore, inspections: InspectionStore, company: Company
+    ) -> None:
         self._store = store
         self._inspections = inspections
+        self._company = company
+        """Of the server."""
 
     def listed(self) -> list[ReportTemplateRow]:
         """Return the projects that have a template, sorted by name; the rows have no content."""
@@ -102,6 +109,34 @@ class ReportTemplates:
         self._store.delete(project, require)
         logger.info("%s took the report template of project %r away.", who, project)
 
+    def differing(self, project: str | None, other: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return the parts of which another server's template says otherwise than ours.
+
+        Raises:
+            InvalidImport: It is no template.
+        """
+        ours, theirs = self.of_project(project).template, _of_another_server(other)
+        ours = ours.model_copy(update={"company_name": company_of(ours, self._company).name or ""})
+        differs = {
+            name
+            for name in ReportTemplate.model_fields
+            if getattr(ours, name) != getattr(theirs, name)
+        }
+        return tuple(part for part, names in _PARTS.items() if differs & names)
+
+    def take(self, project: str | None, other: Mapping[str, Any], who: str) -> bool:
+        """Give a project the template of another server, unless anything of it is here already.
+
+        Nobody's grade changes by what somebody imports.
+        """
+        if project is None or self.of_project(project).project == project:
+            return False
+        if self._inspections.has_project(project):
+            return False
+        common = self.of_project(EVERY_OTHER).version
+        self.put(project, _of_another_server(other), who, common)
+        return True
+
 
 @dataclass(frozen=True)
 class _Logo:
@@ -133,6 +168,28 @@ def require_logo(logo: str) -> None:
         require_picture(base64.b64decode(logo), MOST_LOGO_PX)
     except UnusablePicture as error:
         raise InvalidRequest(f"The logo {error}") from error
+
+
+_PARTS: Mapping[str, frozenset[str]] = {
+    "company": frozenset({"company_name", "company_address", "logo"}),
+    "texts": frozenset({"introduction", "closing"}),
+    "look": frozenset({"accent", "sections"}),
+    "grade": frozenset({"grade"}),
+    "recommendations": frozenset({"recommendations"}),
+    "costs": frozenset({"costs", "currency"}),
+}
+"""What people call the fields of a template."""
+
+
+def _of_another_server(content: Mapping[str, Any]) -> ReportTemplate:
+    try:
+        template = ReportTemplate.kept(dict(content))
+        require_logo(template.logo)
+    except (ValidationError, InvalidRequest) as error:
+        raise InvalidImport("The report template in the file is not what Chainage writes.") from (
+            error
+        )
+    return template
 
 
 def _used(row: ReportTemplateRow) -> Used:

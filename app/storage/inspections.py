@@ -13,6 +13,7 @@ from app.errors import InspectionLocked, InspectionNotFound
 from app.storage.database import Database
 from app.storage.packs import require_pack_of
 from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
+from app.survey.catalogue.header import project_of
 from app.survey.records import Event
 from app.survey.review import APPROVED
 from app.survey.versions import Require
@@ -71,6 +72,12 @@ class InspectionStore:
         )
         with self._database.read() as session:
             return list(session.scalars(query))
+
+    def has_project(self, project: str) -> bool:
+        """Return whether an inspection belongs to this project."""
+        with self._database.read() as session:
+            headers = session.scalars(select(Inspection.header))
+            return any(project_of(header) == project for header in headers)
 
     def state(self, inspection_id: str) -> tuple[Hashable, ...]:
         """Return a state that differs after every change to the report of an ended inspection.

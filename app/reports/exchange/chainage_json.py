@@ -64,6 +64,7 @@ def write(report: Report) -> Written:
         "remarks": _remarks(report),
         "review": _review(report),
         "code_pack": report.pack if report.kept.pack_table is not None else None,
+        "report_template": report.template_in_force.model_dump(mode="json"),
         "track": {"columns": _columns(report.raw_track)},
         "health": {
             "columns": {

@@ -32,6 +32,12 @@ PACK = (
     "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
     "continuous_allowed,grade_s\nSCR,,,Scour at the outlet,S,no,opt,mm,no,,no,3\n"
 )
+PROJECT = "Ring road"
+TEMPLATE = {"grade": "structural", "costs": True, "currency": "MYR", "company_name": "Jurutera"}
+CAME_ALONG = [
+    "The code pack Own came along and was added.",
+    "The report template came along and is now that of the project Ring road.",
+]
 NO_FILM: dict[str, str | int] = {"kind": "upload", "filename": "a.mp4", "size": 1}
 NO_FILM |= {"sha256": hashlib.sha256(b"x").hexdigest()}
 """What a report says of a file `x`, which is no film."""
@@ -92,7 +98,8 @@ def source(
         pack = client.post("/api/packs", params={"name": "Own"}, content=PACK, headers=headers)
         done = survey.id
         path = f"/api/inspections/{done}"
-        header = {"asset_id": "CUL-7", "code_pack": pack.json()["id"]}
+        assert client.put(f"/api/report-templates/{PROJECT}", json=TEMPLATE).is_success
+        header = {"asset_id": "CUL-7", "code_pack": pack.json()["id"], "project": PROJECT}
         named = client.patch(path, json={"name": "Jalan Besar", "header": header})
         assert named.is_success, named.text
         tag = client.tag(done, frame=10, code="SCR", remark="deep").json()["id"]
@@ -143,7 +150,7 @@ def test_it_goes_to_another_server_whole_and_back_out_the_same(
     assert members(whole)["film/video.mp4"] == clip.read_bytes()
     with serving(tmp_path / "other") as other:
         back, warnings = moved(other, whole)
-        assert (back, warnings) == (done, ["The code pack Own came along and was added."])
+        assert (back, warnings) == (done, CAME_ALONG)
         here, there = (but_for_dates(each) for each in (archive(other, back, film=True), whole))
         for part in there["inspection.json"]:
             assert here["inspection.json"][part] == there["inspection.json"][part], part
@@ -199,7 +206,7 @@ def test_it_goes_to_a_server_with_an_object_store(
         assert "film/video.mp4 is not the file" in assert_error(answer, 422, "invalid_import")
         assert object_store.keys(url) == empty
         back, warnings = moved(client, whole)
-        assert warnings == ["The code pack Own came along and was added."]
+        assert warnings == CAME_ALONG
         assert but_for_dates(archive(client, back, film=True)) == but_for_dates(whole)
         film = members(whole)["film/video.mp4"]
         part = client.get(f"/api/inspections/{back}/video", headers={"Range": "bytes=0-99"})
@@ -239,6 +246,33 @@ def test_only_an_admin_brings_an_approval_along(target: Client, whole: bytes) ->
     (inspection,) = answer.json()["inspections"]
     assert inspection["review"]["state"] == "submitted"
     assert any("approved it where it comes from" in text for text in answer.json()["warnings"])
+
+
+@pytest.mark.parametrize("own", [True, False], ids=["own template", "own inspection"])
+def test_a_project_that_is_here_keeps_its_template_and_what_differs_is_named(
+    whole: bytes, tmp_path: Path, own: bool
+) -> None:
+    with serving(tmp_path, company_name="North Ltd") as client:
+        if own:
+            kept = TEMPLATE | {"currency": "EUR", "company_name": ""}
+            client.put(f"/api/report-templates/{PROJECT}", json=kept)
+            named = "the company, costs and currency"
+        else:
+            text = b"#B01=AAA\nP1\n#C=I;A\n1.5;BAB\n#Z\n"
+            other = client.post("/api/imports", params={"filename": "a.txt"}, content=text)
+            (one,) = other.json()["inspections"]
+            header = {"header": {"project": PROJECT}}
+            assert client.patch(f"/api/inspections/{one['id']}", json=header).is_success
+            named = "the company, the rule of the grade, costs and currency"
+        before = client.get(f"/api/report-templates/{PROJECT}").json()
+        _, warnings = moved(client, whole)
+        assert any(warning.endswith(f"comes from, {named} differ.") for warning in warnings)
+        assert client.get(f"/api/report-templates/{PROJECT}").json() == before
+        report = json.loads(members(whole)["inspection.json"])
+        report["report_template"]["grade"] = "best"
+        changed = {"inspection.json": json.dumps(report).encode()}
+        broken = packed(members(whole) | changed)
+        assert "template" in assert_error(bring(client, broken), 422, "invalid_import")
 
 
 def test_photos_may_be_embedded_in_json(source: tuple[Client, str], target: Client) -> None:
