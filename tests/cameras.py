@@ -71,6 +71,8 @@ class Camera:
         self.connections = 0
         self.requests: list[bytes] = []
         self._tasks: set[asyncio.Task[None]] = set()
+        self._speaks = asyncio.Event()
+        self._speaks.set()
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
         self._thread.start()
@@ -98,6 +100,14 @@ class Camera:
         """Listen again on the same port."""
         self._call(self._listen())
 
+    def fall_silent(self) -> None:
+        """Keep the connections, accept new ones, and send no pictures."""
+        self._loop.call_soon_threadsafe(self._speaks.clear)
+
+    def speak(self) -> None:
+        """Send pictures again."""
+        self._loop.call_soon_threadsafe(self._speaks.set)
+
     def picture(self, number: int) -> Picture:
         picture = self._picture(number)
         if (picture.shape[1], picture.shape[0]) != self.size_wh:
@@ -109,6 +119,7 @@ class Camera:
 
     async def next_number(self, last: int) -> int:
         """Wait for the next picture; a camera that is not read skips some."""
+        await self._speaks.wait()
         due = max(last + 1, int((time.monotonic() - self._began_s) * self.rate_hz))
         await asyncio.sleep(self._began_s + due / self.rate_hz - time.monotonic())
         return due
@@ -194,7 +205,11 @@ class MjpegCamera(Camera):
 
 
 class RtspCamera(Camera):
-    """H.264 over RTP, interleaved in the RTSP connection."""
+    """H.264 over RTP, interleaved in the RTSP connection; it may call it by another name."""
+
+    def __init__(self, *, encoding: str = "H264", **kind: Any) -> None:
+        self._encoding = encoding
+        super().__init__(**kind)
 
     @property
     def url(self) -> str:
@@ -219,7 +234,7 @@ class RtspCamera(Camera):
                 )
                 await writer.drain()
                 return
-            writer.write(_rtsp_answer(method, sequence, first))
+            writer.write(_rtsp_answer(method, sequence, first, self._encoding))
             await writer.drain()
             if method == "PLAY":
                 break
@@ -281,7 +296,7 @@ def _payloads(units: list[bytes]) -> list[tuple[bytes, bool]]:
     return [(payload, n == len(found) - 1) for n, payload in enumerate(found)]
 
 
-def _rtsp_answer(method: str, sequence: str, first: list[bytes]) -> bytes:
+def _rtsp_answer(method: str, sequence: str, first: list[bytes], encoding: str) -> bytes:
     head = f"RTSP/1.0 200 OK\r\nCSeq: {sequence}\r\n"
     if method == "OPTIONS":
         return f"{head}Public: OPTIONS, DESCRIBE, SETUP, PLAY, TEARDOWN\r\n\r\n".encode()
@@ -289,7 +304,7 @@ def _rtsp_answer(method: str, sequence: str, first: list[bytes]) -> bytes:
         sets = ",".join(base64.b64encode(unit).decode() for unit in first if unit[0] & 31 in (7, 8))
         body = (
             "v=0\r\no=- 0 0 IN IP4 127.0.0.1\r\ns=camera\r\nt=0 0\r\n"
-            "m=video 0 RTP/AVP 96\r\na=rtpmap:96 H264/90000\r\n"
+            f"m=video 0 RTP/AVP 96\r\na=rtpmap:96 {encoding}/90000\r\n"
             f"a=fmtp:96 packetization-mode=1;sprop-parameter-sets={sets}\r\na=control:track1\r\n"
         )
         return (

@@ -109,6 +109,8 @@ def opened(camera: CameraInput) -> Iterator[Opened]:
             if camera.kind == "mjpeg":
                 yield _opened_pictures(container)
                 return
+            if not _says_its_size(container):
+                raise CameraFault("It is connected, but has sent no whole picture in time.")
             try:
                 stream = checked_stream(container, _NAME)
             except UnreadableVideo as error:
@@ -174,7 +176,10 @@ def _container(camera: CameraInput, location: str, options: dict[str, str]) -> I
 
 
 def _says_its_size(container: InputContainer) -> bool:
-    return any(stream.codec_context.width for stream in container.streams.video)
+    """Return whether the picture size is known, or never will be."""
+    # PyAV gives a stream without a decoder for codecs that FFmpeg does not know.
+    codecs = [stream.codec_context for stream in container.streams.video]
+    return not codecs or any(codec is None or codec.width for codec in codecs)
 
 
 @contextmanager

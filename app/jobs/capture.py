@@ -192,12 +192,7 @@ class Capture:
         """Raise WrongPictures unless the pictures fit the rig and the recording; begin the
         recording.
         """
-        if (codec.width, codec.height) != self._size_wh:
-            raise WrongPictures(
-                "rig_video_mismatch",
-                f"The camera's pictures have {codec.width}x{codec.height} px, "
-                f"the rig is made for {self._size_wh[0]}x{self._size_wh[1]}.",
-            )
+        self._require_size(codec)
         recording = self.film.recording
         if recording is None:
             coding = Coding(codec.name, codec.width, codec.height, _extradata(codec))
@@ -285,11 +280,17 @@ class Capture:
                 raise CameraFault("What it sends is damaged.") from None
             return None
         self._damaged = 0
-        if (self._decoder.width, self._decoder.height) != self._size_wh:
-            raise CameraFault(
-                f"Its pictures have changed to {self._decoder.width}x{self._decoder.height} px."
-            )
+        self._require_size(self._decoder)
         return pictures
+
+    def _require_size(self, codec: VideoCodecContext) -> None:
+        if (codec.width, codec.height) != self._size_wh:
+            raise WrongPictures(
+                "rig_video_mismatch",
+                f"The camera's pictures have {codec.width}x{codec.height} px, the rig is made for "
+                f"{self._size_wh[0]}x{self._size_wh[1]}. Set the camera to that size, or begin an "
+                "inspection with a rig for these pictures.",
+            )
 
 
 def _decoder(coding: Coding) -> VideoCodecContext:

@@ -61,6 +61,23 @@ def test_a_drop_out_is_a_gap_in_one_recording(kind: type[Camera], tmp_path: Path
         assert np.median(np.abs(steps - np.rint(steps))) < 0.1
 
 
+@pytest.mark.parametrize("kind", [MjpegCamera, RtspCamera])
+def test_a_camera_that_falls_silent_is_waited_for(
+    kind: type[Camera], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    timeouts = dict.fromkeys(("rtsp", "mjpeg"), (0.5, 0.5))
+    monkeypatch.setattr("app.jobs.cameras._TIMEOUTS_S", timeouts)
+    with kind() as camera:
+        live = session(camera.url, tmp_path).frames(5)
+        camera.fall_silent()
+        live.until_said("in time").until(lambda: camera.connections > 2)
+        camera.speak()
+        live.frames(len(live.rows) + 5).stop()
+    times = assert_rows_are_frames(live.rows, tmp_path / "recording.mkv")
+    assert live.end == Done(None)
+    assert max(np.diff(times)) > 1
+
+
 def test_what_comes_too_fast_is_recorded_and_gets_rows_in_between(tmp_path: Path) -> None:
     with MjpegCamera(rate_hz=400, picture=lambda number: floor(number // 13)) as camera:
         live = session(camera.url, tmp_path)
@@ -143,13 +160,20 @@ def test_pictures_of_another_size_are_refused_at_the_start(tmp_path: Path) -> No
     assert "256x160" in live.end.detail
 
 
-def test_a_camera_that_comes_back_with_another_size_is_waited_for(tmp_path: Path) -> None:
+@pytest.mark.parametrize("is_in_mid_stream", [False, True])
+def test_a_camera_that_changes_to_another_size_is_waited_for(
+    tmp_path: Path, *, is_in_mid_stream: bool
+) -> None:
     with MjpegCamera() as camera:
         live = session(camera.url, tmp_path).frames(10)
-        camera.drop_out()
-        camera.size_wh = (320, 240)
-        camera.come_back()
+        if is_in_mid_stream:
+            camera.size_wh = (320, 240)
+        else:
+            camera.drop_out()
+            camera.size_wh = (320, 240)
+            camera.come_back()
         live.until_said("320x240")
+        assert "Set the camera to that size" in str(live.states[-1].detail)
         camera.drop_out()
         camera.size_wh = (WIDTH, HEIGHT)
         camera.come_back()

@@ -1,4 +1,4 @@
-"""MJPEG over HTTP in the forms in which cameras send it."""
+"""What cameras send: MJPEG over HTTP in all its forms, and what cannot be read."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from builders import HEIGHT, WIDTH
 from camera_sessions import LOOPBACK, session
-from cameras import MJPEG_HEAD, MjpegCamera, floor, mjpeg_part
+from cameras import MJPEG_HEAD, MjpegCamera, RtspCamera, floor, mjpeg_part
 
-from app.jobs.cameras import opened
+from app.jobs.cameras import CameraFault, opened
 from app.jobs.messages import Failed
 
 JPEG = cv2.imencode(".jpg", floor(0))[1].tobytes()
@@ -104,3 +104,14 @@ def test_an_address_without_a_stream_is_named(
     assert live.end.code == "camera_unreachable"
     assert said in live.end.detail
     assert not (tmp_path / "recording.mkv").exists()
+
+
+@pytest.mark.parametrize(("encoding", "said"), [("H265", "no whole picture"), ("X", "no video")])
+def test_a_stream_whose_picture_size_stays_unknown_is_named(
+    monkeypatch: pytest.MonkeyPatch, encoding: str, said: str
+) -> None:
+    monkeypatch.setattr("app.jobs.cameras._TIMEOUTS_S", {"rtsp": (1, 1)})
+    with RtspCamera(encoding=encoding) as camera:
+        found = LOOPBACK.resolve(camera.url, (WIDTH, HEIGHT)).camera
+        with pytest.raises(CameraFault, match=said), opened(found):
+            pass
