@@ -116,13 +116,15 @@ class Read:
 
 
 def read_en13508(content: bytes) -> Read:
-    """Read by hand: the quotes are resolved character by character."""
-    text = content.decode("ascii")
+    """Read by hand, in the encoding that it names: quotes are resolved character by character."""
+    named = content.partition(b"\r\n")[0].decode().removeprefix("#A1=")
+    assert named == ("ISO-8859-1" if content.isascii() else "UTF-8")
+    text = content.decode(named)
     assert text.endswith("#Z\r\n")
     lines = text[:-2].split("\r\n")
     assert all(lines), "a reader stops at an empty line"
     assert not any("\n" in line or "\r" in line for line in lines)
-    assert lines[:6] == ["#A1=ISO-8859-1", "#A2=en", "#A3=;", "#A4=.", '#A5="', "#A6=2010"]
+    assert lines[1:6] == ["#A2=en", "#A3=;", "#A4=.", '#A5="', "#A6=2010"]
     assert sum(line.startswith("#") for line in lines) == 9
     assert lines[6].startswith("#B01=")
     names, values = lines[6][5:].split(";"), _split(lines[7])

@@ -149,12 +149,14 @@ def header_of(
         if name not in (header["start_node"], header["end_node"]):
             notes.add("third_node", code=code, value=f"{name!r:.40}", own=_own(code))
             header[_own(code)] = name
-    header |= {words_of(code): words for code, words in explained.items() if code not in in_use}
+    header |= {
+        explanation_of(code): words for code, words in explained.items() if code not in in_use
+    }
     header.setdefault("video_files", "")  # words name other films than that of the observations
     return _without_needless(taken_from_remarks(header, held=_HELD))
 
 
-def words_of(code: str) -> str:
+def explanation_of(code: str) -> str:
     """Name the header field that holds what a letter Z stands for, where no field of ours does."""
     return f"ribx_{code.lower()[:20]}"
 

@@ -1,21 +1,22 @@
 """EN 13508-2 text: the exchange format of Annex B of EN 13508-2:2003+A1:2011.
 
 One reader decodes UTF-8 whatever the file declares, another stops at an empty line, a third
-mistakes a missing end node for a lateral. So the file is plain ASCII, without empty lines, and
-complete.
+mistakes a missing end node for a lateral. So texts are plain ASCII, names with other letters make
+the file declare UTF-8, and it is complete, without empty lines.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from app.reports.content.ascii import transliterate
+from app.imports.en13508_fields import explanation_of
+from app.reports.content.ascii import one_line, transliterate
 from app.reports.exchange import lists
 from app.reports.exchange.coordinates import ends_of
 from app.reports.exchange.fields import Fields
-from app.reports.exchange.losses import left_out, transliterated
+from app.reports.exchange.losses import left_out
 from app.reports.exchange.survey import (
     END,
     START,
@@ -40,7 +41,11 @@ from app.reports.report import Loss, Report, Written
 STANDARD = "EN 13508-2:2003+A1:2011"
 
 _FORMAT = "EN 13508-2"
-_FILE = ("#A1=ISO-8859-1", "#A2=en", "#A3=;", "#A4=.", '#A5="', "#A6=2010")
+_FILE = ("#A2=en", "#A3=;", "#A4=.", '#A5="', "#A6=2010")
+_NAMES = frozenset({"AAA", "AAB", "AAD", "AAF", "D"})
+"""Names by which things are found again keep their letters; D has those of the ends."""
+_REMARK, _PLAIN = "ADE", "AAA"
+"""The remark, and a field that never needs one to be understood."""
 _ALWAYS = (
     "AAA", "AAB", "AAD", "AAF", "AAK", "ABA", "ABC", "ABE", "ABF", "ABG", "ABH", "ABI", "ABM",
     "ABQ", "ABS", "ACA", "ACB", "ACC", "ACD", "ACG", "ACM", "ADA",
@@ -59,30 +64,54 @@ class TextFile:
 
     def __init__(self) -> None:
         self._names = FileNames()
-        self._surveys: list[tuple[dict[str, str], list[str]]] = []
-        """Values of `#B01` by their codes, and the lines of the rows."""
+        self._surveys: list[tuple[Survey, list[str]]] = []
+        """Each with the lines of its rows."""
 
     def add(self, report: Report) -> tuple[Loss, ...]:
         """Add an inspection."""
         survey = survey_of(report, _name, self._names)
-        lines = [_line(_values(row, survey.names)) for row in survey.rows]
-        self._surveys.append((survey.header, lines))
-        return survey.losses
+        rows = [columns(row, survey.names) for row in survey.rows]
+        self._surveys.append((survey, [_line(_plain_values(row)) for row in rows]))
+        texts = (survey.header, survey.explained, *rows)
+        is_ascii = all(_plain(code, it) == it for values in texts for code, it in values.items())
+        return survey.losses if is_ascii else (Loss("ascii"), *survey.losses)
 
     def content(self) -> bytes:
         """Return the text; readers want the same list of fields in every inspection."""
-        filled = {code for header, _ in self._surveys for code, value in header.items() if value}
-        codes = sorted({*_ALWAYS, *filled})
+        surveys = [survey for survey, _ in self._surveys]
+        filled = {code for it in surveys for code, value in it.header.items() if value}
+        fields = in_order({*_ALWAYS, *filled}, {code for it in surveys for code in it.explained})
         lines = [*_FILE]
-        for header, rows in self._surveys:
+        for survey, rows in self._surveys:
             lines += [
-                f"#B01={';'.join(codes)}",
-                _line(header.get(code, "") for code in codes),
+                f"#B01={';'.join(code for code, _ in fields)}",
+                _line(_plain(code, survey.value(code, behind)) for code, behind in fields),
                 f"#C={';'.join(_COLUMNS)}",
                 *rows,
                 "#Z",
             ]
-        return "".join(f"{line}\r\n" for line in lines).encode("ascii")
+        text = "".join(f"{line}\r\n" for line in lines)
+        encoding = "ISO-8859-1" if text.isascii() else "UTF-8"
+        return f"#A1={encoding}\r\n{text}".encode()
+
+
+def in_order(codes: Iterable[str], explained: Collection[str]) -> list[tuple[str, str]]:
+    """Return the codes in alphabetical order, with a remark behind each that needs words.
+
+    Args:
+        codes: Of the header.
+        explained: Those whose letter Z has words, which follow it as a remark. The remark of the
+            survey then stands behind a field of text, where it cannot be taken for such words.
+
+    Returns:
+        The codes, each with the code that it explains, or empty.
+    """
+    general = (_PLAIN, 1) if explained else (_REMARK, 0)
+    placed = [
+        *((general if code == _REMARK else (code, 0), (code, "")) for code in codes),
+        *(((code, 2), (_REMARK, code)) for code in explained),
+    ]
+    return [field for _, field in sorted(placed)]
 
 
 _KEPT = re.compile(r"en13508_([a-z]{3})")
@@ -100,18 +129,15 @@ def _kept_codes(report: Report, fields: Fields, header: Mapping[str, str]) -> di
         is_free = not header.get(code) or (
             code in _DEFAULTED and not report.header.get(_DEFAULTED[code])
         )
-        if found and is_free and (text := transliterate(fields.text(name))):
+        if found and is_free and (text := fields.text(name)):
             kept[code] = text
     return kept
 
 
-def losses_in_ascii(report: Report) -> list[Loss]:
-    """Return the losses of an ASCII file, apart from header fields and rows."""
-    return [
-        *transliterated(report),
-        *renamed(report, film_in_ascii(report)),
-        left_out(report),
-    ]
+def explanations(fields: Fields, codes: Iterable[str]) -> dict[str, str]:
+    """Return the words that an imported file has of letters for which Chainage has no field."""
+    kept = {code: fields.text(explanation_of(code)) for code in codes}
+    return {code: words for code, words in kept.items() if words}
 
 
 @dataclass(frozen=True)
@@ -119,11 +145,17 @@ class Survey:
     """One inspection as the text and the XML of the standard hold it."""
 
     header: dict[str, str]
-    """Values by their codes, in ASCII."""
+    """Values by their codes."""
+    explained: dict[str, str]
+    """Words of letters Z, by their codes."""
     rows: list[Row]
     names: Names
     losses: tuple[Loss, ...]
     """What the format cannot hold."""
+
+    def value(self, code: str, behind: str) -> str:
+        """Return the value of a field, or the words of the one behind which it stands."""
+        return (self.explained.get(behind) if behind else self.header.get(code)) or ""
 
 
 def survey_of(report: Report, in_file: Callable[[str], str], taken: FileNames) -> Survey:
@@ -141,14 +173,15 @@ def survey_of(report: Report, in_file: Callable[[str], str], taken: FileNames) -
     header, lost = header_fields(report, fields, names, rows)
     losses += lost
     header |= coordinates(fields, names)
-    losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
-    return Survey(header, rows, names, tuple(losses))
+    explained = explanations(fields, [code for code, it in header.items() if it == lists.OTHER])
+    losses += [*renamed(report, film_in_ascii(report)), left_out(report), *fields.losses(_FORMAT)]
+    return Survey(header, explained, rows, names, tuple(losses))
 
 
 def header_fields(
     report: Report, fields: Fields, names: Names, rows: Sequence[Row]
 ) -> tuple[dict[str, str], list[Loss]]:
-    """Return header values by code, in ASCII, and the losses; RIBX uses the same ones."""
+    """Return header values by code, and the losses; RIBX uses the same ones."""
     day, losses = day_of(report, fields)
     losses += standard_of(fields)
     clock = fields.time()
@@ -169,14 +202,14 @@ def header_fields(
         "AAB": names.start,
         "AAD": names.upstream,
         "AAF": names.downstream,
-        "AAJ": transliterate(joined(*map(fields.text, ("location_text", "road")))),
-        "AAM": transliterate(fields.text("client")),
+        "AAJ": joined(*map(fields.text, ("location_text", "road"))),
+        "AAM": fields.text("client"),
         "ABA": STANDARD,
         "ABF": day or "",
         "ABG": clock[0] if clock else "",
-        "ABH": transliterate(fields.text("operator")),
-        "ABI": transliterate(fields.text("job_ref")),
-        "ABJ": transliterate(fields.text("client_job_ref")),
+        "ABH": fields.text("operator"),
+        "ABI": fields.text("job_ref"),
+        "ABJ": fields.text("client_job_ref"),
         "ABM": "A",
         "ABQ": "" if length_m is None else plain_number(length_m, 2),
         "ABS": film_in_ascii(report),
@@ -188,7 +221,7 @@ def header_fields(
     values = {code: value for code, value in values.items() if value}
     zero = lists.reference_point("inner face of the headwall")
     defaults = {"ABC": zero.en if zero else "", "ABE": lists.METHODS_EN["camera"]}
-    values["ADE"] = transliterate(general_remark(report, fields, rows))
+    values["ADE"] = general_remark(report, fields, rows)
     values = defaults | values
     return values | _kept_codes(report, fields, values), losses
 
@@ -258,7 +291,7 @@ def coordinates(fields: Fields, names: Names) -> dict[str, str]:
 
 
 def columns(row: Row, names: Names) -> dict[str, str]:
-    """Return the values of a row by code, in ASCII, without empty ones."""
+    """Return the values of a row by code, without empty ones."""
     node = {START: names.start, END: names.end}.get(row.code)
     quant1 = "" if row.quant1 is None else plain_number(row.quant1)
     clocks = [str(hour) for hour in row.clocks]
@@ -276,21 +309,25 @@ def columns(row: Row, names: Names) -> dict[str, str]:
         "G": clocks[0] if clocks else "",
         "H": clocks[1] if len(clocks) > 1 else "",
         "K": "A" if row.entry.at_joint else "",
-        "M": transliterate(row.photo or ""),
+        "M": one_line(row.photo or ""),
         "N": "" if row.time_s is None else hours(row.time_s),
-        "F": transliterate(remark),
+        "F": remark,
     }
     return {code: value for code, value in values.items() if value}
 
 
 def _name(text: str) -> str:
     """Drop a leading #, which begins another line type of the file."""
-    return transliterate(text).lstrip("# ")
+    return one_line(text).lstrip("# ")
 
 
-def _values(row: Row, names: Names) -> Iterable[str]:
-    values = columns(row, names)
-    return (values.get(code, "") for code in _COLUMNS)
+def _plain_values(row: Mapping[str, str]) -> Iterable[str]:
+    return (_plain(code, row.get(code, "")) for code in _COLUMNS)
+
+
+def _plain(code: str, value: str) -> str:
+    """Return a value in ASCII, unless it is a name."""
+    return value if code in _NAMES else transliterate(value)
 
 
 def _line(values: Iterable[str]) -> str:

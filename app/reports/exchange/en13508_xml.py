@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element
 
-from app.reports.content.ascii import transliterate
-from app.reports.exchange.en13508 import columns, survey_of
+from app.reports.content.ascii import one_line
+from app.reports.exchange.en13508 import columns, in_order, survey_of
 from app.reports.exchange.survey import FileNames
 from app.reports.exchange.survey_file import of_one
 from app.reports.exchange.tree import child, children, to_bytes
@@ -24,7 +24,7 @@ def write(report: Report) -> Written:
 
 
 class XmlFile:
-    """UTF-8 that contains only ASCII, as the text of the standard does."""
+    """UTF-8 whose letters beyond ASCII are character references, with the codes of the text."""
 
     def __init__(self) -> None:
         self._names = FileNames()
@@ -33,9 +33,11 @@ class XmlFile:
 
     def add(self, report: Report) -> tuple[Loss, ...]:
         """Add an inspection."""
-        survey = survey_of(report, transliterate, self._names)
+        survey = survey_of(report, one_line, self._names)
         pipe = child(self._root, "ZB")
-        children(pipe, dict(sorted(survey.header.items())))
+        for code, behind in in_order(survey.header, survey.explained):
+            if value := survey.value(code, behind):
+                child(pipe, code, value)
         for row in survey.rows:
             children(child(pipe, "ZC"), dict(sorted(columns(row, survey.names).items())))
         return survey.losses

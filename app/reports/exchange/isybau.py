@@ -330,7 +330,7 @@ def _inspected(
 def _run(
     inspection: Element, culvert: _Culvert, survey: Survey, report: Report, rows: list[Row]
 ) -> list[Loss]:
-    pipe, has_film = culvert.pipe, bool(film(report))
+    pipe, has_times = culvert.pipe, bool(film(report)) or any(row.time_s for row in rows)
     run = child(inspection, "Rohrleitung")
     children(
         run,
@@ -340,7 +340,7 @@ def _run(
             "BezugspunktLage": survey.zero,
             "Inspektionslaenge": _LENGTHS.pipe(report.distance_m),
             "Inspektionsart": "2",
-            "ArtVideoreferenz": "1" if has_film else "4",
+            "ArtVideoreferenz": "1" if has_times else "4",
         },
     )
     basics = child(run, "RGrunddaten")
@@ -361,7 +361,7 @@ def _run(
         for row in rows
         if row.distance_m > _LENGTHS.most_m
     ]
-    if has_film:
+    if has_times:
         losses += [Loss("time_is_zero", row.entry) for row in fitting if row.time_s is None]
     if fitting:
         data = child(run, "Inspektionsdaten")

@@ -70,14 +70,6 @@ def coarser(report: Report) -> list[Loss]:
     return losses
 
 
-def transliterated(report: Report) -> list[Loss]:
-    """Return losses of an ASCII file where the report has other characters."""
-    names = [report.source.filename, *(e.photo.name for e in report.entries if e.photo)]
-    if all(text.isascii() for text in (*names, *_texts(report))):
-        return []
-    return [Loss("ascii")]
-
-
 def _is_rounded(value_m: float | None) -> bool:
     return value_m is not None and decimals(value_m, 2) + "0" != decimals(value_m, 3)
 

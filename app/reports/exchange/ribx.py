@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import PurePath
 from xml.etree.ElementTree import Element
 
-from app.reports.content.ascii import transliterate
+from app.reports.content.ascii import one_line
 from app.reports.exchange import lists
 from app.reports.exchange.coordinates import NAMES, ends_of, rd_m
-from app.reports.exchange.en13508 import MADE_OF, columns, header_fields, losses_in_ascii
+from app.reports.exchange.en13508 import MADE_OF, columns, explanations, header_fields
 from app.reports.exchange.en13508_xml import DECLARATION
 from app.reports.exchange.fields import Fields, field_name
-from app.reports.exchange.losses import NO_GEOMETRY
-from app.reports.exchange.survey import FileNames, Names, Row, film_in_ascii, names_of, rows_of
+from app.reports.exchange.losses import NO_GEOMETRY, left_out
+from app.reports.exchange.survey import (
+    CODES,
+    FileNames,
+    Names,
+    Row,
+    film_in_ascii,
+    names_of,
+    renamed,
+    rows_of,
+)
 from app.reports.exchange.survey_file import of_one
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Phrase, Report, Written
@@ -20,6 +30,8 @@ from app.reports.report import Loss, Phrase, Report, Written
 _FORMAT = "RIBX"
 _STANDARD = "EN 13508-2+A1:2011"
 """One of the two names that ABA allows; the other includes the Dutch additions."""
+_CODES = re.compile(rf"{CODES.pattern}|BX[A-Z]")
+"""The Dutch additions measure, such as BXA the slope."""
 _GML = "http://www.opengis.net/gml"
 _NEEDED = {
     "AAM": field_name("client"), "ABF": field_name("date"), "ABH": field_name("operator"),
@@ -36,7 +48,9 @@ def write(report: Report) -> Written:
 
 
 class RibxFile:
-    """UTF-8 that contains only ASCII, since one of the readers accepts nothing else."""
+    """UTF-8 whose letters beyond ASCII are character references, since one of the readers accepts
+    ASCII only.
+    """
 
     def __init__(self) -> None:
         self._names = FileNames()
@@ -46,15 +60,19 @@ class RibxFile:
     def add(self, report: Report) -> tuple[Loss, ...]:
         """Add an inspection."""
         fields = Fields(report.header)
-        rows, losses = rows_of(report)
-        names, lost = names_of(report, fields, transliterate, self._names)
+        rows, losses = rows_of(report, _CODES)
+        names, lost = names_of(report, fields, one_line, self._names)
         losses += lost
         pipe = Element("ZB_A")
         losses += _header(pipe, report, fields, names, rows)
         name = film_in_ascii(report)
         for row in rows:
             children(child(pipe, "ZC"), _row(row, names, name))
-        losses += [*losses_in_ascii(report), *fields.losses(_FORMAT)]
+        losses += [
+            *renamed(report, name),
+            left_out(report),
+            *fields.losses(_FORMAT),
+        ]
         self._root.append(pipe)
         return tuple(losses)
 
@@ -74,10 +92,10 @@ def _header(
         media = {"ABK": lists.OTHER, "ABL": lists.OTHER, "ABR": lists.OTHER, "ABO": "VIDEO-01"}
         values = media | values
         codec = str(report.source.video.get("codec") or "")
-        kind = transliterate(f"{PurePath(name).suffix[1:].upper()} {codec}")
+        kind = one_line(f"{PurePath(name).suffix[1:].upper()} {codec}")
         media = {"ABK": "file on disk", "ABL": "JPEG", "ABR": kind}
         explained |= {code: words for code, words in media.items() if values[code] == lists.OTHER}
-    explained |= _kept_words(values, report)
+    explained |= explanations(fields, values)
     points, lost = _points(report, fields, names)
     for code in sorted({*values, *points}):
         if code in points:
@@ -98,16 +116,10 @@ def _header(
 def _explained(values: dict[str, str], report: Report) -> dict[str, str]:
     """Return what the letter Z stands for, as an attribute."""
     return {
-        code: transliterate(str(report.header.get(name) or ""))
+        code: one_line(str(report.header.get(name) or ""))
         for code, name in MADE_OF.items()
         if values.get(code) == lists.OTHER
     }
-
-
-def _kept_words(values: dict[str, str], report: Report) -> dict[str, str]:
-    """Return what an imported file says of letters for which Chainage has no field."""
-    kept = {code: report.header.get(f"ribx_{code.lower()}") for code in values}
-    return {code: text for code, words in kept.items() if (text := transliterate(str(words or "")))}
 
 
 def _points(
@@ -135,5 +147,5 @@ def _row(row: Row, names: Names, film_name: str) -> dict[str, str]:
         if clock in values:
             values[clock] = values[clock].zfill(2)
     if "N" in values:
-        values["N"] = f"{film_name}|{values['N']}"
+        values["N"] = f"{film_name}|{values['N']}" if film_name else values["N"]
     return dict(sorted(values.items()))

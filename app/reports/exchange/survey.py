@@ -28,7 +28,8 @@ ABANDONED = "BDC"
 REMARK = "BDB"
 """General remark, for entries without a code of the standard."""
 
-_CODE = re.compile(r"B[A-D][A-Z]")
+CODES = re.compile(r"(?:B[A-D]|D[A-D])[A-Z]|AE[A-G]")
+"""Main codes of EN 13508-2: of pipes, of manholes, and of what changes along a pipe."""
 _LETTERS = {"start": "A", "change": "C", "finish": "B"}
 _CHECKSUM = 6
 """Characters of the checksum after a shortened name."""
@@ -103,7 +104,7 @@ def general_remark(report: Report, fields: Fields, rows: Sequence[Row], *said: s
 def _note_film_and_edition(report: Report, fields: Fields) -> None:
     """Mark film name and edition as written where the file states them anyway."""
     names = _film_names(str(report.header.get("video_files") or ""))
-    if names in ([], [film(report)]):
+    if [*map(_film_name, names)] in ([], [_film_name(film(report))]):
         fields.note_written("video_files")
     if "2011" in str(report.header.get("edition")):
         fields.note_written("edition")
@@ -114,20 +115,24 @@ def joined(*parts: str) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def rows_of(report: Report) -> tuple[list[Row], list[Loss]]:
+def rows_of(report: Report, codes: re.Pattern[str] = CODES) -> tuple[list[Row], list[Loss]]:
     """Sort by written distance, then by time; the start code comes first, the code of the end last.
+
+    Args:
+        report: The report.
+        codes: Those that the format knows.
 
     Returns:
         The rows, and their losses.
     """
-    film_name = film(report)
+    has_times = bool(film(report)) or report.source.kind == "import"
     rows: list[Row] = []
     losses: list[Loss] = []
     for entry in report.entries:
         if entry.distance_m is None:
             losses.append(Loss("untracked", entry))
             continue
-        row, lost = _row(entry, entry.distance_m, has_film=bool(film_name))
+        row, lost = _row(entry, entry.distance_m, codes, has_times=has_times)
         rows.append(row)
         losses += lost
     losses += coarser(report)
@@ -144,7 +149,9 @@ def _as_written(row: Row) -> tuple[float, int, int]:
     return float(decimals(row.distance_m, 2)), row.time_s or 0, row.entry.seq
 
 
-def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[Loss]]:
+def _row(
+    entry: Entry, distance_m: float, codes: re.Pattern[str], *, has_times: bool
+) -> tuple[Row, list[Loss]]:
     tag = entry.tag
     said: list[str] = [one_line(tag.remark or "")]
     losses: list[Loss] = []
@@ -152,10 +159,10 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
     if not code:
         said.append("tag without a code")
         losses.append(Loss("no_code", entry, code=REMARK))
-    elif not _CODE.fullmatch(code):
+    elif not codes.fullmatch(code):
         said.append(" ".join(part for part in ("coded", code, char1, char2) if part))
         losses.append(Loss("foreign_code", entry, code=code, written=REMARK))
-    if not _CODE.fullmatch(code):
+    if not codes.fullmatch(code):
         code, char1, char2 = REMARK, "", ""
     if code == REMARK:
         said += _quantities(entry)
@@ -173,7 +180,7 @@ def _row(entry: Entry, distance_m: float, *, has_film: bool) -> tuple[Row, list[
     if entry.tag.severity is not None:
         said.append(f"severity {entry.tag.severity}")
     time_s = None if entry.time_s is None else math.floor(entry.time_s + 0.0005)
-    if time_s is not None and not (has_film and 0 <= time_s < 3600 * _MAX_H):
+    if time_s is not None and not (has_times and 0 <= time_s < 3600 * _MAX_H):
         losses.append(Loss("no_time", entry))
         time_s = None
     if entry.clock_from is None and entry.tag.clock_to is not None:
@@ -332,7 +339,9 @@ def standard_of(fields: Fields) -> list[Loss]:
 
 
 def film(report: Report) -> str:
-    """Return the name of the film without a folder; empty if there is no file."""
+    """Return the name of the film without a folder, of an import as its file has it; empty if
+    there is none.
+    """
     if report.extras.film_called is not None:
         return report.extras.film_called
     if report.source.kind == "import":
@@ -344,9 +353,11 @@ def film(report: Report) -> str:
 
 
 def film_in_ascii(report: Report) -> str:
-    """Return the name of the film in Latin letters."""
+    """Return the name of the film in Latin letters; of an import, whose film is elsewhere, as it
+    is.
+    """
     name = film(report)
-    return ascii_file_name(name) if name else ""
+    return ascii_file_name(name) if name and report.source.kind != "import" else name
 
 
 def renamed(report: Report, name: str) -> list[Loss]:
@@ -355,18 +366,23 @@ def renamed(report: Report, name: str) -> list[Loss]:
         "upload": report.source.filename,
         "import": str(report.header.get("video_files") or ""),
     }.get(report.source.kind, "")
-    own = one_line(PurePath(stated.replace("\\", "/")).name)
+    own = one_line(_without_folder(stated))
     if not name or own in ("", name):
         return []
     return [Loss("film_renamed", name=own, written=name)]
 
 
 def _film_names(stated: str) -> list[str]:
-    return [name for part in re.split(r"[,;|]", stated) if (name := _film_name(part))]
+    parts = (one_line(_without_folder(part)) for part in re.split(r"[,;|]", stated))
+    return [name for name in parts if name]
+
+
+def _without_folder(path: str) -> str:
+    return PurePath(path.replace("\\", "/")).name
 
 
 def _film_name(path: str) -> str:
-    name = unicodedata.normalize("NFC", PurePath(path.replace("\\", "/")).name)
+    name = unicodedata.normalize("NFC", _without_folder(path))
     safe = re.sub(r"[^\w.-]+", "_", one_line(name)).strip("._")
     return safe if re.search(r"\.[A-Za-z0-9]{1,5}$", safe) else f"{safe}.mp4" if safe else ""
 

@@ -88,13 +88,14 @@ def test_an_empty_header_and_no_observations_still_make_a_file(kind: str) -> Non
 
 
 @each
-def test_an_import_without_a_film_names_none(kind: str) -> None:
+def test_an_import_without_a_film_names_none_and_keeps_its_times(kind: str) -> None:
     made = report(source=Source("import", "old.txt", 10, "ab", {}))
     read, _ = write(kind, made)
     film = {"isybau": "Videoablagereferenz", "m150": "HI116"}.get(kind, "ABS")
     assert not read.header.get(film)
-    video = {"isybau": "", "m150": "HZ008"}.get(kind, "N")
-    assert not any(row.get(video) for row in read.rows)
+    video = {"isybau": "Timecode", "m150": "HZ008"}.get(kind, "N")
+    last = {"isybau": "00012200"}.get(kind, "00:01:22")
+    assert read.rows[-1][video] == last
 
 
 @given(made=reports())

@@ -9,9 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from brought_in import reported
 from exchange_files import in_words, write
 from pyproj import Transformer
 from reports import EVERY_FIELD, HEADER, OBSERVATIONS, codes, report
+
+from app.imports import any_file
+from app.reports.formats import FORMATS
 
 
 def test_en13508_holds_every_field_of_every_observation(tmp_path: Path) -> None:
@@ -51,15 +55,38 @@ def test_en13508_has_the_header_of_the_published_example() -> None:
     assert read.header.keys() == stated.keys() | always
 
 
-def test_letters_are_transliterated_and_never_lost_to_a_question_mark() -> None:
-    remark = "Größe ±5 cm – 45° naïve кирпич 钢"
-    made = report(observations=[{"distance_m": 1.0, "code": "BDB", "remark": remark}])
-    for kind in ("en13508", "ribx"):
-        read, losses = write(kind, made)
-        text = read.rows[0]["F"]
-        assert text.startswith("Groesse +/-5 cm - 45 deg naive kirpich Gang")
-        assert "?" not in text
-        assert "ascii" in codes(losses)
+REMARK = "Größe ±5 cm – 45° naïve кирпич 钢"
+
+
+def test_texts_of_en13508_are_transliterated_and_never_lost_to_a_question_mark() -> None:
+    made = report(observations=[{"distance_m": 1.0, "code": "BDB", "remark": REMARK}])
+    read, losses = write("en13508", made)
+    assert read.rows[0]["F"].startswith("Groesse +/-5 cm - 45 deg naive kirpich Gang")
+    assert "?" not in read.rows[0]["F"]
+    assert "ascii" in codes(losses)
+
+
+@pytest.mark.parametrize("kind", ["en13508xml", "ribx"])
+def test_xml_keeps_every_letter(kind: str) -> None:
+    made = report(observations=[{"distance_m": 1.0, "code": "BDB", "remark": REMARK}])
+    read, losses = write(kind, made)
+    assert read.rows[0]["F"].startswith(REMARK)
+    assert "ascii" not in codes(losses)
+
+
+@pytest.mark.parametrize("kind", ["en13508", "en13508xml", "ribx"])
+def test_names_by_which_assets_are_found_again_keep_their_letters(kind: str) -> None:
+    names = {"asset_id": "DL-Ä41", "start_node": "Südkopf", "end_node": "钢"}
+    read, losses = write(kind, report(header={**HEADER, **names}))
+    assert [read.header[code] for code in ("AAA", "AAB", "AAD", "AAF")] == [
+        "DL-Ä41", "Südkopf", "Südkopf", "钢",
+    ]  # fmt: skip
+    assert (read.rows[0]["D"], read.rows[-1]["D"]) == ("Südkopf", "钢")
+    assert "renamed" not in codes(losses)
+    (survey,) = any_file.read(
+        FORMATS[kind].write(report(header={**HEADER, **names})).content
+    ).surveys
+    assert {name: survey.header[name] for name in names} == names
 
 
 def test_ribx_holds_every_field_of_every_observation(tmp_path: Path) -> None:
@@ -157,3 +184,33 @@ def test_the_name_of_a_film_is_no_path_in_latin_letters(kind: str) -> None:
 def test_en13508_writes_back_what_an_import_kept_of_a_code() -> None:
     read, _ = write("en13508", report(header={**HEADER, "en13508_aaq": "C", "en13508_abe": "D"}))
     assert (read.header["AAQ"], read.header["ABE"]) == ("C", "D")
+
+
+@pytest.mark.parametrize("kind", ["en13508", "en13508xml", "ribx"])
+def test_words_of_a_letter_come_back_with_their_field(kind: str) -> None:
+    """Those that have a field of ours, and others; beside them the remark of the survey."""
+    header = {
+        **HEADER, "shape": "other", "width_mm": 1200, "en13508_aal": "Z", "ribx_aal": "sous trottoir",
+        "ribx_aca": "profil tunnel", "flow_control": "by hand", "remarks": "mind the dog",
+    }  # fmt: skip
+    written = FORMATS[kind].write(report(header=header))
+    assert "ribx_aal" not in codes(written.losses)
+    (survey,) = any_file.read(written.content).surveys
+    for name in ("shape", "en13508_aal", "ribx_aal", "ribx_aca", "flow_control"):
+        assert survey.header[name] == header[name], name
+    assert str(survey.header["remarks"]).startswith("mind the dog")
+    again = FORMATS[kind].write(reported(report(header=header), survey))
+    assert again.content == written.content
+
+
+def test_what_changes_along_the_pipe_and_dutch_measurements_are_codes() -> None:
+    rows = [
+        {"distance_m": 1.0, "code": "AED", "char1": "STZ"},
+        {"distance_m": 2.0, "code": "BXA", "char1": "J", "quant1": -1.0},
+    ]
+    written = {kind: write(kind, report(observations=rows)) for kind in ("en13508", "ribx")}
+    for read, losses in written.values():
+        assert (read.rows[0]["A"], read.rows[0]["B"]) == ("AED", "STZ")
+        assert "foreign_code 1" not in codes(losses)
+    ribx, text = written["ribx"][0].rows[1], written["en13508"][0].rows[1]
+    assert (ribx["A"], ribx["B"], ribx["D"], text["A"]) == ("BXA", "J", "-1", "BDB")
