@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 
 from app.access.access import Access
 from app.access.holders import Holders
@@ -93,7 +94,8 @@ from app.tracking.thumbnails import Thumbnails
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from app.viewer.clicks import Clicks
-from app.viewer.scenes import Scenes
+from app.viewer.scenes import SWEEP_S, Scenes
+from app.watched import Watched
 
 logger = logging.getLogger(__name__)
 
@@ -159,8 +161,10 @@ async def running(settings: Settings) -> AsyncIterator[Services]:
     with ExitStack() as stack:
         services = await asyncio.to_thread(_start, settings, stack)
         sweeps = [
-            asyncio.create_task(services.scenes.sweep()),
-            asyncio.create_task(_expire_uploads(services.uploads)),
+            asyncio.create_task(_repeated(services.scenes.sweep, SWEEP_S)),
+            asyncio.create_task(
+                _repeated(partial(asyncio.to_thread, services.uploads.expire), _EXPIRY_SWEEP_S)
+            ),
         ]
         try:
             yield services
@@ -378,6 +382,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     bulk_exports = BulkExports(records.inspection_store, records.reports, clips.content_of, folder)
     bulk_exports.start()
     stack.callback(bulk_exports.stop)
+    threads: tuple[Watched, ...] = (
+        database.writer, *tracking.threads, photos, counter_queue, scaling, index_worker, intake,
+        *inboxes, webhook, meter_counter, succession, *members.threads, bulk_exports,
+    )  # fmt: skip
     return Services(
         access=Access(access_store, token_file, token),
         holders=Holders(access_store, token_file, token),
@@ -439,7 +447,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         presence=Presence(),
         webhook=webhook,
         meter_counter=meter_counter,
-        health=Health(database, folder, blobs, media, tracking, photos),
+        health=Health(database, folder, blobs, media, threads),
         metrics=metrics,
     )
 
@@ -491,10 +499,10 @@ def _peer(settings: Settings) -> Peer | None:
     return Peer(host.strip("[]") or "127.0.0.1", int(port))
 
 
-async def _expire_uploads(uploads: Uploads) -> None:
+async def _repeated(sweep: Callable[[], Awaitable[None]], pause_s: float) -> None:
     while True:
         try:
-            await asyncio.to_thread(uploads.expire)
-        except OSError:
-            logger.exception("Old uploads could not be deleted; another try in ten minutes.")
-        await asyncio.sleep(_EXPIRY_SWEEP_S)
+            await sweep()
+        except Exception:
+            logger.exception("What is no longer used could not be removed; another try follows.")
+        await asyncio.sleep(pause_s)

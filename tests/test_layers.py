@@ -90,7 +90,7 @@ def test_a_library_is_known_in_one_place_only(package, home):
 
 
 ROOMS = (
-    ("back_off", "errors", "logs", "pictures", "settings"),
+    ("back_off", "errors", "logs", "pictures", "settings", "watched"),
     ("survey",),
     ("burnt_in", "imports", "lab", "storage"),
     ("jobs", "access"),

@@ -24,7 +24,13 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from app.back_off import BackOff
-from app.errors import Busy, DiskFull, InspectionNotFound, ObservationNotFound
+from app.errors import (
+    Busy,
+    DiskFull,
+    InspectionNotFound,
+    ObservationNotFound,
+    StoreUnavailable,
+)
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
@@ -35,6 +41,7 @@ from app.survey.place import ObservationView
 from app.survey.rounding import metres
 from app.survey.undelivered import Undelivered
 from app.tracking.live import Event, ObservationsChanged
+from app.tracking.worker import Worker
 
 logger = logging.getLogger(__name__)
 
@@ -47,6 +54,8 @@ _BACK_OFF = BackOff(first_s=2.0, longest_s=3600.0)
 _GIVE_UP_AFTER = timedelta(days=1)
 _PAUSE_AFTER_FAULT_S = 5.0
 _STOP_TIMEOUT_S = 3.0
+_HINDRANCES = (Busy, DiskFull, StoreUnavailable)
+"""What is wrong with the server and not with an alert."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +79,7 @@ class Unsent(Exception):
         super().__init__(reason.sentence)
 
 
-class Webhook:
+class Webhook(Worker):
     """Sends the alerts of the outbox."""
 
     def __init__(
@@ -81,18 +90,16 @@ class Webhook:
         observations: Observations,
         packs: Packs,
     ) -> None:
+        super().__init__("webhook", stop_timeout_s=_STOP_TIMEOUT_S)
         self._client = client
         self._store = store
         self._inspections = inspections
         self._observations = observations
         self._packs = packs
-        self._changed = threading.Condition()
-        """Guards the next three fields; notified when one changes."""
         self._is_woken = False
-        self._stopping = False
+        """`_changed` guards this and the next field."""
         self._stop_try: Callable[[], None] | None = None
         """Ends the current try."""
-        self._thread = threading.Thread(target=self._work, name="webhook", daemon=True)
 
     @property
     def is_configured(self) -> bool:
@@ -102,17 +109,15 @@ class Webhook:
     def start(self) -> None:
         """Start sending, first what the last run of the server left."""
         if self.is_configured:
-            self._thread.start()
+            super().start()
 
     def stop(self) -> None:
         """Abort the current try; it is repeated after the next start."""
         with self._changed:
             self._stopping = True
-            self._changed.notify_all()
             if self._stop_try is not None:
                 self._stop_try()
-        if self._thread.is_alive():
-            self._thread.join(_STOP_TIMEOUT_S)
+        super().stop()
 
     def on_event(self, event: Event) -> None:
         """Handle an event: a tag may need a notification."""
@@ -139,11 +144,8 @@ class Webhook:
                     with about(alert.inspection_id):
                         self._deliver(alert)
                     pause_s = 0.0
-            except (Busy, DiskFull) as fault:
+            except _HINDRANCES as fault:
                 logger.warning("The outbox of the webhook waits: %s", fault)
-                pause_s = _PAUSE_AFTER_FAULT_S
-            except Exception:
-                logger.exception("The alerts in the outbox of the webhook could not be sent.")
                 pause_s = _PAUSE_AFTER_FAULT_S
             if not self._wait(pause_s):
                 return
@@ -159,26 +161,35 @@ class Webhook:
         """Try once to deliver an alert."""
         client = self._client
         assert client is not None  # noqa: S101  (the thread runs only with one)
-        body = self._body(alert, client.page_root)
-        if body is None:
-            self._store.withdraw(alert.id)
-        else:
-            try:
+        try:
+            body = self._body(alert, client.page_root)
+            if body is not None:
                 self._post(client, body)
-            except Unsent as failure:
-                if self._stopping:
-                    return
-                next_at = next_try(alert, datetime.now(UTC))
-                logger.warning(
-                    "The client could not be notified of observation %s, %s: %s",
-                    alert.observation_id,
-                    "another try follows" if next_at else "no other try follows",
-                    failure,
-                )
-                self._store.record_failure(alert.id, str(failure), next_at)
-            else:
-                logger.info("The client was notified of observation %s.", alert.observation_id)
-                self._store.record_sent(alert.id)
+        except _HINDRANCES:
+            raise
+        except Unsent as failure:
+            self._failed(alert, failure)
+        except Exception:  # it must not keep the others from being sent
+            logger.exception("The notification of %s cannot be made.", alert.observation_id)
+            self._failed(alert, Unsent("fault"))
+        else:
+            if body is None:
+                self._store.withdraw(alert.id)
+                return
+            logger.info("The client was notified of observation %s.", alert.observation_id)
+            self._store.record_sent(alert.id)
+
+    def _failed(self, alert: Alert, failure: Unsent) -> None:
+        if self._stopping:
+            return
+        next_at = next_try(alert, datetime.now(UTC))
+        logger.warning(
+            "The client could not be notified of observation %s, %s: %s",
+            alert.observation_id,
+            "another try follows" if next_at else "no other try follows",
+            failure,
+        )
+        self._store.record_failure(alert.id, str(failure), next_at)
 
     def _body(self, alert: Alert, page_root: str) -> bytes | None:
         """Return the message as of now; None if no severe observation is left."""

@@ -79,10 +79,7 @@ class Inbox(Worker):
 
     def _work(self) -> None:
         while not self._pause(min(_LOOK_EVERY_S, self._settle_s)):
-            try:
-                self._look()
-            except Exception:
-                logger.exception("The inbox of the archive could not be read; another try follows.")
+            self._look()
 
     def _look(self) -> None:
         """Look at the next portion of the files."""

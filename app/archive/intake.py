@@ -143,9 +143,9 @@ class Intake(Worker):
                 logger.warning("The archive takes no film in: %s", error)
                 pause_s, hindrance = _PAUSE_AFTER_FAULT_S, str(error)
             except Exception:
-                logger.exception("A fault of the server interrupted the intake of the archive.")
-                pause_s = _PAUSE_AFTER_FAULT_S
                 hindrance = "A fault of the server interrupts the intake; it is in the log."
+                self._set(IntakeState(hindrance=hindrance))
+                raise
             self._set(IntakeState(hindrance=hindrance))
             if hindrance is not None:
                 self._pause(pause_s)
@@ -235,8 +235,8 @@ class Intake(Worker):
                 self._store.renew(film_id, self._server, _until())
             except (NoLongerWanted, ClaimLost):
                 return
-            except Busy as error:
-                logger.warning("Film %s of the archive: %s", film_id, error)
+            except Exception:
+                logger.exception("The claim of film %s could not be renewed.", film_id)
 
     def _add(self, inspection: Inspection, who: str) -> None:
         self._store.take(inspection.id, self._server, inspection, who)

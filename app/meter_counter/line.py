@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 import select
 import socket
-import threading
 import time
 from dataclasses import dataclass
 from itertools import count
@@ -32,6 +31,7 @@ from app.meter_counter.protocol import (
 from app.survey.rounding import metres, rounded
 from app.survey.stated import Zero
 from app.tracking.live import Event, Update
+from app.tracking.worker import Worker
 from vo_core.errors import ChainageError
 from vo_core.track import Estimate
 
@@ -74,39 +74,36 @@ class Connection:
     """The sentence that says why there is no connection."""
 
 
-class MeterCounter:
+class MeterCounter(Worker):
     """Reports the distance to other software and lets it set the distance."""
 
     def __init__(self, peer: Peer | None, corrections: Corrections) -> None:
+        super().__init__("meter-counter", stop_timeout_s=_STOP_TIMEOUT_S)
         self._peer = peer
         self._corrections = corrections
-        self._lock = threading.Lock()
-        """Guards the next four fields."""
         self._running: dict[str, Estimate | None] = {}
-        """The running live inspections, the newest last, each with its last frame."""
+        """The running live inspections, the newest last, each with its last frame; `_changed`
+        guards this and the next three fields."""
         self._is_connected = False
         self._detail: str | None = None
         self._socket: socket.socket | None = None
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._work, name="meter-counter", daemon=True)
 
     def start(self) -> None:
         """Connect, and retry until stopped."""
         if self._peer is not None:
-            self._thread.start()
+            super().start()
 
     def stop(self) -> None:
         """Disconnect."""
-        self._stopping.set()
-        with self._lock:
+        with self._changed:
+            self._stopping = True
             if self._socket is not None:
                 _hang_up(self._socket)
-        if self._thread.is_alive():
-            self._thread.join(_STOP_TIMEOUT_S)
+        super().stop()
 
     def connection(self) -> Connection:
         """Return the current state of the connection."""
-        with self._lock:
+        with self._changed:
             peer = None if self._peer is None else str(self._peer)
             return Connection(peer, self._is_connected, self._detail)
 
@@ -114,7 +111,7 @@ class MeterCounter:
         """Handle an event: which live inspections run, and their last frames."""
         if not isinstance(event, Update):
             return
-        with self._lock:
+        with self._changed:
             if event.state != "running":
                 self._running.pop(event.inspection_id, None)
             elif event.camera is not None:
@@ -124,25 +121,25 @@ class MeterCounter:
 
     def _newest(self) -> tuple[str, Estimate] | None:
         """Return the live inspection that started last, if it has a frame."""
-        with self._lock:
+        with self._changed:
             for inspection_id, estimate in reversed(self._running.items()):
                 return None if estimate is None else (inspection_id, estimate)
         return None
 
     def _work(self) -> None:
         failures = 0
-        while not self._stopping.is_set():
+        while not self._stopping:
             began_s = time.monotonic()
             try:
                 self._talk()
             except OSError as error:
                 self._lost(_reason(error))
             except Exception:
-                logger.exception("The connection of the meter counter has failed.")
                 self._lost("The connection has failed; the server's log says why.")
+                raise
             if time.monotonic() > began_s + _BACK_OFF.longest_s:  # the connection had lasted
                 failures = 0
-            self._stopping.wait(_BACK_OFF.pause_s(failures))
+            self._pause(_BACK_OFF.pause_s(failures))
             failures += 1
 
     def _talk(self) -> None:
@@ -150,26 +147,26 @@ class MeterCounter:
         assert self._peer is not None  # noqa: S101  (the thread runs only with one)
         with socket.create_connection((self._peer.host, self._peer.port), _CONNECT_S) as opened:
             opened.settimeout(_SEND_S)
-            with self._lock:
+            with self._changed:
                 self._socket = opened
             try:
-                if not self._stopping.is_set():
+                if not self._stopping:
                     _Conversation(self, opened).hold()
             finally:
-                with self._lock:
+                with self._changed:
                     self._socket = None
 
     def found(self) -> None:
         """Record that the other side has accepted the connection."""
-        with self._lock:
+        with self._changed:
             self._is_connected, self._detail = True, None
         logger.info("The meter counter is connected to %s.", self._peer)
 
     def _lost(self, detail: str) -> None:
-        with self._lock:
+        with self._changed:
             is_news = self._is_connected or self._detail != detail
             self._is_connected, self._detail = False, detail
-        if is_news and not self._stopping.is_set():
+        if is_news and not self._stopping:
             logger.warning("The meter counter is not connected to %s: %s", self._peer, detail)
 
     def distance_m(self) -> float | None:

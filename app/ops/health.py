@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.errors import NotReady
@@ -11,8 +12,7 @@ from app.storage.blobs import Blobs
 from app.storage.database import Database
 from app.storage.files import DataFolder
 from app.tracking.media import Media
-from app.tracking.photos import Photos
-from app.tracking.queue import Tracking
+from app.watched import Watched
 from vo_core.errors import ChainageError
 
 _CACHED_S = 2.0
@@ -36,15 +36,14 @@ class Health:
         folder: DataFolder,
         blobs: Blobs,
         media: Media,
-        tracking: Tracking,
-        photos: Photos,
+        threads: Sequence[Watched],
     ) -> None:
+        """Store the parts; without one of `threads` the server would not do all that it should."""
         self._database = database
         self._folder = folder
         self._blobs = blobs
         self._media = media
-        self._tracking = tracking
-        self._photos = photos
+        self._threads = threads
         self._stopping = False
         self._lock = threading.Lock()
         self._checked_at = 0.0
@@ -105,16 +104,11 @@ class Health:
         return Check("store", True, f"Films go to {self._blobs.name}, which accepts writes.")
 
     def _workers(self) -> Check:
-        parts = {
-            "tracking": self._tracking.is_alive(),
-            "photos": self._photos.is_alive(),
-            "database": self._database.writer_is_alive(),
-        }
-        dead = [name for name, alive in parts.items() if not alive]
-        if dead:
-            return Check("workers", False, f"Not running: {', '.join(dead)}. Restart the server.")
+        troubles = [trouble for thread in self._threads if (trouble := thread.trouble())]
+        if troubles:
+            return Check("workers", False, " ".join(troubles))
         media = "runs" if self._media.is_alive() else "starts when it is needed"
-        return Check("workers", True, f"Tracking and photos run; the media process {media}.")
+        return Check("workers", True, f"All threads work; the media process {media}.")
 
     def _version(self) -> Check:
         stored = self._database.dialect

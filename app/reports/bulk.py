@@ -14,6 +14,7 @@ import time
 import uuid
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import IO, Literal, cast
 
@@ -199,10 +200,9 @@ class BulkExports(Worker):
                 self._fail(order, Phrase("failure.internal_error"))
 
     def _fail(self, order: _Order, reason: Phrase) -> None:
-        detail = order.wanted.words.phrase(reason)
         with self._changed:
-            order.progress = replace(order.progress, detail=detail)
             _end(order, "failed")
+            order.progress = replace(order.progress, detail=order.wanted.words.phrase(reason))
 
     def _make(self, order: _Order) -> None:
         with self._changed:
@@ -287,9 +287,10 @@ def _end(order: _Order, state: State) -> None:
 
 
 def _close(order: _Order) -> None:
-    if order.file is not None:
-        order.file.close()
-        order.file = None
+    file, order.file = order.file, None
+    if file is not None:
+        with suppress(OSError):  # a full disk does not take what it still holds; nobody reads it
+            file.close()
 
 
 def _blocks(file: IO[bytes]) -> Iterator[bytes]:

@@ -207,8 +207,6 @@ class IndexWorker(Worker):
                 self._index_all()
             except (Busy, DiskFull, StoreUnavailable) as fault:
                 logger.warning("The index of the search must wait: %s", fault)
-            except Exception:
-                logger.exception("The index of the search could not be continued.")
 
     def _index_all(self) -> None:
         began_s = time.monotonic()

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import logging
 import queue
-import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
@@ -25,6 +24,7 @@ from app.storage.dialect import Dialect
 from app.storage.postgres import Postgres
 from app.storage.sqlite import Sqlite
 from app.storage.tables import Heartbeat
+from app.watched import Watched
 
 logger = logging.getLogger(__name__)
 
@@ -76,13 +76,13 @@ class Database:
         _migrate(self.dialect)
         self._writer_engine = self.dialect.writer()
         self._reader_engine = self.dialect.reader()
-        self._writer = threading.Thread(target=self._write_all, name="database-writer", daemon=True)
-        self._writer.start()
+        self.writer = Watched("database-writer", self._write_all, stop_timeout_s=_WRITE_TIMEOUT_S)
+        self.writer.start()
 
     def close(self) -> None:
         """Finish the waiting writes and close; the last connection to close checkpoints."""
         self._jobs.put(None, timeout=_WRITE_TIMEOUT_S)
-        self._writer.join(_WRITE_TIMEOUT_S)
+        self.writer.stop()
         self._reader_engine.dispose()
         self._writer_engine.dispose()
 
@@ -121,10 +121,6 @@ class Database:
     def beat(self) -> None:
         """Write the heartbeat row; when this returns, the database accepts writes."""
         self.write(lambda session: session.merge(Heartbeat(id=1, at=datetime.now(UTC))))
-
-    def writer_is_alive(self) -> bool:
-        """Whether the writing thread runs."""
-        return self._writer.is_alive()
 
     def _write_all(self) -> None:
         while (job := self._jobs.get()) is not None:

@@ -13,14 +13,16 @@ import logging
 import queue
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Protocol
 from uuid import uuid4
 
 from app.storage.dialect import Dialect
 from app.storage.postgres import WRITING, Postgres
+from app.watched import Watched
 
 if TYPE_CHECKING:
     import psycopg
@@ -63,6 +65,10 @@ class Members(Protocol):
     are_several: bool
     """Whether others may use the same database."""
 
+    @property
+    def threads(self) -> Sequence[Watched]:
+        """Return the threads that speak with the others."""
+
     def start(self, hooks: Hooks) -> None:
         """Join the others."""
 
@@ -83,6 +89,7 @@ class Alone:
     """The only server of its database."""
 
     are_several = False
+    threads: tuple[Watched, ...] = ()
 
     def __init__(self) -> None:
         self.name = uuid4().hex
@@ -120,17 +127,18 @@ class Joined:
         self._waiting: queue.Queue[bytes | None] = queue.Queue(_WAITING_MESSAGES)
         self._has_lost = False
         """Whether a message could not be sent."""
-        self._sender = threading.Thread(target=self._send_all, name="members-send", daemon=True)
-        self._listener: threading.Thread | None = None
+        self.threads: tuple[Watched, ...] = ()
 
     def start(self, hooks: Hooks) -> None:
         """Join the others; wait until their messages arrive and it is known whether this leads."""
         joined = threading.Event()
-        self._listener = threading.Thread(
-            target=self._listen, args=(hooks, joined), name="members", daemon=True
+        listen = partial(self._listen, hooks, joined)
+        self.threads = (
+            Watched("members", listen, stop_timeout_s=_STOP_TIMEOUT_S),
+            Watched("members-send", self._send_all, stop_timeout_s=_STOP_TIMEOUT_S),
         )
-        self._listener.start()
-        self._sender.start()
+        for thread in self.threads:
+            thread.start()
         joined.wait(_STOP_TIMEOUT_S)
 
     def stop(self) -> None:
@@ -138,9 +146,8 @@ class Joined:
         self._stopping.set()
         with suppress(queue.Full):
             self._waiting.put_nowait(None)
-        for thread in (self._sender, self._listener):
-            if thread is not None and thread.is_alive():
-                thread.join(_STOP_TIMEOUT_S)
+        for thread in reversed(self.threads):
+            thread.stop()
 
     def send(self, message: bytes) -> None:
         """Send a message to the others; return at once."""
@@ -180,7 +187,8 @@ class Joined:
                             self._receive(connection, note.payload, hooks)
             except psycopg.Error as error:
                 logger.warning("The other servers cannot be heard: %s", _said(error))
-            self._is_leading = False
+            finally:
+                self._is_leading = False
             self._stopping.wait(_RETRY_S)
 
     def _join(self, connection: psycopg.Connection) -> None:

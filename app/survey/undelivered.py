@@ -20,6 +20,7 @@ _SENTENCES: Mapping[str, str] = {
     "broken_off": "It has broken off.",
     "unreachable": "It cannot be reached: {why}.",
     "no_web_server": "It does not answer as a web server does.",
+    "fault": "The message could not be made; the server's log says why.",
     "too_many": "{n} others wait already.",
     "stopping": "The server stops.",
 }

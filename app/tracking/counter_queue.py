@@ -199,7 +199,11 @@ class CounterQueue(Worker):
                     return
                 inherits, self._inherits = self._inherits, False
             if inherits:
-                self._find_waiting()
+                try:
+                    self._find_waiting()
+                except Exception:
+                    self.take_over()  # once more
+                    raise
                 continue
             inspection_id = self._next()
             if inspection_id is None:

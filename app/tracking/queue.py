@@ -9,7 +9,6 @@ accepted from the newest claim only, so that a run that was thought lost cannot 
 from __future__ import annotations
 
 import logging
-import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -42,6 +41,7 @@ from app.tracking.runs import Run, Runs
 from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
 from app.tracking.work import Manifest
+from app.watched import Watched
 
 logger = logging.getLogger(__name__)
 
@@ -100,18 +100,20 @@ class Tracking:
         """Faults of the program by inspection."""
         self._pieces = Pieces(self._changed)
         self._chunked = ChunkedTracking(engine, runs, run_files, self._pieces, self._persistent)
-        self._threads = [
-            threading.Thread(target=self._work, args=(slot,), name=f"tracking-{slot}", daemon=True)
-            for slot in range(engine.most_slots)
+        work: dict[str, Callable[[], None]] = {
+            f"tracking-{slot}": partial(self._work, slot) for slot in range(engine.most_slots)
+        }
+        work["claims"] = self._renew
+        self.threads = [
+            Watched(name, each, stop_timeout_s=_STOP_TIMEOUT_S) for name, each in work.items()
         ]
-        self._renewer = threading.Thread(target=self._renew, name="claims", daemon=True)
 
     def start(self) -> None:
         """Queue again what was running when the server ended, and start."""
         interrupted = self._store.queue_interrupted(lapsed_only=self._claims.are_shared)
         if interrupted:
             logger.info("%d interrupted inspections continue.", interrupted)
-        for thread in (*self._threads, self._renewer):
+        for thread in self.threads:
             thread.start()
 
     def stop(self) -> None:
@@ -120,15 +122,11 @@ class Tracking:
             self._stopping = True
             self._changed.notify_all()
         self._runs.ask_all_to_stop("shutdown")
-        for thread in (*self._threads, self._renewer):
-            thread.join(_STOP_TIMEOUT_S)
+        for thread in self.threads:
+            thread.stop()
         for inspection_id in self._store.release(self._claims.owner):
             self.queued(inspection_id)
         self._engine.close()
-
-    def is_alive(self) -> bool:
-        """Return whether every slot can take work."""
-        return all(thread.is_alive() for thread in self._threads)
 
     def engine_state(self) -> EngineState:
         """Return what tracks the films, and how many at once."""
@@ -280,12 +278,8 @@ class Tracking:
             progress = self._runs.of_files()
             if not progress:
                 continue
-            try:
-                ours = self._store.renew(self._claims.owner, CLAIM_S, progress)
-            except Exception:
-                # The next renewal comes before the claims lapse.
-                logger.exception("The claims of running inspections could not be renewed.")
-                continue
+            # If that fails, the next renewal comes before the claims lapse.
+            ours = self._store.renew(self._claims.owner, CLAIM_S, progress)
             for inspection_id in progress.keys() - ours:
                 # It was deleted, or another server took it over while this one was not looking.
                 self._runs.ask_to_stop(inspection_id, "shutdown")

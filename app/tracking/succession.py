@@ -112,8 +112,6 @@ class Succession(Worker):
                 self._look()
             except (Busy, DiskFull) as fault:
                 logger.warning("The runs of other servers cannot be looked at: %s", fault)
-            except Exception:
-                logger.exception("The runs of a server that is gone could not be taken over.")
 
     def _look(self) -> None:
         now_s = time.monotonic()

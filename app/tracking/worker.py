@@ -5,32 +5,24 @@ from __future__ import annotations
 import threading
 from abc import ABC, abstractmethod
 
+from app.watched import Watched
 
-class Worker(ABC):
+
+class Worker(Watched, ABC):
     """Base of services with such a thread; their own state defines the work."""
 
     def __init__(self, name: str, *, stop_timeout_s: float) -> None:
+        super().__init__(name, self._work, stop_timeout_s=stop_timeout_s)
         self._changed = threading.Condition()
         """Guards `_stopping` and the pending work; notified when either changes."""
         self._stopping = False
-        self._stop_timeout_s = stop_timeout_s
-        self._thread = threading.Thread(target=self._work, name=name, daemon=True)
-
-    def start(self) -> None:
-        """Start the thread."""
-        self._thread.start()
 
     def stop(self) -> None:
         """Finish the current work and stop."""
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
-        if self._thread.is_alive():
-            self._thread.join(self._stop_timeout_s)
-
-    def is_alive(self) -> bool:
-        """Return whether the thread runs."""
-        return self._thread.is_alive()
+        super().stop()
 
     def _pause(self, seconds: float) -> bool:
         """Wait so long, or until the thread must stop; return whether it must."""
@@ -39,4 +31,4 @@ class Worker(ABC):
 
     @abstractmethod
     def _work(self) -> None:
-        """Run in the thread; return when `_stopping` is set."""
+        """Run in the thread; return when `_stopping` is set. It is called again after a fault."""

@@ -38,7 +38,7 @@ MOST_OPEN = 48
 pictures."""
 _CLOSE_UNUSED_AFTER_S = 10.0
 """A browser with an interrupted connection is back sooner."""
-_SWEEP_S = 2.0
+SWEEP_S = 2.0
 
 
 @dataclass
@@ -201,16 +201,14 @@ class Scenes:
                     await _close(view)
 
     async def sweep(self) -> None:
-        """Close unused views, in an endless loop."""
-        while True:
-            await asyncio.sleep(_SWEEP_S)
-            limit_s = time.monotonic() - _CLOSE_UNUSED_AFTER_S
-            async with self._opening:
-                for key, view in list(self._pages.items()):
-                    if not view.browsers and view.feed is not None and view.left_at_s < limit_s:
-                        await _close(view)
-                    if not view.sockets and view.feed is None:
-                        self._pages.pop(key, None)
+        """Close unused views."""
+        limit_s = time.monotonic() - _CLOSE_UNUSED_AFTER_S
+        async with self._opening:
+            for key, view in list(self._pages.items()):
+                if not view.browsers and view.feed is not None and view.left_at_s < limit_s:
+                    await _close(view)
+                if not view.sockets and view.feed is None:
+                    self._pages.pop(key, None)
 
     async def close(self) -> None:
         """Close all views."""

@@ -21,6 +21,7 @@ const REASONS = {
   broken_off: () => t('undelivered.broken_off'),
   unreachable: (values) => t('undelivered.unreachable', values),
   no_web_server: () => t('undelivered.no_web_server'),
+  fault: () => t('undelivered.fault'),
   too_many: (values) => t('undelivered.too_many', values),
   stopping: () => t('undelivered.stopping'),
 };

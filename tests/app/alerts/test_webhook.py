@@ -9,6 +9,7 @@ import sqlite3
 import time
 import uuid
 from collections.abc import Iterator
+from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -131,6 +132,19 @@ def test_once_for_each_time_that_it_becomes_severe_and_metrics_count_it(
         for sample in family.samples
     }
     assert found == {"waiting": 1, "told": 3, "withdrawn": 0, "given_up": 0}
+
+
+def test_an_alert_of_which_no_message_can_be_made_keeps_no_other_from_being_sent(
+    notifying_server: Client, receiver: Receiver, done: str
+) -> None:
+    receiver.statuses = [500]
+    notifying_server.tag(done, severity=5)
+    wait_for_error(notifying_server, done)
+    with closing(sqlite3.connect(notifying_server.data / "chainage.db")) as other, other:
+        other.execute("UPDATE observations SET fields = '[]', edited_at = created_at")
+    wait_until(lambda: "could not be made" in wait_for_error(notifying_server, done))
+    notifying_server.tag(done, severity=5)
+    wait_until(lambda: len(receiver.received) == 2)
 
 
 NOT_TAKEN = (

@@ -1,14 +1,9 @@
-import ctypes
 import sqlite3
-import threading
 from contextlib import closing
 from pathlib import Path
 
-import pytest
 from builders import Client, assert_error, serving, wait_until
 from small_disk import small_disk
-
-from app.tracking.live import ObservationsChanged
 
 
 def test_alive_and_ready_need_no_token(shared: Client) -> None:
@@ -53,21 +48,14 @@ def not_ready(client: Client) -> str | None:
     return assert_error(answer, 503, "not_ready") if answer.status_code != 200 else None
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-@pytest.mark.parametrize(("thread", "part"), [("tracking-0", "tracking"), ("photos", "photos")])
-def test_a_dead_worker_makes_it_not_ready(tmp_path: Path, thread: str, part: str) -> None:
-    others = set(threading.enumerate())
-    with serving(tmp_path) as client:
-        started = set(threading.enumerate()) - others
-        (ident,) = [each.ident for each in started if each.name == thread]
-        # The one exception that its loop does not outlive.
-        ctypes.pythonapi.PyThreadState_SetAsyncExc(
-            ctypes.c_ulong(ident), ctypes.py_object(SystemExit)
-        )
-        services = client.server.app.state.services
-        services.tracking.wake()
-        services.photos.on_event(ObservationsChanged("none"))
-        assert f"Not running: {part}." in wait_until(lambda: not_ready(client))
+def test_a_thread_that_fails_begins_again_and_one_that_fails_on_and_on_is_named(
+    tmp_path: Path,
+) -> None:
+    with serving(tmp_path) as client, closing(sqlite3.connect(tmp_path / "chainage.db")) as other:
+        other.execute("ALTER TABLE archive_films RENAME TO away")
+        detail = wait_until(lambda: not_ready(client))
+        assert "workers: archive-intake has failed" in detail
+        assert "OperationalError" in detail
         assert client.get("/healthz").status_code == 200
 
 

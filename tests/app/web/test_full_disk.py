@@ -70,7 +70,19 @@ def test_what_writes_is_refused_and_goes_on_when_there_is_room(
             yield client.post("/api/packs?name=Ours", content=PACK, headers=CSV)
             yield client.post("/api/login", json={"token": TOKEN})
 
+        def exported() -> dict[str, Any]:
+            body = {"inspections": [done], "formats": ["csv"]}
+            ordered = client.post("/api/bulk-exports", json=body)
+            assert ordered.status_code == 202
+            order = f"/api/bulk-exports/{ordered.json()['id']}"
+            wait_until(lambda: client.get(order).json()["state"] in ("done", "failed"))
+            return dict(client.get(order).json())
+
         disk.fill()
+        for _ in range(2):
+            failed = exported()
+            assert (failed["state"], failed["size"]) == ("failed", None)
+            assert "disk is full" in failed["detail"]
         for number, answer in enumerate(writes()):
             if number != 4:  # nothing was deleted, so nothing is to be restored
                 assert "disk" in assert_error(answer, 507, "disk_full"), answer.request.url
@@ -81,6 +93,7 @@ def test_what_writes_is_refused_and_goes_on_when_there_is_room(
         wait_until(lambda: client.get("/readyz").status_code == 503)
 
         disk.make_room()
+        assert exported()["state"] == "done"
         answers = list(writes())
         assert [answer.request.url.path for answer in answers if not answer.is_success] == []
         for inspection_id in (done, answers[5].json()["id"]):
