@@ -39,7 +39,7 @@ REFERENCE_POINTS: Mapping[str, str] = {
 """List U105."""
 
 _UTM = re.compile(r"UTM\D{0,10}([0-9]{1,2})\s?([NS]?)", re.IGNORECASE)
-_CODED = re.compile(r"(?:^|, )coded (BC[DE])((?: [A-Z][A-Z0-9]?){1,2})$")
+_CODED = re.compile(r"(?:^|, )coded (BC[DE])((?: [A-Z][A-Z0-9]{0,3}){1,2})$")
 _XP = "XP"
 
 

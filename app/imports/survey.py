@@ -32,7 +32,7 @@ _MOST_M = 100_000.0
 _MOST_QUANTITY = 1e6
 
 _CODE = re.compile(r"[A-Z][A-Z0-9]{0,7}")
-_LETTER = re.compile(r"[A-Z][A-Z0-9]{0,2}")
+_LETTER = re.compile(r"[A-Z][A-Z0-9]{0,3}")
 _STRETCH = re.compile(r"([ABC])0*([1-9][0-9]{0,2})")
 _NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)([eE][+-]?[0-9]{1,3})?")
 _CLOCK_TIME = re.compile(r"(?:([0-9]{1,3}):)?([0-5]?[0-9]):([0-5]?[0-9])(?:[:.,][0-9]{1,3})?")

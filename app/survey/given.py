@@ -45,12 +45,12 @@ Header = Annotated[
     ),
     AfterValidator(_known_fields_fit),
 ]
-CodeName = Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]{1,7}$")]
+CodeName = Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]{0,7}$")]
 PackName = Annotated[
     str, StringConstraints(strip_whitespace=True, min_length=1, max_length=100, pattern=LINE)
 ]
 PackId = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
-Letter = Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]?$")]
+Letter = Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]{0,3}$")]
 Clock = Annotated[int, Field(ge=1, le=12)]
 Pixel = Annotated[
     list[Annotated[float, Field(ge=-100_000, le=100_000)]], Field(min_length=2, max_length=2)

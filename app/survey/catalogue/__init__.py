@@ -1,4 +1,5 @@
-"""The built-in code pack: EN 13508-2:2003+A1:2011 pipe codes BAA..BDG with labels of our own.
+"""The built-in code pack: codes of EN 13508-2:2003+A1:2011 for pipes (BAA..BDG), and for what
+changes along them (AEA..AEG), with labels of our own.
 
 The letters are facts from KWB-R/kwb.en13508.2 (MIT); no sentence of the standard is copied.  The
 flags guide a form; none of them may stop an import.

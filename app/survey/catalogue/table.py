@@ -41,8 +41,8 @@ OPTIONAL = (*_LABELS, "grade_s", "grade_o", "hotkey", "icon")
 UNITS = ("mm", "%", "deg", "ppm", "count")
 MAX_GRADE = 100
 
-_CODE = re.compile(r"[A-Z][A-Z0-9]{1,7}")
-_LETTER = re.compile(r"[A-Z][A-Z0-9]?")
+_CODE = re.compile(r"[A-Z][A-Z0-9]{0,7}")
+_LETTER = re.compile(r"[A-Z][A-Z0-9]{0,3}")
 _TEXT = re.compile(r"[^\x00-\x1f\x7f]{1,200}")
 _HOTKEY = re.compile(r"[!-~]{1,20}")
 _ICON = re.compile(r"[a-z][a-z0-9-]{0,39}")
@@ -256,9 +256,9 @@ def _one_of(*words: str) -> re.Pattern[str]:
 _NEED = re.compile("yes|no|opt", re.IGNORECASE)
 _RULES: tuple[tuple[str, re.Pattern[str], bool, str], ...] = (
     # column, pattern, may it be empty, what is expected
-    ("code", _CODE, False, "2 to 8 capital letters and digits, a letter first"),
-    ("char1", _LETTER, True, "empty, a capital letter, or one with a letter or digit"),
-    ("char2", _LETTER, True, "empty, a capital letter, or one with a letter or digit"),
+    ("code", _CODE, False, "1 to 8 capital letters and digits, a letter first"),
+    ("char1", _LETTER, True, "empty, a capital letter, or one with up to 3 letters or digits"),
+    ("char2", _LETTER, True, "empty, a capital letter, or one with up to 3 letters or digits"),
     ("label", _TEXT, False, "a line of 1 to 200 characters"),
     *((name, _TEXT, True, "empty or a line of at most 200 characters") for name in _LABELS),
     ("group", _one_of("S", "O", "C", "M"), False, "S, O, C or M"),

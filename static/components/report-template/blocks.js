@@ -8,8 +8,8 @@ import { toast } from '../toast-stack/toast-stack.js';
 
 export const MOST_BLOCKS = 500;
 const SEVERITIES = [0, 1, 2, 3, 4, 5];
-const CODE = /^[A-Z][A-Z0-9]{1,7}$/;
-const CHARACTER = /^[A-Z][A-Z0-9]?$/;
+const CODE = /^[A-Z][A-Z0-9]{0,7}$/;
+const CHARACTER = /^[A-Z][A-Z0-9]{0,3}$/;
 
 /** Returns the value of a control for the API, undefined if it is none. */
 const VALUES = {

@@ -1,10 +1,12 @@
 """Tables of codes: the built-in one and its Malay, and what is said of a CSV file with faults."""
 
 import pytest
+from pydantic import TypeAdapter
 
 from app.errors import InvalidPack
 from app.survey.catalogue import built_in
 from app.survey.catalogue.table import LABEL_LANGUAGES, MAX_BYTES, MAX_ROWS, NEEDED, read_table
+from app.survey.given import CodeName, Letter
 
 HEADER = ",".join(NEEDED)
 CRACK = "BAB,C,A,Crack,S,yes,yes,mm,no,,yes"
@@ -22,9 +24,26 @@ def faults(*rows: str, header: str = HEADER) -> str:
 
 def test_the_built_in_pack_has_all_codes_of_the_standard():
     rows = built_in().rows
-    assert len(rows) == 459
-    assert len({row.code for row in rows}) == 36
+    assert len(rows) == 519
+    assert len({row.code for row in rows}) == 43
     assert (rows[0].code, rows[-1].code) == ("BAA", "BDG")
+
+
+@pytest.mark.parametrize(
+    ("code", "char1", "label"),
+    [
+        ("AEC", "E", "Change of shape: arch"),
+        ("AED", "AE", "Change of material: clay"),
+        ("AED", "STZ", "Change of material: clay, German letters"),
+        ("AEF", "", "Change of pipe unit length"),
+    ],
+)
+def test_what_changes_along_the_pipe_can_be_coded(code: str, char1: str, label: str) -> None:
+    found = built_in().named(code, char1, "")
+    assert found
+    assert (found.label, found.char1, found.needs_clock) == (label, char1, "no")
+    assert TypeAdapter(CodeName).validate_python(code)
+    assert not char1 or TypeAdapter(Letter).validate_python(char1)
 
 
 def test_every_label_is_translated_phrase_by_phrase():
@@ -102,9 +121,9 @@ def test_text_that_looks_like_a_formula_is_text():
 @pytest.mark.parametrize(
     ("row", "fault"),
     [
-        ("bab,C,A,Crack,S,yes,yes,mm,no,,yes", "line 2: code must be 2 to 8 capital letters"),
+        ("bab,C,A,Crack,S,yes,yes,mm,no,,yes", "line 2: code must be 1 to 8 capital letters"),
         ("BAB,c,A,Crack,S,yes,yes,mm,no,,yes", "line 2: char1 must be empty, a capital letter"),
-        ("BAB,C,ABC,Crack,S,yes,yes,mm,no,,yes", "line 2: char2 must be empty, a capital letter"),
+        ("BAB,C,ABCDE,Crack,S,yes,yes,mm,no,,yes", "line 2: char2 must be empty, a capital letter"),
         ("BAB,C,A,,S,yes,yes,mm,no,,yes", "line 2: label must be a line of 1 to 200"),
         ("BAB,C,A,Crack,Q,yes,yes,mm,no,,yes", "line 2: group must be S, O, C or M (found 'Q')"),
         ("BAB,C,A,Crack,S,maybe,yes,mm,no,,yes", "line 2: needs_clock must be yes, no or opt"),

@@ -190,7 +190,7 @@ def test_en13508_writes_back_what_an_import_kept_of_a_code() -> None:
 def test_words_of_a_letter_come_back_with_their_field(kind: str) -> None:
     """Those that have a field of ours, and others; beside them the remark of the survey."""
     header = {
-        **HEADER, "shape": "other", "width_mm": 1200, "en13508_aal": "Z", "ribx_aal": "sous trottoir",
+        **HEADER, "shape": "other", "width_mm": 1200, "en13508_aal": "Z", "ribx_aal": "trottoir",
         "ribx_aca": "profil tunnel", "flow_control": "by hand", "remarks": "mind the dog",
     }  # fmt: skip
     written = FORMATS[kind].write(report(header=header))

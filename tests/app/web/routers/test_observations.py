@@ -140,8 +140,9 @@ def test_what_never_was_cannot_be_deleted(shared: Client, done: str) -> None:
 OUT_OF_BOUNDS: tuple[dict[str, Any], ...] = (
         {"frame": -1}, {"frame": 1.5}, {"frame": "3"}, {"frame": False}, {"frame": None},
         {"frame": 2**40}, {"pixel": [1]}, {"pixel": [1, 2, 3]}, {"pixel": [True, 2]},
-        {"pixel": ["1", "2"]}, {"code": "bab"}, {"code": ""}, {"code": "B"}, {"code": "=CMD()"},
-        {"char1": "AAA"}, {"char1": "a"}, {"quant1": False}, {"quant1": "2"}, {"quant1": 1e9},
+        {"pixel": ["1", "2"]}, {"code": "bab"}, {"code": ""}, {"code": "ABCDEFGHI"},
+        {"code": "=CMD()"},
+        {"char1": "AAAAA"}, {"char1": "a"}, {"quant1": False}, {"quant1": "2"}, {"quant1": 1e9},
         {"clock_from": 0}, {"clock_from": 13}, {"clock_from": 3.5}, {"clock_to": True},
         {"severity": 6}, {"severity": -1}, {"severity": True}, {"continuous": "D1"},
         {"continuous": True}, {"continuous": "A0"}, {"remark": 5}, {"remark": "x" * 4001},

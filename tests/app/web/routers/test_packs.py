@@ -43,7 +43,7 @@ def test_a_pack_is_listed_and_its_codes_are_returned(shared: Client, pack: dict[
 
 def test_without_a_pack_the_codes_are_those_of_the_standard(shared: Client) -> None:
     codes = shared.get("/api/codes").json()
-    assert len(codes) == 459
+    assert len(codes) == 519
     assert codes[3]["label_ms"] == "Retak: retak rambut pada permukaan, memanjang paip"
 
 
