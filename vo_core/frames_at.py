@@ -20,31 +20,40 @@ _ROUNDING_S = 1e-5
 """Tolerance of times, which come from track files with six decimals."""
 
 
-def read_frame(path: Path | str, t_s: float) -> ByteImage:
+def read_frame(path: Path | str, t_s: float, *, begins_anew: bool = False) -> ByteImage:
     """Read the picture shown at presentation time `t_s` in colour, (H, W, 3) BGR.
 
+    Args:
+        path: The file.
+        t_s: The time of a frame of the whole film, see `VideoFile`.
+        begins_anew: Whether the time stamps of the film begin anew. Where they do, seeking by them
+            leads to another part, so the packets are read up to the place.
     Raises:
         UnreadableVideo: The file cannot be opened, or ends before that time.
     """
     with VideoFile(path) as video:
+        seek = video.seek_part if begins_anew else video.seek
         for back_s in _SEEK_BACK_S:
-            video.seek(max(t_s - back_s, 0.0))
+            seek(max(t_s - back_s, 0.0))
             if (picture := _from_here(video, t_s)) is not None:
                 return picture
     raise UnreadableVideo(f"The video has no frame at {t_s:.3f} s.")
 
 
-def frames_between(path: Path | str, start_s: float, end_s: float) -> Iterator[Frame]:
+def frames_between(
+    path: Path | str, start_s: float, end_s: float, *, begins_anew: bool = False
+) -> Iterator[Frame]:
     """Yield the frames shown from `start_s` to `end_s` in order; none if there are none.
 
-    Their numbers count from the place of the seek.
+    Their numbers count from the place of the seek; see `read_frame` for `begins_anew`.
 
     Raises:
         UnreadableVideo: The file cannot be opened.
     """
     with VideoFile(path) as video:
+        seek = video.seek_part if begins_anew else video.seek
         for back_s in _SEEK_BACK_S:
-            video.seek(max(start_s - back_s, 0.0))
+            seek(max(start_s - back_s, 0.0))
             frames = _decodable(video)
             first = next(frames, None)
             is_late = first is not None and first.t_s > start_s + _ROUNDING_S

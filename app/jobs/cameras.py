@@ -36,8 +36,8 @@ from av.video.stream import VideoStream
 from app.jobs.jpegs import JpegReader
 from app.jobs.messages import CameraInput
 from app.jobs.recording import CODECS
+from vo_core.containers import MAX_PIXELS, checked_stream
 from vo_core.errors import UnreadableVideo
-from vo_core.sources import MAX_PIXELS, checked_stream
 
 QUIET_S = 3.0
 """A file that has not grown, or a pipe that has been silent, for this long has ended."""

@@ -29,7 +29,8 @@ from app.jobs.film import NO_ROOM, Film
 from app.jobs.messages import CameraInput
 from app.jobs.recording import Coding
 from app.jobs.waiting import Captured, Waiting
-from vo_core.sources import MAX_FRAMES, MAX_PIXELS, frame_of
+from vo_core.containers import MAX_FRAMES, MAX_PIXELS
+from vo_core.sources import frame_of
 
 UNREACHABLE_AFTER_S = 15.0
 """A camera without a picture for this long at the beginning is unreachable."""

@@ -55,7 +55,7 @@ def _remuxed(path: Path, target: Path) -> bool:
 def _remux(path: Path, target: Path) -> None:
     import av
 
-    from vo_core.sources import checked_stream
+    from vo_core.containers import checked_stream
 
     with (
         av.open(str(path), container_options={"protocol_whitelist": "file"}) as source,

@@ -16,7 +16,7 @@ def _reopen(request: ReopenRequest, connection: Connection) -> None:
     import av
 
     from app.jobs.recording import Coding, Recording
-    from vo_core.sources import checked_stream
+    from vo_core.containers import checked_stream
 
     target = Path(request.recording)
     target.unlink(missing_ok=True)  # left by an attempt that failed

@@ -6,6 +6,8 @@ import av
 import cv2
 import numpy as np
 import pytest
+from av.bitstream import BitStreamFilterContext
+from av.stream import Disposition
 
 from vo_core import UnreadableVideo, VideoFile, read_frame
 from vo_core.frames_at import frames_between
@@ -103,15 +105,20 @@ OPEN = {"x264-params": "open-gop=1:keyint=30:bframes=3"}
 REFRESHED = {"x264-params": "intra-refresh=1:keyint=30"}
 
 
-def write_moving(path, *, codec="libx264", frames=230, gop=30, times_s=None, **options):
+def write_moving(
+    path, *, codec="libx264", frames=230, gop=30, times_s=None, prepare=None, **options
+):
     """A film of a passing texture, of which no two pictures are alike."""
     texture = np.random.default_rng(5).integers(0, 256, (12, 4 * frames + 16), np.uint8)
     texture = cv2.resize(texture, None, fx=4, fy=4)
     ticks = 25 if times_s is None else 1000
-    with av.open(path, "w") as container:
+    offset = {name: options.pop(name) for name in ("output_ts_offset",) if name in options}
+    with av.open(path, "w", options=offset) as container:
         stream = container.add_stream(codec, rate=25, options=options)
         stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
         stream.gop_size = gop
+        if prepare is not None:
+            prepare(stream)
         if times_s is not None:
             stream.codec_context.time_base = Fraction(1, ticks)
         for n in range(frames):
@@ -258,6 +265,7 @@ def test_sound_without_pictures_is_refused(tmp_path):
 
 def test_no_more_frames_are_taken_than_a_server_can_keep(video, monkeypatch):
     monkeypatch.setattr("vo_core.sources.MAX_FRAMES", 25)
+    monkeypatch.setattr("vo_core.containers.MAX_FRAMES", 25)
     with VideoFile(video) as source:
         assert source.info.frames is None, "what is stated is beyond it"
         assert len(list(source)) == 25
@@ -277,3 +285,165 @@ def test_films_of_the_nineties_are_read(tmp_path):
     path = write_video(tmp_path / "a.avi", [n / 25 for n in range(30)], codec="msmpeg4")
     with VideoFile(path) as video:
         assert (video.info.codec, len(list(video))) == ("msmpeg4", 30)
+
+
+def joined(path, codec, **options):
+    """A film of two parts, 30 and 40 pictures, each with time stamps from its own zero."""
+    parts = [path.with_stem("first"), path.with_stem("second")]
+    write_moving(parts[0], codec=codec, frames=30, **options)
+    write_moving(parts[1], codec=codec, frames=40, **options)
+    path.write_bytes(b"".join(part.read_bytes() for part in parts))
+    return path, [shown for part in parts for shown in colours(part)]
+
+
+def colours(path):
+    with VideoFile(path) as source:
+        return [frame.to_bgr() for frame in source]
+
+
+@pytest.mark.parametrize(
+    ("name", "codec"),
+    [("a.ts", "libx264"), ("a.mpg", "mpeg2video"), ("a.mkv", "libx264"), ("a.webm", "libvpx")],
+)
+def test_of_a_film_whose_times_begin_anew_every_picture_is_used(tmp_path, name, codec):
+    path, expected = joined(tmp_path / name, codec)
+    with VideoFile(path) as source:
+        frames = list(source)
+        assert source.begins_anew
+    assert f"begin anew after {frames[29].t_s:.2f} s" in source.problem
+    assert "not known" in source.problem
+    assert np.array_equal([frame.to_bgr() for frame in frames], expected)
+    gaps_s = np.diff([frame.t_s for frame in frames])
+    assert 10 <= gaps_s[29] < 10.2
+    assert np.delete(gaps_s, 29) == pytest.approx(0.04, abs=0.001)
+    # A time leads to its picture in either part.
+    for n in (3, 28, 31, 68):
+        assert np.array_equal(read_frame(path, frames[n].t_s, begins_anew=True), expected[n])
+    clip = frames_between(path, frames[27].t_s, frames[33].t_s, begins_anew=True)
+    assert np.array_equal([frame.to_bgr() for frame in clip], expected[27:34])
+    with VideoFile(path) as source:
+        source.seek_frame(66)
+        assert all(frame.t_s == frames[frame.index].t_s for frame in source)
+
+
+def test_a_film_that_names_no_seam_has_none(video):
+    with VideoFile(video) as source:
+        list(source)
+        assert not source.begins_anew
+
+
+def test_a_film_across_the_roll_over_of_its_clock_begins_at_zero(tmp_path):
+    path = tmp_path / "a.ts"
+    write_moving(path, codec="mpeg2video", frames=60, output_ts_offset="95442")
+    with VideoFile(path) as source:
+        frames = list(source)
+    assert [frame.t_s for frame in frames] == pytest.approx([n / 25 for n in range(60)], abs=1e-4)
+    assert source.problem is None
+    assert np.array_equal(read_frame(path, frames[1].t_s), frames[1].to_bgr())
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.mkv", "a.ts"])
+def test_sound_that_is_longer_than_the_film_is_no_fault(tmp_path, name):
+    path = tmp_path / name
+    with av.open(path, "w") as container:
+        film, sound = container.add_stream("libx264", rate=25), container.add_stream("aac", 8000)
+        film.width, film.height = 64, 48
+        for n in range(25):
+            frame = av.VideoFrame(64, 48, "yuv420p")
+            frame.pts = n
+            container.mux(film.encode(frame))
+        for n in range(40):
+            silence = av.AudioFrame.from_ndarray(
+                np.zeros((1, 1024), np.float32), format="fltp", layout="mono"
+            )
+            silence.sample_rate, silence.pts = 8000, 1024 * n
+            container.mux(sound.encode(silence))
+        container.mux(film.encode())
+        container.mux(sound.encode())
+    with VideoFile(path) as source:
+        assert len(list(source)) == 25
+    assert source.problem is None
+
+
+TURNS = {
+    "a quarter": ((90, False), lambda picture: np.rot90(picture)),
+    "half": ((180, False), lambda picture: np.rot90(picture, 2)),
+    "a quarter back": ((-90, False), lambda picture: np.rot90(picture, -1)),
+    "mirrored": ((0, True), np.fliplr),
+    "half and mirrored": ((180, True), np.flipud),
+}
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("suffix", ["mp4", "mkv"])
+def test_pictures_are_turned_as_players_turn_them(tmp_path, turn, suffix):
+    (degrees, is_mirrored), turned = TURNS[turn]
+    plain = colours(write_moving(tmp_path / f"plain.{suffix}", frames=2))
+    path = write_moving(
+        tmp_path / f"turned.{suffix}",
+        frames=2,
+        prepare=lambda stream: stream.set_display_rotation(degrees, is_mirrored),
+    )
+    with VideoFile(path) as source:
+        frame = next(iter(source))
+    expected = turned(plain[0])
+    assert np.array_equal(frame.to_bgr(), expected)
+    assert frame.image.shape == expected.shape[:2] == (source.info.height, source.info.width)
+    assert frame.image.flags.c_contiguous
+    assert np.array_equal(read_frame(path, 0.0), expected)
+
+
+def test_a_turn_that_browsers_ignore_turns_nothing(tmp_path):
+    plain, path = write_moving(tmp_path / "plain.mp4", frames=2), tmp_path / "stated_within.mp4"
+    with av.open(plain) as source, av.open(path, "w") as target:
+        given = source.streams.video[0]
+        stream = target.add_stream_from_template(given)
+        within = BitStreamFilterContext(
+            "h264_metadata=display_orientation=insert:rotate=90", given, stream
+        )
+        for packet in source.demux(given):
+            for changed in within.filter(packet if packet.size else None):
+                changed.stream = stream
+                target.mux(changed)
+    assert np.array_equal(colours(path), colours(plain))
+
+
+@pytest.mark.parametrize(("degrees", "aspect"), [(0, 16 / 15), (90, 15 / 16)])
+def test_the_shape_of_the_pixels_is_reported(tmp_path, degrees, aspect):
+    def prepare(stream):
+        stream.codec_context.sample_aspect_ratio = Fraction(16, 15)
+        stream.set_display_rotation(degrees)
+
+    with VideoFile(write_moving(tmp_path / "a.mp4", frames=2, prepare=prepare)) as source:
+        assert source.info.pixel_aspect == pytest.approx(aspect)
+
+
+@pytest.mark.parametrize(
+    ("name", "cover"),
+    [
+        ("marked_cover.mp4", Disposition.attached_pic),
+        ("unmarked_cover.mkv", Disposition.default),
+        ("two_films.mkv", None),
+    ],
+)
+def test_the_film_is_read_and_not_its_cover_or_another_track(tmp_path, name, cover):
+    path = tmp_path / name
+    with av.open(path, "w") as container:
+        other = container.add_stream("mjpeg", rate=25)
+        other.width, other.height, other.pix_fmt = 32, 32, "yuvj420p"
+        film = container.add_stream("libx264", rate=25)
+        film.width, film.height = 64, 48
+        other.disposition = cover or Disposition(0)
+        film.disposition = Disposition(0) if cover == Disposition.default else Disposition.default
+        for n in range(12):
+            if n == 0 or cover is None:
+                frame = av.VideoFrame(32, 32, "yuvj420p")
+                frame.pts = n
+                container.mux(other.encode(frame))
+            frame = av.VideoFrame(64, 48, "yuv420p")
+            frame.pts = n
+            container.mux(film.encode(frame))
+        container.mux(other.encode())
+        container.mux(film.encode())
+    with VideoFile(path) as source:
+        assert (source.info.width, len(list(source))) == (64, 12)
