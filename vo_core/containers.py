@@ -133,9 +133,7 @@ class Film:
             stream = next(each for each in container.streams.video if each.index == index)
             _bounded(stream, path.name)
             info = _describe(container, stream, turn)
-            start_s = _seconds(stream.start_time, stream.time_base) or 0.0
-            length_s = _length_s(container, stream)
-            return cls(container, stream, turn, info, length_s and start_s + length_s)
+            return cls(container, stream, turn, info, _end_s(container, stream))
         except BaseException:
             container.close()
             raise
@@ -254,7 +252,8 @@ def _describe(container: InputContainer, stream: VideoStream, turn: Turn) -> Vid
     aspect = stream.sample_aspect_ratio or Fraction(1)
     if not _NARROWEST <= aspect <= 1 / _NARROWEST:
         aspect = Fraction(1)
-    duration_s = _length_s(container, stream) or _seconds(container.duration, 1 / av.time_base)
+    duration_s = _seconds(stream.duration, stream.time_base) or _end_s(container, stream)
+    duration_s = duration_s or _seconds(container.duration, 1 / av.time_base)
     rate_hz = max(float(stream.average_rate or 0), 0.0)
     frames = stream.frames or round((duration_s or 0.0) * rate_hz)
     return VideoInfo(
@@ -270,9 +269,10 @@ def _describe(container: InputContainer, stream: VideoStream, turn: Turn) -> Vid
     )
 
 
-def _length_s(container: InputContainer, stream: VideoStream) -> float | None:
+def _end_s(container: InputContainer, stream: VideoStream) -> float | None:
+    """Return the stated end of a track: a container without lengths of its tracks states ends."""
     if stream.duration is not None:
-        return _seconds(stream.duration, stream.time_base)
+        return _seconds(max(stream.start_time or 0, 0) + stream.duration, stream.time_base)
     if (clock := _CLOCK.fullmatch(stream.metadata.get("DURATION", ""))) is not None:
         hours, minutes, seconds = (float(part) for part in clock.groups())
         return 3600 * hours + 60 * minutes + seconds or None

@@ -10,7 +10,6 @@ from pathlib import Path
 
 from vo_core.errors import UnreadableVideo
 from vo_core.sources import Frame, VideoFile
-from vo_core.types import ByteImage
 
 _SEEK_BACK_S = (0.0, 1.0, 4.0, 16.0, math.inf)
 """Seconds to seek before the frame, one after the other: without an index (MPEG-TS) a seek may end
@@ -20,8 +19,8 @@ _ROUNDING_S = 1e-5
 """Tolerance of times, which come from track files with six decimals."""
 
 
-def read_frame(path: Path | str, t_s: float, *, begins_anew: bool = False) -> ByteImage:
-    """Read the picture shown at presentation time `t_s` in colour, (H, W, 3) BGR.
+def read_frame(path: Path | str, t_s: float, *, begins_anew: bool = False) -> Frame:
+    """Read the frame shown at presentation time `t_s`; its number counts from the place of a seek.
 
     Args:
         path: The file.
@@ -35,8 +34,8 @@ def read_frame(path: Path | str, t_s: float, *, begins_anew: bool = False) -> By
         seek = video.seek_part if begins_anew else video.seek
         for back_s in _SEEK_BACK_S:
             seek(max(t_s - back_s, 0.0))
-            if (picture := _from_here(video, t_s)) is not None:
-                return picture
+            if (frame := _from_here(video, t_s)) is not None:
+                return frame
     raise UnreadableVideo(f"The video has no frame at {t_s:.3f} s.")
 
 
@@ -75,13 +74,13 @@ def _decodable(video: VideoFile) -> Iterator[Frame]:
         yield from video
 
 
-def _from_here(video: VideoFile, t_s: float) -> ByteImage | None:
+def _from_here(video: VideoFile, t_s: float) -> Frame | None:
     """Read on to the first frame at or after `t_s`; None if the source is already after it."""
     is_first = True
     for frame in _decodable(video):
         if is_first and frame.t_s > t_s + _ROUNDING_S:
             return None
         if frame.t_s >= t_s - _ROUNDING_S:
-            return frame.to_bgr()
+            return frame
         is_first = False
     return None

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+import cv2
 import numpy as np
 from av.error import FFmpegError
 from av.video.frame import VideoFrame
@@ -42,19 +43,43 @@ class Frame:
     t_s: float
     """Presentation time, exact: pts times the stream's time base."""
     image: ByteImage
-    """(H, W) grey, turned as a player shows it."""
+    """(H, W) grey, turned as a player shows it; its pixels may be wider than high."""
     _picture: VideoFrame = field(repr=False, compare=False)
     _turn: Turn = field(default=AS_CODED, repr=False, compare=False)
+    _pixel_aspect: float = field(default=1.0, repr=False, compare=False)
 
     def to_bgr(self) -> ByteImage:
         """The picture in colour, (H, W, 3), blue first."""
         coded = np.asarray(self._picture.to_ndarray(format="bgr24"), np.uint8)
         return np.ascontiguousarray(self._turn(coded))
 
+    def to_square_bgr(self) -> ByteImage:
+        """The picture in colour with square pixels, for people: larger than (H, W, 3) if its own
+        are not square.
+        """
+        picture = self.to_bgr()
+        height, width = picture.shape[:2]
+        size_wh = square_size((width, height), self._pixel_aspect)
+        if size_wh == (width, height):
+            return picture
+        return np.asarray(cv2.resize(picture, size_wh, interpolation=cv2.INTER_CUBIC), np.uint8)
 
-def frame_of(picture: VideoFrame, index: int, t_s: float, turn: Turn = AS_CODED) -> Frame:
+
+def frame_of(
+    picture: VideoFrame,
+    index: int,
+    t_s: float,
+    turn: Turn = AS_CODED,
+    pixel_aspect: float = 1.0,
+) -> Frame:
     """Wrap a decoded picture as a frame."""
-    return Frame(index, t_s, turn(_grey(picture)).copy(), picture, turn)
+    return Frame(index, t_s, turn(_grey(picture)).copy(), picture, turn, pixel_aspect)
+
+
+def square_size(size_wh: tuple[int, int], pixel_aspect: float) -> tuple[int, int]:
+    """Return the size of a picture with square pixels, width and height; no side gets smaller."""
+    width, height = size_wh
+    return round(width * max(pixel_aspect, 1.0)), round(height * max(1 / pixel_aspect, 1.0))
 
 
 class VideoFile:
@@ -62,7 +87,7 @@ class VideoFile:
 
     Pictures are turned as the container states, and are numbered and timed on one axis, also where
     the time stamps of the file begin anew (see `Timeline`). After the loop `problem` is a sentence
-    about what was damaged or missing, or None, and `begins_anew` says whether the time stamps do.
+    about what was damaged or missing, or None.
 
     Raises:
         UnreadableVideo: The file is missing, container or codec are not accepted, there is no video
@@ -72,7 +97,7 @@ class VideoFile:
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self.problem: str | None = None
-        self.begins_anew = False
+        self._timeline: Timeline | None = None
         self._film = Film.open(self.path)
         self.info = self._film.info
         self._entered: _Entered | None = None
@@ -94,6 +119,7 @@ class VideoFile:
         """Yield every decodable frame once, in presentation order."""
         entered = self._entered or _Entered.at_start(_Decoder(self._film))
         decoder, self._entered = entered.decoder, None
+        self._timeline = decoder.timeline
         codec, turn = self._film.stream.codec_context, self._film.turn
         size_wh = (codec.width, codec.height)
         index, last_s = entered.index, entered.last_s
@@ -106,13 +132,17 @@ class VideoFile:
             if index == MAX_FRAMES:
                 decoder.faults.append(f"only the first {MAX_FRAMES} frames are taken")
                 break
-            yield frame_of(picture, index, t_s, turn)
+            yield frame_of(picture, index, t_s, turn, self.info.pixel_aspect)
             index, last_s = index + 1, t_s
         if last_s is None:
             found = "; ".join(decoder.faults) or "it holds no decodable picture"
             raise UnreadableVideo(f"No frame of this video can be decoded: {found}.")
         self.problem = _summary(decoder, index, last_s, self._film)
-        self.begins_anew = bool(decoder.timeline.seams_s)
+
+    @property
+    def begins_anew(self) -> bool:
+        """Whether the time stamps began anew in what was read."""
+        return self._timeline is not None and bool(self._timeline.seams_s)
 
     def read_ahead(self) -> Iterator[Frame]:
         """Yield the same frames, decoded by a second thread while the caller uses those before."""

@@ -182,7 +182,7 @@ def _pictures(video: Path) -> Iterator[ByteImage]:
         yield first.to_bgr()
     for n in range(1, PICTURES):
         with suppress(UnreadableVideo):  # the film is shorter than its container states
-            yield read_frame(video, first.t_s + duration_s * n / PICTURES)
+            yield read_frame(video, first.t_s + duration_s * n / PICTURES).to_bgr()
 
 
 class _CounterReader:

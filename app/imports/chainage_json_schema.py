@@ -90,6 +90,7 @@ class _Video(_Part):
     frames: Annotated[int, Field(ge=0, le=2**31 - 1)] | None = None
     duration_s: Annotated[float, Field(ge=0, le=1e8)] | None = None
     rate_hz: Annotated[float, Field(ge=0, le=1e6)] | None = None
+    pixel_aspect: Annotated[float, Field(ge=0.25, le=4)] = 1.0
     media_type: Annotated[str, StringConstraints(max_length=100, pattern=LINE)] = ""
     playable: bool = False
 

@@ -32,9 +32,12 @@ def _cut(request: ClipRequest, connection: Connection) -> None:
     with av.open(out, "w", format="mp4") as container:
         stream = None
         first_s = 0.0
-        frames = frames_between(request.video, request.start_s, request.end_s)
+        frames = frames_between(
+            request.video, request.start_s, request.end_s, begins_anew=request.begins_anew
+        )
         for frame in itertools.islice(frames, MOST_FRAMES):
-            height, width = frame.image.shape
+            shown = frame.to_square_bgr()
+            height, width = shown.shape[:2]
             scale = min(1.0, MOST_PX / max(width, height))
             size_wh = _even(width * scale), _even(height * scale)
             if stream is None:
@@ -44,7 +47,7 @@ def _cut(request: ClipRequest, connection: Connection) -> None:
                 stream.pix_fmt = "yuv420p"
                 stream.thread_count = 1
                 stream.codec_context.time_base = _TICK_S
-            picture = av.VideoFrame.from_ndarray(frame.to_bgr(), format="bgr24")
+            picture = av.VideoFrame.from_ndarray(shown, format="bgr24")
             coded = picture.reformat(*size_wh, format="yuv420p")
             coded.pts = round((frame.t_s - first_s) / _TICK_S)
             coded.time_base = _TICK_S

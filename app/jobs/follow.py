@@ -283,7 +283,7 @@ def _placed(row: Row, start: Row) -> Row:
 
 
 def _preview(frame: Frame, width_px: int) -> bytes:
-    picture = frame.to_bgr()
+    picture = frame.to_square_bgr()
     height, width = picture.shape[:2]
     scale = min(1.0, width_px / width)
     size_wh = (round(width * scale), round(height * scale))

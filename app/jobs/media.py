@@ -87,7 +87,8 @@ def _probe(request: ProbeRequest) -> Probed:
 def _picture(request: PictureRequest) -> Picture:
     from vo_core.frames_at import read_frame
 
-    return Picture(_jpeg(read_frame(request.video, request.t_s), request.jpeg_quality))
+    frame = read_frame(request.video, request.t_s, begins_anew=request.begins_anew)
+    return Picture(_jpeg(frame.to_square_bgr(), request.jpeg_quality))
 
 
 def _reduced(request: ReduceRequest) -> Picture:
@@ -116,9 +117,10 @@ def _first_picture(request: FirstPictureRequest) -> FirstPicture:
         height, width = frame.image.shape
         axis = AxisFinder((width, height))(frame.image)
         return FirstPicture(
-            _jpeg(frame.to_bgr(), request.jpeg_quality),
+            _jpeg(frame.to_square_bgr(), request.jpeg_quality),
             width,
             height,
+            video.info.pixel_aspect,
             None if axis is None else axis.pixel_uv,
         )
 

@@ -395,6 +395,7 @@ class Probed(msgspec.Struct, frozen=True, tag="probed"):
     frames: int | None
     duration_s: float | None
     rate_hz: float | None
+    pixel_aspect: float = 1.0
 
 
 class FinaliseRequest(msgspec.Struct, frozen=True, tag="finalise"):
@@ -427,6 +428,8 @@ class PictureRequest(msgspec.Struct, frozen=True, tag="picture"):
     video: str
     t_s: float
     jpeg_quality: int
+    begins_anew: bool = False
+    """Whether the time stamps of the film begin anew."""
 
 
 class ReduceRequest(msgspec.Struct, frozen=True, tag="reduce"):
@@ -452,6 +455,8 @@ class ClipRequest(msgspec.Struct, frozen=True, tag="clip"):
     end_s: float
     """Presentation time that no frame of the clip exceeds."""
     limits: Limits
+    begins_anew: bool = False
+    """Whether the time stamps of the film begin anew."""
 
 
 class Clip(msgspec.Struct, frozen=True, tag="clip"):
@@ -473,6 +478,7 @@ class FirstPicture(msgspec.Struct, frozen=True, tag="first"):
     jpeg: bytes
     width: int
     height: int
+    pixel_aspect: float
     axis_uv: tuple[float, float] | None
     """Pixel of the axis of the pipe along which the camera looks; None if it does not show."""
 

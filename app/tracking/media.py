@@ -79,9 +79,24 @@ class Media:
         with _called(path, name):
             return self._ask(FirstPictureRequest(str(path), PHOTO_JPEG_QUALITY), FirstPicture)
 
-    def picture(self, path: Path, t_s: float, jpeg_quality: int = PHOTO_JPEG_QUALITY) -> bytes:
-        """Return the frame shown at presentation time `t_s`, as JPEG."""
-        return self._ask(PictureRequest(str(path), t_s, jpeg_quality), Picture).jpeg
+    def picture(
+        self,
+        path: Path,
+        t_s: float,
+        jpeg_quality: int = PHOTO_JPEG_QUALITY,
+        *,
+        begins_anew: bool = False,
+    ) -> bytes:
+        """Return the frame shown at presentation time `t_s`, as JPEG with square pixels.
+
+        Args:
+            path: The video file.
+            t_s: The time of the frame.
+            jpeg_quality: 0 to 100.
+            begins_anew: Whether the time stamps of the film begin anew, see `vo_core.timeline`.
+        """
+        request = PictureRequest(str(path), t_s, jpeg_quality, begins_anew)
+        return self._ask(request, Picture).jpeg
 
     def reduced(self, jpeg: bytes, width: int, jpeg_quality: int) -> bytes:
         """Return a picture with this width as JPEG; a smaller one is returned as it is.

@@ -36,6 +36,7 @@ from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
 from app.tracking.worker import Worker
 from vo_core.errors import ChainageError
+from vo_core.timeline import begins_anew
 
 logger = logging.getLogger(__name__)
 
@@ -241,7 +242,8 @@ class Photos(Worker):
         film = self._films.of(self._inspections.get(inspection.id))
         try:
             with film.local() as video:
-                jpeg = self._media.picture(video, time_s)
+                times_s = self._tracks.get(inspection.id).time_s
+                jpeg = self._media.picture(video, time_s, begins_anew=begins_anew(times_s))
             self._blobs.put(keys.photo(inspection.id, row.id, row.frame), jpeg)
         except (DiskFull, StoreUnavailable):
             raise  # it can be made later

@@ -50,6 +50,7 @@ def unrecorded_columns(width: int, height: int) -> dict[str, Any]:
         "frames": None,
         "duration_s": None,
         "rate_hz": None,
+        "pixel_aspect": 1.0,
         "media_type": _KINDS["matroska"][1],
         "playable": False,
     }

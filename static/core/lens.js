@@ -1,9 +1,9 @@
 /**
- * The focal length in px from what people know of a lens. Angles are in degrees. Pixels are square, and the lens
+ * The focal length in px of the picture's width from what people know of a lens. Angles are in degrees. The lens
  * looks through the middle of the picture.
  */
 
-/** @typedef {{width: number, height: number}} Size of the picture, in px */
+/** @typedef {{width: number, height: number, pixel_aspect?: number}} Size of the picture, in px */
 
 const RADIANS = Math.PI / 180;
 
@@ -11,7 +11,15 @@ const RADIANS = Math.PI / 180;
  * Returns the length in px on which an angle of view is seen. @param {'horizontal'|'diagonal'} across
  * @param {Size} size
  */
-const pixelsOf = (across, { width, height }) => (across === 'diagonal' ? Math.hypot(width, height) : width);
+const pixelsOf = (across, { width, height, pixel_aspect: aspect = 1 }) =>
+  across === 'diagonal' ? Math.hypot(width, height / aspect) : width;
+
+/**
+ * Returns the focal length in px of the picture's height.
+ * @param {number} focal in px of its width
+ * @param {number} [aspect] width of a pixel by its height
+ */
+export const focalDown = (focal, aspect = 1) => Number((focal * aspect).toFixed(2));
 
 /**
  * Returns the focal length in px of an angle of view, NaN if no such lens can be.

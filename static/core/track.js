@@ -23,6 +23,8 @@ const TYPES = {
   looking_around: Uint8Array,
 };
 const COLUMNS = Object.keys(TYPES);
+/** The server places the parts of a film whose time stamps begin anew so many seconds apart; see `vo_core.timeline`. */
+const SEAM_S = [10, 11];
 /** Browsers round media times to microseconds. */
 const ROUNDING_S = 0.0005;
 /** Distances of passes from a place that differ less than this count as equal. */
@@ -65,6 +67,13 @@ export class Track extends RunColumns {
       if (mm > this.#high) this.#high = mm;
     }
     return this.#low <= this.#high ? { low: this.#low, high: this.#high } : { low: 0, high: 0 };
+  }
+
+  /** Whether the time stamps of the film begin anew somewhere. */
+  get beginsAnew() {
+    const times = this.column('time_s');
+    const [least, most] = SEAM_S;
+    return times.some((timeS, i) => i > 0 && timeS - times[i - 1] >= least && timeS - times[i - 1] < most);
   }
 
   /** @returns {Row|null} @param {number} frame */

@@ -15,7 +15,7 @@ from app.lab.film_rig.refine import measured_again
 from app.lab.film_rig.scale import Factor, focal_factors
 from app.lab.film_rig.scene import Part, Scene
 from app.lab.film_rig.tracks import Tracks, follow
-from vo_core import Rig, VideoFile
+from vo_core import Rig, VideoFile, VideoInfo
 from vo_core.errors import ChainageError
 from vo_core.types import ByteImage, Matrix
 
@@ -162,9 +162,9 @@ def calibrate_film(video: Path, pipe: KnownPipe, on_progress: Progress) -> FilmR
         UnreadableVideo: The video cannot be opened or holds no picture.
     """
     with VideoFile(video) as source:
-        size_wh = (source.info.width, source.info.height)
+        info = source.info
         parts = _moving_parts(source, on_progress)
-    scene, bundle = _best_lens(parts, size_wh, pipe, on_progress)
+    scene, bundle = _best_lens(parts, info, pipe, on_progress)
     on_progress("measuring the wall again", 0, len(bundle.parts))
     again = []
     for done, part in enumerate(bundle.parts, 1):
@@ -253,13 +253,14 @@ def _frames(video: VideoFile, start_s: float, end_s: float) -> Iterator[tuple[fl
 
 
 def _best_lens(
-    parts: Sequence[Tracks], size_wh: tuple[int, int], pipe: KnownPipe, on_progress: Progress
+    parts: Sequence[Tracks], info: VideoInfo, pipe: KnownPipe, on_progress: Progress
 ) -> tuple[Scene, Bundle]:
     """Fit each model of a lens to some parts, and the one that explains them better to all.
 
     Raises:
         UnusableFilm: No part shows a wall along which the camera drives.
     """
+    size_wh = info.width, info.height
     flows = [flow_of(tracks, size_wh) for tracks in parts]
     # Most lenses have a focal length of about the picture's width.
     drive = sum(size_wh[0] * float(np.ptp(flow.drive)) for flow in flows if flow is not None)
@@ -275,7 +276,8 @@ def _best_lens(
         return [part for part in started if part.tracks.points >= LEAST_POINTS]
 
     models: tuple[Model, ...] = ("pinhole", "fisheye")
-    scenes = [Scene(LensPrior.of(model, size_wh), pipe.diameter_mm) for model in models]
+    priors = [LensPrior.of(model, size_wh, info.pixel_aspect) for model in models]
+    scenes = [Scene(prior, pipe.diameter_mm) for prior in priors]
     tried: list[Bundle] = []
     costs: list[float] = []
     for done, scene in enumerate(scenes):

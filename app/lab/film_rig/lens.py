@@ -38,7 +38,8 @@ _STANDARD_DEFINITION = {(720, 480): 0.9, (704, 480): 0.91, (720, 576): 1.08, (70
 """fy / fx of the sizes of analogue television, whose pixels are not square."""
 
 STANDARD_DEFINITION_SIGMA = 0.02
-"""The same of a picture in a size of analogue television, which digitisers treat differently."""
+"""The same of a picture in a size of analogue television, or whose film states that its pixels are
+not square: digitisers treat them differently."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +54,12 @@ class LensPrior:
     """(5,) their standard deviations, independent of each other."""
 
     @classmethod
-    def of(cls, model: Model, size_wh: tuple[int, int]) -> LensPrior:
-        """A usual lens in front of pictures of this size."""
+    def of(cls, model: Model, size_wh: tuple[int, int], pixel_aspect: float = 1.0) -> LensPrior:
+        """A usual lens in front of pictures of this size; `pixel_aspect` is what the film states,
+        which for analogue television says little if it is 1.
+        """
         width, height = size_wh
-        aspect = _STANDARD_DEFINITION.get(size_wh)
+        aspect = pixel_aspect if pixel_aspect != 1.0 else _STANDARD_DEFINITION.get(size_wh)
         mean = [
             np.log(USUAL_FOCAL[model] * width), 0.0, (width - 1) / 2, (height - 1) / 2,
             np.log(aspect or 1.0),

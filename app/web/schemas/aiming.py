@@ -18,6 +18,8 @@ class FirstPictureOut(BaseModel):
 
     width: int
     height: int
+    pixel_aspect: float
+    """Width of a pixel by its height."""
     axis: tuple[float, float] | None
     """Pixel of the pipe's axis; None if it does not show."""
 
@@ -25,7 +27,12 @@ class FirstPictureOut(BaseModel):
     def of(cls, picture: FirstPicture) -> Self:
         """Convert what the media process has found."""
         axis = None if picture.axis_uv is None else _pixel(picture.axis_uv)
-        return cls(width=picture.width, height=picture.height, axis=axis)
+        return cls(
+            width=picture.width,
+            height=picture.height,
+            pixel_aspect=picture.pixel_aspect,
+            axis=axis,
+        )
 
 
 class AimIn(Given):

@@ -168,6 +168,8 @@ class VideoOut(BaseModel):
     height: int
     duration_s: float | None
     codec: str
+    pixel_aspect: float = 1.0
+    """Width of a pixel by its height; pictures and photos have square pixels."""
     playable: bool
     """Whether browsers play it; otherwise single frames are fetched."""
 
@@ -323,7 +325,7 @@ class FoundOut(InspectionsOut):
 
 def _video(row: Inspection) -> VideoOut:
     """Return the video; that of an import cannot be played."""
-    columns = {name: row.video[name] for name in VideoOut.model_fields}
+    columns = {name: row.video[name] for name in VideoOut.model_fields if name in row.video}
     return VideoOut(**columns | {"playable": columns["playable"] and row.has_film})
 
 

@@ -145,7 +145,7 @@ export class DefectAttachments extends Component {
     button.title = label;
     element.classList.toggle('thumbs__waiting', attachment !== null && attachment.save !== 'saved');
     canvas.hidden = strokes.length === 0;
-    if (strokes.length) paintStrokes(canvas, strokes, this.desk.inspection.value.video, THUMB_PX);
+    if (strokes.length) paintStrokes(canvas, strokes, squareOf(this.desk.inspection.value.video), THUMB_PX);
   }
 
   #fillNote(element, note) {

@@ -4,6 +4,7 @@
  */
 
 import { html } from '../../core/html.js';
+import { squareOf } from '../../core/pixels.js';
 import { t, wordFor } from '../../core/words.js';
 import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
@@ -21,18 +22,19 @@ const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowD
 
 /**
  * @param {import('./photos.js').Photo} photo
- * @param {{width: number, height: number}} video
+ * @param {import('../../core/pixels.js').Video} video
  * @param {string} title
  * @returns {Promise<object[]|null>} the strokes, null if nothing was changed
  */
 export async function openDrawing(photo, video, title) {
+  const square = squareOf(video);
   const { parts, closed } = openDialog({
     title: t('attach.draw_on', { name: title }),
     size: 'wide',
-    content: markup(photo, video),
+    content: markup(photo, square),
   });
-  parts.picture.style.setProperty('--aspect', video.width / video.height);
-  const pad = new Pad(parts, photo.strokes, video);
+  parts.picture.style.setProperty('--aspect', square.width / square.height);
+  const pad = new Pad(parts, photo.strokes, square);
   parts.canvas.focus();
   parts.done.addEventListener('click', () => parts.done.closest('dialog').close());
   await closed;
@@ -44,15 +46,15 @@ export async function openDrawing(photo, video, title) {
 class Pad {
   strokes;
   #parts;
-  #video;
+  #picture;
   /** The stroke that is being drawn, or null. */
   #open = null;
   /** The cross of the keyboard, or null while the pointer draws. */
   #cross = null;
 
-  constructor(parts, strokes, video) {
+  constructor(parts, strokes, picture) {
     this.#parts = parts;
-    this.#video = video;
+    this.#picture = picture;
     this.strokes = [...strokes];
     const { canvas, undo, clear } = parts;
     canvas.addEventListener('pointerdown', (event) => {
@@ -80,7 +82,7 @@ class Pad {
   }
 
   #pixelOf({ clientX, clientY }) {
-    const { width, height } = this.#video;
+    const { width, height } = this.#picture;
     const box = this.#parts.canvas.getBoundingClientRect();
     const within = (share, size) => Math.round(10 * (Math.min(Math.max(share, 0), 1) * size - 0.5)) / 10;
     return [within((clientX - box.left) / box.width, width), within((clientY - box.top) / box.height, height)];
@@ -106,7 +108,7 @@ class Pad {
     const { kind, points } = this.#open;
     const [u, v] = points.at(-1);
     if (kind === 'arrow') this.#open.points = [points[0], point];
-    else if (points.length < MOST_POINTS && Math.hypot(point[0] - u, point[1] - v) > this.#video.width * LEAST_STEP)
+    else if (points.length < MOST_POINTS && Math.hypot(point[0] - u, point[1] - v) > this.#picture.width * LEAST_STEP)
       points.push(point);
     this.#paint();
   }
@@ -124,7 +126,7 @@ class Pad {
   }
 
   #key(event) {
-    const { width, height } = this.#video;
+    const { width, height } = this.#picture;
     const move = MOVES[event.key];
     if (event.key === 'Escape' && this.#open) {
       event.preventDefault();
@@ -149,8 +151,8 @@ class Pad {
 
   #paint() {
     const { canvas } = this.#parts;
-    paintStrokes(canvas, this.#open ? [...this.strokes, this.#open] : this.strokes, this.#video);
-    if (this.#cross) paintCross(canvas, this.#cross, this.#video.width);
+    paintStrokes(canvas, this.#open ? [...this.strokes, this.#open] : this.strokes, this.#picture);
+    if (this.#cross) paintCross(canvas, this.#cross, this.#picture.width);
   }
 }
 

@@ -1,6 +1,7 @@
 /** The photos of a defect, enlarged one at a time: to be drawn on, ordered, saved and deleted. */
 
 import { html, render } from '../../core/html.js';
+import { squareOf, toSquare } from '../../core/pixels.js';
 import { mayEdit } from '../../core/rights.js';
 import { chainage, lengthUnit, timecode } from '../../core/units.js';
 import { language, t } from '../../core/words.js';
@@ -77,10 +78,10 @@ class PhotoDialog {
     const photo = photos[at];
     this.#shown = photo.id;
     const focused = this.#place.contains(document.activeElement) ? document.activeElement.dataset.do : null;
-    const { video } = this.#desk.inspection.value;
+    const square = squareOf(this.#desk.inspection.value.video);
     const parts = render(this.#place, markup(this.#desk, item, photos, at, this.#title, this.#isBurntIn));
-    parts.picture.style.setProperty('--aspect', video.width / video.height);
-    if (photo.strokes.length) paintStrokes(parts.strokes, photo.strokes, video);
+    parts.picture.style.setProperty('--aspect', square.width / square.height);
+    if (photo.strokes.length) paintStrokes(parts.strokes, photo.strokes, square);
     if (focused) this.#place.querySelector(`[data-do="${focused}"]:enabled`)?.focus();
   }
 
@@ -162,9 +163,9 @@ function markup(desk, item, photos, at, title, isBurntIn) {
       ${attachment && tool('delete', 'trash', t('attach.delete'))}
     </div>
     <div class="photo" data-part="picture">
-      <img src="${url}" alt="${alt}" width="${video.width}" height="${video.height}" />
+      <img src="${url}" alt="${alt}" width="${squareOf(video).width}" height="${squareOf(video).height}" />
       ${!attachment && item.pixel && mark(item.pixel, video)}
-      ${!attachment && measuresOnPhoto(item, video.width, video.height)}
+      ${!attachment && measuresOnPhoto(item, video)}
       ${strokes.length > 0 && html`<canvas class="photo__strokes" data-part="strokes" aria-hidden="true"></canvas>`}
     </div>
     <div class="photo__tools">
@@ -174,7 +175,9 @@ function markup(desk, item, photos, at, title, isBurntIn) {
 }
 
 /** Pixel centres are integers, so the picture begins at -0.5. */
-function mark([u, v], { width, height }) {
+function mark(pixel, video) {
+  const [u, v] = toSquare(video, pixel);
+  const { width, height } = squareOf(video);
   const radius = width / 22;
   return html`<svg class="photo__mark" viewBox="-0.5 -0.5 ${width} ${height}" aria-hidden="true">
     ${['photo__edge', 'photo__line'].map(

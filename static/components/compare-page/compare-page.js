@@ -4,6 +4,7 @@ import { ApiError } from '../../core/api.js';
 import { html, patchList, render } from '../../core/html.js';
 import { hasFilm, isUnmeasured } from '../../core/inspection.js';
 import { bindKeys } from '../../core/keys.js';
+import { squareOf, toSquare } from '../../core/pixels.js';
 import { Component } from '../../core/store.js';
 import { rounded } from '../../core/rounding.js';
 import {
@@ -227,7 +228,7 @@ export class ComparePage extends Component {
   #playerOf(run, canvas, video, isPlayable) {
     if (!hasFilm(run.inspection)) return new BlankPlayer(canvas, run.track);
     return isPlayable
-      ? new FilePlayer(canvas, run.track, video, run.path)
+      ? new FilePlayer(canvas, run.track, video, run.path, squareOf(run.inspection.video))
       : new StillPlayer(canvas, run.track, run.path);
   }
 
@@ -249,7 +250,8 @@ export class ComparePage extends Component {
     const context = canvas.getContext('2d');
     const styles = getComputedStyle(this);
     for (const { severity, pixel } of run.marksIn(row)) {
-      drawSeverity(context, severity, ...pixel, canvas.width * MARK_SHARE, styles);
+      const [x, y] = toSquare(run.inspection.video, pixel);
+      drawSeverity(context, severity, x, y, canvas.width * MARK_SHARE, styles);
     }
   }
 
@@ -423,7 +425,7 @@ const pictureMarkup = (side, { id, inspection }) => html`<figure class="compare_
   <div class="compare__stage" data-part="${side}Stage">
     <video data-part="${side}Video" muted playsinline preload="auto" tabindex="-1" aria-hidden="true"></video>
     <canvas data-part="${side}Canvas" role="img" aria-label="${t('compare.picture', { run: side.toUpperCase() })}"
-      width="${inspection.video.width}" height="${inspection.video.height}"></canvas>
+      width="${squareOf(inspection.video).width}" height="${squareOf(inspection.video).height}"></canvas>
     <p class="compare__note" data-part="${side}Note"></p>
     <p class="compare__frame number" data-part="${side}Frame">${t('compare.loading')}</p>
   </div></figure>`;

@@ -31,6 +31,7 @@ export async function askForBox(desk) {
       alt: t('corrections.frame', { frame }),
       width: video.width,
       height: video.height,
+      pixel_aspect: video.pixel_aspect,
     },
     desk.counter.value?.box ?? null,
   );

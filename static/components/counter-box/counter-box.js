@@ -4,6 +4,7 @@
  */
 
 import { html, render } from '../../core/html.js';
+import { squareOf } from '../../core/pixels.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 
@@ -28,18 +29,20 @@ export class CounterBox extends Component {
   }
 
   /**
-   * @param {{source: string, alt: string, width: number, height: number}} picture
+   * @param {{source: string, alt: string, width: number, height: number, pixel_aspect: number}} picture
    * @param {import('../../core/counter.js').Box|null} box
    */
-  draw({ source, alt, width, height }, box) {
+  draw({ source, alt, ...film }, box) {
+    const { width, height } = film;
+    const shown = squareOf(film);
     this.#size = [width, height];
     this.#box = box;
     /** @type {Parts<'counter-box/counter-box'>} */
     this.parts = render(
       this,
       html`<div class="counter-box__picture" data-part="frame">
-          <img src="${source}" width="${width}" height="${height}" alt="${alt}" draggable="false" />
-          <svg class="counter-box__drawing" viewBox="0 0 ${width} ${height}" data-part="drawing" tabindex="0"
+          <img src="${source}" width="${shown.width}" height="${shown.height}" alt="${alt}" draggable="false" />
+          <svg class="counter-box__drawing" preserveAspectRatio="none" viewBox="0 0 ${width} ${height}" data-part="drawing" tabindex="0"
             role="application" aria-label="${t('counter.box')}" aria-describedby="counter-box-help">
             <rect class="counter-box__edge" data-part="edge" />
           </svg>
@@ -48,7 +51,7 @@ export class CounterBox extends Component {
         <p class="help" id="counter-box-help">${t('counter.box_help')}</p>`,
     );
     const { drawing, frame } = this.parts;
-    frame.style.setProperty('--aspect', width / height);
+    frame.style.setProperty('--aspect', shown.width / shown.height);
     this.listen(drawing, 'pointerdown', (event) => {
       if (event.button !== 0) return;
       event.preventDefault();

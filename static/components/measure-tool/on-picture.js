@@ -28,7 +28,7 @@ export function paintOnPicture(context, desk, stage) {
   );
   const pointer = stage.cursor && { frame, pixel: stage.cursor };
   const drawn = [...storedMeasures(desk, chosen), ...runningMeasure(desk.measuring, pointer)];
-  const lowest = stage.toStage([0, stage.layout.height - 1])[1] - 3 * AWAY_PX; // the scale bar is below
+  const lowest = stage.toStage([0, desk.inspection.value.video.height - 1])[1] - 3 * AWAY_PX; // the scale bar is below
   const label = (text, x, top, bottom) => stage.label(text, x, bottom < lowest ? bottom + AWAY_PX : top - AWAY_PX);
   for (const one of drawn) {
     const places = one.measure.points.map((point) => {
@@ -50,14 +50,14 @@ function pixelNow({ wall, track }, point, frame, row) {
 
 /** Draws the scale of one place of the wall, as it differs over the picture: at the pointer, else near the invert. */
 function paintScale(context, { wall, inspection }, { toStage, layout, cursor, styles }, row) {
-  const { view } = inspection.value.rig.mount;
-  const [u, v] = cursor ?? [layout.width / 2, layout.height * REST_SHARE[view]];
+  const { rig, video } = inspection.value;
+  const [u, v] = cursor ?? [video.width / 2, video.height * REST_SHARE[rig.mount.view]];
   const ends = [u - BESIDE_PX, u + BESIDE_PX].map((side) => wall.sight(side, v, row));
   const place = wall.at(u, v, row);
   if (ends.includes(null) || !place) return;
   const apartMm = Math.hypot(...[0, 1, 2].map((k) => ends[1].at[k] - ends[0].at[k]));
-  const perMm = (2 * BESIDE_PX * layout.scale) / apartMm;
-  const [left, bottom] = toStage([0, layout.height - 1]);
+  const perMm = (toStage([u + BESIDE_PX, v])[0] - toStage([u - BESIDE_PX, v])[0]) / apartMm;
+  const [left, bottom] = toStage([0, video.height - 1]);
   const textOf = (size) => {
     const across = cursor ? t('measure.bar_at_pointer', { size }) : t('measure.bar_at_invert', { size });
     return place.clock_h === null ? across : `${across} · ${clockHour(place.clock_h)}`;

@@ -49,6 +49,8 @@ const STANDARD = { standard: 'EN 13508-2', edition: '2003+A1:2011' };
 export class NewInspection extends Component {
   /** The film whose picture size is compared with the rig's. */
   #measured = null;
+  /** Id of the upload that the server was asked about. */
+  #described = null;
   /** The name that was proposed after a film. */
   #proposed = null;
   /** Ends the wait for the camera's first picture; null while there is no wait. */
@@ -105,7 +107,7 @@ export class NewInspection extends Component {
     this.parts.header.without = NOT_YET;
     this.parts.wizard.rig = this.parts.rig;
     this.listen(this.parts.kinds, 'change', () => this.#showKind());
-    this.listen(this.parts.camera, 'source', () => (this.parts.rig.videoSize = null));
+    this.listen(this.parts.camera, 'source', () => (this.parts.rig.video = null));
     this.listen(this.parts.stop, 'click', () => this.#connecting?.abort());
     this.listen(picker, 'films', () => this.#showFilms());
     this.listen(picker.queue, 'change', () => {
@@ -147,7 +149,7 @@ export class NewInspection extends Component {
     picker.hidden = isLive;
     videoFault.textContent = '';
     this.#queue.stopMaking();
-    this.#measured = rig.videoSize = null;
+    this.#measured = rig.video = null;
     if (isLive && !name.value) name.value = t('new.live_name', { time: date(new Date()) });
     this.#showFilms();
   }
@@ -174,22 +176,34 @@ export class NewInspection extends Component {
     const arrived = films.find(({ upload, inspection }) => upload.state === 'DONE' && !inspection);
     this.parts.wizard.uploadId = arrived?.upload.id ?? null;
     this.parts.rig.picture = arrived ? `/api/uploads/${arrived.upload.id}/picture` : null;
+    if (arrived && arrived.upload.id !== this.#described) this.#describe(arrived.upload.id);
+  }
+
+  /** Tells the rig what the film states. A film that the server cannot read is refused with a reason later. */
+  async #describe(id) {
+    this.#described = id;
+    try {
+      const film = await get(`/api/uploads/${id}/axis`, this.signal);
+      if (id === this.#described) this.parts.rig.video = film;
+    } catch (error) {
+      if (error.name !== 'AbortError' && !(error instanceof ApiError)) throw error;
+    }
   }
 
   /** Compares the picture size of a film with the rig's, if this browser can open the file. */
   #measure(file) {
     if (file === this.#measured) return;
     this.#measured = file;
-    this.parts.rig.videoSize = null;
+    this.parts.rig.video = null;
     if (!file) return;
     const video = document.createElement('video');
     const url = URL.createObjectURL(file);
     const finish = (size) => {
       URL.revokeObjectURL(url);
-      if (this.#measured === file) this.parts.rig.videoSize = size;
+      if (this.#measured === file) this.parts.rig.video = size;
     };
-    video.preload = 'metadata';
-    video.onloadedmetadata = () => finish([video.videoWidth, video.videoHeight]);
+    video.preload = 'auto';
+    video.onloadeddata = () => finish(sizeOf(video));
     video.onerror = () => finish(null);
     video.src = url;
   }
@@ -310,7 +324,7 @@ export class NewInspection extends Component {
     const { camera, rig } = this.parts;
     const size = /(\d+)x(\d+) px/.exec(error.detail);
     if (error.code === 'rig_video_mismatch' && size) {
-      rig.videoSize = [Number(size[1]), Number(size[2])];
+      rig.video = { width: Number(size[1]), height: Number(size[2]) };
       rig.check();
     } else camera.fault(errorText(error));
   }
@@ -351,5 +365,19 @@ const rememberedOf = (header) =>
 
 const kind = (value, sign, label, isChosen) => html`<label class="new__kind">
   <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;
+
+/**
+ * Returns the size of a video in its own pixels. Without VideoFrame, which exists over https and on localhost, a
+ * browser tells that of square pixels, until the server has the film.
+ */
+function sizeOf(video) {
+  const { videoWidth: width, videoHeight: height } = video;
+  if (!('VideoFrame' in globalThis)) return { width, height };
+  const picture = new VideoFrame(video);
+  const own = picture.visibleRect;
+  picture.close();
+  const isTurned = own.width > own.height !== width > height;
+  return isTurned ? { width: own.height, height: own.width } : { width: own.width, height: own.height };
+}
 
 customElements.define('new-inspection', NewInspection);

@@ -6,7 +6,7 @@
  */
 
 import { html, render } from '../../core/html.js';
-import { angleOfFocal, focalOfAngle, focalOfSensor } from '../../core/lens.js';
+import { angleOfFocal, focalDown, focalOfAngle, focalOfSensor } from '../../core/lens.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
 
@@ -64,7 +64,7 @@ export class LensFields extends Component {
   }
 
   set camera(camera) {
-    const isOther = ['width', 'height', 'model'].some((name) => camera[name] !== this.#camera[name]);
+    const isOther = ['width', 'height', 'model', 'pixel_aspect'].some((name) => camera[name] !== this.#camera[name]);
     this.#camera = camera;
     if (isOther && this.mode !== 'px' && this.#isGiven) this.#typed();
     else this.#showAngle();
@@ -106,7 +106,7 @@ export class LensFields extends Component {
     const middle = (pixels) => (pixels > 0 ? (pixels - 1) / 2 : '');
     const detail = {
       'camera.fx': rounded,
-      'camera.fy': rounded,
+      'camera.fy': rounded && focalDown(rounded, camera.pixel_aspect),
       'camera.cx': middle(camera.width),
       'camera.cy': middle(camera.height),
       'camera.distortion': '',

@@ -28,7 +28,8 @@ const idOf = (path) => `rig-${path.replace('.', '-')}`;
 export class RigForm extends Component {
   #touched = new Set();
   /** @type {[number, number]|null} */
-  #videoSize = null;
+  /** @type {import('../../core/pixels.js').Video|null} */
+  #video = null;
   #presets = [];
   /** Under which the rig was taken from the library or kept there. */
   #name = '';
@@ -89,7 +90,6 @@ export class RigForm extends Component {
     this.listen(lens, 'lens', ({ detail }) => this.change(detail));
     this.listen(lens, 'mode', () => this.#showFaults());
     this.listen(known, 'known', ({ detail }) => this.change(detail));
-    this.listen(picture, 'size', ({ detail }) => (this.videoSize = detail));
     this.listen(picture, 'turn', ({ detail }) => this.#turn(detail));
     this.listen(this.parts.library, 'click', () => this.#openLibrary());
     this.listen(this.parts.board, 'click', () => this.#calibrate());
@@ -120,9 +120,9 @@ export class RigForm extends Component {
     this.#changed();
   }
 
-  /** Size of the chosen video in px, compared with the camera's; null when unknown. */
-  set videoSize(size) {
-    this.#videoSize = size;
+  /** The chosen film, whose size is compared with the camera's; null when unknown. */
+  set video(video) {
+    this.#video = video;
     this.#adoptSize();
     this.#changed();
   }
@@ -228,13 +228,13 @@ export class RigForm extends Component {
   /** Takes the size of the film's picture over, unless it was stated with a lens in px. */
   #adoptSize() {
     const { width, height } = this.value.camera;
-    if (!this.#videoSize || (this.parts.lens.mode === 'px' && (width || height))) return;
-    [this.#input({ path: 'camera.width' }).value, this.#input({ path: 'camera.height' }).value] = this.#videoSize;
+    if (!this.#video || (this.parts.lens.mode === 'px' && (width || height))) return;
+    for (const side of ['width', 'height']) this.#input({ path: `camera.${side}` }).value = this.#video[side];
   }
 
   /** Takes the film's size over with a lens in px: a smaller film of the same camera. */
   #takeSize() {
-    const camera = resized(this.value.camera, ...this.#videoSize);
+    const camera = resized(this.value.camera, this.#video.width, this.#video.height);
     this.change(Object.fromEntries(Object.entries(camera).map(([name, value]) => [`camera.${name}`, value])));
   }
 
@@ -256,7 +256,7 @@ export class RigForm extends Component {
 
   #changed() {
     const rig = this.value;
-    this.parts.lens.camera = rig.camera;
+    this.parts.lens.camera = { ...rig.camera, pixel_aspect: this.#video?.pixel_aspect };
     this.parts.known.tolerance = rig.tolerance;
     this.parts.picture.rig = this.#showFaults() ? null : rig;
     render(this.parts.sketch, rigSketch(rig));
@@ -287,8 +287,8 @@ export class RigForm extends Component {
 
   #compareWithVideo({ width, height }, faults) {
     this.parts.resize.hidden = true;
-    if (!this.#videoSize || faults.has('camera.width') || faults.has('camera.height')) return;
-    const [videoWidth, videoHeight] = this.#videoSize;
+    if (!this.#video || faults.has('camera.width') || faults.has('camera.height')) return;
+    const { width: videoWidth, height: videoHeight } = this.#video;
     if (width === videoWidth && height === videoHeight) return;
     faults.set('camera.width', t('rig.video_size', { width: videoWidth, height: videoHeight }));
     this.#touched.add('camera.width');

@@ -2,8 +2,7 @@
  * What a rig makes of its film: a picture with the wall's lines on it, and in words how the rig will measure.
  *
  * Set `source` to the address of a picture or null, and `rig` to a rig without faults or null.
- * Event `size`: the picture has arrived; its detail is [width, height] in px. Event `turn`: turn the camera by the
- * degrees of its detail.
+ * Event `turn`: turn the camera by the degrees of its detail.
  */
 
 import { ApiError, post } from '../../core/api.js';
@@ -51,10 +50,7 @@ export class RigPicture extends Component {
         <div role="status" data-part="said"></div>`,
     );
     const { figure, picture } = this.parts;
-    this.listen(picture, 'load', () => {
-      figure.hidden = false;
-      this.dispatchEvent(new CustomEvent('size', { detail: [picture.naturalWidth, picture.naturalHeight] }));
-    });
+    this.listen(picture, 'load', () => (figure.hidden = false));
     this.listen(picture, 'error', () => (figure.hidden = true));
     for (const button of this.querySelectorAll('[data-turn]')) {
       this.listen(button, 'click', () => {

@@ -3,7 +3,7 @@
  * elsewhere or denied. Fires `answer` with what is stated about it, null for what the search finds, and `shown`
  * with what else is burnt into the film: {date}.
  *
- * Set `film` to {upload, width, height}; `open` starts the search.
+ * Set `film` to {upload, width, height, pixel_aspect}; `open` starts the search.
  */
 
 import { ApiError, get } from '../../core/api.js';
@@ -14,7 +14,7 @@ import '../counter-box/counter-box.js';
 import { icon } from '../icon/icon.js';
 
 export class CounterStep extends Component {
-  /** @type {{upload: string, width: number, height: number}} */
+  /** @type {{upload: string, width: number, height: number, pixel_aspect: number}} */
   film;
 
   /** The box that was found; null if there is none, or while it is searched. */
@@ -49,9 +49,9 @@ export class CounterStep extends Component {
   async open() {
     if (this.#isOpen) return;
     this.#isOpen = true;
-    const { upload, width, height } = this.film;
+    const { upload, ...film } = this.film;
     const { picture, said } = this.parts;
-    picture.draw({ source: `/api/uploads/${upload}/picture`, alt: t('wizard.picture'), width, height }, null);
+    picture.draw({ source: `/api/uploads/${upload}/picture`, alt: t('wizard.picture'), ...film }, null);
     said.textContent = t('counter.searching');
     try {
       const { box, film_date: date } = await get(`/api/uploads/${upload}/counter`, this.signal);

@@ -1,5 +1,7 @@
 /** What the wizard assumes of a rig before somebody states it. */
 
+import { focalDown } from '../../core/lens.js';
+
 /** Focal length in picture widths: a view of 61°, between a phone's and that of a wide inspection camera. */
 const FOCAL_WIDTHS = 0.85;
 /** How far a guessed focal length may be off, one sigma. */
@@ -10,10 +12,10 @@ const ANY_DIAMETER_MM = 300;
 /**
  * Returns the fields to change so that a rig can be of a camera that looks ahead and made this picture.
  * @param {object} rig of the form, perhaps of another camera or without any values
- * @param {{width: number, height: number}} picture
+ * @param {{width: number, height: number, pixel_aspect: number}} picture
  * @returns {{changes: Record<string, string|number>, isLensGuessed: boolean}}
  */
-export function changesFor({ camera, mount, pipe }, { width, height }) {
+export function changesFor({ camera, mount, pipe }, { width, height, pixel_aspect: aspect }) {
   const changes = { 'pipe.shape': 'circular' };
   if (mount.view !== 'forward') {
     Object.assign(changes, {
@@ -33,7 +35,7 @@ export function changesFor({ camera, mount, pipe }, { width, height }) {
       'camera.width': width,
       'camera.height': height,
       'camera.fx': focal,
-      'camera.fy': focal,
+      'camera.fy': focalDown(focal, aspect),
       'camera.cx': (width - 1) / 2,
       'camera.cy': (height - 1) / 2,
       'camera.distortion': '',

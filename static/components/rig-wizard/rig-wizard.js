@@ -8,7 +8,9 @@
 
 import { ApiError, get, post } from '../../core/api.js';
 import { html, render, setText } from '../../core/html.js';
+import { focalDown } from '../../core/lens.js';
 import { newest } from '../../core/newest.js';
+import { squareOf } from '../../core/pixels.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
@@ -109,6 +111,7 @@ export class RigWizard extends Component {
 
   #draw() {
     const { width, height } = this.#first;
+    const shown = squareOf(this.#first);
     this.parts.body.replaceChildren();
     const inside = render(
       this.parts.body,
@@ -120,9 +123,9 @@ export class RigWizard extends Component {
         </ol>
         <counter-step data-part="counter" hidden></counter-step>
         <div class="wizard__picture" data-part="picture">
-          <img src="/api/uploads/${this.#uploadId}/picture" width="${width}" height="${height}"
+          <img src="/api/uploads/${this.#uploadId}/picture" width="${shown.width}" height="${shown.height}"
             alt="${t('wizard.picture')}" />
-          <svg class="wizard__drawing" viewBox="-0.5 -0.5 ${width} ${height}" data-part="drawing">
+          <svg class="wizard__drawing" preserveAspectRatio="none" viewBox="-0.5 -0.5 ${width} ${height}" data-part="drawing">
             <path class="wizard__line" data-part="generators" />
             <path class="wizard__line wizard__line--ring" data-part="rings" />
             <g class="wizard__cross" data-part="cross" tabindex="0" role="slider" aria-valuemin="0"
@@ -178,7 +181,9 @@ export class RigWizard extends Component {
     this.listen(inside.diameter, 'input', () => this.#typedDiameter());
     this.listen(inside.height, 'input', () => this.#rig.change({ 'mount.height_mm': inside.height.value }));
     this.listen(inside.focal, 'input', () => {
-      this.#rig.change({ 'camera.fx': inside.focal.value, 'camera.fy': inside.focal.value });
+      const focal = Number(inside.focal.value.replace(',', '.'));
+      const down = focal > 0 ? focalDown(focal, this.#first.pixel_aspect) : inside.focal.value;
+      this.#rig.change({ 'camera.fx': inside.focal.value, 'camera.fy': down });
     });
   }
 

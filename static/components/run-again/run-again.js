@@ -67,7 +67,7 @@ export async function openRig(inspection) {
     size: 'wide',
   });
   parts.rig.value = rig;
-  parts.rig.videoSize = [video.width, video.height];
+  parts.rig.video = video;
   parts.rig.picture = `/api/inspections/${id}/frames/0.jpg`;
   answered(dialog, parts, async () => {
     if (!parts.rig.check()) return false;

@@ -13,8 +13,8 @@ const MOST = 16;
  * @typedef {object} Layout where the picture lies within the stage, in the units of the stage's size
  * @property {number} left
  * @property {number} top
- * @property {number} scale of a px of the video
- * @property {number} width of the video in px
+ * @property {number} scale of a square px
+ * @property {number} width of the picture in square px
  * @property {number} height
  */
 
@@ -57,7 +57,7 @@ export class FilmView extends Store {
 
 /**
  * @param {[number, number]} size of the stage
- * @param {{width: number, height: number}} video
+ * @param {{width: number, height: number}} video in square px
  * @param {Shown} [shown]
  * @returns {Layout}
  */

@@ -102,15 +102,20 @@ class Player extends EventTarget {
 export class FilePlayer extends Player {
   #video;
   #path;
+  #size;
   #sought = -1;
   #missed = 0;
   #end = new AbortController();
 
-  /** @param {string} path of the inspection */
-  constructor(canvas, track, video, path) {
+  /**
+   * @param {string} path of the inspection
+   * @param {{width: number, height: number}} size of the picture to draw
+   */
+  constructor(canvas, track, video, path, size) {
     super(canvas, track);
     this.#video = video;
     this.#path = path;
+    this.#size = size;
     video.onseeked = () => {
       if (this.asked !== this.#sought) this.seek(this.asked);
       // The picture of a seek is presented within the next two animation frames.
@@ -135,7 +140,7 @@ export class FilePlayer extends Player {
     // A fresh file shows its first picture before the requested one.
     const mayYetCome = this.#missed < SEEK_SHARES.length - 1;
     const isOnTheWay = this.frame < 0 && frame !== this.asked && mayYetCome;
-    if (!isOnTheWay) this.show(picture, this.#video.videoWidth, this.#video.videoHeight, frame);
+    if (!isOnTheWay) this.show(picture, this.#size.width, this.#size.height, frame);
     if (picture !== this.#video) picture.close();
     // While tracking runs, the file is longer than the track.
     if (this.rate > 0 && frame === this.track.length - 1) this.shuttle(0);
@@ -144,6 +149,11 @@ export class FilePlayer extends Player {
 
   seek(frame) {
     this.asked = frame;
+    if (this.track.beginsAnew) {
+      // A browser has a time axis of its own for such a file.
+      this.dispatchEvent(new Event('unplayable'));
+      return;
+    }
     if (this.#video.seeking) return;
     if (frame !== this.#sought) this.#missed = 0;
     this.#sought = frame;
@@ -266,7 +276,7 @@ export class LivePlayer extends Player {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {import('../../core/live.js').LiveFeed} feed
-   * @param {[number, number]} size of the video in px; pictures may be smaller
+   * @param {{width: number, height: number}} size of the picture to draw; pictures may be smaller
    */
   constructor(canvas, feed, size) {
     super(canvas, null);
@@ -304,7 +314,7 @@ export class LivePlayer extends Player {
           this.row = header;
           this.capturedMs = capturedMs;
           this.asked = header.frame;
-          this.show(picture, ...this.#size, header.frame);
+          this.show(picture, this.#size.width, this.#size.height, header.frame);
         }
         picture.close();
         this.#feed.acknowledge(header.seq);

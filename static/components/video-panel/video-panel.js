@@ -8,6 +8,7 @@
 import { html, render, setText } from '../../core/html.js';
 import { hasFilm } from '../../core/inspection.js';
 import { withKey } from '../../core/keys.js';
+import { squareOf, stretchOf, toSquare } from '../../core/pixels.js';
 import { onThemeChange, sharpContext, typeScale } from '../../core/screen.js';
 import { Component } from '../../core/store.js';
 import { timecode } from '../../core/units.js';
@@ -93,9 +94,8 @@ export class VideoPanel extends Component {
         <quick-buttons class="quick" role="group" aria-label="${t('video.quick')}" data-needs="operator"></quick-buttons>`,
     );
     const { parts, desk } = this;
-    parts.stage.style.setProperty('--aspect', `${video.width} / ${video.height}`);
-    parts.picture.width = video.width;
-    parts.picture.height = video.height;
+    parts.stage.style.setProperty('--aspect', `${square.width} / ${square.height}`);
+    Object.assign(parts.picture, square);
 
     this.listen(parts.stepBack, 'click', () => this.step(-1));
     this.listen(parts.stepForward, 'click', () => this.step(1));
@@ -185,12 +185,12 @@ export class VideoPanel extends Component {
   zoom(direction) {
     const size = this.#size();
     const [x, y] = size.map((length) => length / 2);
-    this.#view.zoomAt(ZOOM_STEP ** direction, x, y, size, this.desk.inspection.value.video);
+    this.#view.zoomAt(ZOOM_STEP ** direction, x, y, size, this.#square);
   }
 
   /** Moves an enlarged picture: 1 shows what lies right of it, or below. */
   pan(across, down) {
-    this.#view.move(-PAN_PX * across, -PAN_PX * down, this.#size(), this.desk.inspection.value.video);
+    this.#view.move(-PAN_PX * across, -PAN_PX * down, this.#size(), this.#square);
   }
 
   /** Begins a code with the letter that was pressed. */
@@ -250,11 +250,11 @@ export class VideoPanel extends Component {
   #makePlayer(mode) {
     const { desk, parts } = this;
     const { video } = desk.inspection.value;
-    if (mode === 'LIVE') return new LivePlayer(parts.picture, desk.live, [video.width, video.height]);
+    if (mode === 'LIVE') return new LivePlayer(parts.picture, desk.live, squareOf(video));
     if (!hasFilm(desk.inspection.value)) return new BlankPlayer(parts.picture, desk.track);
     const path = `/api/inspections/${desk.inspection.id}`;
     return this.#isPlayable
-      ? new FilePlayer(parts.picture, desk.track, parts.video, path)
+      ? new FilePlayer(parts.picture, desk.track, parts.video, path, squareOf(video))
       : new StillPlayer(parts.picture, desk.track, path);
   }
 
@@ -353,18 +353,25 @@ export class VideoPanel extends Component {
   }
 
   /**
-   * Returns where the picture lies within the stage: its corner, and the size of a video px.
+   * Returns where the picture lies within the stage: its corner, and the size of a square px.
    * @param {number} unit of the result, in CSS px
    */
   #layout(unit = 1) {
-    return layoutOf(this.#size(unit), this.desk.inspection.value.video, this.#view.value);
+    return layoutOf(this.#size(unit), this.#square, this.#view.value);
+  }
+
+  get #square() {
+    return squareOf(this.desk.inspection.value.video);
   }
 
   /** Pixel centres are integers, so the picture's corner is at (-0.5, -0.5). @returns {[number, number]|null} */
   #toPixel(event) {
-    const { left, top, scale, width, height } = this.#layout();
-    const u = (event.offsetX - left) / scale - 0.5;
-    const v = (event.offsetY - top) / scale - 0.5;
+    const { left, top, scale } = this.#layout();
+    const { video } = this.desk.inspection.value;
+    const { width, height } = video;
+    const [across, down] = stretchOf(video);
+    const u = (event.offsetX - left) / (across * scale) - 0.5;
+    const v = (event.offsetY - top) / (down * scale) - 0.5;
     return u >= -0.5 && v >= -0.5 && u <= width - 0.5 && v <= height - 0.5
       ? [Math.min(Math.max(u, 0), width - 1), Math.min(Math.max(v, 0), height - 1)]
       : null;
@@ -392,7 +399,7 @@ export class VideoPanel extends Component {
   /** Shows the part of the picture that was chosen; the overlay draws itself where that is. */
   #showView() {
     const { parts } = this;
-    const transform = transformOf(this.#size(), this.desk.inspection.value.video, this.#view.value);
+    const transform = transformOf(this.#size(), this.#square, this.#view.value);
     if (parts.picture.style.transform !== transform) {
       parts.picture.style.transform = parts.video.style.transform = transform;
     }
@@ -416,12 +423,16 @@ export class VideoPanel extends Component {
     const type = typeScale();
     const context = sharpContext(parts.overlay, type);
     const layout = this.#layout(type);
+    const { video } = desk.inspection.value;
     /** @returns {[number, number]} */
-    const toStage = ([u, v]) => [layout.left + (u + 0.5) * layout.scale, layout.top + (v + 0.5) * layout.scale];
+    const toStage = (pixel) => {
+      const [x, y] = toSquare(video, pixel);
+      return [layout.left + (x + 0.5) * layout.scale, layout.top + (y + 0.5) * layout.scale];
+    };
     const styles = getComputedStyle(this);
     this.#paintNote();
     if (!desk.playhead.value.row || !hasFilm(desk.inspection.value)) return;
-    paintCentre(context, toStage([(layout.width - 1) / 2, (layout.height - 1) / 2]));
+    paintCentre(context, toStage([(video.width - 1) / 2, (video.height - 1) / 2]));
     const labelled = new Set();
     for (const mark of this.#marks.inPicture(layout.scale)) {
       const [x, y] = toStage(mark.pixel);
