@@ -56,7 +56,7 @@ const OWN_KEYS = [
  * @param {EventTarget|null} target
  * @param {string} key
  */
-function isTaken(target, key) {
+export function isTaken(target, key) {
   // Checked on the page: the focus leaves a dialog's button when that is disabled.
   if (document.querySelector('dialog[open]')) return true;
   // A dialog that has just closed leaves the focus on its hidden field until the page is drawn again.

@@ -7,9 +7,20 @@ from typing import Any
 
 import pytest
 from desks import delete_observations, expect_frame, expect_read, expect_saved, observations
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, ViewportSize, expect
 from steps import Server, log_in
 from surveys import Survey
+
+SIZES: tuple[ViewportSize, ...] = ({"width": 1366, "height": 768}, {"width": 1280, "height": 720})
+CUT = """() => [...document.querySelectorAll('code-chain, .chain__keys *')]
+  .filter((one) => one.scrollWidth > one.clientWidth + 1 && one.clientWidth)
+  .map((one) => one.textContent)"""
+TYPED_INTO_A_HIDDEN_FIELD = """(key) => {
+  const field = document.body.appendChild(document.createElement('input'));
+  field.hidden = true; // as that of a dialog that has just closed
+  field.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+  field.remove();
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +72,18 @@ def emptied(page: Page, server: Server, inspection: str) -> None:
 def test_codes_are_typed_repeated_kept_for_keys_and_offered_by_checks(
     desk: Page, server: Server, inspection: str
 ) -> None:
-    # A full code with kind, clock and severity takes six keys.
+    # All of the list can be read, and its way out seen, on a small screen too.
     chain = desk.get_by_role("group", name="Code by letters")
+    for size in SIZES:
+        desk.set_viewport_size(size)
+        press(desk, "b")
+        expect(chain.get_by_role("button", name="Cancel")).to_be_in_viewport(ratio=1)
+        assert desk.evaluate(CUT) == [], size
+        desk.evaluate(TYPED_INTO_A_HIDDEN_FIELD, "a")
+        expect(chain.get_by_role("status")).to_contain_text("BA")
+        desk.keyboard.press("Escape")
+
+    # A full code with kind, clock and severity takes six keys.
     assert press(desk, "bab") == 3
     expect(chain.get_by_role("status")).to_have_text("BAB Crack")
     expect(chain.get_by_role("button", name="B line, edges touching")).to_be_visible()

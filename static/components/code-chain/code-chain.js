@@ -5,6 +5,7 @@
 
 import { html, render } from '../../core/html.js';
 import { hoursOf, isClock, lastCodes, typedSoFar } from '../../core/code-chain.js';
+import { isTaken } from '../../core/keys.js';
 import { preferences } from '../../core/preferences.js';
 import { Component } from '../../core/store.js';
 import { t } from '../../core/words.js';
@@ -68,12 +69,10 @@ export class CodeChain extends Component {
   }
 
   #key(event) {
-    const { key, target } = event;
+    const { key } = event;
     const isSign = key === '@'; // on some keyboards typed with Alt and Ctrl
-    if ((!isSign && (event.ctrlKey || event.metaKey || event.altKey)) || document.querySelector('dialog[open]')) return;
-    if (target instanceof Element && target.matches('input:not([type=range]), textarea, select')) return;
+    if ((!isSign && (event.ctrlKey || event.metaKey || event.altKey)) || isTaken(event.target, key)) return;
     if (!/^([a-z0-9@.]|Enter|Escape|Backspace)$/i.test(key)) return;
-    if (key === 'Enter' && target instanceof Element && target.closest('button, a[href], summary')) return;
     event.preventDefault();
     event.stopImmediatePropagation();
     this.#press(key === '.' ? '@' : key);
