@@ -10,18 +10,15 @@ from typing import Any
 from app.imports.survey import (
     END,
     START,
+    Cells,
     ImportedObservation,
     Notes,
     behind_remark,
-    clock,
     coded,
     iso_date,
     number,
-    quantity,
     severity_of,
-    stretch,
     time_of_day,
-    video_time_s,
 )
 from app.survey.catalogue.header import faults
 from app.survey.catalogue.in_words import taken_from_remarks
@@ -93,12 +90,12 @@ _REMARK, _BEFORE_REMARK = "ADE", "AD"
 _VIDEO_POSITION, _BY_TIME = "ABM", "A"
 _COLUMNS = frozenset("ABCDEFGHIJKLMN")
 
-Cells = Sequence[tuple[str, str]]
+Coded = Sequence[tuple[str, str]]
 """Values with their codes, in the order of the file; empty ones too."""
 
 
 def header_of(
-    cells: Cells, notes: Notes, explained: Mapping[str, str] = _NOTHING
+    cells: Coded, notes: Notes, explained: Mapping[str, str] = _NOTHING
 ) -> dict[str, Any]:
     """Return the header of the values of a file.
 
@@ -161,7 +158,7 @@ def explanation_of(code: str) -> str:
     return f"ribx_{code.lower()[:20]}"
 
 
-def _told_apart(cells: Cells, notes: Notes) -> tuple[dict[str, str], dict[str, str]]:
+def _told_apart(cells: Coded, notes: Notes) -> tuple[dict[str, str], dict[str, str]]:
     """Return the values by their codes, and the words of the letters Z among them.
 
     A remark behind a letter Z belongs to it; others are of the survey. So is the only remark of a
@@ -222,7 +219,7 @@ def _own(code: str) -> str:
 
 
 def observation_of(
-    cells: Cells, header: Mapping[str, object], line: int, notes: Notes
+    cells: Coded, header: Mapping[str, object], line: int, notes: Notes
 ) -> ImportedObservation | None:
     """Return the observation of a row; None, with a warning, if it has no distance.
 
@@ -238,42 +235,27 @@ def observation_of(
     if distance_m is None:
         notes.add("no_distance", line, text=f"{row.get('I', '')!r:.40}")
         return None
-    said = [row.get("F", "")]
-    quantities: dict[str, float | None] = {"D": None, "E": None}
-    for column in quantities:
-        cell = row.get(column, "")
-        quantities[column] = quantity(cell)
-        if cell and (quantities[column] is None or _is_node(row, column, cell, nodes)):
-            quantities[column] = None
-            if not _is_node(row, column, cell, nodes):
-                said.append(f"quantity {cell}")
-    clocks = [clock(row.get(column, "")) for column in ("G", "H")]
-    for column, hour in zip(("G", "H"), clocks, strict=True):
-        cell = row.get(column, "")
-        if hour is None and cell.strip("0"):
-            notes.add("no_hour", line, text=f"{cell!r:.20}")
-            said.append(f"clock {cell}")
-    continuous = stretch(row.get("J", ""))
-    if row.get("J") and continuous is None:
-        notes.add("no_stretch", line, text=f"{row['J']!r:.20}")
-        said.append(f"stretch {row['J']}")
+    parse = Cells(notes, line)
+    first = row.get("D", "")
+    is_node = row.get("A") in (START, END) and first in nodes
+    quantities = [parse.quantity("" if is_node else first), parse.quantity(row.get("E", ""))]
+    clocks = [parse.clock(row.get(column, "")) for column in ("G", "H")]
+    continuous = parse.stretch(row.get("J", ""))
     position = row.get("N", "")
     is_counter = _own(_VIDEO_POSITION) in header and position.isdecimal()
-    time_s = None if is_counter else video_time_s(position)
-    if position and time_s is None:
-        notes.add("no_video_time", line, text=f"{position!r:.40}")
-        said.append(f"video {position}")
+    time_s = parse.time_s(position, is_counter=is_counter)
+    said = [row.get("F", ""), *parse.words]
     said += [row.get("L", ""), *more]
-    if _is_node(row, "D", row.get("D", ""), nodes):
-        said[0], quantities["D"] = behind_remark(said[0], "quantity")
+    if is_node:
+        said[0], quantities[0] = behind_remark(said[0], "quantity")
     said[0], severity = severity_of(said[0])
     observation = ImportedObservation(
         distance_m=distance_m,
         code=row.get("A"),
         char1=row.get("B"),
         char2=row.get("C"),
-        quant1=quantities["D"],
-        quant2=quantities["E"],
+        quant1=quantities[0],
+        quant2=quantities[1],
         clock_from=clocks[0],
         clock_to=clocks[1],
         stretch=continuous,
@@ -287,7 +269,7 @@ def observation_of(
     return coded(observation, notes)
 
 
-def _row(cells: Cells, line: int, notes: Notes) -> tuple[dict[str, str], list[str]]:
+def _row(cells: Coded, line: int, notes: Notes) -> tuple[dict[str, str], list[str]]:
     """Return the values by their letters, and words for the remark: unknown letters, repeated
     ones.
     """
@@ -309,11 +291,6 @@ def _row(cells: Cells, line: int, notes: Notes) -> tuple[dict[str, str], list[st
                 notes.add("repeated_column", line, name=name)
             more.append(f"{name} {value}")
     return row, more
-
-
-def _is_node(row: Mapping[str, str], column: str, cell: str, nodes: set[str]) -> bool:
-    """Return whether the cell is the name of a node, as the first quantity at start and end is."""
-    return column == "D" and row.get("A") in (START, END) and cell in nodes
 
 
 def video_file_of(position: str) -> str:

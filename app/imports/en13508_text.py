@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from app.imports.en13508_fields import Cells, header_of, observation_of
+from app.imports.en13508_fields import Coded, header_of, observation_of
 from app.imports.letters import decoded
 from app.imports.survey import (
     MOST_OBSERVATIONS,
@@ -202,7 +202,7 @@ def _survey(block: _Block, form: _Form, room: int) -> ImportedSurvey:
     return survey_of(header, observations, notes, f"Inspection of line {block.line}")
 
 
-def _stated(block: _Block, form: _Form, notes: Notes) -> Cells:
+def _stated(block: _Block, form: _Form, notes: Notes) -> Coded:
     """Return the values of the header with their codes."""
     stated: list[tuple[str, str]] = []
     for part in block.header:
@@ -221,7 +221,7 @@ def _stated(block: _Block, form: _Form, notes: Notes) -> Cells:
     return stated
 
 
-def _cells(names: Sequence[str], values: Sequence[str]) -> Cells:
+def _cells(names: Sequence[str], values: Sequence[str]) -> Coded:
     return [
         (name.strip().upper(), clean(value, len(value)))
         for name, value in zip(names, values, strict=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.imports.en13508_fields import Cells, header_of, observation_of, video_file_of
+from app.imports.en13508_fields import Coded, header_of, observation_of, video_file_of
 from app.imports.survey import (
     MOST_OBSERVATIONS,
     MOST_OF_FILE,
@@ -70,7 +70,7 @@ def _survey(block: Element, room: int) -> ImportedSurvey:
     return survey_of(header, observations, notes, f"Inspection of line {block.line}")
 
 
-def _cells(parent: Element) -> Cells:
+def _cells(parent: Element) -> Coded:
     """Return the texts of the children without children."""
     return [
         (child.name.upper(), clean(child.own_text(), len(child.text)))

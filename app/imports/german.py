@@ -124,15 +124,6 @@ def observations_of(
     return [found for row in rows[:room] if (found := read(row)) is not None]
 
 
-def stretch_of(mark: str, line: int, notes: Notes) -> tuple[str | None, str]:
-    """Return a stretch such as A1, and words for the remark, with a warning, if it is none."""
-    found = stretch(mark)
-    if not mark or found is not None:
-        return found, ""
-    notes.add("no_stretch", line, text=f"{mark!r:.20}")
-    return None, f"stretch {mark}"
-
-
 def from_remark(observation: ImportedObservation) -> ImportedObservation:
     """Take what our exports put at the end of a remark: long stretches, other characters of start
     and end, the severity.

@@ -17,19 +17,18 @@ from app.imports.survey import (
     MOST_OF_FILE,
     MOST_SURVEYS,
     Caveat,
+    Cells,
     ImportedFile,
     ImportedObservation,
     ImportedSurvey,
     Notes,
-    clock,
     coded,
+    figure,
     iso_date,
     number,
-    quantity,
     survey_of,
     time_of_day,
     too_many_surveys,
-    video_time_s,
     without_empty,
 )
 from app.imports.xml_file import NOTHING, Element, note_unread
@@ -47,6 +46,7 @@ _SHAPES = {"0": "circular", "1": "egg", "3": "rectangular"}
 """List G205."""
 _SYSTEMS = {"KR": "storm", "KS": "foul", "KM": "combined"}
 """List G101."""
+_FLAGS = {"1": True, "true": True, "0": False, "false": False}
 _OTHER_SYSTEM = "6"
 """U102: codes that are not of EN 13508-2."""
 _GROUNDS = {
@@ -184,22 +184,24 @@ def _header(
     film = known.films.get(f"#{inspection.value('Videoablagereferenz')}")
     if not film and run.value("ArtVideoreferenz") != _NO_VIDEO:
         film = known.films.get(name)
+    cleaned = inspection.value("Reinigung")
     header: dict[str, Any] = {
         "asset_id": name,
-        "date": iso_date(inspection.value("Inspektionsdatum")),
-        "time": time_of_day(inspection.value("Uhrzeit")),
+        "date": iso_date(inspection.value("Inspektionsdatum"))
+        or inspection.value("Inspektionsdatum"),
+        "time": time_of_day(inspection.value("Uhrzeit")) or inspection.value("Uhrzeit"),
         "operator": inspection.value("NameUntersucher"),
-        "height_mm": number(basic("Profilhoehe")),
-        "width_mm": number(basic("Profilbreite")),
-        "unit_length_m": number(basic("Regeleinzelrohrlaenge")),
-        "known_length_m": number(edge.value("Laenge")),
-        "year": number(pipe.value("Baujahr")),
+        "height_mm": figure(basic("Profilhoehe")),
+        "width_mm": figure(basic("Profilbreite")),
+        "unit_length_m": figure(basic("Regeleinzelrohrlaenge")),
+        "known_length_m": figure(edge.value("Laenge")),
+        "year": figure(pipe.value("Baujahr")),
         "road": asset.value("Lage", "Strassenname") or pipe.value("Lage", "Strassenname"),
         "job_ref": order.value("Auftragsbezeichnung"),
         "client_job_ref": order.value("Auftragsnummer"),
         "contractor": order.value("Auftragnehmer"),
-        "temperature_c": number(inspection.value("Temperatur")),
-        "cleaned": {"1": True, "0": False}.get(inspection.value("Reinigung")),
+        "temperature_c": figure(inspection.value("Temperatur")),
+        "cleaned": _FLAGS.get(cleaned, cleaned),
         "video_files": film or "",
         "remarks": inspection.value("Bemerkung"),
     }
@@ -244,16 +246,15 @@ def _observation(row: Element, notes: Notes, *, has_video: bool) -> ImportedObse
     grounds = _GROUNDS.get(value("GrundAbbruch"), "")
     if grounds and grounds not in said[0]:
         said.append(grounds)
-    quantities: list[float | None] = []
-    for n in (1, 2):
-        names = (f"Quantifizierung{n}Numerisch", f"Quantifizierung{n}Text")
-        text = next(filter(None, map(value, names)), "")
-        quantities.append(quantity(text))
-        if text and quantities[-1] is None:
-            said.append(f"quantity {text}")
-    mark = value("Streckenschaden") + value("StreckenschadenLfdNr")
-    continuous, words = german.stretch_of(mark, row.line, notes)
-    said.append(words)
+    parse = Cells(notes, row.line)
+    quantities = [
+        parse.quantity(value(f"Quantifizierung{n}Numerisch") or value(f"Quantifizierung{n}Text"))
+        for n in (1, 2)
+    ]
+    continuous = parse.stretch(value("Streckenschaden") + value("StreckenschadenLfdNr"))
+    clocks = [parse.clock(value(name)) for name in ("PositionVon", "PositionBis")]
+    time_s = _time_s(row, parse, has_video=has_video)
+    said += parse.words
     said += [f"class {found.own_text()}" for found in row.all("Klassifizierung")]
     observation = ImportedObservation(
         distance_m=distance_m,
@@ -262,20 +263,24 @@ def _observation(row: Element, notes: Notes, *, has_video: bool) -> ImportedObse
         char2=value("Charakterisierung2"),
         quant1=quantities[0],
         quant2=quantities[1],
-        clock_from=clock(value("PositionVon")),
-        clock_to=clock(value("PositionBis")),
+        clock_from=clocks[0],
+        clock_to=clocks[1],
         stretch=continuous,
         at_joint=value("Verbindung") in ("1", "true"),
         remark=", ".join(part for part in said if part),
         photo=value("Fotodatei") or None,
-        time_s=_time_s(row) if has_video else None,
+        time_s=time_s,
         line=row.line,
     )
     return coded(german.from_remark(observation), notes)
 
 
-def _time_s(row: Element) -> float | None:
-    found = _TIMECODE.fullmatch(row.value("Timecode"))
+def _time_s(row: Element, parse: Cells, *, has_video: bool) -> float | None:
+    """Return the time in the film; a zero counts only if there is one."""
+    timecode, counter = row.value("Timecode"), row.value("Videozaehler")
+    if not has_video and not (timecode or counter).strip("0"):
+        return None
+    found = _TIMECODE.fullmatch(timecode)
     if found:
         return float(3600 * int(found[1]) + 60 * int(found[2]) + int(found[3]))
-    return video_time_s(row.value("Timecode") or row.value("Videozaehler"))
+    return parse.time_s(timecode or counter)

@@ -148,7 +148,8 @@ def survey_of(
     *,
     surveyed_m: float | None = None,
 ) -> ImportedSurvey:
-    """Return a survey by its codes of EN 13508-2, with how it ended.
+    """Return a survey by its codes of EN 13508-2, with how it ended; an asset without a name has
+    that of its ends, the upper one first.
 
     Args:
         header: What is stated in the file.
@@ -163,6 +164,10 @@ def survey_of(
     said = [it.remark for it in observations if it.code == ABANDONED]
     if header.get("end_condition") == "abandoned" and said[-1]:
         header["abandon_reason"] = said[-1]
+    ends = [str(header.get(name) or "") for name in ("start_node", "end_node")]
+    if not header.get("asset_id") and all(ends):
+        along = ends[::-1] if header.get("direction") == "against_flow" else ends
+        header["asset_id"] = "-".join(along)
     parts = (str(header.get(name) or "") for name in ("asset_id", "date"))
     return ImportedSurvey(
         " ".join(part for part in parts if part) or otherwise,
@@ -190,6 +195,12 @@ def number(text: str, most: float = _MOST_M) -> float | None:
         return None
     found = float(stripped.replace(",", "."))
     return found if math.isfinite(found) and abs(found) <= most else None
+
+
+def figure(text: str) -> float | str | None:
+    """Parse a number of the header; another text stays, which `fitting_header` says is none."""
+    found = number(text)
+    return found if found is not None else text or None
 
 
 def quantity(text: str) -> float | None:
@@ -278,6 +289,46 @@ class Notes:
     def add_too_many(self, line: int | None = None) -> None:
         """Add why observations are left out."""
         self.add("too_many_observations", line, survey=MOST_OBSERVATIONS, file=MOST_OF_FILE)
+
+
+@dataclass
+class Cells:
+    """Parses the cells of a row; what cannot be parsed becomes words of its remark."""
+
+    notes: Notes
+    line: int | None = None
+    words: list[str] = field(default_factory=list)
+
+    def quantity(self, text: str) -> float | None:
+        """Parse a number within the limits of an observation."""
+        found = quantity(text)
+        if text and found is None:
+            self.words.append(f"quantity {text}")
+        return found
+
+    def clock(self, text: str) -> int | None:
+        """Parse a whole hour; 0 and 00 mean none."""
+        found = clock(text)
+        if found is None and text.strip("0"):
+            self.notes.add("no_hour", self.line, text=f"{text!r:.20}")
+            self.words.append(f"clock {text}")
+        return found
+
+    def stretch(self, text: str) -> str | None:
+        """Parse a stretch mark; A01 becomes A1."""
+        found = stretch(text)
+        if text and found is None:
+            self.notes.add("no_stretch", self.line, text=f"{text!r:.20}")
+            self.words.append(f"stretch {text}")
+        return found
+
+    def time_s(self, text: str, *, is_counter: bool = False) -> float | None:
+        """Parse a time in the film; a counter states none."""
+        found = None if is_counter else video_time_s(text)
+        if text and found is None:
+            self.notes.add("no_video_time", self.line, text=f"{text!r:.40}")
+            self.words.append(f"video {text}")
+        return found
 
 
 def coded(observation: ImportedObservation, notes: Notes) -> ImportedObservation:

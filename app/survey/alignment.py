@@ -13,8 +13,8 @@ from pyproj import Geod
 from app.survey.catalogue.header import Value, number_of
 from app.survey.register import Line, Point
 
-DEGREE_DECIMALS = 7
-"""A centimetre on the ground."""
+DEGREE_DECIMALS = 8
+"""A millimetre on the ground, which no interval of a distance is below."""
 _GEOD = Geod(ellps="WGS84")
 _NEAR_M = 10.0
 _NEAR_SHARE = 0.1

@@ -287,7 +287,14 @@ def coordinates(fields: Fields, names: Names) -> dict[str, str]:
     first, second = ends.start, ends.end
     if names.upstream != names.start:
         first, second = second, first
-    return {code: f"{lat:.7f} {lon:.7f}" for code, (lon, lat) in (("AAE", first), ("AAG", second))}
+    places = (("AAE", first), ("AAG", second))
+    return {code: f"{_degrees(lat)} {_degrees(lon)}" for code, (lon, lat) in places}
+
+
+def _degrees(value: float) -> str:
+    """Format degrees to 0.1 mm on the ground, without needless zeros after the centimetre."""
+    text = f"{value:.9f}"
+    return text[:-2] + text[-2:].rstrip("0")
 
 
 def columns(row: Row, names: Names) -> dict[str, str]:

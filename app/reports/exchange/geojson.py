@@ -1,4 +1,4 @@
-"""GeoJSON (RFC 7946): the run, its observations and its stretches, WGS 84, to a centimetre.
+"""GeoJSON (RFC 7946): the run, its observations and its stretches, WGS 84, to a millimetre.
 
 They lie on the course of the culvert (`app.survey.alignment`): the line of the register, or a
 straight one between the ends.

@@ -54,13 +54,18 @@ def attached(report: Report) -> list[Loss]:
     return []
 
 
-def coarser(report: Report) -> list[Loss]:
-    """Return figures that are rounded, and texts that are joined to one line."""
+def coarser(report: Report, digits: int) -> list[Loss]:
+    """Return figures that are rounded, and texts that are joined to one line.
+
+    Args:
+        report: The report to be written.
+        digits: Decimals of a distance in metres.
+    """
     entries = [entry for entry in report.entries if entry.distance_m is not None]
     steps = []
-    if any(_is_rounded(entry.distance_m) for entry in entries):
-        steps.append(Phrase("part.rounded_distances"))
-    if any(_is_rounded(entry.u95_m) for entry in entries):
+    if any(_is_rounded(entry.distance_m, digits) for entry in entries):
+        steps.append(Phrase("part.rounded_distances", step=10 ** (3 - digits)))
+    if any(_is_rounded(entry.u95_m, 2) for entry in entries):
         steps.append(Phrase("part.rounded_intervals"))
     if any(entry.time_s and entry.time_s % 1 for entry in entries):
         steps.append(Phrase("part.rounded_times"))
@@ -70,8 +75,8 @@ def coarser(report: Report) -> list[Loss]:
     return losses
 
 
-def _is_rounded(value_m: float | None) -> bool:
-    return value_m is not None and decimals(value_m, 2) + "0" != decimals(value_m, 3)
+def _is_rounded(value_m: float | None, digits: int) -> bool:
+    return value_m is not None and float(decimals(value_m, digits)) != float(decimals(value_m, 3))
 
 
 def _texts(report: Report) -> Iterable[str]:

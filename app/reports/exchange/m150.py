@@ -43,6 +43,8 @@ _FORMAT = "DWA-M 150"
 _LONGEST_NODE, _LONGEST_ASSET = 16, 33
 _LENGTHS = Lengths(most_m=9999.999, most_unit_m=999.999, digits=3)
 _MAX_STATION_M = 9999.9
+_DIGITS = 1
+"""Decimals of a station."""
 _CAMERA = "2"
 """Camera of list U109: self-propelled."""
 _MAX_QUANTITY = 99999.9
@@ -68,7 +70,9 @@ class M150File:
     def add(self, report: Report) -> tuple[Loss, ...]:
         """Add an inspection."""
         fields = Fields(report.header)
-        rows, losses = rows_of(report)
+        rows, losses = rows_of(report, digits=_DIGITS)
+        if any(_station(row) != decimals(row.distance_m, 2).removesuffix("0") for row in rows):
+            losses.append(Loss("station_beside"))
         names, lost = names_of(
             report,
             fields,
@@ -208,6 +212,11 @@ def _run(run: Element, report: Report, fields: Fields, rows: list[Row], zone: st
     return losses
 
 
+def _station(row: Row) -> str:
+    """Format the distance as HZ001 holds it."""
+    return decimals(float(decimals(row.distance_m, 2)), _DIGITS)
+
+
 def _row(row: Row) -> dict[str, object]:
     station = decimals(row.distance_m, 2)
     exact = [f"station {station} m"]
@@ -221,7 +230,7 @@ def _row(row: Row) -> dict[str, object]:
             exact.append(f"quantity {index + 1} {plain_number(quantity)}")
     clocks = [f"{hour:02d}" for hour in row.clocks]
     return {
-        "HZ001": decimals(float(station), 1),
+        "HZ001": _station(row),
         "HZ002": row.code,
         "HZ003": quantities[0],
         "HZ004": quantities[1],

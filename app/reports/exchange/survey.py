@@ -115,12 +115,15 @@ def joined(*parts: str) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def rows_of(report: Report, codes: re.Pattern[str] = CODES) -> tuple[list[Row], list[Loss]]:
+def rows_of(
+    report: Report, codes: re.Pattern[str] = CODES, *, digits: int = 2
+) -> tuple[list[Row], list[Loss]]:
     """Sort by written distance, then by time; the start code comes first, the code of the end last.
 
     Args:
         report: The report.
         codes: Those that the format knows.
+        digits: Decimals of its distances in metres.
 
     Returns:
         The rows, and their losses.
@@ -135,7 +138,7 @@ def rows_of(report: Report, codes: re.Pattern[str] = CODES) -> tuple[list[Row], 
         row, lost = _row(entry, entry.distance_m, codes, has_times=has_times)
         rows.append(row)
         losses += lost
-    losses += coarser(report)
+    losses += coarser(report, digits)
     losses += attached(report)
     rows.sort(key=_as_written)
     ends = [index for index, row in enumerate(rows) if row.code == ABANDONED]

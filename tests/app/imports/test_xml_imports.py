@@ -150,6 +150,49 @@ def test_isybau_is_read_in_any_of_its_namespaces(namespace: str) -> None:
         assert sentence in told(survey)
 
 
+def test_an_asset_without_a_name_has_that_of_its_ends() -> None:
+    pipe = "<HG003>23021</HG003><HG004>22369</HG004><HG107>1.25</HG107>"
+    run = "<HI104>2014-04-22</HI104><HI101>{}</HI101><HI117>x</HI117>"
+    rows = "<HZ><HZ001>9.8</HZ001><HZ002>BBA</HZ002><HZ999>by station 12 m</HZ999></HZ>"
+    runs = "".join(f"<HI>{run.format(letter)}{rows}</HI>" for letter in "IG")
+    one, other = read(f"<DATA><HG>{pipe}{runs}</HG></DATA>").surveys
+    assert one.name == other.name == "23021-22369 2014-04-22"
+    assert (one.header["start_node"], other.header["start_node"]) == ("23021", "22369")
+    assert (one.observations[0].distance_m, one.observations[0].remark) == (9.8, "by station 12 m")
+    assert [ENGLISH.caveat(caveat) for caveat in one.warnings] == [
+        "These elements are not read and are left out: HG107, HI117.",
+    ]
+    (nameless,) = read("<DATA><ZB><AAD>R1</AAD><AAF>R2</AAF></ZB></DATA>").surveys
+    assert nameless.header["asset_id"] == "R1-R2"
+
+
+def test_cells_and_fields_that_cannot_be_parsed_are_words() -> None:
+    m150 = (
+        "<DATA><HG><HG001>H1</HG001><HG306>wide</HG306><HI><HI104>May 2014</HI104><HI103>9</HI103>"
+        "<HI107>X</HI107><HZ><HZ001>1</HZ001><HZ002>BAB</HZ002><HZ003>&gt;5</HZ003>"
+        "<HZ006>6.5</HZ006><HZ008>late</HZ008></HZ></HI></HG></DATA>"
+    )
+    isybau = (
+        "<Identifikation><Datenkollektive><Zustandsdatenkollektiv>"
+        "<InspizierteAbwassertechnischeAnlage><Objektbezeichnung>H1</Objektbezeichnung>"
+        "<OptischeInspektion><Inspektionsdatum>May 2014</Inspektionsdatum><Rohrleitung>"
+        "<RGrunddaten><Profilbreite>wide</Profilbreite></RGrunddaten><Inspektionsdaten><RZustand>"
+        "<Station>1</Station><InspektionsKode>BAB</InspektionsKode><Timecode>late</Timecode>"
+        "<Quantifizierung1Text>&gt;5</Quantifizierung1Text><PositionVon>6.5</PositionVon>"
+        "<Gruppe>3</Gruppe></RZustand></Inspektionsdaten></Rohrleitung></OptischeInspektion>"
+        "</InspizierteAbwassertechnischeAnlage></Zustandsdatenkollektiv></Datenkollektive>"
+        "</Identifikation>"
+    )
+    for text in (m150, isybau):
+        (survey,) = read(text).surveys
+        assert survey.observations[0].remark == "quantity >5, clock 6.5, video late"
+        assert {"date: May 2014", "width_mm: wide"} <= {*survey.header["remarks"].split(", ")}
+        keys = [caveat.key for caveat in survey.warnings]
+        assert {"no_hour", "no_video_time", "impossible_field"} <= {*keys}
+    assert read(m150).surveys[0].header["m150_hi103"] == "9"
+    assert "left out: Gruppe." in told(survey)
+
+
 M150 = """<?xml version="1.0" encoding="ISO-8859-1"?>
 <DATA><FD><FD001>04-2010</FD001></FD><KG><KG001>K1</KG001><KI/></KG>
 <HG><HG001>H9</HG001><HG003>K1</HG003><HG004>K2</HG004><HG302>M</HG302><HG307>800</HG307>

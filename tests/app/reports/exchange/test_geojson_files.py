@@ -41,6 +41,13 @@ def test_geojson_lies_on_the_line_between_the_ends() -> None:
     assert len({feature["id"] for feature in [run, *others]}) == 14
 
 
+def test_geojson_tells_places_apart_that_are_two_millimetres_apart() -> None:
+    made = report(observations=[{"distance_m": 5.0 + n / 500, "code": "BAB"} for n in range(5)])
+    places = [it["geometry"]["coordinates"][0] for it in features(made)[1:]]
+    assert len(set(places)) == 5
+    assert max(abs(lon - round(lon, 8)) for lon in places) == 0
+
+
 def test_geojson_keeps_an_observation_that_is_not_tracked_without_a_place() -> None:
     _, point = features(report(observations=[{"distance_m": None, "code": "BAC"}]))
     assert point["geometry"] is None

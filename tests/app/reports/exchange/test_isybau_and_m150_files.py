@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from exchange_files import REMARK, in_words, write
-from reports import EVERY_FIELD, HEADER, LENGTH_M, codes, report
+from reports import EVERY_FIELD, HEADER, LENGTH_M, codes, report, said
 
 from app.reports.formats import FORMATS
 
@@ -47,7 +47,11 @@ def test_isybau_holds_every_field_of_every_observation(tmp_path: Path) -> None:
 
 def test_m150_writes_the_exact_station_and_quantity_beside_the_rounded_ones() -> None:
     fine = {"distance_m": 9.75, "code": "BAB", "char1": "B", "char2": "A", "quant1": 0.45}
-    read, _ = write("m150", report(observations=[fine]))
+    read, losses = write("m150", report(observations=[fine]))
+    assert any("distances to 100 mm" in sentence for sentence in said(losses))
+    assert "station_beside" in codes(losses)
+    _, coarse = write("m150", report(observations=[{**fine, "distance_m": 9.7}]))
+    assert not {"station_beside", "part.rounded_distances"} & codes(coarse)
     (row,) = read.rows
     assert (row["HZ001"], row["HZ003"]) == ("9.8", "0.5")
     assert row["HZ999"] == "station 9.75 m, quantity 1 0.45"
