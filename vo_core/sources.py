@@ -360,7 +360,7 @@ def _summary(decoder: _Decoder, frames: int, last_s: float, film: Film) -> str |
     if seams_s:
         parts.append(
             f"the time stamps of this film begin anew after {_listed(seams_s)}; what follows is "
-            f"placed {SEAM_S:g} s later, and how far the robot went there is not known"
+            f"placed {SEAM_S:g} s later, and what the robot did in between is not shown"
         )
     stated = film.stream.frames
     if frames < stated - 1 - 0.005 * stated:

@@ -311,7 +311,7 @@ def test_of_a_film_whose_times_begin_anew_every_picture_is_used(tmp_path, name, 
         frames = list(source)
         assert source.begins_anew
     assert f"begin anew after {frames[29].t_s:.2f} s" in source.problem
-    assert "not known" in source.problem
+    assert "not shown" in source.problem
     assert np.array_equal([frame.to_bgr() for frame in frames], expected)
     gaps_s = np.diff([frame.t_s for frame in frames])
     assert 10 <= gaps_s[29] < 10.2

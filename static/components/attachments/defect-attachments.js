@@ -4,6 +4,7 @@ import { html, patchList, render, setText } from '../../core/html.js';
 import { isUnfinished } from '../../core/inspection.js';
 import { withKey } from '../../core/keys.js';
 import { mayEdit } from '../../core/rights.js';
+import { squareOf } from '../../core/pixels.js';
 import { Component } from '../../core/store.js';
 import { timecode } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';

@@ -94,6 +94,7 @@ export class VideoPanel extends Component {
         <quick-buttons class="quick" role="group" aria-label="${t('video.quick')}" data-needs="operator"></quick-buttons>`,
     );
     const { parts, desk } = this;
+    const square = this.#square;
     parts.stage.style.setProperty('--aspect', `${square.width} / ${square.height}`);
     Object.assign(parts.picture, square);
 
