@@ -17,6 +17,7 @@ from app.archive.archive import Archive
 from app.archive.inbox import Inbox
 from app.archive.intake import Intake
 from app.data_folder import Records, issuing
+from app.errors import DiskFull
 from app.inspections.aiming import Aiming
 from app.inspections.attachments import Attachments
 from app.inspections.checks import Checks
@@ -186,7 +187,8 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     )
     stack.callback(folder.close)
     blobs = blobs_at(settings.store, folder.root, scratch_bytes=settings.scratch_bytes)
-    blobs.check()
+    with suppress(DiskFull):  # what is stored can be read
+        blobs.check()
     film_files = FilmFiles(blobs, folder)
     stored = stored_at(settings.database_url, folder.root)
     metrics = Metrics(f"{stored.kind} {stored.version()}")

@@ -26,6 +26,7 @@ from app.container import Services, running
 from app.errors import (
     AddressNotAvailable,
     AppError,
+    DiskFull,
     InvalidSettings,
     NotReady,
     OpenToTheNetwork,
@@ -33,7 +34,7 @@ from app.errors import (
 from app.settings import Settings
 from app.storage.address import Address, AddressFile
 from app.storage.blob_stores import blobs_at
-from app.storage.database import stored_at
+from app.storage.database import migrate, stored_at
 from app.storage.files import DataFolder, Places
 from app.web import answers
 from app.web.deps import enforce_role
@@ -82,6 +83,8 @@ _WEBSOCKET_MESSAGE_BYTES = 64 * 2**10
 """Limit of a message from a browser, which sends clicks, camera poses and acknowledgements."""
 _SHUTDOWN_S = 3
 """Time that open sockets get to close."""
+
+_KEEP_AGAIN_S = 5.0
 
 _GUARDS = [Depends(enforce_role)]
 """Of every route, one that is added later included."""
@@ -146,7 +149,7 @@ def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
         DataFolderInUse: Another server uses the data folder.
         UnusableDatabase: The database is damaged or of a newer version.
         StoreUnavailable: The object store does not answer, or refuses.
-        DiskFull: There is no room to open the database.
+        DiskFull: There is no room for a new database, or the tables of this version.
         OSError: The data folder cannot be made or written.
     """
     with listening(settings, host, port) as listener:
@@ -212,7 +215,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
         DataFolderInUse: Another server uses the data folder.
         UnusableDatabase: The database is damaged or of a newer version.
         StoreUnavailable: The object store does not answer, or refuses.
-        DiskFull: There is no room to open the database.
+        DiskFull: There is no room for a new database, or the tables of this version.
         OSError: The data folder cannot be made or written.
     """
     logs.configure(settings.log_format)
@@ -268,8 +271,9 @@ def _prepared(settings: Settings, host: str, on_ready: OnReady) -> _Server:
     # Reported here in one sentence; at the start of the application the log would get a traceback.
     folder = DataFolder(settings.data, reserve_bytes=0, is_shared=settings.database is not None)
     try:
-        stored_at(settings.database_url, folder.root).revision()
-        blobs_at(settings.store, folder.root).check()
+        migrate(stored_at(settings.database_url, folder.root))
+        with suppress(DiskFull):  # what is stored can be read
+            blobs_at(settings.store, folder.root).check()
     finally:
         folder.close()
     app = create_app(settings.model_copy(update={"allowed_hosts": (*settings.allowed_hosts, host)}))
@@ -300,6 +304,7 @@ class _Server(uvicorn.Server):
         self._settings = settings
         self._on_ready = on_ready
         self._address = AddressFile(Places(settings.data))
+        self._keeping: asyncio.Task[None] | None = None
         self._announcing: asyncio.Task[None] | None = None
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
@@ -326,14 +331,28 @@ class _Server(uvicorn.Server):
             port = self.servers[0].sockets[0].getsockname()[1]
             base = _base_url(self.config.host, port, self._settings)
             certificate = self._settings.tls_cert
-            self._address.keep(Address(base, str(certificate.resolve()) if certificate else None))
+            address = Address(base, str(certificate.resolve()) if certificate else None)
             url = _login_url(base, self._settings, app.state.services)
+            self._keeping = asyncio.create_task(self._keep(address))
             self._announcing = asyncio.create_task(
                 asyncio.to_thread(_announce, self._on_ready, url, app.state.services)
             )
 
+    async def _keep(self, address: Address) -> None:
+        """Let programs of this machine find the server, once there is room for its address."""
+        while True:
+            try:
+                self._address.keep(address)
+            except OSError as error:
+                logger.warning("Other commands do not find the server yet: %s", error)
+                await asyncio.sleep(_KEEP_AGAIN_S)
+            else:
+                return
+
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop; programs of this machine no longer find the server."""
+        if self._keeping is not None:
+            self._keeping.cancel()
         self._address.forget()
         await super().shutdown(sockets)
 

@@ -53,6 +53,18 @@ def batches(ids: Iterable[str]) -> Iterator[list[str]]:
         yield every[start : start + _IDS_OF_QUERY]
 
 
+@contextmanager
+def _translating(dialect: Dialect) -> Iterator[None]:
+    """Raise what an error of the driver means in the block."""
+    try:
+        yield
+    except Exception as error:
+        meant = dialect.translated(error)
+        if meant is error:
+            raise
+        raise meant from error
+
+
 class Database:
     """Opens and migrates the database, then serves `read` and `write` from any thread."""
 
@@ -73,7 +85,7 @@ class Database:
         self._jobs: queue.Queue[tuple[Callable[[Session], Any], Future[Any]] | None] = queue.Queue(
             _WAITING_WRITES
         )
-        _migrate(self.dialect)
+        migrate(self.dialect)
         self._writer_engine = self.dialect.writer()
         self._reader_engine = self.dialect.reader()
         self.writer = Watched("database-writer", self._write_all, stop_timeout_s=_WRITE_TIMEOUT_S)
@@ -93,14 +105,11 @@ class Database:
         Raises:
             Busy: The database cannot be reached.
         """
-        try:
-            with Session(self._reader_engine, expire_on_commit=False) as session:
-                yield session
-        except Exception as error:
-            meant = self.dialect.translated(error)
-            if meant is error:
-                raise
-            raise meant from error
+        with (
+            _translating(self.dialect),
+            Session(self._reader_engine, expire_on_commit=False) as session,
+        ):
+            yield session
 
     def write(self, change: Callable[[Session], Result]) -> Result:
         """Run `change` in a transaction of the writer; return when it is committed and synced.
@@ -140,12 +149,17 @@ class Database:
                 self._on_write(time.perf_counter() - began_s)
 
 
-def _migrate(dialect: Dialect) -> None:
-    """Migrate the tables to the newest revision, after copying those of an older one."""
+def migrate(dialect: Dialect) -> None:
+    """Migrate the tables to the newest revision, after copying those of an older one.
+
+    Raises:
+        UnusableDatabase: It is damaged, cannot be reached, or is of a newer version.
+        DiskFull: There is no room for new tables; those of the newest revision need none.
+    """
     newest = revisions.newest()
     if dialect.revision() == newest:
         return
-    with dialect.migrating() as connection:
+    with _translating(dialect), dialect.migrating() as connection:
         current = revisions.of(connection)
         if current == newest:  # another server was faster
             return

@@ -29,6 +29,7 @@ from __future__ import annotations
 import errno
 import fcntl
 import hashlib
+import logging
 import os
 import secrets
 import shutil
@@ -39,6 +40,8 @@ from typing import BinaryIO
 
 from app.errors import NO_ROOM, DataFolderInUse, DiskFull
 from app.storage import keys
+
+logger = logging.getLogger(__name__)
 
 
 class Places:
@@ -133,11 +136,18 @@ class DataFolder(Places):
             )
 
     def kept_token(self) -> str:
-        """Return the server's own token, made at the first start and readable by its owner only."""
+        """Return the server's own token, made at the first start and readable by its owner only;
+        on a full disk one that is forgotten.
+        """
         path = self.root / "token"
-        if not path.exists():
-            write_durably(path, secrets.token_urlsafe(32).encode(), mode=0o600)
-        return path.read_text("ascii").strip()
+        if path.exists():
+            return path.read_text("ascii").strip()
+        token = secrets.token_urlsafe(32)
+        try:
+            write_durably(path, token.encode(), mode=0o600)
+        except DiskFull:
+            logger.warning("The disk is full: the access token is valid until the server ends.")
+        return token
 
 
 def write_durably(path: Path, content: bytes, *, mode: int = 0o644) -> None:

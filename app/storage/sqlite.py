@@ -5,6 +5,9 @@ SQLite 3.7.0 to 3.51.2 can corrupt a WAL database when two connections write or 
 thread, and every other connection is `query_only`.  With synchronous=FULL a commit is on the disk
 when it returns: what was acknowledged survives a power cut (4 ms a commit; NORMAL may lose the last
 ones).  A full disk refuses the transaction and leaves the file whole; the next one may succeed.
+
+Even a reader needs room, for the index of the log that all processes share.  A database that is
+opened on a full disk keeps that index in memory, and is this process's alone until it is closed.
 """
 
 from __future__ import annotations
@@ -32,6 +35,10 @@ _PRAGMAS = (
 )
 
 
+_ALONE = "vfs=unix-excl"
+"""What keeps the index of the log in memory, https://sqlite.org/vfs.html."""
+
+
 class Sqlite:
     """The database in a file; see `Dialect`."""
 
@@ -40,16 +47,19 @@ class Sqlite:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._is_alone = False
+        """Whether other processes are kept out, as there was no room for what they would share."""
         self.where = str(path)
         self.missing = f"There is no database in the folder {path.parent}; name it with --data."
 
     def reader(self) -> Engine:
         """Make an engine whose sessions see one consistent state and cannot write."""
-        return _engine(self._path, *_PRAGMAS, "PRAGMA query_only=ON", pool_size=8)
+        pragmas = (*_PRAGMAS, "PRAGMA query_only=ON")
+        return _engine(self._path, *pragmas, pool_size=8, is_alone=self._is_alone)
 
     def writer(self) -> Engine:
         """Make the engine with the only connection that writes."""
-        return _engine(self._path, *_PRAGMAS, pool_size=1)
+        return _engine(self._path, *_PRAGMAS, pool_size=1, is_alone=self._is_alone)
 
     def version(self) -> str:
         """Return the version of the library."""
@@ -63,7 +73,11 @@ class Sqlite:
 
     def revision(self) -> str | None:
         """Check the file and return the revision of its tables; None without a file."""
-        return revision_of(self._path)
+        try:
+            return revision_of(self._path)
+        except DiskFull:
+            self._is_alone = True
+            return revision_of(self._path, is_alone=True)
 
     @contextmanager
     def migrating(self) -> Iterator[Connection]:
@@ -133,8 +147,13 @@ def opened_copy(path: Path) -> Iterator[Connection]:
         engine.dispose()
 
 
-def _engine(path: Path, *pragmas: str, pool_size: int) -> Engine:
-    engine = create_engine(f"sqlite:///{path}", pool_size=pool_size, max_overflow=40)
+def _engine(path: Path, *pragmas: str, pool_size: int, is_alone: bool = False) -> Engine:
+    url = (
+        f"sqlite:///{path.absolute().as_uri()}?{_ALONE}&uri=true"
+        if is_alone
+        else f"sqlite:///{path}"
+    )
+    engine = create_engine(url, pool_size=pool_size, max_overflow=40)
 
     @event.listens_for(engine, "connect")
     def configure(connection: sqlite3.Connection, _record: object) -> None:
@@ -181,17 +200,21 @@ def _is_of_full_disk(error: BaseException, path: Path) -> bool:
     return False
 
 
-def revision_of(path: Path) -> str | None:
+def revision_of(path: Path, *, is_alone: bool = False) -> str | None:
     """Return the revision of the tables in a file; None if it has none or does not exist.
 
+    Args:
+        path: The file.
+        is_alone: Whether no other process may open it meanwhile, which takes no room.
     Raises:
         UnusableDatabase: The file is damaged, or a newer version of Chainage made it.
-        DiskFull: There is no room even for reading.
+        Busy: Another program keeps it.
+        DiskFull: There is no room for what processes that read it share.
     """
     if not path.exists():
         return None
     try:
-        with closing(_opened_to_read(path)) as connection:
+        with closing(_opened_to_read(path, is_alone=is_alone)) as connection:
             _require_sound(connection)
             tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_schema")}
             found = (
@@ -200,7 +223,12 @@ def revision_of(path: Path) -> str | None:
                 else None
             )
     except sqlite3.DatabaseError as error:
-        if _is_of_full_disk(error, path):  # even a reader needs room, for the index of the log
+        if _code_of(error) == sqlite3.SQLITE_BUSY:
+            raise Busy(
+                f"The database {path} is kept by another program: by a server that was started on "
+                "a full disk, until it is started again."
+            ) from error
+        if _is_of_full_disk(error, path):
             raise DiskFull from error
         raise UnusableDatabase(
             f"The database {path} cannot be read, it is damaged ({str(error).strip()}). Make a new "
@@ -239,6 +267,7 @@ def copy_database(source: Path, target: Path) -> None:
         raise
 
 
-def _opened_to_read(path: Path) -> sqlite3.Connection:
-    # Only a connection opened this way never checkpoints beside a server whose writer may.
-    return sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=5.0)
+def _opened_to_read(path: Path, *, is_alone: bool = False) -> sqlite3.Connection:
+    # Only a connection that cannot write never checkpoints beside a server whose writer may.
+    how = _ALONE if is_alone else "mode=ro"
+    return sqlite3.connect(f"{path.resolve().as_uri()}?{how}", uri=True, timeout=5.0)

@@ -110,8 +110,11 @@ class Tracking:
 
     def start(self) -> None:
         """Queue again what was running when the server ended, and start."""
-        interrupted = self._store.queue_interrupted(lapsed_only=self._claims.are_shared)
-        if interrupted:
+        try:
+            interrupted = self._store.queue_interrupted(lapsed_only=self._claims.are_shared)
+        except DiskFull as full:
+            logger.warning("Interrupted inspections continue when their claims lapse: %s", full)
+        else:
             logger.info("%d interrupted inspections continue.", interrupted)
         for thread in self.threads:
             thread.start()

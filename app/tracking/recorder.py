@@ -19,7 +19,7 @@ from typing import Any
 
 import msgspec
 
-from app.errors import MediaFailed, StoreUnavailable
+from app.errors import DiskFull, MediaFailed, StoreUnavailable
 from app.jobs.messages import (
     Batch,
     CameraState,
@@ -150,9 +150,20 @@ class Recorder:
         return self._members.name
 
     def take_over(self) -> None:
-        """Recover the recordings that were open when their server ended."""
+        """Recover the recordings that were open when their server ended; on a full disk later."""
+        try:
+            self._adopt()
+        except DiskFull as full:
+            logger.warning("Recordings that were open are recovered later: %s", full)
+            self._in_thread(self._adopt_later, _PAUSE_AFTER_FAULT_S, None)
+
+    def _adopt(self) -> None:
         for inspection in self._store.adopt_recordings(self.owner, self._members.is_alive):
             self._in_thread(self._recover, inspection, inspection.id)
+
+    def _adopt_later(self, pause_s: float) -> None:
+        if not self._stopping.wait(pause_s):
+            self.take_over()
 
     def stop(self) -> None:
         """End the recordings; they are finalised and tracked at the next start."""
@@ -209,7 +220,7 @@ class Recorder:
             raise MediaFailed(f"The film cannot be continued. {answer.detail}")
         sync_folder(recording.parent)
 
-    def _in_thread(self, work: Any, subject: Any, inspection_id: str) -> None:
+    def _in_thread(self, work: Any, subject: Any, inspection_id: str | None) -> None:
         def guarded() -> None:
             try:
                 with about(inspection_id):

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
-from app.errors import BlobNotFound, InspectionNotFound, PhotoNotFound
+from app.errors import BlobNotFound, DiskFull, InspectionNotFound, PhotoNotFound
 from app.storage import keys
 from app.storage.attachments import AttachmentStore
 from app.storage.blobs import Blobs
@@ -96,7 +97,8 @@ class Thumbnails:
             jpeg = self._media.reduced(whole, WIDTH_PX, _JPEG_QUALITY)
         except BlobNotFound as error:
             raise PhotoNotFound("The file of this picture is missing.") from error
-        self._blobs.put_again(key, jpeg)
+        with suppress(DiskFull):  # it is made once more
+            self._blobs.put_again(key, jpeg)
         try:
             self._inspections.get(shown.inspection.id)
         except InspectionNotFound:  # its files are gone, and this one must not stay behind

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
+import sqlite3
 import uuid
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +26,13 @@ from builders import (
 from cameras import MjpegCamera
 from small_disk import SmallDisk, small_disk
 from surveys import Survey
+
+from app.main import in_background
+from app.settings import Settings
+from app.storage import revisions
+from app.storage.database import Database
+from app.storage.sqlite import revision_of
+from app.storage.tables import Heartbeat
 
 PACK = (
     "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
@@ -104,19 +114,50 @@ def test_what_writes_is_refused_and_goes_on_when_there_is_room(
         wait_until(lambda: client.get("/readyz").status_code == 200)
 
 
-def test_a_start_without_room_is_refused_in_a_sentence(
-    disk: SmallDisk, chainage: Callable[..., Any]
+def test_a_server_that_starts_without_room_lets_people_read_and_later_write(
+    disk: SmallDisk, survey: Survey, chainage: Callable[..., Any]
 ) -> None:
-    with serving(disk.place / "data"):
-        pass
+    data = survey.copied_to(disk.place / "data")
+    with closing(sqlite3.connect(data / "chainage.db")) as database, database:
+        database.execute("UPDATE inspections SET status = 'running'")  # it was killed
     disk.fill()
-    refused = chainage("serve", "--port", "0", "--data", disk.place / "data")
+    settings = Settings(data=data, disk_reserve_bytes=0)
+    with in_background(settings) as login_url:
+        url, token = login_url.split("/login?token=")
+        with httpx.Client(base_url=url, headers={"Authorization": f"Bearer {token}"}) as client:
+            path = f"/api/inspections/{survey.id}"
+            for read in ("", "/track", "/observations", "/video", "/exports/csv"):
+                assert client.get(path + read).status_code == 200, read
+            assert_error(client.patch(path, json={"name": "Another"}), 507, "disk_full")
+            assert not (data / "address.json").exists()
+            assert not (data / "token").exists()
+            disk.make_room()
+            assert client.patch(path, json={"name": "Another"}).status_code == 200
+            wait_until((data / "address.json").exists)
+    disk.fill()
+    refused = chainage("serve", "--port", "0", "--data", disk.place / "new")
     assert refused.code == 1
     assert "disk is full" in refused.err
     assert "Traceback" not in refused.err
+
+
+def test_what_a_killed_server_left_in_the_log_is_read_and_written_without_room(
+    disk: SmallDisk, tmp_path: Path
+) -> None:
+    file, left = tmp_path / "chainage.db", disk.place / "chainage.db"
+    first = Database(file)
+    first.beat()
+    for name in (file.name, f"{file.name}-wal"):
+        shutil.copy(tmp_path / name, disk.place / name)
+    first.close()
+    disk.fill()
+    database = Database(left)
+    with database.read() as session:
+        assert session.get(Heartbeat, 1) is not None
     disk.make_room()
-    with serving(disk.place / "data") as client:
-        assert client.get("/readyz").status_code == 200
+    database.beat()
+    database.close()
+    assert revision_of(left) == revisions.newest()  # by others, too
 
 
 def photo_of(client: Client, tags: str, observation_id: str) -> bytes | None:
