@@ -17,21 +17,39 @@ SIZE = (320, 240)
 MILLISECOND = Fraction(1, 1000)
 
 
-def numbered_clip(path: Path, codec: str, *, frames: int = 90, rate_step_ms: int = 7) -> Path:
+WIDE_PIXELS = Fraction(4, 3)
+NARROWED = (int(SIZE[0] / WIDE_PIXELS), SIZE[1])
+
+
+def numbered_clip(
+    path: Path,
+    codec: str,
+    *,
+    frames: int = 90,
+    rate_step_ms: int = 7,
+    is_upside_down: bool = False,
+) -> Path:
     """A moving texture with the frame number as 16 black or white blocks in the first rows.
 
     The rate is variable: the intervals go through 20, 20 + step, ... ms and start again at 70 ms.
+    A film upside down says so, and has pixels that are wider than high; it is shown alike.
     """
     texture = _texture()
     with av.open(str(path), "w") as container:
         stream = container.add_stream(codec, rate=30)
-        stream.width, stream.height = SIZE
+        stream.width, stream.height = NARROWED if is_upside_down else SIZE
+        if is_upside_down:
+            stream.set_display_rotation(180)
+            stream.codec_context.sample_aspect_ratio = WIDE_PIXELS
         stream.pix_fmt = "yuv420p"
         stream.time_base = MILLISECOND
         stream.codec_context.time_base = MILLISECOND
         time_ms = 0
         for number in range(frames):
-            picture = av.VideoFrame.from_ndarray(_numbered(texture, number), format="gray")
+            shown = _numbered(texture, number)
+            if is_upside_down:
+                shown = np.rot90(cv2.resize(shown, NARROWED, interpolation=cv2.INTER_AREA), 2)
+            picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(shown), format="gray")
             picture.pts = time_ms
             picture.time_base = MILLISECOND
             container.mux(stream.encode(picture))
@@ -40,11 +58,12 @@ def numbered_clip(path: Path, codec: str, *, frames: int = 90, rate_step_ms: int
     return path
 
 
-def rig_for_clip(path: Path) -> Path:
-    width, height = SIZE
+def rig_for_clip(path: Path, size: tuple[int, int] = SIZE) -> Path:
+    width, height = size
     rig = {
         "camera": {
-            "model": "pinhole", "width": width, "height": height, "fx": 600.0, "fy": 600.0,
+            "model": "pinhole", "width": width, "height": height,
+            "fx": 600.0 * width / SIZE[0], "fy": 600.0,
             "cx": (width - 1) / 2, "cy": (height - 1) / 2,
         },
         "mount": {"view": "down", "height_mm": 230.0, "rotation_deg": 0.0},

@@ -6,11 +6,12 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
+import PIL.Image
 import pytest
 from clip_surveys import SHORT_FRAMES
-from clips import numbered_clip, rig_for_clip
+from clips import NARROWED, SIZE, numbered_clip, rig_for_clip
 from desks import DRAWN_AND_STATED, expect_frame
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 from steps import Server, log_in
 from surveys import Survey
 
@@ -71,3 +72,28 @@ def test_picture_and_number_agree_however_the_film_is_moved(
     page.keyboard.press("j")
     expect_frame(page, 0)
     assert page.evaluate(DRAWN_AND_STATED) == [0, 0], "backwards"
+
+
+def test_a_film_upside_down_with_wide_pixels_is_shown_and_tagged_as_people_see_it(
+    page: Page, server: Server, tmp_path: Path
+) -> None:
+    clip = numbered_clip(tmp_path / "held.mp4", "libx264", frames=12, is_upside_down=True)
+    inspection = server.track(clip, rig_for_clip(tmp_path / "rig.json", NARROWED))
+    log_in(page, server, f"/inspections/{inspection}")
+    expect_frame(page, 0)
+    page.keyboard.press("ArrowRight")
+    expect_frame(page, 1)
+    assert page.evaluate(DRAWN_AND_STATED) == [1, 1]
+    stage = page.locator(".stage__overlay").bounding_box()
+    assert stage is not None
+    scale = min(stage["width"] / SIZE[0], stage["height"] / SIZE[1])
+    left = stage["x"] + (stage["width"] - scale * SIZE[0]) / 2
+    top = stage["y"] + (stage["height"] - scale * SIZE[1]) / 2
+    page.mouse.click(left + 0.7 * scale * SIZE[0], top + 0.2 * scale * SIZE[1])
+    expect(page.locator(".defect img:visible")).to_have_count(1)
+    path = f"/api/inspections/{inspection}/observations"
+    (tag,) = json.load(server.ask("GET", path))["observations"]
+    assert tag["pixel"] == pytest.approx([0.7 * NARROWED[0], 0.2 * NARROWED[1]], abs=2)
+    photo = PIL.Image.open(server.ask("GET", f"{path}/{tag['id']}/photo"))
+    assert photo.size == SIZE
+    assert [photo.convert("L").getpixel((x, 8)) > 128 for x in (8, 24)] == [True, False], "frame 1"

@@ -9,6 +9,7 @@ from typing import Any
 from app.reports.report import Entry, Photo
 from app.survey.measure import Figure
 from app.survey.rounding import with_interval
+from vo_core.sources import square_size
 
 _UNITS = {"area": "mm²"}
 
@@ -39,12 +40,14 @@ def outlines(entry: Entry, photo: Photo, video: Mapping[str, Any]) -> list[Outli
     Args:
         entry: The entry with the photo.
         photo: One of its photos.
-        video: The film with its `width` and `height`, px; pixel centres are at integers.
+        video: The film with its `width` and `height`, px, and `pixel_aspect`; pixel centres are at
+            integers.
     """
     if photo.of not in ("", entry.id):
         return []
     wide, high = video["width"], video["height"]
-    share = photo.marked.picture_share(wide, high) if photo.marked else 1.0
+    photo_wh = square_size((wide, high), video.get("pixel_aspect", 1.0))
+    share = photo.marked.picture_share(*photo_wh) if photo.marked else 1.0
     measures: list[Mapping[str, Any]] = entry.tag.measures or []  # type: ignore[assignment]
     return [
         Outline(

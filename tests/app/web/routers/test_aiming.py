@@ -39,6 +39,7 @@ def test_the_first_picture_comes_with_its_axis_which_states_the_pitch(
     upload = shared.upload(film.read_bytes())
     seen = shared.get(f"/api/uploads/{upload}/axis").json()
     assert (seen["width"], seen["height"]) == (CROOKED.rig.camera.width, CROOKED.rig.camera.height)
+    assert seen["pixel_aspect"] == 1
     answer = shared.get(f"/api/uploads/{upload}/picture")
     assert answer.headers["Content-Type"] == "image/jpeg"
     picture = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
