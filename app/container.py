@@ -45,6 +45,7 @@ from app.inspections.uploads import Uploads
 from app.jobs.messages import Limits
 from app.meter_counter.line import MeterCounter, Peer
 from app.ops.health import Health
+from app.ops.memory import give_back
 from app.ops.metrics import Metrics, WatchedServices
 from app.reports.bulk import BulkExports
 from app.reports.reports import Reports
@@ -101,6 +102,7 @@ from app.watched import Watched
 logger = logging.getLogger(__name__)
 
 _EXPIRY_SWEEP_S = 600.0
+_GIVE_BACK_S = 60.0
 _THREADS = 32
 
 
@@ -166,6 +168,7 @@ async def running(settings: Settings) -> AsyncIterator[Services]:
             asyncio.create_task(
                 _repeated(partial(asyncio.to_thread, services.uploads.expire), _EXPIRY_SWEEP_S)
             ),
+            asyncio.create_task(_repeated(partial(asyncio.to_thread, give_back), _GIVE_BACK_S)),
         ]
         try:
             yield services

@@ -31,6 +31,7 @@ from app.errors import (
     NotReady,
     OpenToTheNetwork,
 )
+from app.ops.memory import keep_little
 from app.settings import Settings
 from app.storage.address import Address, AddressFile
 from app.storage.blob_stores import blobs_at
@@ -219,6 +220,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
         OSError: The data folder cannot be made or written.
     """
     logs.configure(settings.log_format)
+    keep_little()
     server = _prepared(settings, host, on_ready)
     # What is loaded by now stays.  To search it for garbage, as a 3D view that closes does, would
     # hold up all requests for 140 ms.

@@ -204,6 +204,17 @@ def fault_of_name(name: str) -> str | None:
     return "is the name of the server's own token" if name == SERVER else None
 
 
+def network_of(address: str) -> str:
+    """Return the address, or for IPv6 its /64, which one person can use freely."""
+    try:
+        found = ipaddress.ip_address(address)
+    except ValueError:
+        return address
+    if isinstance(found, ipaddress.IPv6Address) and found.ipv4_mapped is None:
+        return str(ipaddress.ip_network((found, 64), strict=False))
+    return address
+
+
 class _Recent:
     """A bounded memory of the newest items."""
 
@@ -232,7 +243,7 @@ class _Attempts:
 
     def check(self, address: str) -> None:
         with self._lock:
-            failures = self._failures.get(_network(address), deque())
+            failures = self._failures.get(network_of(address), deque())
             while failures and failures[0][0] < time.monotonic() - _FAILURES_WITHIN_S:
                 failures.popleft()
             if len(failures) >= _FAILURES:
@@ -240,7 +251,7 @@ class _Attempts:
 
     def failed(self, address: str, digest: str | None = None) -> None:
         """Count a failure, each `digest` once."""
-        network = _network(address)
+        network = network_of(address)
         with self._lock:
             failures = self._failures.setdefault(network, deque(maxlen=_FAILURES))
             if digest is None or all(digest != earlier for _, earlier in failures):
@@ -248,17 +259,6 @@ class _Attempts:
             self._failures.move_to_end(network)
             while len(self._failures) > _ADDRESSES:
                 self._failures.popitem(last=False)
-
-
-def _network(address: str) -> str:
-    """Return the address, or for IPv6 its /64, which one person can use freely."""
-    try:
-        found = ipaddress.ip_address(address)
-    except ValueError:
-        return address
-    if isinstance(found, ipaddress.IPv6Address) and found.ipv4_mapped is None:
-        return str(ipaddress.ip_network((found, 64), strict=False))
-    return address
 
 
 def _is_within(age: timedelta, most: timedelta) -> bool:

@@ -7,14 +7,20 @@ block everybody. `middleware.Envelope` limits the time for reading a body.
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Iterable
+from ipaddress import ip_address, ip_network
 
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from app.access.access import network_of
 
 HEAD_S = 20.0
 """Seconds for the head of a request, from the connection or the first byte on."""
 CONNECTIONS = 512
 """Most connections at once; a page has seven or eight."""
+CONNECTIONS_OF_ADDRESS = 256
+"""Most connections from one address, unless it is that of a trusted proxy."""
 
 
 class PromptProtocol(H11Protocol):
@@ -26,6 +32,7 @@ class PromptProtocol(H11Protocol):
 
     head_s = HEAD_S
     most = CONNECTIONS
+    most_of_address = CONNECTIONS_OF_ADDRESS
 
     _overdue: asyncio.TimerHandle | None = None
 
@@ -33,8 +40,11 @@ class PromptProtocol(H11Protocol):
         """Start waiting for the first head."""
         super().connection_made(transport)
         self._await_request()
-        if len(self.connections) > self.most:
-            self._make_room()
+        neighbours = self._neighbours()
+        if len(neighbours) > self.most_of_address:
+            self._make_room(neighbours)
+        elif len(self.connections) > self.most:
+            self._make_room(self.connections)
 
     def data_received(self, data: bytes) -> None:
         """Restart or stop waiting: the bytes may begin, continue or complete a request."""
@@ -60,13 +70,35 @@ class PromptProtocol(H11Protocol):
             self._overdue.cancel()
             self._overdue = None
 
-    def _make_room(self) -> None:
+    def _neighbours(self) -> list[asyncio.Protocol]:
+        """Return the connections from the same address; none if it is that of a trusted proxy."""
+        address = _address_of(self)
+        if address is None or (self.config.proxy_headers and self._is_of_proxy(address)):
+            return []
+        return [
+            other
+            for other in self.connections
+            if (theirs := _address_of(other)) and network_of(theirs) == network_of(address)
+        ]
+
+    def _is_of_proxy(self, address: str) -> bool:
+        return any(
+            ip_address(address) in ip_network(proxy) for proxy in self.config.forwarded_allow_ips
+        )
+
+    def _make_room(self, among: Iterable[asyncio.Protocol]) -> None:
         """Close the longest pending connection, so that prompt requests are served."""
         owing = {
             other._overdue.when(): other
-            for other in self.connections
+            for other in among
             if isinstance(other, PromptProtocol) and other._overdue is not None
         }
         oldest = owing[min(owing)]
         oldest._stop_waiting()  # not chosen again before it is closed
         oldest.transport.abort()
+
+
+def _address_of(connection: object) -> str | None:
+    """Return the address from which a connection comes, as protocols of uvicorn note it."""
+    client: tuple[str, int] | None = getattr(connection, "client", None)
+    return None if client is None else client[0]

@@ -8,6 +8,7 @@ import logging
 import re
 import time
 from collections.abc import Collection
+from contextlib import AbstractContextManager, AsyncExitStack, ExitStack
 from urllib.parse import quote, urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -16,10 +17,11 @@ from starlette.requests import ClientDisconnect, HTTPConnection
 from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.access.access import Access, Principal
+from app.access.access import Access, Principal, network_of
 from app.errors import AppError, CrossOrigin, Unauthenticated, UnknownHost
 from app.web.answers import answer, body_of
 from app.web.languages import WORDS
+from app.web.turns import Shares, Turns
 
 logger = logging.getLogger(__name__)
 
@@ -43,6 +45,8 @@ LARGER_BODIES = {
     "/api/register/import": 16 * _MIB,
 }
 """Limits of files with old surveys, and of tables of films and of assets."""
+_LARGE = Turns("large bodies", most=3, each=1)
+"""Each is held in memory, twice for a moment; who waits has not sent it yet."""
 BODY_PART_S = 60.0
 """Longest silence of a client within an announced body; slow is not silent."""
 BODY_BYTES_PER_S = 1000
@@ -67,6 +71,10 @@ _TICKETED = re.compile(r"/viewer/([0-9a-f]{32})/([^/]+)(?:/[0-9a-f]{32})?/?")
 """The client of a 3D view: its ticket is in the address, and its cookies are ignored."""
 
 CLOSE_SIGNED_OUT = 4401
+MOST_SOCKETS = 128
+"""Of one token or address; a page has one or two, and a server some 500 connections."""
+MOST_VIEWS = 32
+"""3D views of one token or address, of the 48 of a server."""
 _LOOK_EVERY_S = 2.0
 """How often a web socket checks whether its session or token has ended."""
 
@@ -111,9 +119,12 @@ class Envelope:
 
         is_streamed = is_upload and scope["method"] == "PATCH"
         try:
-            most = LARGER_BODIES.get(scope["path"], MAX_BODY_BYTES)
-            limited = _limited(receive, None if is_streamed else most)
-            await self._app(scope, limited, send_with_headers)
+            async with AsyncExitStack() as stack:
+                most = LARGER_BODIES.get(scope["path"], MAX_BODY_BYTES)
+                limited = _limited(receive, None if is_streamed else most)
+                if scope["path"] in LARGER_BODIES:
+                    limited = _in_turn(limited, HTTPConnection(scope), stack)
+                await self._app(scope, limited, send_with_headers)
         except (ClientDisconnect, ConnectionError):
             logger.debug("A client went away during %s %s.", scope["method"], scope["path"])
         except Exception as error:
@@ -147,6 +158,8 @@ class Guard:
     def __init__(self, app: ASGIApp, allowed_hosts: Collection[str]) -> None:
         self._app = app
         self._hosts = {"localhost", *(host.lower() for host in allowed_hosts)}
+        self._sockets = Shares("live connections")
+        self._views = Shares("3D views")
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle an ASGI connection."""
@@ -154,17 +167,32 @@ class Guard:
             await self._app(scope, receive, send)
             return
         connection = HTTPConnection(scope)
-        try:
-            await self._check(connection)
-        except Unauthenticated as error:
-            await _refusal(scope, error)(scope, receive, send)
-        except AppError as error:
-            await answer(error)(scope, receive, send)
-        else:
-            if scope["type"] == "websocket":
-                await self._serve_while_logged_in(connection, receive, send)
+        with ExitStack() as stack:
+            try:
+                await self._check(connection)
+                if scope["type"] == "websocket":
+                    stack.enter_context(self._share(connection))
+            except Unauthenticated as error:
+                await _refusal(scope, error)(scope, receive, send)
+            except AppError as error:
+                await answer(error)(scope, receive, send)
             else:
-                await self._app(scope, receive, send)
+                if scope["type"] == "websocket":
+                    await self._serve_while_logged_in(connection, receive, send)
+                else:
+                    await self._app(scope, receive, send)
+
+    def _share(self, connection: HTTPConnection) -> AbstractContextManager[None]:
+        """Count a web socket until it ends.
+
+        Raises:
+            Busy: The token or the address has as many as it may have.
+        """
+        is_view = connection.scope["path"].startswith("/viewer/")
+        shares, most = (self._views, MOST_VIEWS) if is_view else (self._sockets, MOST_SOCKETS)
+        principal: Principal = connection.state.principal
+        network = network_of(address_of(connection))
+        return shares.share(most, f"token {principal.name}", f"address {network}")
 
     async def _serve_while_logged_in(
         self, connection: HTTPConnection, receive: Receive, send: Send
@@ -275,6 +303,12 @@ def address_of(connection: HTTPConnection) -> str:
     return connection.client.host if connection.client else "unknown"
 
 
+def person_of(connection: HTTPConnection) -> str:
+    """Return whose share of the server a request takes: several people may have one token."""
+    principal: Principal = connection.state.principal
+    return f"{principal.name} {network_of(address_of(connection))}"
+
+
 def _host_name(host: str) -> str:
     """Return the host of a Host header without its port; empty if it is invalid."""
     try:
@@ -347,3 +381,17 @@ def _limited(receive: Receive, most: int | None) -> Receive:
         return message
 
     return receive_limited
+
+
+def _in_turn(receive: Receive, connection: HTTPConnection, stack: AsyncExitStack) -> Receive:
+    """Read a large body only after its turn has come, which ends with the request."""
+    has_turn = False
+
+    async def receive_in_turn() -> Message:
+        nonlocal has_turn
+        if not has_turn:
+            has_turn = True
+            await stack.enter_async_context(_LARGE.turn(person_of(connection)))
+        return await receive()
+
+    return receive_in_turn

@@ -5,52 +5,60 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Coroutine
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
 from anyio import CapacityLimiter
-from anyio.lowlevel import RunVar
 from anyio.to_thread import run_sync
+from fastapi import Depends
 
-THREADS = 8
-"""Reports, pictures and imports at a time; further ones wait without occupying a thread."""
-THUMBNAIL_THREADS = 2
-
-_limiter: RunVar[CapacityLimiter] = RunVar("slow work")
-_thumbnail_limiter: RunVar[CapacityLimiter] = RunVar("thumbnails")
+from app.web.middleware import person_of
+from app.web.turns import Turns
 
 Endpoint = Callable[..., Any]
 Waiting = Callable[..., Coroutine[Any, Any, Any]]
 
 
+_SLOW = Turns("slow work", most=8, each=4)
+"""What waits for the disk, a child process or many rows."""
+_HEAVY = Turns("heavy work", most=3, each=2)
+"""What keeps a processor busy or takes much memory: reports, tables, maps."""
+_THUMBNAILS = Turns("thumbnails", most=2, each=1)
+"""A list wants dozens of them at once."""
+
+
 def slow(endpoint: Endpoint) -> Waiting:
-    """Run a blocking endpoint in the separate threads."""
-    return _run_in(_limiter, THREADS, endpoint)
+    """Run a blocking endpoint in threads apart from those of quick ones."""
+    return _in_turns(_SLOW, endpoint)
+
+
+def heavy(endpoint: Endpoint) -> Waiting:
+    """Run an endpoint that takes much of the machine, a few of them at a time."""
+    return _in_turns(_HEAVY, endpoint)
 
 
 def for_lists(endpoint: Endpoint) -> Waiting:
-    """Run a blocking endpoint in threads of its own.
-
-    A list wants dozens of thumbnails at once, and no other slow request may wait for all of them.
-    """
-    return _run_in(_thumbnail_limiter, THUMBNAIL_THREADS, endpoint)
+    """Run a blocking endpoint in threads that no other slow request waits for."""
+    return _in_turns(_THUMBNAILS, endpoint)
 
 
-def _run_in(limiter: RunVar[CapacityLimiter], threads: int, endpoint: Endpoint) -> Waiting:
-    async def run(*positional: Any, **named: Any) -> Any:
-        work = partial(endpoint, *positional, **named)
-        return await run_sync(work, limiter=_of_this_loop(limiter, threads))
+def _in_turns(turns: Turns, endpoint: Endpoint) -> Waiting:
+    async def run(*positional: Any, whose_turn: str, **named: Any) -> Any:
+        async with turns.turn(whose_turn):
+            # The turn is the limit; the default one is that of quick requests.
+            return await run_sync(
+                partial(endpoint, *positional, **named), limiter=CapacityLimiter(1)
+            )
 
     run.__name__, run.__doc__ = endpoint.__name__, endpoint.__doc__
     run.__module__, run.__qualname__ = endpoint.__module__, endpoint.__qualname__
     # FastAPI reads the parameters from it; the names in it are those of the endpoint's module.
-    run.__signature__ = inspect.signature(endpoint, eval_str=True)  # type: ignore[attr-defined]
+    signature = inspect.signature(endpoint, eval_str=True)
+    person = inspect.Parameter(
+        "whose_turn",
+        inspect.Parameter.KEYWORD_ONLY,
+        annotation=Annotated[str, Depends(person_of)],
+    )
+    run.__signature__ = signature.replace(  # type: ignore[attr-defined]
+        parameters=[*signature.parameters.values(), person]
+    )
     return run
-
-
-def _of_this_loop(limiter: RunVar[CapacityLimiter], threads: int) -> CapacityLimiter:
-    try:
-        return limiter.get()
-    except LookupError:
-        made = CapacityLimiter(threads)
-        limiter.set(made)
-        return made

@@ -28,7 +28,7 @@ from app.web.schemas.archive import (
     Words,
 )
 from app.web.schemas.failures import failures
-from app.web.slow import slow
+from app.web.slow import heavy, slow
 from app.web.versions import Replaced, tag_with
 from vo_core.errors import InvalidRig
 
@@ -70,7 +70,7 @@ def list_films(
 
 
 @router.post("/films/preview", responses=failures(FolderNotAllowed, NoSuchFilm, InvalidTable))
-@slow
+@heavy
 def preview(body: AdditionIn, services: ServicesDep) -> AdditionOut:
     """Return what each film would get; nothing changes."""
     archive = services.archive
@@ -78,7 +78,7 @@ def preview(body: AdditionIn, services: ServicesDep) -> AdditionOut:
 
 
 @router.post("/films", responses=failures(FolderNotAllowed, NoSuchFilm, InvalidTable))
-@slow
+@heavy
 def add(body: AdditionIn, services: ServicesDep, principal: PrincipalDep) -> AdditionOut:
     """Add films of the server's machine; those that are in the archive already stay as they are."""
     archive = services.archive

@@ -34,7 +34,7 @@ from app.web.deps import (
 from app.web.ranges import PRIVATE, blob_response
 from app.web.schemas.attachments import AttachmentOut, AttachmentsOut
 from app.web.schemas.failures import content, failures
-from app.web.slow import slow
+from app.web.slow import heavy
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["attachments"])
 
@@ -194,7 +194,7 @@ def photo(
     responses=content("image/jpeg") | failures(InspectionNotFound, PhotoNotFound),
 )
 @viewer
-@slow
+@heavy
 def shown_photo(
     inspection_id: InspectionId,
     photo_of: AttachmentId,

@@ -14,7 +14,7 @@ from app.reports.content.words import Language
 from app.web.deps import PrincipalDep, ServicesDep, operator
 from app.web.schemas.failures import failures
 from app.web.schemas.inspections import ArchiveIn, ImportedOut, InspectionOut
-from app.web.slow import slow
+from app.web.slow import heavy
 from vo_core.errors import RigVideoMismatch, UnreadableVideo
 
 router = APIRouter(prefix="/api/imports", tags=["inspections"])
@@ -22,7 +22,7 @@ router = APIRouter(prefix="/api/imports", tags=["inspections"])
 
 @router.post("", status_code=201, responses=failures(InvalidImport))
 @operator
-@slow
+@heavy
 def add(
     filename: Annotated[str, Query(min_length=1, max_length=1000, description="Name of the file.")],
     content: Annotated[
@@ -59,7 +59,7 @@ def add(
     ),
 )
 @operator
-@slow
+@heavy
 def add_archive(
     body: ArchiveIn, services: ServicesDep, principal: PrincipalDep, lang: Language = "en"
 ) -> ImportedOut:

@@ -28,7 +28,7 @@ from app.web.ranges import PRIVATE, blob_response
 from app.web.schemas.bulk import ExchangeKind
 from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.records import LossesOut
-from app.web.slow import for_lists, slow
+from app.web.slow import for_lists, heavy, slow
 from app.web.versions import etag
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
@@ -97,7 +97,7 @@ ExportKind = Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")]
     | failures(InspectionNotFound, ExportNotAvailable, UnreadableKey),
 )
 @viewer
-@slow
+@heavy
 def export(
     inspection_id: InspectionId,
     kind: ExportKind,
@@ -141,7 +141,7 @@ def export(
 
 @router.get("/exports/{kind}/losses", responses=failures(InspectionNotFound, ExportNotAvailable))
 @viewer
-@slow
+@heavy
 def losses(
     inspection_id: InspectionId,
     kind: ExportKind,

@@ -22,7 +22,7 @@ from app.web.schemas.register import (
     RegisterImportOut,
     RegisterOut,
 )
-from app.web.slow import slow
+from app.web.slow import heavy
 from app.web.versions import Replaced, tag_with
 
 router = APIRouter(prefix="/api/register", tags=["register"])
@@ -70,7 +70,7 @@ def like(
 
 @router.post("/import", responses=failures(InvalidTable))
 @operator
-@slow
+@heavy
 def import_table(
     content: Annotated[
         bytes, Body(media_type="text/csv", description="The table, in UTF-8 or Windows-1252.")

@@ -33,12 +33,13 @@ class _Prompt(PromptProtocol):
 
 class _Few(PromptProtocol):
     head_s = PATIENT_S
-    most = 4
+    most = 8
+    most_of_address = 4
 
 
-def opened(server: LiveServer) -> socket.socket:
+def opened(server: LiveServer, source: str = "127.0.0.1") -> socket.socket:
     host, port = server.url.removeprefix("http://").split(":")
-    return socket.create_connection((host, int(port)), timeout=PATIENCE_S)
+    return socket.create_connection((host, int(port)), PATIENCE_S, (source, 0))
 
 
 def rest_of(connection: socket.socket) -> bytes:
@@ -82,11 +83,25 @@ def test_a_request_that_never_gets_whole_is_not_waited_for(tmp_path: Path) -> No
 def test_who_sends_nothing_makes_room_for_who_does(tmp_path: Path) -> None:
     with serving(tmp_path, http=_Few) as client:
         client.headers["Connection"] = "close"
-        silent = [opened(client.server) for _ in range(3 * _Few.most)]
+        sources = [f"127.0.0.{2 + n}" for n in range(3 * _Few.most)]
+        silent = [opened(client.server, source) for source in sources]
         assert client.get("/healthz").status_code == 200
         for connection in silent[: 2 * _Few.most]:
             assert rest_of(connection) == b""
         for connection in silent:
+            connection.close()
+
+
+def test_one_address_does_not_take_all_connections(tmp_path: Path) -> None:
+    begun = HEAD + b"Content-Length: 99\r\nExpect: 100-continue\r\n\r\n"
+    with serving(tmp_path, http=_Few) as client:
+        held = [opened(client.server, "127.0.0.9") for _ in range(_Few.most_of_address)]
+        for connection in held:
+            connection.sendall(begun)
+            assert connection.recv(4096).startswith(b"HTTP/1.1 100")  # its body is waited for
+        assert rest_of(opened(client.server, "127.0.0.9")) == b""
+        assert client.get("/healthz").status_code == 200
+        for connection in held:
             connection.close()
 
 

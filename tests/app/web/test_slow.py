@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
 from builders import PATIENCE_S, Client, wait_until
+
+from app.errors import InvalidTable
+from app.web.turns import Turns
 
 MANY = 44
 """More than there are threads for blocking endpoints."""
@@ -86,3 +90,56 @@ def tag_with_photo(client: Client, inspection_id: str, **values: Any) -> None:
     client.tag(inspection_id, **values).raise_for_status()
     path = f"/api/inspections/{inspection_id}/observations"
     wait_until(lambda: all(tag["photo"] for tag in client.get(path).json()["observations"]))
+
+
+def test_one_person_does_not_take_all_turns() -> None:
+    """Nor does who waits for a turn hold one of those of all."""
+
+    async def served() -> list[str]:
+        turns, order, may_end = Turns("work", most=3, each=2), [], asyncio.Event()
+
+        async def work(person: str) -> None:
+            async with turns.turn(person):
+                order.append(person)
+                await may_end.wait()
+
+        mine = [asyncio.create_task(work("me")) for _ in range(20)]
+        await asyncio.sleep(0)
+        theirs = asyncio.create_task(work("you"))
+        while "you" not in order:
+            await asyncio.sleep(0)
+        begun = order.copy()
+        may_end.set()
+        await asyncio.gather(*mine, theirs)
+        assert len(order) == 21
+        return begun
+
+    assert asyncio.run(served()) == ["me", "me", "you"]
+
+
+def test_a_large_body_is_not_read_before_its_turn(
+    shared: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One of a person at a time, so that not all of them are in memory at once."""
+    register = shared.server.app.state.services.register
+    is_begun, may_end, at_once, most = threading.Event(), threading.Event(), [0], [0]
+
+    def slowly(content: bytes) -> Any:
+        at_once[0] += 1
+        most[0] = max(most[0], at_once[0])
+        is_begun.set()
+        may_end.wait(PATIENCE_S)
+        at_once[0] -= 1
+        raise InvalidTable("Enough.")
+
+    monkeypatch.setattr(register, "preview", slowly)
+    with ThreadPoolExecutor(4) as pool:
+        path, headers = "/api/register/import?dry_run=true", {"Content-Type": "text/csv"}
+        asked = [
+            pool.submit(shared.post, path, content=bytes(10), headers=headers) for _ in range(4)
+        ]
+        assert is_begun.wait(PATIENCE_S)
+        assert shared.get("/api/map").status_code == 200, "another heavy request has its turn"
+        may_end.set()
+        assert {answer.result().status_code for answer in asked} == {422}
+    assert most == [1]

@@ -1,5 +1,6 @@
 import json
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -7,10 +8,11 @@ import cv2
 import numpy as np
 import pytest
 from builders import PATIENCE_S, Client, assert_error, frame_number, serving, wait_until
-from websockets.exceptions import ConnectionClosedError
+from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from websockets.sync.client import ClientConnection
 
 from app.tracking.live import Progress
+from app.web import middleware
 from app.web.routers import live as live_route
 from vo_core import Estimate
 
@@ -201,6 +203,34 @@ def test_of_many_changes_at_once_a_page_gets_one_note(
             shared.put(f"/api/inspections/{own}/labels", json={"labels": [name]})
         pong(second)
         assert pong(first) == ['{"type":"changed"}']
+
+
+def test_one_token_or_address_does_not_take_all_live_connections(
+    shared: Client, done: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(middleware, "MOST_SOCKETS", 2)
+    path = f"/api/inspections/{done}/live"
+
+    def opened(**options: Any) -> ClientConnection:
+        """Those of earlier tests may still be ending."""
+        found: list[ClientConnection] = []
+
+        def can_open() -> bool:
+            with suppress(InvalidStatus):
+                found.append(shared.socket(path, **options))
+            return bool(found)
+
+        wait_until(can_open)
+        return found[0]
+
+    with opened(), opened():
+        for other in ("127.0.0.1", "127.0.0.2"):  # of another address: the token has its share
+            with pytest.raises(InvalidStatus) as refused:
+                shared.socket(path, source_address=(other, 0))
+            answer = refused.value.response
+            assert (answer.status_code, json.loads(answer.body)["code"]) == (503, "busy")
+    with opened(), opened():
+        pass
 
 
 def test_an_unknown_inspection_is_reported_and_closed(shared: Client) -> None:
