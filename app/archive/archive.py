@@ -14,7 +14,9 @@ from app.archive.intake import Intake, IntakeState
 from app.archive.reasons import Group, grouped, reason_of
 from app.archive.rules import Rules, checked_rig, require_usable
 from app.archive.throughput import LOOKED_AT, throughput
-from app.errors import NotRunning
+from app.errors import (
+    NotRunning,
+)
 from app.storage.archive_changes import ArchiveChanges
 from app.storage.archive_films import ArchiveFilms
 from app.storage.archive_rules import RuleStore
@@ -176,8 +178,14 @@ class Archive:
     def retry(self, where: Where, who: str, priority: int | None = None) -> int:
         """Let films that failed, were cancelled or refused wait for another try; return their
         number. One whose rig has changed is tracked with the new rig.
+
+        Films that an older program tracked are tracked again where they are meant: by their ids, or
+        as outdated. An approved one is left alone.
         """
         changed = self._wait(where, ("failed", "cancelled", "refused"), who, priority)
+        if where.selection.outdated or where.selection.ids is not None:
+            old = replace(self._resolved(where), outdated=True)
+            changed += self._tracking.track_again(self._films.ids(old, "done"))
         logger.info("%s retried %d films of the archive.", who, changed)
         return changed
 

@@ -209,15 +209,18 @@ def retry(
     asset: Asset = None,
     reason: Reason = None,
     rig: Annotated[Path | None, typer.Option(help="Rig file to give them first.")] = None,
+    outdated: Annotated[
+        bool, typer.Option("--outdated", help="Films that an older version of Chainage tracked.")
+    ] = False,
     data: Data = None,
 ) -> None:
     """Let films that failed, were cancelled or refused wait for another try."""
     from app.cli.films_to_add import rules_of_rig
 
-    films = _meant(ids, _filters(search, state, project, asset, reason))
-    parts = (
-        [films] if ids or state else [{"where": films["where"] | {"state": it}} for it in _FAILED]
-    )
+    old = {"outdated": True} if outdated else {}
+    films = _meant(ids, _filters(search, state, project, asset, reason) | old)
+    is_stated = ids or state or outdated
+    parts = [films] if is_stated else [{"where": films["where"] | {"state": it}} for it in _FAILED]
     change = None
     if rig is not None:
         (given,) = rules_of_rig(rig)["rigs"].values()

@@ -74,6 +74,7 @@ def read(content: bytes) -> WholeInspection:
         source_size=inspection.source.size,
         source_sha256=inspection.source.sha256,
         video=inspection.video.model_dump(),
+        tracked_with=inspection.tracked_with,
         warning=inspection.warning,
         error=inspection.error,
         error_code=inspection.error_code,

@@ -106,6 +106,8 @@ class _Inspection(_Part):
     source: _Source
     video: _Video
     revision: Annotated[int, Field(ge=0, le=2**30)]
+    tracked_with: Annotated[str, StringConstraints(max_length=64, pattern=LINE)] | None = None
+    """Older exports do not say."""
     warning: _Sentence | None = None
     error: _Sentence | None = None
     error_code: Annotated[str, StringConstraints(pattern=r"^[a-z0-9_]{1,50}$")] | None = None

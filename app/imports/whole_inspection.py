@@ -127,6 +127,8 @@ class WholeInspection:
     source_sha256: str
     video: Mapping[str, Any]
     """Result of probing the video, which is not here."""
+    tracked_with: str | None
+    """Program that tracked the film; None in an older file."""
     warning: str | None
     error: str | None
     error_code: str | None

@@ -57,5 +57,6 @@ class Checks:
             track=self._corrections.track(inspection_id),
             health=self._tracks.health(inspection_id).columns(),
             photo_is_there=photo_is_there,
+            is_outdated=row.is_outdated,
         )
         return run(case)

@@ -309,6 +309,7 @@ class _Moved:
                 if len(track) and not is_unmeasured(track)
                 else None
             ),
+            tracked_with=whole.tracked_with,
             warning=whole.warning,
             error_code=whole.error_code,
             error_detail=whole.error,

@@ -299,6 +299,8 @@ class Report:
     reviewed_by: str | None = None
     """Who has set this state, and when; None while it is a draft."""
     reviewed_at: datetime | None = None
+    tracked_with: str | None = None
+    """Program that tracked the film, as `app.tracker` names it; None if that is not known."""
     warning: str | None = None
     error: str | None = None
     error_code: str | None = None

@@ -306,6 +306,7 @@ class Reports:
             review=cast("ReviewState", row.review_state),
             reviewed_by=row.reviewed_by,
             reviewed_at=row.reviewed_at,
+            tracked_with=row.tracked_with,
             warning=row.warning,
             error=row.error_detail,
             error_code=row.error_code,

@@ -13,7 +13,7 @@ from typing import Literal, TypeVar
 from sqlalchemy import ColumnElement, Select, and_, case, or_, select
 from sqlalchemy.orm import outerjoin
 
-from app.storage.tables import ArchiveFilm, Inspection
+from app.storage.tables import ArchiveFilm, Inspection, outdated
 
 FilmState = Literal[
     "unassigned", "ready", "waiting", "paused", "refused",
@@ -40,6 +40,8 @@ class Selection:
     states: tuple[FilmState, ...] = ()
     project: str | None = None
     asset: str | None = None
+    outdated: bool = False
+    """Only films that an older program tracked."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,8 @@ def matching(selection: Selection) -> list[ColumnElement[bool]]:
         conditions.append(ArchiveFilm.project == selection.project)
     if selection.asset is not None:
         conditions.append(ArchiveFilm.asset == selection.asset)
+    if selection.outdated:
+        conditions.append(outdated())
     if selection.search:
         columns = (ArchiveFilm.name, ArchiveFilm.path, ArchiveFilm.project, ArchiveFilm.asset)
         found = (column.icontains(selection.search, autoescape=True) for column in columns)

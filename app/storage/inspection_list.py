@@ -20,6 +20,7 @@ from app.storage.tables import (
     Inspection,
     InspectionLabel,
     ObservationRow,
+    outdated,
 )
 from app.survey.search_terms import InspectionFilter, InspectionSort, Page
 
@@ -102,6 +103,8 @@ def _conditions(wanted: InspectionFilter) -> Iterator[ColumnElement[bool]]:
         yield IndexedInspection.asset == wanted.asset
     if wanted.severity_from is not None:
         yield IndexedInspection.worst_severity >= wanted.severity_from
+    if wanted.outdated:
+        yield outdated()
     if wanted.label is not None:
         yield exists().where(
             InspectionLabel.inspection_id == Inspection.id, InspectionLabel.label == wanted.label

@@ -292,6 +292,7 @@ class RunStore:
         frames_done: int,
         fps: float | None,
         last: Estimate | None,
+        tracked_with: str | None = None,
     ) -> None:
         """Store the result of a run, its number of frames and the place of the last tracked frame.
 
@@ -300,6 +301,7 @@ class RunStore:
             outcome: How the run ended.
             attempt: Number of its claim; None for a recording, which nobody claims.
             frames_done, fps, last: Of the run.
+            tracked_with: Program that tracked it, as `app.tracker` names it.
         Raises:
             InspectionNotFound: No inspection has this id.
             ClaimLost: The inspection has been claimed again since.
@@ -317,6 +319,7 @@ class RunStore:
             row.warning = " ".join(filter(None, (row.warning, outcome.warning))) or None
             row.frames_done = frames_done
             row.fps = fps
+            row.tracked_with = tracked_with
             row.finished_at = datetime.now(UTC)
             if last is not None:
                 row.distance_mm = last.distance_mm

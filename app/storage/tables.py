@@ -5,7 +5,21 @@ from __future__ import annotations
 from datetime import UTC, date, datetime
 from typing import Any
 
-from sqlalchemy import JSON, BigInteger, DateTime, Float, ForeignKey, Index, Integer, String, Text
+from sqlalchemy import (
+    JSON,
+    BigInteger,
+    ColumnElement,
+    DateTime,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    String,
+    Text,
+    and_,
+    func,
+    not_,
+)
 from sqlalchemy.engine import Dialect
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from sqlalchemy.types import TypeDecorator
@@ -13,9 +27,11 @@ from sqlalchemy.types import TypeDecorator
 from app.survey.records import Event, Observation
 from app.survey.review import DRAFT
 from app.survey.tag import StatedTag
+from app.tracker import measures
 
 ENDED = ("done", "failed", "cancelled")
 """Final states of an inspection."""
+_TRACKED = ("done", "cancelled")
 STATES = ("queued", "running", *ENDED)
 IMPORTED = "import"
 """Kind of a source: the survey file of another program, without its film."""
@@ -93,6 +109,8 @@ class Inspection(Base):
     frames_done: Mapped[int] = mapped_column(Integer, default=0)
     fps: Mapped[float | None] = mapped_column(Float)
     """Tracked frames per second of the last run."""
+    tracked_with: Mapped[str | None] = mapped_column(String(64))
+    """Program of that run, as `app.tracker` names it; None if that is not known."""
     distance_mm: Mapped[float | None] = mapped_column(Float)
     """Distance of the last tracked frame; its standard deviation follows."""
     sigma_distance_mm: Mapped[float | None] = mapped_column(Float)
@@ -128,9 +146,29 @@ class Inspection(Base):
         """Whether this server has the film, or is recording it."""
         return self.video_file != ""
 
+    @property
+    def is_outdated(self) -> bool:
+        """Whether today's program might measure its film otherwise than the one that tracked it."""
+        return (
+            self.status in _TRACKED
+            and self.frames_done > 0
+            and self.source_kind != IMPORTED
+            and not (self.tracked_with or "").endswith(measures())
+        )
+
     def editable(self) -> dict[str, Any]:
         """Return what people edit; its version guards against changes of others."""
         return {"name": self.name, "header": self.header}
+
+
+def outdated() -> ColumnElement[bool]:
+    """Return the condition of `Inspection.is_outdated`."""
+    return and_(
+        Inspection.status.in_(_TRACKED),
+        Inspection.frames_done > 0,
+        Inspection.source_kind != IMPORTED,
+        not_(func.coalesce(Inspection.tracked_with, "").endswith(measures(), autoescape=True)),
+    )
 
 
 class ObservationRow(Base):

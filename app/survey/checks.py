@@ -71,6 +71,8 @@ class Case:
     health: Mapping[str, NDArray[np.floating]]
     """Health of each frame, (N,), by the fields of `Health`."""
     photo_is_there: Callable[[ObservationView], bool]
+    is_outdated: bool = False
+    """Whether an older program tracked the film."""
 
     @property
     def known_mm(self) -> float | None:
@@ -376,7 +378,10 @@ def pictures(case: Case) -> Iterator[Issue]:
 
 
 def the_run(case: Case) -> Iterator[Issue]:
-    """Check lost frames, the length, and the corrections."""
+    """Check the program, lost frames, the length, and the corrections."""
+    if case.is_outdated:
+        text = "An older version of Chainage tracked the film; this one might measure otherwise."
+        yield Issue("warn", "outdated", text)
     is_lost = case.track.status == "lost"
     lost, percent = int(np.count_nonzero(is_lost)), round(100 * share(is_lost), 1)
     if percent > LOST_PERCENT:

@@ -93,3 +93,5 @@ class InspectionFilter:
     severity_from: int | None = None
     """Least severity of the worst defect."""
     label: str | None = None
+    outdated: bool = False
+    """Only those whose film an older program tracked."""

@@ -8,6 +8,7 @@ from typing import Protocol
 from app.jobs.messages import Limits
 from app.storage.blobs import Blobs
 from app.storage.files import DataFolder
+from app.tracker import tracker
 from app.tracking.film_files import FilmFiles
 from app.tracking.film_run import FilmTracker
 from app.tracking.runs import Run, Runs
@@ -96,7 +97,7 @@ class Pool:
             outcome = self._tracker.track(run, video, self._limits)
         if outcome is None:
             return None
-        return Manifest(outcome, run.frames_done, run.fps, run.last)
+        return Manifest(outcome, run.frames_done, run.fps, run.last, tracker())
 
     def run(self, spec: Spec, is_stopped: IsStopped, report: OnReport) -> Manifest:
         """Run a spec in this thread; a child process does the work."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -21,8 +21,11 @@ from app.errors import (
     ClaimLost,
     DiskFull,
     EngineUnavailable,
+    InspectionLocked,
+    InspectionNotFound,
     NothingRecorded,
     NotRunning,
+    StillRunning,
     StoreUnavailable,
     WorkerLost,
     code_of,
@@ -171,6 +174,20 @@ class Tracking:
         self.require_film(self._inspections.get(inspection_id))
         self._store.queue_again(inspection_id)
         self.queued(inspection_id)
+
+    def track_again(self, inspection_ids: Iterable[str]) -> int:
+        """Track ended inspections again; return the number of those that can be: what is approved,
+        running, deleted or without a film is left alone.
+        """
+        queued = 0
+        for inspection_id in inspection_ids:
+            try:
+                self.retry(inspection_id)
+            except (InspectionLocked, InspectionNotFound, NothingRecorded, StillRunning) as left:
+                logger.info("Inspection %s is not tracked again: %s", inspection_id, left)
+            else:
+                queued += 1
+        return queued
 
     def require_film(self, row: Inspection) -> None:
         """Raise NothingRecorded if an ended inspection has no film, so that it cannot be tracked
@@ -356,4 +373,5 @@ class Tracking:
             frames_done=manifest.frames_done,
             fps=manifest.fps,
             last=manifest.last,
+            tracked_with=manifest.tracked_with,
         )

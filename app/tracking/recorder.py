@@ -47,6 +47,7 @@ from app.storage.inspections import InspectionStore
 from app.storage.members import Members
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import Inspection
+from app.tracker import tracker
 from app.tracking.cameras import LiveSource
 from app.tracking.film_files import FilmFiles
 from app.tracking.live import CameraStatus, Live, Progress
@@ -380,9 +381,16 @@ class Recorder:
         if outcome.status == "queued":
             self._queue(inspection, _UNTRACKED)
         else:
-            self._tracks.finish(inspection.id, track_metadata(self._inspections.get(inspection.id)))
+            row = self._inspections.get(inspection.id)
+            self._tracks.finish(inspection.id, track_metadata(row))
             self._store.record_outcome(
-                inspection.id, outcome, frames_done=run.frames_done, fps=run.fps, last=run.last
+                inspection.id,
+                outcome,
+                frames_done=run.frames_done,
+                fps=run.fps,
+                last=run.last,
+                # Of a track that was continued the first part may be an older program's.
+                tracked_with=row.tracked_with if run.first_frame else tracker(),
             )
             logger.info(
                 "Inspection %s (%s): %s after %d frames. %s",

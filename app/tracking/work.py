@@ -32,6 +32,7 @@ from app.storage.blobs import Blobs
 from app.storage.files import Places
 from app.storage.folder_blobs import FolderBlobs
 from app.storage.runs import Outcome
+from app.tracker import tracker
 from app.tracking.film_run import FilmTracker
 from app.tracking.journal import batches_of, stamp_of
 from app.tracking.live import Event, Live, Update, WallChanged
@@ -72,6 +73,8 @@ class Manifest(msgspec.Struct, frozen=True):
     frames_done: int
     fps: float | None = None
     last: Estimate | None = None
+    tracked_with: str | None = None
+    """Program of the machine that tracked it, as `app.tracker` names it."""
     stamp: str = ""
     """Digest of program, film and rig."""
     place: str = ""
@@ -361,6 +364,7 @@ class _Work:
             run.frames_done,
             run.fps,
             run.last,
+            tracker(),
             stamp_of(self._spec),
             self._place,
             files,

@@ -10,7 +10,7 @@ import { get, patch, post, removeSome } from './api.js';
 const FILMS = '/api/archive/films';
 
 /** Names of the filters of the films, as in the address and in `where`. */
-export const FILTERS = ['search', 'state', 'project', 'asset', 'reason'];
+export const FILTERS = ['search', 'state', 'project', 'asset', 'reason', 'outdated'];
 
 /** States in which each action changes a film. @type {Record<Action, string[]>} */
 export const ACTS_ON = {
@@ -58,21 +58,24 @@ export const failuresOf = (signal) => get('/api/archive/failures', signal);
 
 /** Filters that are set, as `where` of a request. @param {Record<string, string>} filters */
 export const whereOf = (filters) =>
-  Object.fromEntries(FILTERS.filter((name) => filters[name]).map((name) => [name, filters[name]]));
+  Object.fromEntries(
+    FILTERS.filter((name) => filters[name]).map((name) => [name, name === 'outdated' || filters[name]]),
+  );
 
 /**
  * The films of a selection that the action changes.
- * @template {{state: string}} Film
+ * @template {{state: string, outdated: boolean}} Film
  * @param {Action} action
  * @param {Film[]} films
  */
-export const concerned = (action, films) => films.filter(({ state }) => ACTS_ON[action].includes(state));
+export const concerned = (action, films) =>
+  films.filter(({ state, outdated }) => ACTS_ON[action].includes(state) || (action === 'retry' && outdated));
 
 /**
  * Returns what undoes an action, or null where something of it is lost: a stopped run begins again at its
  * first frame.
  * @param {Action} action
- * @param {{id: string, state: string}[]} films as they were before
+ * @param {{id: string, state: string, outdated: boolean}[]} films as they were before
  */
 export function undoOf(action, films) {
   const groups = Map.groupBy(concerned(action, films), ({ state }) => BACK[action][state] ?? null);

@@ -3,7 +3,7 @@
 /**
  * Fires `change`.
  * @template {{id: string}} Item
- * @template [Where=Record<string, string>] how the list that is selected from writes its filters
+ * @template [Where=Record<string, string|boolean>] how the list that is selected from writes its filters
  */
 export class Selection extends EventTarget {
   /** @type {Map<string, Item>} */

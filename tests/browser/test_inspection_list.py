@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 
 import pytest
 from clip_surveys import ids_of
@@ -17,7 +19,13 @@ NAMES = ("Jalan Ampang", "Sungai Besi", "Bukit Jalil")
 
 @pytest.fixture(scope="module")
 def server(several: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(several.copied_to(tmp_path_factory.mktemp("data"))) as running:
+    data = several.copied_to(tmp_path_factory.mktemp("data"))
+    with closing(sqlite3.connect(data / "chainage.db")) as database, database:
+        database.execute(
+            "UPDATE inspections SET tracked_with = '0.0.9+0'"
+            " WHERE id = (SELECT min(id) FROM inspections)"
+        )
+    with Server(data) as running:
         yield running
 
 
@@ -50,6 +58,16 @@ def test_an_inspection_is_found_labelled_selected_renamed_and_deleted(
     page.get_by_label("State").select_option("failed")
     expect(rows).to_have_count(0)
     page.get_by_label("State").select_option("")
+    expect(rows).to_have_count(3)
+
+    # What an older program tracked is tracked again together.
+    page.get_by_role("button", name="Older version").click()
+    expect(rows).to_have_count(1)
+    page.get_by_label("Select this page").check()
+    page.get_by_role("button", name="Track again").click()
+    expect(page.get_by_text("1 inspection is tracked again.")).to_be_visible()
+    expect(rows).to_have_count(0)
+    page.get_by_role("button", name="Show all").click()
     expect(rows).to_have_count(3)
 
     # Labels, filters and a selection say which inspections are meant.

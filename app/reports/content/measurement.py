@@ -341,6 +341,8 @@ def video_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
         (t("measurement.pictures"), " · ".join(fact for fact in facts if fact)),
         ("SHA-256", source.sha256 or t("measurement.no_hash")),
     ]
+    if report.tracked_with:
+        rows.append((t("measurement.tracked_with"), f"Chainage {report.tracked_with}"))
     if report.warning:
         rows.append((t("measurement.warning"), report.warning))
     if report.error:

@@ -100,6 +100,7 @@ def _inspection(report: Report) -> Mapping[str, Any]:
         },
         "video": source.video,
         "frames": len(report.track),
+        "tracked_with": report.tracked_with,
         "distance_m": report.distance_m,
         "distance_u95_m": report.u95_m,
         "distance_raw_m": report.raw_distance_m,

@@ -43,9 +43,17 @@ def _where(
     project: Words | None = None,
     asset: Words | None = None,
     reason: Annotated[Words | None, Query(description="The reason of a group of failures.")] = None,
+    outdated: Annotated[
+        bool, Query(description="Only films that an older program tracked.")
+    ] = False,
 ) -> Where:
     return WhereIn(
-        search=search, state=state, project=project, asset=asset, reason=reason
+        search=search,
+        state=state,
+        project=project,
+        asset=asset,
+        reason=reason,
+        outdated=outdated,
     ).to_where()
 
 
@@ -135,8 +143,11 @@ def cancel(body: FilmsMeant, services: ServicesDep, principal: PrincipalDep) -> 
 
 @router.post("/retry")
 @operator
+@slow
 def retry(body: WishIn, services: ServicesDep, principal: PrincipalDep) -> ChangedOut:
-    """Let films that failed, were cancelled or refused wait for another try."""
+    """Let films that failed, were cancelled or refused wait for another try; films that an older
+    program tracked are tracked again if they are named by their ids or by `outdated`.
+    """
     changed = services.archive.retry(body.to_where(), principal.name, body.priority)
     return ChangedOut(changed=changed)
 

@@ -43,12 +43,14 @@ from app.web.schemas.inspections import (
     InspectionChange,
     InspectionIn,
     InspectionOut,
+    InspectionsMeant,
     InspectionsOut,
     LabelOut,
     LabelsIn,
     LabelsInUseOut,
     LabelsOut,
     LiveSource,
+    QueuedOut,
     RigIn,
 )
 from app.web.schemas.observations import WallGridOut, WallPointOut
@@ -111,6 +113,9 @@ def _wanted(
     asset: Name = None,
     severity_from: SeverityFrom = None,
     label: Annotated[str | None, Query(max_length=50, pattern=LINE)] = None,
+    outdated: Annotated[
+        bool, Query(description="Only those whose film an older program tracked.")
+    ] = False,
 ) -> InspectionFilter:
     return InspectionFilter(
         search=search or "",
@@ -120,6 +125,7 @@ def _wanted(
         asset=asset,
         severity_from=severity_from,
         label=label,
+        outdated=outdated,
     )
 
 
@@ -164,6 +170,14 @@ def list_ids(
     """Return the ids of the inspections that fit, at most ten thousand, for work on all of them."""
     page = Page(sort=sort, descending=descending, offset=0, limit=_MOST_IDS)
     return IdsOut(ids=services.inspections.ids(wanted, page))
+
+
+@router.post("/retry")
+@operator
+@slow
+def retry_some(body: InspectionsMeant, services: ServicesDep) -> QueuedOut:
+    """Track inspections again; those that are approved, running or without a film stay."""
+    return QueuedOut(queued=services.tracking.track_again(body.ids))
 
 
 @router.get("/labels")

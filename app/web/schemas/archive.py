@@ -36,6 +36,7 @@ class WhereIn(Given):
     project: Words | None = None
     asset: Words | None = None
     reason: Words | None = Field(None, description="The reason of a group of failures.")
+    outdated: bool = Field(False, description="Only films that an older program tracked.")
 
     def to_where(self, ids: tuple[str, ...] | None = None) -> Where:
         """Convert for the service."""
@@ -46,6 +47,7 @@ class WhereIn(Given):
                 states=() if self.state is None else (self.state,),
                 project=self.project,
                 asset=self.asset,
+                outdated=self.outdated,
             ),
             self.reason,
         )
@@ -66,7 +68,7 @@ class FilmsMeant(Given):
     def to_where(self) -> Where:
         """Convert for the service."""
         ids = None if self.ids is None else tuple(self.ids)
-        return (self.where or WhereIn(reason=None)).to_where(ids)
+        return (self.where or WhereIn(reason=None, outdated=False)).to_where(ids)
 
 
 class WishIn(FilmsMeant):
@@ -206,6 +208,8 @@ class FilmOut(BaseModel):
     fps: float | None
     eta_s: float | None
     distance_m: float | None
+    outdated: bool
+    """Whether an older program tracked it: today's might measure it otherwise."""
     error: ErrorOut | None
     inspection_id: str | None
     added_at: datetime
@@ -238,6 +242,7 @@ class FilmOut(BaseModel):
                 if inspection.corrected_mm is None
                 else inspection.corrected_mm
             ),
+            outdated=inspection is not None and inspection.is_outdated,
             error=_error(view),
             inspection_id=None if inspection is None else inspection.id,
             added_at=film.added_at,

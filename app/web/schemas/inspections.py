@@ -71,6 +71,21 @@ class ArchiveIn(Given):
     upload_id: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
 
 
+class InspectionsMeant(Given):
+    """Inspections by their ids."""
+
+    ids: Annotated[
+        list[Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]],
+        Field(max_length=10_000),
+    ]
+
+
+class QueuedOut(BaseModel):
+    """How many inspections were queued to be tracked."""
+
+    queued: int
+
+
 class ImportedOut(BaseModel):
     """The result of an import."""
 
@@ -200,6 +215,10 @@ class InspectionOut(BaseModel):
     open_questions: int
     """Questions of reviewers that are not settled."""
     labels: list[str]
+    tracked_with: str | None
+    """Program that tracked the film; None if that is not known."""
+    outdated: bool
+    """Whether an older program tracked the film: today's might measure it otherwise."""
     error: ErrorOut | None
     warning: str | None
     created_at: datetime
@@ -239,6 +258,8 @@ class InspectionOut(BaseModel):
             review=ReviewStateOut.of(row),
             open_questions=view.open_questions,
             labels=list(view.labels),
+            tracked_with=row.tracked_with,
+            outdated=row.is_outdated,
             error=_error(row),
             warning=view.warning,
             created_at=row.created_at,

@@ -16,7 +16,7 @@ import { icon } from '../icon/icon.js';
 import { pace } from '../inspection-list/row.js';
 import { showKeys } from '../key-help/key-help.js';
 import '../pager/pager.js';
-import { FILM_STATES, statusChip } from '../status-chip/status-chip.js';
+import { FILM_STATES, outdatedFilter, statusChip } from '../status-chip/status-chip.js';
 import { orToast, toast } from '../toast-stack/toast-stack.js';
 import { askChange, askCancel, askTakeOff } from './dialogs.js';
 import { emptyArchive } from './empty.js';
@@ -138,6 +138,7 @@ export class ArchiveFilms extends Component {
       ['project', t('archive.project'), filters.project],
       ['asset', t('archive.asset'), filters.asset],
       ['reason', t('archive.reason'), filters.reason],
+      ['outdated', t('list.status'), filters.outdated && t('outdated.word')],
     ].filter(([, , value]) => value);
     render(parts.chips, filterChips(chosen));
     this.#showSelection();
@@ -197,7 +198,8 @@ export class ArchiveFilms extends Component {
   #concerns(action) {
     const selection = this.#selection;
     if (selection.isAll) {
-      const { state } = selection.meant.where;
+      const { state, outdated } = selection.meant.where;
+      if (action === 'retry' && outdated) return true;
       return ACTS_ON[action].some((other) => (state ? other === state : this.#states[other]));
     }
     return concerned(action, selection.items).length > 0;
@@ -367,7 +369,7 @@ const columns = () => [
 
 function stateMarkup(film) {
   const { state, error, frames_done: done, frames_total: total } = film;
-  return html`${statusChip(state)}
+  return html`${statusChip(state)} ${outdatedFilter(film.outdated)}
     ${
       state === 'running' &&
       html`<span class="inspection__progress"><progress class="bar" max="1" value="${total ? done / total : 0}" aria-label="${t('progress.label')}"></progress>

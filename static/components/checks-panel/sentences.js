@@ -37,6 +37,7 @@ const SENTENCES = {
   stretch_is_point: (params) => t('checks.stretch_is_point', params),
   stretch_long: (params) => t('checks.stretch_long', params),
   stretches_overlap: (params) => t('checks.stretches_overlap', params),
+  outdated: () => t('outdated.text'),
   lost: (params) => t('checks.lost', params),
   length_unknown: () => t('checks.length_unknown'),
   end_not_reached: (params) => t('checks.end_not_reached', { short: chainage(params.short_m) }),

@@ -16,7 +16,7 @@ import { stepName } from '../inspection-page/step-names.js';
 import { editLabels, showLabelButton } from '../labels/labels.js';
 import { closesElsewhere } from '../menu/menu.js';
 import { GRAVEST } from '../severity-mark/severity-mark.js';
-import { reviewChip, statusChip } from '../status-chip/status-chip.js';
+import { outdatedChip, reviewChip, statusChip } from '../status-chip/status-chip.js';
 import { orToast } from '../toast-stack/toast-stack.js';
 import { exportsMarkup } from './exports-menu.js';
 import { showSaving } from './saving.js';
@@ -95,11 +95,12 @@ export class DeskBar extends Component {
 
   #showState() {
     const { parts, desk } = this;
-    const { status, progress, labels } = desk.inspection.value;
+    const { status, progress, labels, outdated } = desk.inspection.value;
     showLabelButton(parts.labels, labels);
-    if (parts.chip.dataset.status !== status) {
-      parts.chip.dataset.status = status;
-      render(parts.chip, statusChip(status));
+    const shown = `${status} ${outdated}`;
+    if (parts.chip.dataset.shows !== shown) {
+      parts.chip.dataset.shows = shown;
+      render(parts.chip, html`${statusChip(status)} ${outdatedChip(outdated)}`);
     }
     const isRunning = status === 'running';
     parts.pace.textContent = isRunning ? pace(progress) : '';
@@ -107,7 +108,8 @@ export class DeskBar extends Component {
     parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
     parts.cancel.hidden = !desk.inspection.isUnfinished;
     parts.recordOn.hidden = !mayGoOn(desk.inspection.value);
-    parts.retry.hidden = status !== 'failed' && status !== 'cancelled';
+    parts.retry.hidden =
+      status !== 'failed' && status !== 'cancelled' && (!outdated || isLocked(desk.inspection.value));
     this.#showFinish();
     this.#showReview();
   }

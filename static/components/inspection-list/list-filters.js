@@ -13,7 +13,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
 const FIELDS = ['search', 'status', 'review', 'severity_from', 'label'];
 
 /** Names of the filters, as in the address. */
-export const FILTERS = [...FIELDS, 'project', 'no_project', 'asset'];
+export const FILTERS = [...FIELDS, 'project', 'no_project', 'asset', 'outdated'];
 
 export class ListFilters extends Component {
   #list;
@@ -102,6 +102,7 @@ export class ListFilters extends Component {
       ['project', t('archive.project'), filters.project],
       ['no_project', t('archive.project'), filters.no_project && t('projects.none')],
       ['asset', t('archive.asset'), filters.asset],
+      ['outdated', t('list.status'), filters.outdated && t('outdated.word')],
     ];
     render(this.parts.chips, filterChips(chosen.filter(([, , value]) => value)));
   }

@@ -10,7 +10,7 @@ import { likeButton } from '../archive-shell/archive-shell.js';
 import { icon } from '../icon/icon.js';
 import { labelFilters } from '../labels/labels.js';
 import { GRAVEST, worstMarkup } from '../severity-mark/severity-mark.js';
-import { reviewChip, statusChip } from '../status-chip/status-chip.js';
+import { outdatedFilter, reviewChip, statusChip } from '../status-chip/status-chip.js';
 import { thumbnail, thumbnailImage } from '../thumbnail/thumbnail.js';
 
 /** Markup of each part as last rendered. */
@@ -70,7 +70,10 @@ export function updateRow(item, inspection) {
   const state = [status, worst_severity, defects].join('-');
   if (hasFilm(inspection) && item.dataset.state !== state) render(parts.picture, thumbnailImage(id, state));
   item.dataset.state = state;
-  render(parts.chip, html`${statusChip(status)} ${isGrave(inspection) && graveChip()} ${reviewMarkup(inspection)}`);
+  render(
+    parts.chip,
+    html`${statusChip(status)} ${outdatedFilter(inspection.outdated)} ${isGrave(inspection) && graveChip()} ${reviewMarkup(inspection)}`,
+  );
   parts.progress.hidden = !isUnfinished(inspection);
   parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
   parts.pace.textContent = status === 'running' ? pace(progress) : t('progress.waits');

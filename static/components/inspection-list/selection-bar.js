@@ -1,6 +1,6 @@
 /** The selected inspections, and what is done with all of them. */
 
-import { get } from '../../core/api.js';
+import { get, post } from '../../core/api.js';
 import { html, render, setText } from '../../core/html.js';
 import { Selection } from '../../core/selection.js';
 import { Component } from '../../core/store.js';
@@ -8,7 +8,7 @@ import { count } from '../../core/units.js';
 import { t } from '../../core/words.js';
 import { openBulkExport } from '../bulk-export/bulk-export.js';
 import { icon } from '../icon/icon.js';
-import { orToast } from '../toast-stack/toast-stack.js';
+import { orToast, toast } from '../toast-stack/toast-stack.js';
 import { FILTERS } from './list-filters.js';
 
 export class SelectionBar extends Component {
@@ -26,6 +26,7 @@ export class SelectionBar extends Component {
         <p class="number selection-bar__chosen" role="status" data-part="chosen"></p>
         <button class="button button--small" data-part="all"></button>
         <button class="button button--small button--quiet" data-part="none">${t('archive.select_none')}</button>
+        <button class="button button--small" data-part="again" data-needs="operator">${icon('retry')}${t('desk.retry')}</button>
         <button class="button button--small button--primary" data-part="export">${icon('download')}${t('list.export')}</button>
       </div>`,
     );
@@ -63,6 +64,7 @@ export class SelectionBar extends Component {
       boxes.querySelector('[data-mark-page]').focus(); // the button has gone
     });
     this.listen(this.parts.export, 'click', () => orToast(() => this.#export()));
+    this.listen(this.parts.again, 'click', () => orToast(() => this.#trackAgain()));
     this.listen(selection, 'change', () => this.show());
   }
 
@@ -97,13 +99,28 @@ export class SelectionBar extends Component {
     this.hidden = selection.size === 0;
     setText(parts.chosen, t('list.selected', { n: selection.size, count: count(selection.size) }));
     setText(parts.all, t('archive.select_all', { n: this.#list.total, count: count(this.#list.total) }));
+    // Of inspections on other pages only the filter is known.
+    const areOutdated = selection.isAll
+      ? this.#list.filters.outdated
+      : selection.items.every(({ outdated }) => outdated);
+    parts.again.hidden = !areOutdated;
     parts.all.hidden = selection.isAll || this.#list.total <= page.length;
   }
 
-  async #export() {
+  async #ids() {
     const { isAll, meant } = this.#selection;
-    const ids = isAll ? (await get(`/api/inspections/ids?${meant.where}`, this.signal)).ids : meant.ids;
-    openBulkExport(ids);
+    return isAll ? (await get(`/api/inspections/ids?${meant.where}`, this.signal)).ids : meant.ids;
+  }
+
+  async #export() {
+    openBulkExport(await this.#ids());
+  }
+
+  async #trackAgain() {
+    const { queued } = await post('/api/inspections/retry', { ids: await this.#ids() });
+    this.#selection.clear();
+    await this.#list.again();
+    toast(t('outdated.queued', { n: queued, count: count(queued) }));
   }
 }
 

@@ -16,6 +16,8 @@ from builders import Client, assert_error, clip_rig, make_clip, serving, wait_un
 from processes import process
 from surveys import Survey
 
+from app.storage.database import FILE
+
 API = "/api/archive"
 ROADS = {"name": "roads", "pattern": "{project}/{asset}_{date}.mp4", "rig": "floor"}
 RULES: dict[str, Any] = {
@@ -117,6 +119,15 @@ def test_films_are_added_by_rules_and_tracked(serve: Serve, folder: Path) -> Non
         assert (progress["films_done"], progress["frames_done"]) == (1, FRAMES)
         again = ask(client, "films", paths=[str(folder)])
         assert (again["new"], again["known"]) == (0, 2)
+        assert get(client, "films", outdated=True)["total"] == 0
+        with closing(sqlite3.connect(client.data / FILE)) as database, database:
+            database.execute("UPDATE inspections SET tracked_with = '0.0.9+0123456789ab'")
+        (old,) = get(client, "films", outdated=True)["films"]
+        assert (old["name"], old["outdated"]) == (found["name"], True)
+        assert ask(client, "retry", where={}) == {"changed": 0}, "nobody meant it"
+        assert ask(client, "retry", where={"outdated": True}) == {"changed": 1}
+        wait_until(lambda: states(client) == {"done": 1, "unassigned": 1})
+        assert get(client, "films", outdated=True)["total"] == 0
 
 
 def test_one_repair_for_all_films_that_failed_for_the_same_reason(

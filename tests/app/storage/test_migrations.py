@@ -29,6 +29,7 @@ Command = Callable[..., Any]
 INSPECTION, TAG, PACK = 32 * "a", "11111111-2222-4333-8444-555555555555", 32 * "c"
 COOKIE = "a-cookie-of-a-browser"
 FRAMES, STEP_MM = 40, 1.6
+PHOTO = b"\xff\xd8 a photo"
 NOW = "2026-10-01 08:00:00.000000"
 PACK_TABLE = (
     "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
@@ -98,7 +99,7 @@ ROWS_0001: dict[str, dict[str, Any]] = {
         "frame": 10,
         "fields": json.dumps({"frame": 10, "code": "BAB", "remark": "kept"}),
         "photo_frame": 10,
-        "photo_sha256": 64 * "1",
+        "photo_sha256": hashlib.sha256(PHOTO).hexdigest(),
         "created_at": NOW,
         "created_by": "server",
     },
@@ -288,7 +289,7 @@ def of_version(data: Path, revision: str, url: str | None = None) -> Dialect:
     make_clip(place / "video.mp4", FRAMES)
     (place / "rig.json").write_text(json.dumps(clip_rig()))
     (place / "track.csv").write_text(track())
-    (place / "photos" / f"{TAG}-10.jpg").write_bytes(b"\xff\xd8 a photo")
+    (place / "photos" / f"{TAG}-10.jpg").write_bytes(PHOTO)
     stored = stored_at(url, data)
     if url is not None:
         stored.take_over(path)
@@ -328,10 +329,11 @@ def test_everything_of_an_older_version_is_there(
         assert (inspection["name"], inspection["status"]) == ("An old run", "done")
         assert inspection["header"]["asset_id"] == "CUL-0041"
         assert inspection["distance_m"] == pytest.approx(offset_m + 39 * STEP_MM / 1000, abs=1e-3)
+        assert (inspection["tracked_with"], inspection["outdated"]) == (None, True)
         (tag,) = client.get(f"{path}/observations").json()["observations"]
         assert (tag["id"], tag["code"], tag["remark"]) == (TAG, "BAB", "kept")
         assert tag["distance_m"] == pytest.approx(offset_m + 10 * STEP_MM / 1000, abs=1e-3)
-        assert client.get(f"{path}/observations/{TAG}/photo").content == b"\xff\xd8 a photo"
+        assert client.get(f"{path}/observations/{TAG}/photo").content == PHOTO
         stated = client.get(f"{path}/corrections").json()["stated"]
         if revision < "0005":  # what was reported keeps its distances
             assert stated["joints"]["use"] is False

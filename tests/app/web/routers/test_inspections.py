@@ -19,6 +19,7 @@ from builders import (
 )
 from surveys import Survey, another
 
+from app.tracker import tracker
 from vo_core import Track
 
 
@@ -163,6 +164,30 @@ def test_a_page_of_the_list_names_the_newest_severe_defects(
     server.tag(done, severity=5)
     server.tag(other, severity=5)
     assert grave() == [other, done]
+
+
+def test_films_of_an_older_program_are_named_and_tracked_again_together(
+    server: Client, survey: Survey, done: str
+) -> None:
+    def issues(inspection: str) -> set[str]:
+        found = server.get(f"/api/inspections/{inspection}/checks").json()["checks"]
+        return {issue["code"] for issue in found}
+
+    present = server.inspection(done)
+    assert (present["tracked_with"], present["outdated"]) == (tracker(), False)
+    same = another(survey, server, tracked_with="9.9.9+" + tracker().partition("+")[2])
+    old = another(survey, server, tracked_with="0.0.9+0123456789ab")
+    approved = another(survey, server, tracked_with=None, review_state="approved")
+    listed = server.get("/api/inspections", params={"outdated": True}).json()
+    assert {item["id"] for item in listed["inspections"]} == {old, approved}
+    assert "outdated" in issues(old)
+    assert "outdated" not in issues(done) | issues(same)
+    page = server.get(f"/api/inspections/{old}/exports/html").text
+    assert "An older version of Chainage tracked the film" in page
+    assert "Chainage 0.0.9+0123456789ab" in page
+    queued = server.post("/api/inspections/retry", json={"ids": [old, approved, "0" * 32]})
+    assert queued.json() == {"queued": 1}
+    assert not server.wait(old)["outdated"]
 
 
 def test_name_and_header_can_be_changed(shared: Client, own: str) -> None:
