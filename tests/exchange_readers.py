@@ -145,7 +145,7 @@ def split(kind: str, content: bytes) -> list[bytes]:
         head, *blocks = re.split(rb"(?m)^(?=#B01=)", content)
         return [head + block for block in blocks]
     root = etree.fromstring(content)
-    if kind == "isybau":
+    if kind.startswith("isybau"):
         count = len(list(root.iter(f"{ISYBAU_NS}OptischeInspektion")))
         return [_only_isybau(content, number) for number in range(count)]
     if kind == "m150":

@@ -29,10 +29,10 @@ def export(
     format: Annotated[  # noqa: A002
         str,
         typer.Option(
-            help="pdf, html, emergency, csv, xlsx, json, en13508, en13508xml, ribx, isybau, m150, "
-            "geojson; zip, the evidence bundle: reports, tables, photos and tracks, signed; "
-            "delivery, the exchange file with what it cites, report, page, checksums, signature; "
-            "or archive, from which another server makes the same inspection."
+            help="pdf, html, emergency, csv, xlsx, json, en13508, en13508xml, ribx, isybau, "
+            "isybau2024, m150, geojson; zip, the evidence bundle: reports, tables, photos and "
+            "tracks, signed; delivery, the exchange file with what it cites, report, page, "
+            "checksums, signature; or archive, from which another server makes the same inspection."
         ),
     ],
     inspections: Annotated[

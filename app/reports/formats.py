@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from app.reports import pdf as document
 from app.reports.bundle import bundle, delivery
@@ -66,17 +67,27 @@ _FORMS: Mapping[str, Format] = {
         "en13508", ".xml", "application/xml", en13508_xml.write, en13508_xml.XmlFile
     ),
     "ribx": Format("ribx", ".ribx", "application/xml", ribx.write, ribx.RibxFile),
-    "isybau": Format("isybau", ".xml", "application/xml", isybau.write, isybau.IsybauFile),
+    "isybau": Format(
+        "isybau", ".xml", "application/xml", isybau.write, partial(isybau.IsybauFile, isybau.V2017)
+    ),
+    "isybau2024": Format(
+        "isybau2024",
+        ".xml",
+        "application/xml",
+        isybau.write_2024,
+        partial(isybau.IsybauFile, isybau.V2024),
+    ),
     "m150": Format("m150", ".xml", "application/xml", m150.write, m150.M150File),
     "geojson": Format("map", ".geojson", "application/geo+json", geojson.write),
 }
 _IN_BUNDLE = ("pdf", "html", "csv", "xlsx", "json")
-EXCHANGE = ("en13508", "en13508xml", "ribx", "isybau", "m150")
+EXCHANGE = ("en13508", "en13508xml", "ribx", "isybau", "isybau2024", "m150")
 """Formats of other programs that name photos and film."""
 
 
 def _bundle(report: Report) -> Written:
-    exchange = {kind: _FORMS[kind] for kind in (*EXCHANGE, "geojson")}
+    once = [kind for kind in EXCHANGE if kind != "isybau2024"]  # 2017 is what more programs read
+    exchange = {kind: _FORMS[kind] for kind in (*once, "geojson")}
     return bundle.write(report, {kind: _FORMS[kind] for kind in _IN_BUNDLE}, exchange)
 
 

@@ -1,4 +1,6 @@
-"""ISYBAU XML 2017-07: the survey, with the nodes and the pipe that readers require.
+"""ISYBAU XML 2017-07 and 2024-06: the survey, with the nodes and the pipe that readers require.
+
+What stands here is alike in both, apart from the version and the number of its rules.
 
 The order of the elements follows the official schema; lists are named by their number there.
 """
@@ -56,9 +58,26 @@ _ZONES = (31, 32, 33)
 """UTM zones of the collections of the federal states."""
 
 
+@dataclass(frozen=True)
+class Version:
+    """An edition of the format."""
+
+    name: str
+    rules: str
+    """Of the list of rules that a collection follows."""
+
+
+V2017, V2024 = Version("2017-07", "6"), Version("2024-06", "7")
+
+
 def write(report: Report) -> Written:
-    """Write one inspection."""
-    return of_one(IsybauFile(), report)
+    """Write one inspection in 2017-07."""
+    return of_one(IsybauFile(V2017), report)
+
+
+def write_2024(report: Report) -> Written:
+    """Write one inspection in 2024-06."""
+    return of_one(IsybauFile(V2024), report)
 
 
 class IsybauFile:
@@ -66,7 +85,8 @@ class IsybauFile:
     inspection, and nodes and pipes once each.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, version: Version) -> None:
+        self._version = version
         self._names = FileNames()
         self._made_on = ""
         """The day of the newest inspection."""
@@ -121,13 +141,13 @@ class IsybauFile:
     def content(self) -> bytes:
         """Return the document."""
         root = Element("Identifikation", _NAMESPACES)
-        child(root, "Version", "2017-07")
+        child(root, "Version", self._version.name)
         child(root, "Admindaten")
         collectives = children(
             child(root, "Datenkollektive"),
             {"Datenstatus": "1", "Erstellungsdatum": self._made_on},
         )
-        _identifiers(collectives, self._made_on, has_film=len(self._films) > 0)
+        _identifiers(collectives, self._version, self._made_on, has_film=len(self._films) > 0)
         master = child(collectives, "Stammdatenkollektiv")
         children(master, {"Kennung": _MASTER, "Beschreibung": "nodes and pipe"})
         self._nodes.append_to(master)
@@ -155,7 +175,7 @@ class _Culvert:
     ends: Ends | None
 
 
-def _identifiers(collectives: Element, made_on: str, *, has_film: bool) -> None:
+def _identifiers(collectives: Element, version: Version, made_on: str, *, has_film: bool) -> None:
     """List every collective with its key, which the collective repeats."""
     keys = child(collectives, "Kennungen")
     master = children(child(keys, "Kollektiv"), {"Kennung": _MASTER, "Kollektivart": "1"})
@@ -169,7 +189,7 @@ def _identifiers(collectives: Element, made_on: str, *, has_film: bool) -> None:
         {"Inspektion": 1, "Dichtheit": 0, "Film": int(has_film)},
     )
     for collective in (master, state):
-        children(collective, {"Regelwerk": "6", "Bearbeitungsstand": made_on})
+        children(collective, {"Regelwerk": version.rules, "Bearbeitungsstand": made_on})
 
 
 def _node(culvert: _Culvert, name: str, map_data: _Map | None) -> Element:

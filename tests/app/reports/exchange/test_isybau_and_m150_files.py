@@ -8,6 +8,7 @@ import pytest
 from exchange_files import REMARK, in_words, write
 from reports import EVERY_FIELD, HEADER, LENGTH_M, codes, report, said
 
+from app.imports import any_file
 from app.reports.formats import FORMATS
 
 
@@ -125,3 +126,12 @@ def test_isybau_names_road_year_and_order() -> None:
     read, _ = write("isybau", report(header=EVERY_FIELD))
     names = ("Strassenname", "Baujahr", "Auftragsnummer")
     assert [read.header[name] for name in names] == ["Dorfstrasse", "1987", "ORDER-12"]
+
+
+def test_isybau_of_2024_differs_in_its_version_alone_and_comes_back() -> None:
+    made = report(header=EVERY_FIELD)
+    old, new = (FORMATS[kind].write(made).content for kind in ("isybau", "isybau2024"))
+    version = (b"<Version>2017-07<", b"<Version>2024-06<")
+    assert new == old.replace(*version).replace(b"<Regelwerk>6<", b"<Regelwerk>7<") != old
+    before, after = (any_file.read(content).surveys for content in (old, new))
+    assert before == after

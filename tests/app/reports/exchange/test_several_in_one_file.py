@@ -29,7 +29,7 @@ from app.storage.folder_blobs import FolderBlobs
 
 READERS = {
     "en13508": read_en13508, "en13508xml": read_en13508_xml, "ribx": read_ribx,
-    "isybau": read_isybau, "m150": read_m150,
+    "isybau": read_isybau, "isybau2024": read_isybau, "m150": read_m150,
 }  # fmt: skip
 FILM = "CUL-0041_20260914_0942.mp4"
 NAMELESS = {name: value for name, value in HEADER.items() if not name.endswith("_node")}
@@ -89,7 +89,12 @@ def test_every_inspection_is_in_it_as_in_a_file_of_its_own(surveys, deliveries, 
     found = [READERS[kind](part) for part in parts]
     own = [READERS[kind](FORMATS[kind].write(made).content) for made in surveys]
     assert [len(read.rows) for read in found] == [12, 11, 10, 9]
-    told_apart = {"isybau": {"Fotodatei"}, "m150": {"HZ009"}, "ribx": {"M", "N"}}.get(kind, {"M"})
+    told_apart = {
+        "isybau": {"Fotodatei"},
+        "isybau2024": {"Fotodatei"},
+        "m150": {"HZ009"},
+        "ribx": {"M", "N"},
+    }.get(kind, {"M"})
     for read, alone in zip(found, own, strict=True):
         for row, same in zip(read.rows, alone.rows, strict=True):
             for name in row.keys() | same.keys() - told_apart:
