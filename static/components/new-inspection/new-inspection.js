@@ -199,6 +199,9 @@ export class NewInspection extends Component {
     const video = document.createElement('video');
     const url = URL.createObjectURL(file);
     const finish = (size) => {
+      video.onloadeddata = video.onerror = null;
+      video.removeAttribute('src'); // it would read on
+      video.load();
       URL.revokeObjectURL(url);
       if (this.#measured === file) this.parts.rig.video = size;
     };

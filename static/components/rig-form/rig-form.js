@@ -23,6 +23,8 @@ import { rigSketch } from './rig-sketch.js';
 const REMEMBERED = 'chainage.rig';
 const REMEMBERED_LENS = 'chainage.rig.lens';
 const OF_A_PIPE = ['pipe.diameter_mm', 'tolerance.diameter_mm'];
+/** fy / fx of a lens may differ from what its film states by this share: digitisers of television round it. */
+const PIXELS_DIFFER = 0.03;
 const idOf = (path) => `rig-${path.replace('.', '-')}`;
 
 export class RigForm extends Component {
@@ -63,6 +65,7 @@ export class RigForm extends Component {
             )}
             <p class="message rig__resize" data-part="resize" hidden>${icon('info')}
               <button type="button" class="button button--small" data-part="take">${t('rig.take_size')}</button></p>
+            <p class="message" role="status" data-part="pixels" hidden></p>
             <known-by data-part="known"></known-by>
             ${FOLDED.map(
               ({ name, title, help, fields }) => html`<details class="rig__fine" data-part="folded_${name}">
@@ -273,6 +276,7 @@ export class RigForm extends Component {
       if (reason) faults.set(field.path, reason);
     }
     this.#compareWithVideo(rig.camera, faults);
+    this.#comparePixels(rig.camera);
     for (const field of ALL_FIELDS) {
       const reason = this.#touched.has(field.path) ? (faults.get(field.path) ?? '') : '';
       const input = this.#input(field);
@@ -293,6 +297,16 @@ export class RigForm extends Component {
     faults.set('camera.width', t('rig.video_size', { width: videoWidth, height: videoHeight }));
     this.#touched.add('camera.width');
     this.parts.resize.hidden = !isSameShape(width / height, videoWidth / videoHeight);
+  }
+
+  /** A film may state the shape of its pixels; a lens that was measured may know it better. */
+  #comparePixels({ fx, fy }) {
+    const aspect = this.#video?.pixel_aspect ?? 1;
+    const isAsStated = aspect === 1 || !(fx > 0 && fy > 0) || Math.abs(fy / fx / aspect - 1) < PIXELS_DIFFER;
+    this.parts.pixels.hidden = isAsStated;
+    if (isAsStated) return;
+    const found = { aspect: aspect.toFixed(3), ratio: (fy / fx).toFixed(3) };
+    render(this.parts.pixels, html`${icon('info')}<span>${t('rig.pixels', found)}</span>`);
   }
 
   #isUsed({ path }) {
