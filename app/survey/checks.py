@@ -27,16 +27,13 @@ from app.survey.spans import SAME_MM
 from app.survey.stretches import Stretch, stretches
 from vo_core import Track
 from vo_core.image.health import complained
+from vo_core.scale.evidence import TAPE_SIGMA_MM
 
 Param = str | int | float
 
 SAME_PLACE_MM = 10.0
 """Distances this close count as equal: they are shown to a centimetre."""
 SEVERE = 4
-SHORT_PERCENT = 1.0
-"""An end that falls short by a larger share of the known length, in percent, was not reached."""
-SHORT_FLOOR_MM = 300.0
-"""An end that falls short by no more than this was reached, however short the culvert is."""
 START_CODE = "BCD"
 """Code of EN 13508-2 for the start."""
 END_CODES = ("BCE", "BDC")
@@ -412,10 +409,9 @@ def the_run(case: Case) -> Iterator[Issue]:
 
 def _end(case: Case, known_mm: float, reached_mm: float) -> Iterator[Issue]:
     far = case.track.distance_mm.argmax()
-    half_width_mm = 1000 * half_width_m(float(case.track.sigma_distance_mm[far]))
+    sigma_mm = math.hypot(float(case.track.sigma_distance_mm[far]), TAPE_SIGMA_MM)
     short_mm = known_mm - reached_mm
-    allowed_mm = max(half_width_mm, SHORT_PERCENT / 100 * known_mm, SHORT_FLOOR_MM)
-    if short_mm > allowed_mm + SAME_MM:
+    if short_mm > 1000 * half_width_m(sigma_mm) + SAME_MM:
         yield Issue(
             "warn",
             "end_not_reached",

@@ -9,7 +9,6 @@ import numpy as np
 from app.inspections.counters import CounterView
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.report import Report
-from app.survey.adjustment.distance_class import CLASS_FLOOR_MM
 from app.survey.adjustment.joints import FittedJoint
 from app.survey.catalogue.header import number_of
 from app.survey.interval import LEAST_M, U95, half_width_m
@@ -30,8 +29,7 @@ def result_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     if met.percent is None:
         text = t("measurement.class_not_met")
     else:
-        floor = t.length(CLASS_FLOOR_MM / 1000)
-        text = t("measurement.class_met", percent=f"{met.percent:g}", floor=floor)
+        text = t("measurement.class_met", percent=f"{met.percent:g}")
     text += " " + t("measurement.class_half", half=f"{t.half_width(met.half_width_m)} {t.units}")
     if met.residual_mm is None:
         text += " " + t("measurement.class_open")

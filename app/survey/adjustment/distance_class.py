@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from app.survey.spans import SAME_MM
 
 CLASSES_PERCENT = (0.5, 1.0, 5.0)
-CLASS_FLOOR_MM = 300.0
-"""Floor of the limit of a class: contracts ask for a per cent of the length, but for no less than a
-foot."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +28,6 @@ class DistanceClass:
         met = (
             percent
             for percent in CLASSES_PERCENT
-            if error_mm <= max(percent / 100 * length_mm, CLASS_FLOOR_MM) + SAME_MM
+            if error_mm <= percent / 100 * length_mm + SAME_MM
         )
         return cls(next(met, None), half_width_m, residual_mm, length_mm)

@@ -12,9 +12,6 @@ import { icon } from '../icon/icon.js';
 import { loadMakeup, makeupMarkup } from '../interval-detail/interval-detail.js';
 import { withSign } from './known-length.js';
 
-/** Deviation that contracts allow however short a culvert is; the server has the same value. */
-const CLASS_FLOOR_M = 0.3;
-
 const U95 = 1.96;
 /** Lengths that differ less than this are shown as equal. */
 const SAME_M = 0.00005;
@@ -142,9 +139,7 @@ function showEnd(element, result) {
 
 function classMarkup({ percent, half_width_m: halfWidth, residual_m: residual, length_m: length }) {
   const isMet = percent !== null;
-  const text = isMet
-    ? t('corrections.class_met', { percent, floor: chainage(CLASS_FLOOR_M) })
-    : t('corrections.class_not_met');
+  const text = isMet ? t('corrections.class_met', { percent }) : t('corrections.class_not_met');
   const rests =
     residual === null
       ? t('corrections.class_rests_open', { half: plusMinus(halfWidth) })

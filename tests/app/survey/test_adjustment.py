@@ -336,7 +336,7 @@ def test_what_cannot_be_applied_is_refused(stated: Stated, said: str) -> None:
         (20_000, Stated(), 5.0),  # 2.2 % of a rig that was measured with a tape
         (12_000, Stated(rig_sigma=RigSigma(0.2, 0.0)), 0.5),
         (12_000, Stated(lengths=(TAPE,)), 0.5),
-        (12_000, Stated(), 0.5),  # 0.26 m, and contracts ask for 0.3 m at least
+        (6_060, Stated(), 5.0),  # ± 0.13 m: no floor makes a narrower class of a short run
         (100_000, Stated(lengths=(Length(0, 300, 101.0, 20.0, "known"),)), 1.0),  # closure 0.99 %
         (100_000, Stated(lengths=(Length(0, 300, 105.5, 20.0, "known"),), forced="x"), None),
     ],

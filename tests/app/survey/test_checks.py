@@ -184,7 +184,8 @@ def test_the_same_defect_twice_is_reported() -> None:
 def test_what_lies_outside_the_asset_blocks() -> None:
     issue = the_issue(case(header=HEADER | {"known_length_m": 0.2}))
     assert (issue.code, issue.params["known_length_m"]) == ("beyond_end", 0.2)
-    issue = the_issue(case(stated=Stated(zero=Zero(40, 0.0))))
+    left = HEADER | {"known_length_m": END_M - 40 * STEP_MM / 1000}
+    issue = the_issue(case(header=left, stated=Stated(zero=Zero(40, 0.0))))
     assert (issue.level, issue.code) == ("block", "before_zero")
     assert issue.params["distance_m"] == pytest.approx(-0.064, abs=0.001)
 
@@ -194,7 +195,8 @@ def test_what_lies_outside_the_asset_blocks() -> None:
     [
         ({"known_length_m": None}, [("warn", "length_unknown")]),
         ({"known_length_m": END_M + 0.5}, [("warn", "end_not_reached")]),
-        ({"known_length_m": END_M + 0.2}, []),
+        ({"known_length_m": END_M + 0.1}, [("warn", "end_not_reached")]),
+        ({"known_length_m": END_M + 0.012}, []),  # 95 % of the run's sigma and that of a tape
         (
             {
                 "known_length_m": END_M + 0.5, "end_condition": "abandoned", "abandon_reason": "x",
