@@ -78,10 +78,6 @@ class BlobChanged(BlobNotFound):
     """What lies in the store is not what was stored there, which is thereby lost."""
 
 
-class WallNotSeen(AppError):
-    """No frame shows this place of the wall."""
-
-
 class IncompleteWallPoint(AppError):
     """A place on the wall lacks its coordinate around the wall."""
 

@@ -4,6 +4,7 @@ import { session } from './core/api.js';
 import { keepPage } from './core/kept-page.js';
 import { isKeyOn } from './core/keys.js';
 import { preferences } from './core/preferences.js';
+import { keepPresses } from './core/presses.js';
 import { may } from './core/rights.js';
 import { t } from './core/words.js';
 import { showInsecure } from './components/insecure-banner/insecure-banner.js';
@@ -59,6 +60,7 @@ addEventListener('unhandledrejection', (event) => {
 });
 addEventListener('error', ({ error, message }) => toastError(error ?? new Error(message)));
 
+keepPresses();
 document.documentElement.classList.toggle('without-single-keys', !isKeyOn('a'));
 const [, name] = PAGES.find(([pattern]) => pattern.test(location.pathname)) ?? PAGES[0];
 // For style sheets: `:has()` on the root would search the whole page at every change of a text.

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from app.errors import IncompleteWallPoint, WallNotSeen
+from app.errors import IncompleteWallPoint
 from app.inspections.corrections import Corrections
 from app.storage.inspections import InspectionStore
 from app.survey.measure import Figure, Measure, MeasurePoint
@@ -54,28 +54,17 @@ class Picking:
     tracks: Tracks
     corrections: Corrections
 
-    def frame_at(self, inspection_id: str, place: WallPlace, near_frame: int | None) -> SeenAt:
+    def frame_at(
+        self, inspection_id: str, place: WallPlace, near_frame: int | None
+    ) -> SeenAt | None:
         """Return the tracked frame that shows the place best, of several passes the one at
-        `near_frame`.
+        `near_frame`; None if no frame shows it.
 
         Raises:
             InspectionNotFound: No inspection has this id.
             IncompleteWallPoint: A pipe needs a clock position, a floor a lateral one.
-            WallNotSeen: No frame shows it.
         """
-        course = self._course(inspection_id)
-        seen = seen_best(course, place, near_frame)
-        if seen is None:
-            where = (
-                f"{place.lateral_mm:g} mm beside the axis"
-                if place.clock_h is None
-                else f"{place.clock_h:.1f} o'clock"
-            )
-            raise WallNotSeen(
-                f"No frame shows the wall at {place.distance_mm / 1000:.3f} m, {where}; choose a "
-                "place that the camera has passed and looked at."
-            )
-        return seen
+        return seen_best(self._course(inspection_id), place, near_frame)
 
     def length_between(self, inspection_id: str, start: WallPlace, end: WallPlace) -> Figure | None:
         """Return the length of the line between two places; None where it cannot be measured.

@@ -317,12 +317,13 @@ function inTriangle(ray, [p, q, s]) {
  * @param {WallPoint} place
  * @param {number} nearFrame chooses among several passes
  * @param {AbortSignal} signal
- * @returns {Promise<{frame: number, pixel: [number, number]}>}
+ * @returns {Promise<{frame: number, pixel: [number, number]}|null>} null if no frame shows it
  */
-export function frameShowing(inspection, place, nearFrame, signal) {
+export async function frameShowing(inspection, place, nearFrame, signal) {
   const query = new URLSearchParams({ distance_m: place.distance_m.toFixed(5) });
   if (place.clock_h === null) query.set('y_mm', place.right_mm.toFixed(2));
   else query.set('clock', place.clock_h.toFixed(4));
   if (nearFrame >= 0) query.set('near_frame', String(nearFrame));
-  return get(`/api/inspections/${inspection}/frame-at?${query}`, signal);
+  const found = await get(`/api/inspections/${inspection}/frame-at?${query}`, signal);
+  return found.frame === null ? null : found;
 }

@@ -12,7 +12,6 @@ from app.errors import (
     IncompleteWallPoint,
     InspectionNotFound,
     PixelOutsidePicture,
-    WallNotSeen,
 )
 from app.inspections.picking import WallPlace
 from app.survey.measure import Measure
@@ -23,7 +22,7 @@ from app.web.schemas.observations import FrameAtOut, MeasuredOut
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["observations"])
 
 
-@router.get("/frame-at", responses=failures(InspectionNotFound, WallNotSeen, IncompleteWallPoint))
+@router.get("/frame-at", responses=failures(InspectionNotFound, IncompleteWallPoint))
 @viewer
 def frame_at(
     inspection_id: InspectionId,
@@ -38,9 +37,13 @@ def frame_at(
         int | None, Query(ge=0, le=2**31, description="Chooses among several passes.")
     ] = None,
 ) -> FrameAtOut:
-    """Return the frame and pixel that show a place best; `distance_m` is its chainage."""
+    """Return the frame and pixel that show a place best, null if no frame shows it; `distance_m` is
+    its chainage.
+    """
     place = WallPlace(1000 * distance_m, clock, y_mm)
     seen = services.picking.frame_at(inspection_id, place, near_frame)
+    if seen is None:
+        return FrameAtOut(frame=None, pixel=None)
     return FrameAtOut(frame=seen.frame, pixel=list(seen.pixel))
 
 

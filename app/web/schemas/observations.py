@@ -18,10 +18,10 @@ from vo_core import Pose
 
 
 class FrameAtOut(BaseModel):
-    """The frame and pixel that show a place of the wall."""
+    """The frame and pixel that show a place of the wall; null if no frame shows it."""
 
-    frame: int
-    pixel: Pixel
+    frame: int | None
+    pixel: Pixel | None
 
 
 class MeasuredOut(BaseModel):

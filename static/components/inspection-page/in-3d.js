@@ -2,7 +2,7 @@
 
 import { ApiError } from '../../core/api.js';
 import { frameShowing } from '../../core/wall.js';
-import { errorText } from '../../core/words.js';
+import { errorText, t } from '../../core/words.js';
 
 /** How often the robot follows the shown frame. */
 const SHOW_EVERY_MS = 66;
@@ -49,7 +49,8 @@ async function wallClicked(desk, { distance_m, clock_h, lateral_m }, signal) {
   const { value: pick } = desk.picking; // what the click was for
   try {
     const found = await frameShowing(desk.inspection.id, place, desk.playhead.value.frame, signal);
-    if (!pick) desk.tag(found);
+    if (!found) desk.fault(t('wall.not_seen'));
+    else if (!pick) desk.tag(found);
     else if (pick === desk.picking.value) pick(found);
   } catch (error) {
     if (error.name === 'AbortError') return;

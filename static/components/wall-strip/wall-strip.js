@@ -137,7 +137,8 @@ export class WallStrip extends Strip {
     try {
       const near = desk.playhead.value.frame;
       const found = await frameShowing(desk.inspection.id, this.#placeOf(mm, arc), near, this.signal);
-      if (pick) pick === desk.picking.value && pick(found);
+      if (!found) desk.fault(t('wall.not_seen'));
+      else if (pick) pick === desk.picking.value && pick(found);
       else if (stripSettings.value.click === 'tag' && mayEdit()) desk.tag(found);
       else desk.seek(found.frame);
     } catch (error) {
