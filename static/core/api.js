@@ -42,7 +42,7 @@ export class ApiError extends Error {
  */
 export const keptSince = document.documentElement.dataset.kept;
 
-/** Fires `signed-out` when the server no longer accepts this browser's session. */
+/** Fires `signed-out` when the server no longer accepts this browser's session, and `answered` whenever it answers. */
 export const session = new EventTarget();
 
 /**
@@ -55,6 +55,7 @@ export const session = new EventTarget();
 export async function send(method, path, { headers = {}, body, signal, allow = [] } = {}) {
   const all = keptSince === undefined ? headers : { ...headers, 'Chainage-Kept': 'yes' };
   const response = await reached(fetch(path, { method, headers: all, body, signal, credentials: 'same-origin' }));
+  session.dispatchEvent(new Event('answered'));
   if (response.ok || allow.includes(response.status)) return response;
   if (response.status === 401) session.dispatchEvent(new Event('signed-out'));
   throw await refusal(response);

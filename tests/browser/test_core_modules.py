@@ -6,7 +6,7 @@ The others are tried in Node: `tests/javascript`.
 from __future__ import annotations
 
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
 
@@ -53,6 +53,32 @@ def test_a_field_takes_a_key_only_while_it_is_shown(site: Page) -> None:
         }"""
     )
     assert run == [[], ["1"]]
+
+
+def test_a_fault_leaves_once_the_person_goes_on_or_the_server_answers_again(site: Page) -> None:
+    site.clock.install()
+    site.evaluate(
+        """async () => {
+          const { toast } = await import('/static/components/toast-stack/toast-stack.js');
+          const { get } = await import('/static/core/api.js');
+          Object.assign(window, { toast, ask: () => get('/healthz') });
+          document.body.append(document.createElement('toast-stack'));
+        }"""
+    )
+    shown = site.locator(".toast")
+    for kind, over in (
+        ({}, lambda: site.keyboard.press("a")),
+        ({}, lambda: site.mouse.click(300, 5)),
+        ({"isUnreachable": True}, lambda: site.evaluate("() => ask()")),
+    ):
+        site.evaluate("(kind) => toast('No.', { kind: 'error', ...kind })", kind)
+        site.clock.fast_forward("10:00")
+        expect(shown).to_have_count(1)
+        over()
+        site.clock.fast_forward(6000)
+        expect(shown).to_have_count(1)
+        site.clock.fast_forward(6000)
+        expect(shown).to_have_count(0)
 
 
 TWO_DESKS = """async () => {

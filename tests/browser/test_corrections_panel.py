@@ -67,7 +67,14 @@ def test_a_known_length_moves_every_distance_and_needs_a_reason_where_it_does_no
     _open(page, server, inspection, "Corrections")
 
     page.get_by_label("Length", exact=True).fill(str(LENGTH_M))
-    page.get_by_role("button", name="Tape ± 5").click()
+    # Leaving the field shows the bar to apply it, where the pressed button was.
+    tape = page.get_by_role("button", name="Tape ± 5")
+    tape.evaluate("(button) => button.scrollIntoView({ block: 'end' })")
+    tape.hover()
+    page.mouse.down()
+    expect(page.get_by_role("button", name="Apply")).to_be_visible()
+    page.mouse.up()
+    expect(page.get_by_label("Uncertainty (1 σ)").first).to_have_value("5")
     expect(page.get_by_text("It fits")).to_be_visible()
     expect(page.locator(".closure__residual")).to_contain_text("mm")
     assert _distance_m(server, inspection) == measured_m  # shown, not used yet

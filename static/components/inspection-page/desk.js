@@ -30,7 +30,7 @@ import { Track } from '../../core/track.js';
 import { u95FromSigma } from '../../core/units.js';
 import { Unrolled } from '../../core/unrolled.js';
 import { WallGrid } from '../../core/wall.js';
-import { errorText, t } from '../../core/words.js';
+import { t } from '../../core/words.js';
 import { followIn3d } from './in-3d.js';
 import { Large } from './large.js';
 import { Overtaken } from './overtaken.js';
@@ -49,7 +49,7 @@ import { Measuring } from '../measure-tool/measuring.js';
 const POINTED_M = 0.5;
 
 /**
- * Events: `fault` (detail: a sentence), `tagged` (detail: the observation), `done` (detail
+ * Events: `fault` (detail: a sentence or an error), `tagged` (detail: the observation), `done` (detail
  * {text, action?, run?}: the effect of a command, and an alternative).
  */
 export class Desk extends EventTarget {
@@ -143,7 +143,7 @@ export class Desk extends EventTarget {
     followChanges(
       this.live,
       () => this.readAgain(),
-      (error) => this.fault(errorText(error)),
+      (error) => this.fault(error),
       signal,
     );
     followRun(this, signal);
@@ -414,7 +414,7 @@ export class Desk extends EventTarget {
         await this.reload();
       } else await Promise.all([this.corrections.load(), this.#loadWall()]);
     } catch (error) {
-      if (error.name !== 'AbortError') this.fault(errorText(error));
+      if (error.name !== 'AbortError') this.fault(error);
     }
   }
 
@@ -428,8 +428,8 @@ export class Desk extends EventTarget {
     this.dispatchEvent(new CustomEvent('done', { detail: { text, ...other } }));
   }
 
-  /** Announces why a command failed. */
-  fault(text) {
-    this.dispatchEvent(new CustomEvent('fault', { detail: text }));
+  /** Announces why a command failed. @param {string|Error} why */
+  fault(why) {
+    this.dispatchEvent(new CustomEvent('fault', { detail: why }));
   }
 }

@@ -2,7 +2,7 @@
 
 import { ApiError } from '../../core/api.js';
 import { frameShowing } from '../../core/wall.js';
-import { errorText, t } from '../../core/words.js';
+import { t } from '../../core/words.js';
 
 /** How often the robot follows the shown frame. */
 const SHOW_EVERY_MS = 66;
@@ -55,6 +55,6 @@ async function wallClicked(desk, { distance_m, clock_h, lateral_m }, signal) {
   } catch (error) {
     if (error.name === 'AbortError') return;
     if (!(error instanceof ApiError)) throw error;
-    desk.fault(errorText(error));
+    desk.fault(error);
   }
 }

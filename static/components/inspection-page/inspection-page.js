@@ -91,7 +91,10 @@ export class InspectionPage extends Component {
       if (error.code === 'inspection_locked') orToast(() => desk.readAgain());
     });
     this.listen(desk.attachmentOutbox, 'refused', ({ detail: { error } }) => toastError(error));
-    this.listen(desk, 'fault', ({ detail }) => toast(detail, { kind: 'error' }));
+    this.listen(desk, 'fault', ({ detail }) => {
+      if (detail instanceof Error) toastError(detail);
+      else toast(detail, { kind: 'error' });
+    });
     this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#showDone(text, other));
     this.#showMessages();
     desk.observations.load().catch(toastError);

@@ -4,7 +4,7 @@ import { ApiError } from '../../core/api.js';
 import { KINDS, MOST_MEASURES, measured, measuredByServer, quantityOf, usualKind } from '../../core/measure.js';
 import { rounded } from '../../core/rounding.js';
 import { Store } from '../../core/store.js';
-import { errorText, t } from '../../core/words.js';
+import { t } from '../../core/words.js';
 
 const toHundredths = (pixel) => pixel.map((part) => rounded(part, 2));
 
@@ -139,7 +139,7 @@ export class Measuring extends Store {
       if (error.name === 'AbortError') return null;
       if (!(error instanceof ApiError)) throw error;
       if (error.isTemporary) return this.sizeOf({ kind, points });
-      this.#desk.fault(errorText(error));
+      this.#desk.fault(error);
       return null;
     }
   }

@@ -1,6 +1,6 @@
 /** Short messages at the foot of the page, with an action where one helps. */
 
-import { ApiError } from '../../core/api.js';
+import { ApiError, session } from '../../core/api.js';
 import { html, render } from '../../core/html.js';
 import { Component } from '../../core/store.js';
 import { errorText, t } from '../../core/words.js';
@@ -16,7 +16,7 @@ export class ToastStack extends Component {
   }
 
   /** @param {Options & {text: string}} message */
-  show({ text, kind = 'info', action, run }) {
+  show({ text, kind = 'info', action, run, isUnreachable = false }) {
     const toast = document.createElement('div');
     toast.className = `toast toast--${kind}`;
     const parts = render(
@@ -34,7 +34,21 @@ export class ToastStack extends Component {
     });
     this.append(toast);
     while (this.children.length > AT_MOST) this.firstElementChild.remove();
-    if (kind !== 'error') this.#leaveLater(toast);
+    if (kind === 'error') this.#leaveOnceOver(toast, isUnreachable);
+    else this.#leaveLater(toast);
+  }
+
+  /** A fault stays until somebody has seen it: the person goes on, or the server answers again if it did not. */
+  #leaveOnceOver(toast, isUnreachable) {
+    const seen = new AbortController();
+    const over = () => {
+      seen.abort();
+      this.#leaveLater(toast);
+    };
+    const { signal } = seen;
+    // By capture at the window, which the key or the click that failed has passed already.
+    for (const type of ['pointerdown', 'keydown']) addEventListener(type, over, { signal, capture: true });
+    if (isUnreachable) session.addEventListener('answered', over, { signal });
   }
 
   /** Removes a toast later; it stays while it is pointed at or has the focus. */
@@ -50,7 +64,7 @@ export class ToastStack extends Component {
 customElements.define('toast-stack', ToastStack);
 
 /**
- * @typedef {{kind?: 'info'|'error', action?: string, run?: () => void}} Options
+ * @typedef {{kind?: 'info'|'error', action?: string, run?: () => void, isUnreachable?: boolean}} Options
  *
  * @param {string} text
  * @param {Options} [options]
@@ -60,7 +74,7 @@ export function toast(text, options = {}) {
 }
 
 /** Shows why something failed. */
-export const toastError = (error) => toast(errorText(error), { kind: 'error' });
+export const toastError = (error) => toast(errorText(error), { kind: 'error', isUnreachable: error.status === 0 });
 
 /** Runs a command of the person; a refusal of the server is shown. */
 export async function orToast(run) {

@@ -12,7 +12,7 @@ import { stretchesOf } from '../../core/stretches.js';
 import { chainage, clockHour, u95FromSigma } from '../../core/units.js';
 import { TilePictures } from '../../core/unrolled.js';
 import { frameShowing } from '../../core/wall.js';
-import { errorText, t } from '../../core/words.js';
+import { t } from '../../core/words.js';
 import { paintOnWall, paintWallScale } from '../measure-tool/on-wall.js';
 import { runningMeasure, storedMeasures } from '../measure-tool/paint.js';
 import { numberEvery, paintHair, paintMark, paintPlate, paintPlayhead, paintStretch } from '../strip/paint.js';
@@ -146,7 +146,7 @@ export class WallStrip extends Strip {
         if (error.name === 'AbortError') return;
         throw error;
       }
-      desk.fault(errorText(error));
+      desk.fault(error);
     } finally {
       parts.track.classList.remove('wall__track--busy');
     }
