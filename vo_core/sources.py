@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -28,6 +29,8 @@ _CHECKED_FRAMES = 60
 _ENTRIES_TRIED = (0, 1, 4, 16)
 """Which of the key frames before the wanted frame are tried: a seek in a file without an index may
 end after the place that was asked for."""
+_SOUGHT_BY_BYTES = ("mpegts", "mpeg")
+"""Containers without an index, which are read on from any place."""
 _MOMENT_S = 1e-3
 """After this time comes a picture whose own time is missing or does not rise."""
 _LUMA_FIRST = ("yuv4", "yuvj4", "nv12", "nv21", "gray")
@@ -184,12 +187,13 @@ class VideoFile:
                 self._film.container.seek(ticks, stream=stream, backward=True)
 
     def seek_part(self, t_s: float) -> None:
-        """Seek like `seek` in a file whose time stamps begin anew; all its packets are read."""
+        """Seek like `seek` in a file whose time stamps begin anew; its packets are read once."""
         base_s = self._film.stream.time_base
         self._reopen()
         if base_s is None:
             return
-        keys = _Announced.of(self.path).keys
+        state = self.path.stat()
+        keys = _keys_of(self.path, state.st_size, state.st_mtime_ns)
         before = [key for key in keys if key.pts * base_s <= t_s]
         if before:
             decoder = _Decoder(self._film)
@@ -209,6 +213,10 @@ class _Key:
     """Presentation time on the time axis of the film."""
     seek_to: int
     """The time stamp of its packet for seeking."""
+    shift: int
+    """Of its part, see `Timeline`."""
+    at_byte: int | None
+    """Where its packet is in the file."""
     packets_before: int
 
 
@@ -242,7 +250,8 @@ class _Announced:
                     continue
                 if packet.is_keyframe and packet.pts > latest:
                     dts = packet.pts if packet.dts is None else packet.dts
-                    keys.append(_Key(packet.pts, dts - timeline.shift, count))
+                    shift = timeline.shift
+                    keys.append(_Key(packet.pts, dts - shift, shift, packet.pos, count))
                 times.append(packet.pts)
                 latest = max(latest, packet.pts)
         numbers = {pts: number for number, pts in enumerate(sorted(times))}
@@ -252,6 +261,12 @@ class _Announced:
     def keys_until(self, index: int) -> list[_Key]:
         """Key frames at or before frame `index`, the nearest first; none if it is unknown."""
         return [key for key in reversed(self.keys) if self.numbers.get(key.pts, math.inf) <= index]
+
+
+@lru_cache(maxsize=4)
+def _keys_of(path: Path, size: int, mtime_ns: int) -> list[_Key]:
+    """Return the key frames of a file; it is another one once size or time has changed."""
+    return _Announced.of(path).keys
 
 
 @dataclass(frozen=True)
@@ -304,6 +319,7 @@ class _Decoder:
     MAX_FAULTS = 1000
 
     def __init__(self, film: Film) -> None:
+        self._film = film
         self.timeline = Timeline(film.stream)
         self.packets = self.timeline.placed(film.container.demux(film.stream))
         self.faults: list[str] = []
@@ -311,7 +327,12 @@ class _Decoder:
         self.untimed = 0
 
     def skip_to(self, key: _Key) -> None:
-        """Pass over the packets before a key frame; what cannot be read shows when decoding."""
+        """Go to a key frame of any part; what cannot be read shows when decoding."""
+        container = self._film.container
+        if key.at_byte is not None and container.format.name in _SOUGHT_BY_BYTES:
+            container.seek(key.at_byte, unsupported_byte_offset=True)
+            self.timeline.shift = key.shift
+            return
         with suppress(FFmpegError, StopIteration):
             for _ in range(key.packets_before):
                 next(self.packets)
