@@ -7,6 +7,7 @@ import hashlib
 import io
 import json
 import re
+import struct
 import uuid
 import zipfile
 from collections.abc import Callable, Iterator
@@ -333,6 +334,13 @@ def _torn(whole: bytes) -> bytes:
     return bytes(content)
 
 
+def _shifted(whole: bytes) -> bytes:
+    """Say that the directory begins later than it does: so does every file, by the same bytes."""
+    at = whole.rindex(b"PK\x05\x06") + 16
+    (offset,) = struct.unpack_from("<I", whole, at)
+    return whole[:at] + struct.pack("<I", offset + 100) + whole[at + 4 :]
+
+
 def _misnamed(whole: bytes) -> bytes:
     """Name a file in bytes that are no UTF-8, though the ZIP says so."""
     zipped = _zip({"\u00e9.json": b"{}"})
@@ -344,6 +352,7 @@ HOSTILE: dict[str, tuple[Callable[[bytes], bytes], str]] = {
     "no zip": (lambda whole: b"PK\x03\x04 hello", "cut off or damaged"),
     "damaged": (_flipped, "damaged"),
     "a torn stream": (_torn, "damaged"),
+    "a false directory offset": (_shifted, "before the file"),
     "letters of no name": (_misnamed, "damaged"),
     "wrong digest": (
         lambda whole: packed(members(whole)).replace(VOICE, VOICE[::-1]),
