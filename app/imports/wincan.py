@@ -7,10 +7,11 @@ name, since versions differ.
 
 from __future__ import annotations
 
+import re
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from app.errors import InvalidImport
@@ -18,21 +19,19 @@ from app.imports.survey import (
     MOST_OBSERVATIONS,
     MOST_OF_FILE,
     MOST_SURVEYS,
+    Cells,
     ImportedFile,
     ImportedObservation,
     ImportedSurvey,
     Notes,
     clean,
-    clock,
     coded,
-    fitting_header,
+    figure,
     iso_date,
     number,
-    quantity,
-    stretch,
+    survey_of,
     time_of_day,
     too_many_surveys,
-    video_time_s,
 )
 from app.survey.catalogue.header import LONGEST_TEXT
 
@@ -69,11 +68,16 @@ _HEADER_TEXTS: Mapping[str, tuple[str, ...]] = {
 }
 _HEADER_NUMBERS: Mapping[str, tuple[str, ...]] = {
     "expected_length_m": ("OBJ_RealLength", "OBJ_Length"),
-    "unit_length_m": ("OBJ_PipeLength",),
-    "temperature_c": ("INS_Temperature",),
+    "unit_length_m": ("OBJ_PipeJointLength", "OBJ_PipeUnitLength", "OBJ_PipeLength"),
     "year": ("OBJ_ConstructionYearText", "OBJ_ConstructionYear"),
 }
+_GRADES: Mapping[str, str] = {
+    "structural grade": "OBS_GradeS", "operational grade": "OBS_GradeO",
+    "hydraulic grade": "OBS_GradeH", "rating": "OBS_RateValue",
+}  # fmt: skip
 _OTHERS = (
+    *_GRADES.values(), "INS_Temperature", "INS_InspectedLength", "INS_HighestGrade", "OBS_Char3",
+    "OMM_Type", "OMM_FileType",
     "OBJ_PK", "OBJ_ID", "OBJ_Key", "OBJ_Name", "OBJ_Number", "OBJ_FromNode_REF", "OBJ_ToNode_REF",
     "OBJ_Shape", "OBJ_PipeHeightOrDia", "OBJ_Size1", "OBJ_Size2", "INS_PK", "INS_Section_FK",
     "INS_StartDate", "INS_StartTime", "INS_TimeStamp", "INS_InspectionDir", "OBS_PK",
@@ -88,6 +92,23 @@ _READ = frozenset(
     for name in names
 )
 """Columns to read, in capitals; those that end in _DELETED are read too."""
+_TECHNICAL = re.compile(
+    r"(?:_PK|_FK|_REF|_ID|_GUID|_?TIMESTAMP|_?SORTORDER|_DELETED|MODIFIED\w*|CREAT(?:ED|ION)\w*)$"
+)
+"""Columns, in capitals, that state nothing about a survey."""
+_MOST_NAMED = 300
+"""Columns of a table that are looked at, and letters of their names in a warning."""
+_FILMS = frozenset(
+    {
+        "3gp", "asf", "avi", "divx", "flv", "m2v", "m4v", "mkv", "mov", "mp2", "mp4", "mpeg", "mpg",
+        "mts", "ts", "vob", "webm", "wmv",
+    }
+)  # fmt: skip
+_PICTURES = frozenset({"bmp", "gif", "heic", "jpeg", "jpg", "png", "tif", "tiff", "webp"})
+_STRETCHES = {"S": "A", "F": "B"}
+"""Start and finish in MSCC and PACP, as the letters of EN 13508-2."""
+_STRETCH = re.compile(r"([SF])([0-9]{1,3})")
+_NOT_STATED = ("", "0", "False")
 _CODE_LETTERS = 3
 """Letters of a code in EN 13508-2; further letters are its characters."""
 
@@ -109,6 +130,11 @@ class _Row:
                 return found
         return ""
 
+    def stated(self, *names: str) -> str:
+        """Return the first of these columns that is neither empty nor zero nor False."""
+        found = map(self.text, names)
+        return next((text for text in found if text not in _NOT_STATED), "")
+
     def number(self, *names: str) -> float | None:
         """Return the first of these columns that holds a number."""
         return next(
@@ -119,7 +145,30 @@ class _Row:
     def is_deleted(self) -> bool:
         """Return whether the program that wrote the row marked it as deleted."""
         marks = [value for name, value in self.values.items() if name.endswith("_DELETED")]
-        return any(mark not in ("", 0, "0", "False") for mark in marks)
+        return any(str(mark) not in _NOT_STATED for mark in marks)
+
+
+@dataclass
+class _Media:
+    """The files of an observation."""
+
+    pictures: list[str] = field(default_factory=list)
+    films: list[str] = field(default_factory=list)
+    others: list[str] = field(default_factory=list)
+
+    def add(self, row: _Row) -> None:
+        """Add one by its kind; without a known one it is a picture if WinCan says so."""
+        name = row.text("OMM_FileName")
+        kinds = (name.rpartition(".")[2].lower(), row.text("OMM_FileType").lower().lstrip("."))
+        is_picture = row.text("OMM_Type").upper().startswith("PI") or "." not in name
+        if any(kind in _FILMS for kind in kinds):
+            found = self.films
+        elif is_picture or any(kind in _PICTURES for kind in kinds):
+            found = self.pictures
+        else:
+            found = self.others
+        if name and name not in found:
+            found.append(name)
 
 
 def looks_like(content: bytes) -> bool:
@@ -228,8 +277,24 @@ def _columns(database: sqlite3.Connection, table: str, notes: Notes) -> list[str
     worked_out = [name for name, hidden in read if hidden]
     if worked_out:
         names = ", ".join(worked_out)
-        notes.add("computed_columns", table=table[:40], names=names[:300])
+        notes.add("computed_columns", table=table[:40], names=names[:_MOST_NAMED])
+    left = [
+        str(name)
+        for _, name, *_, hidden in columns
+        if str(name).upper() not in _READ
+        and not hidden
+        and not _TECHNICAL.search(str(name).upper())
+    ]
+    if filled := [name for name in left[:_MOST_NAMED] if _is_filled(database, table, name)]:
+        notes.add("columns_not_read", table=table[:40], names=", ".join(filled)[:_MOST_NAMED])
     return [name for name, hidden in read if not hidden]
+
+
+def _is_filled(database: sqlite3.Connection, table: str, column: str) -> bool:
+    name = _quoted(column)
+    rows = f"SELECT {name} FROM {_quoted(table)} LIMIT {_MOST_ROWS}"  # noqa: S608
+    stated = f"SELECT 1 FROM ({rows}) WHERE {name} NOT IN ('', 0, '0') LIMIT 1"  # noqa: S608
+    return database.execute(stated).fetchone() is not None
 
 
 def _quoted(name: str) -> str:
@@ -256,7 +321,9 @@ def _file(database: sqlite3.Connection) -> ImportedFile:
         return [row for row in there if not row.is_deleted]
 
     nodes = {row.text("OBJ_PK"): row.text("OBJ_Key", "OBJ_Number") for row in rows(_NODE)}
-    photos = {row.text("OMM_Observation_FK"): row.text("OMM_FileName") for row in rows(_MEDIA)}
+    media: dict[str, _Media] = {}
+    for row in rows(_MEDIA):
+        media.setdefault(row.text("OMM_Observation_FK"), _Media()).add(row)
     sections = {row.text("OBJ_PK", "OBJ_ID"): row for row in rows(_SECTION)}
     observed: dict[str, list[_Row]] = {}
     for row in rows(_OBSERVATION):
@@ -268,7 +335,7 @@ def _file(database: sqlite3.Connection) -> ImportedFile:
     room = MOST_OF_FILE
     for row in inspections[:MOST_SURVEYS]:
         own = observed.pop(row.text("INS_PK"), [])
-        surveys.append(_survey(row, sections, nodes, own, photos, min(room, MOST_OBSERVATIONS)))
+        surveys.append(_survey(row, sections, nodes, own, media, min(room, MOST_OBSERVATIONS)))
         room -= len(surveys[-1].observations)
     left = 0 if len(inspections) > MOST_SURVEYS else sum(map(len, observed.values()))
     if left:
@@ -281,7 +348,7 @@ def _survey(
     sections: Mapping[str, _Row],
     nodes: Mapping[str, str],
     observed: Sequence[_Row],
-    photos: Mapping[str, str],
+    media: Mapping[str, _Media],
     room: int,
 ) -> ImportedSurvey:
     notes = Notes()
@@ -293,17 +360,16 @@ def _survey(
     ordered = sorted(observed, key=_order)
     if len(ordered) > room:
         notes.add_too_many()
-    observations = tuple(
+    files = [media.get(row.text("OBS_PK"), _Media()) for row in ordered]
+    stated = [header["video_files"], *(name for each in files for name in each.films)]
+    header["video_files"] = ", ".join(dict.fromkeys(filter(None, stated)))
+    observations = [
         observation
-        for row in ordered[:room]
-        if (observation := _observation(row, photos, notes)) is not None
-    )
-    codes = {observation.code for observation in observations}
-    if codes & {"BCE", "BDC"}:
-        header["end_condition"] = "complete" if "BCE" in codes else "abandoned"
-    parts = (header.get("asset_id"), header.get("date"))
-    name = " ".join(str(part) for part in parts if part) or "WinCan inspection"
-    return ImportedSurvey(name, fitting_header(header, notes), observations, tuple(notes.said))
+        for row, own in zip(ordered[:room], files, strict=False)
+        if (observation := _observation(row, own, notes)) is not None
+    ]
+    surveyed_m = inspection.number("INS_InspectedLength") or None
+    return survey_of(header, observations, notes, "WinCan inspection", surveyed_m=surveyed_m)
 
 
 def _order(row: _Row) -> tuple[float, float]:
@@ -319,11 +385,17 @@ def _header(
     both = _Row({**section.values, **inspection.values})
     header: dict[str, Any] = {
         "asset_id": section.text("OBJ_Key", "OBJ_Name", "OBJ_PK"),
-        "date": iso_date(inspection.text("INS_StartDate", "INS_TimeStamp")),
+        "date": iso_date(inspection.text("INS_StartDate", "INS_TimeStamp"))
+        or inspection.text("INS_StartDate"),
+        "wincan_highest_grade": inspection.number("INS_HighestGrade"),
         "time": time_of_day(inspection.text("INS_StartTime", "INS_StartDate")),
     }
     header |= {name: both.text(*columns) for name, columns in _HEADER_TEXTS.items()}
-    header |= {name: both.number(*columns) for name, columns in _HEADER_NUMBERS.items()}
+    header |= {
+        name: both.number(*columns) or figure(both.stated(*columns))
+        for name, columns in _HEADER_NUMBERS.items()
+    }
+    header["temperature_c"] = figure(both.text("INS_Temperature"))  # which may be zero
     first, second = (
         _node(section.text(f"OBJ_{end}Node_REF"), nodes, notes) for end in ("From", "To")
     )
@@ -366,26 +438,29 @@ def _profile(section: _Row, notes: Notes) -> dict[str, Any]:
     }
 
 
-def _observation(row: _Row, photos: Mapping[str, str], notes: Notes) -> ImportedObservation | None:
+def _observation(row: _Row, media: _Media, notes: Notes) -> ImportedObservation | None:
     code = row.text("OBS_OpCode").upper()
     distance_m = row.number("OBS_Distance")
     if distance_m is None:
         notes.add("code_without_distance" if code else "neither_code_nor_distance", code=code)
         return None
-    char1, char2 = row.text("OBS_Char1"), row.text("OBS_Char2")
-    is_en = code.isalpha() and code.startswith("B")
-    if is_en and _CODE_LETTERS < len(code) <= _CODE_LETTERS + 2 and not (char1 or char2):
-        code, char1, char2 = code[:3], code[3:4], code[4:5]
-    said = [row.text("OBS_Observation"), row.text("OBS_Memo")]
-    for name in ("OBS_Q1_Value", "OBS_Q2_Value"):
-        if row.text(name) and quantity(row.text(name)) is None:
-            said.append(f"quantity {row.text(name)}")
-    if third := row.text("OBS_Q3_Value"):
-        said.append(f"third quantity {third}")
-    clocks = [clock(row.text(name)) for name in ("OBS_ClockPos1", "OBS_ClockPos2")]
-    continuous = row.text("OBS_CD_Code1", "OBS_CDCode", "OBS_Continuous")
-    if continuous and stretch(continuous) is None:
-        said.append(f"stretch {continuous}")
+    code, char1, char2 = _split(code, row.text("OBS_Char1"), row.text("OBS_Char2"))
+    parse = Cells(notes)
+    quantities = [parse.quantity(row.text(f"OBS_Q{n}_Value")) for n in (1, 2)]
+    clocks = [parse.clock(row.text(f"OBS_ClockPos{n}")) for n in (1, 2)]
+    mark = row.stated("OBS_CD_Code1", "OBS_CDCode", "OBS_Continuous").upper()
+    found = _STRETCH.fullmatch(mark)
+    continuous = parse.stretch(f"{_STRETCHES[found[1]]}{found[2]}" if found else mark)
+    time_s = parse.time_s(row.text("OBS_TimeCtr"))
+    labelled = {"char3": "OBS_Char3", "third quantity": "OBS_Q3_Value", **_GRADES}
+    said = [
+        row.text("OBS_Observation"),
+        row.text("OBS_Memo"),
+        *parse.words,
+        *(f"{label} {text}" for label, name in labelled.items() if (text := row.stated(name))),
+        *(f"photo {name}" for name in media.pictures[1:]),
+        *(f"file {name}" for name in media.others),
+    ]
     length_m = row.number("OBS_ContDefectLength")
     if length_m:
         said.append(f"{length_m:g} m long")
@@ -394,14 +469,26 @@ def _observation(row: _Row, photos: Mapping[str, str], notes: Notes) -> Imported
         code=code,
         char1=char1,
         char2=char2,
-        quant1=quantity(row.text("OBS_Q1_Value")),
-        quant2=quantity(row.text("OBS_Q2_Value")),
+        quant1=quantities[0],
+        quant2=quantities[1],
         clock_from=clocks[0],
         clock_to=clocks[1],
-        stretch=stretch(continuous),
+        stretch=continuous,
         at_joint=row.text("OBS_AtJoint").upper() in ("1", "TRUE", "J", "Y", "-1"),
         remark=", ".join(part for part in said if part),
-        photo=photos.get(row.text("OBS_PK")) or None,
-        time_s=video_time_s(row.text("OBS_TimeCtr")),
+        photo=media.pictures[0] if media.pictures else None,
+        time_s=time_s,
     )
     return coded(observation, notes)
+
+
+def _split(code: str, char1: str, char2: str) -> tuple[str, str, str]:
+    """Return a code of EN 13508-2 apart from its characters, where they stand behind it."""
+    behind = code[_CODE_LETTERS:]
+    if char1 or char2 or not code.isalpha() or not behind:
+        return code, char1, char2
+    if code.startswith("AE") and len(behind) <= 4:
+        return code[:_CODE_LETTERS], behind, ""
+    if code.startswith("B") and len(behind) <= 2:
+        return code[:_CODE_LETTERS], behind[0], behind[1:]
+    return code, char1, char2

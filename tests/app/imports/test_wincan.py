@@ -44,6 +44,47 @@ def test_a_project_is_read_field_by_field(tmp_path: Path) -> None:
     assert (empty.name, empty.observations) == ("CUL-8", ())
 
 
+def test_codes_stretches_grades_and_media_of_other_countries_are_kept(tmp_path: Path) -> None:
+    columns = (
+        "OBS_PK, OBS_Inspection_FK, OBS_Distance, OBS_OpCode, OBS_CD_Code1, OBS_GradeS, "
+        "OBS_ClockPos1, OBS_TimeCtr, OBS_Radial, OBS_SyncTimeStamp"
+    )
+    rows = (
+        "('a', 'i2', 1, 'H', 'S01', 4, '6.5', 'soon', 'deep', '2020')",
+        "('b', 'i2', 3, 'H', 'F01', 0, '3', '00:00:41', NULL, '2020')",
+        "('c', 'i2', 10, 'AEDSTZ', '0', 10, '', '', 0, '2020')",
+    )
+    media = (
+        "('a', 'Video\\run 1.mp4', 'MP4', 'VI1')", "('a', 'one.jpg', 'JPG', 'PI1')",
+        "('a', 'two.JPG', 'JPG', 'PI2')", "('b', 'one', '', 'PI1')", "('b', 'scan.ipf', '', '')",
+    )  # fmt: skip
+    statements = (
+        f"CREATE TABLE SECOBS ({columns})",
+        f"INSERT INTO SECOBS VALUES {', '.join(rows)}",  # noqa: S608
+        "CREATE TABLE SECOBSMM (OMM_Observation_FK, OMM_FileName, OMM_FileType, OMM_Type)",
+        f"INSERT INTO SECOBSMM VALUES {', '.join(media)}",  # noqa: S608
+        "ALTER TABLE SECINSP ADD COLUMN INS_InspectedLength REAL",
+        "ALTER TABLE SECTION ADD COLUMN OBJ_PipeJointLength REAL",
+        "UPDATE SECINSP SET INS_InspectedLength = 30.5",
+        "UPDATE SECTION SET OBJ_PipeJointLength = 2.5",
+    )  # fmt: skip
+    file = read(project(tmp_path / "p.db3", without=("SECOBS", "SECOBSMM"), more=statements))
+    survey = file.surveys[1]
+    start, finish, change = survey.observations
+    assert [(it.code, it.char1, it.stretch) for it in survey.observations] == [
+        ("H", None, "A1"), ("H", None, "B1"), ("AED", "STZ", None),
+    ]  # fmt: skip
+    assert (start.photo, finish.photo, finish.time_s) == ("one.jpg", "one", 41.0)
+    assert start.remark == "clock 6.5, video soon, structural grade 4, photo two.JPG"
+    assert (finish.remark, change.remark) == ("file scan.ipf", "structural grade 10")
+    assert survey.header["video_files"] == "Video\\run 1.mp4"
+    assert (survey.surveyed_m, survey.header["unit_length_m"]) == (30.5, 2.5)
+    assert [ENGLISH.caveat(it) for it in file.warnings] == [
+        "The table SECOBS states more than is read, which is left out: OBS_Radial."
+    ]
+    assert {it.key for it in survey.warnings} == {"no_hour", "no_video_time"}
+
+
 def test_tables_that_are_not_there_are_reported(tmp_path: Path) -> None:
     file = read(project(tmp_path / "p.db3", without=("NODE", "SECOBSMM")))
     assert [ENGLISH.caveat(it) for it in file.warnings[:2]] == [
