@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, islice, repeat
+from unicodedata import category, normalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,9 @@ from vo_core.errors import InvalidTrack
 
 Record = tuple[int, list[str]]
 """A row: the number of its last line, and its cells."""
-FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
-"""Starts of text that a spreadsheet would run as a formula."""
+_FORMULA_STARTS = frozenset("=+-@|")
+"""Letters with which a spreadsheet begins a formula, or a program of its own."""
+_CELL_ENDS = frozenset("\t\r\n")
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
 
@@ -96,14 +98,23 @@ def _lines(text: str, *, has_comments: bool) -> Iterator[str]:
         yield "\n" if has_comments and line[0] == "#" else line
 
 
+def is_like_formula(text: str) -> bool:
+    """Return whether a spreadsheet might run a cell with this text as a formula.
+
+    Some ignore what cannot be seen before it, and take a letter in another width for the letter.
+    """
+    first = next((letter for letter in text if category(letter)[0] not in "ZC"), "")
+    return text[:1] in _CELL_ENDS or normalize("NFKC", first) in _FORMULA_STARTS
+
+
 def plain(text: str) -> str:
     """Return text that no spreadsheet takes for a formula: with an apostrophe where it might."""
-    return f"'{text}" if text.startswith(FORMULA_STARTS) else text
+    return f"'{text}" if is_like_formula(text) else text
 
 
 def unquoted(text: str) -> str:
     """Return the text of a cell without the apostrophe of `plain`."""
-    return text[1:] if text[:1] == "'" and text[1:].startswith(FORMULA_STARTS) else text
+    return text[1:] if text[:1] == "'" and is_like_formula(text[1:]) else text
 
 
 def named_rows(

@@ -5,7 +5,7 @@ import tracemalloc
 import pytest
 
 from vo_core import InvalidTrack
-from vo_core.csv_rows import decoded, named_rows, number_columns, records
+from vo_core.csv_rows import decoded, named_rows, number_columns, plain, records, unquoted
 
 
 @pytest.mark.parametrize("text", ["a,b\n1,2\n", "a;b\r\n1;2\r\n", "# note\n\n a , b \n\n1,2\n#end"])
@@ -70,3 +70,19 @@ def test_a_table_of_empty_lines_takes_no_memory_for_each_of_them(line):
 def test_lines_end_as_on_any_system_and_within_quotation_marks_they_stay():
     found = list(records('a,b\r1,"x\r\ny"\r\n\n3,4'))
     assert found == [(1, ["a", "b"]), (3, ["1", "x\r\ny"]), (5, ["3", "4"])]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["=1+1", "+1", "-1", "@SUM(A1)", "|cmd", "\t1", "\r1", "\n1", " =1", "\u00a0 =1", "\u3000=1",
+     "\u200b=1", "\ufeff@x", "\uff1d1", "\uff0b1", "\uff0d1", "\uff20x", "\uff5ccmd", " \ufe661",
+     "\x00=1"],
+)  # fmt: skip
+def test_no_text_becomes_a_formula_and_it_comes_back_unchanged(text):
+    assert plain(text) == f"'{text}"
+    assert unquoted(plain(text)) == text
+
+
+@pytest.mark.parametrize("text", ["", " ", "a=1", "1-2", "(=1)", "'=1", "\u00e9", "12|13"])
+def test_other_texts_stay_as_they_are(text):
+    assert plain(text) == text

@@ -10,7 +10,7 @@ from xlsxwriter.format import Format
 from xlsxwriter.worksheet import Worksheet
 
 from app.reports.content.text import legible
-from vo_core.csv_rows import FORMULA_STARTS
+from vo_core.csv_rows import is_like_formula
 
 LONGEST_TEXT = 32_767
 """Characters that a cell can hold in the programs that read it."""
@@ -37,7 +37,7 @@ class Cells:
     def text(self, sheet: Worksheet, row: int, column: int, text: str, **properties: Any) -> None:
         """Write a text as it is, cut to what a cell holds."""
         shown = cell_text(text)[:LONGEST_TEXT]
-        if shown.startswith(FORMULA_STARTS):
+        if is_like_formula(shown):
             # Like text typed after an apostrophe: it stays text when somebody edits the cell.
             properties = {**properties, "quote_prefix": True}
         sheet.write_string(row, column, shown, self.look(**properties))
