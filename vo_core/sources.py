@@ -31,6 +31,8 @@ _ENTRIES_TRIED = (0, 1, 4, 16)
 end after the place that was asked for."""
 _SOUGHT_BY_BYTES = ("mpegts", "mpeg")
 """Containers without an index, which are read on from any place."""
+_LONGEST_PACK = 256 * 1024
+"""A packet may begin so many bytes before the place that is told: packs hold parts of packets."""
 _MOMENT_S = 1e-3
 """After this time comes a picture whose own time is missing or does not rise."""
 _LUMA_FIRST = ("yuv4", "yuvj4", "nv12", "nv21", "gray")
@@ -206,6 +208,15 @@ class VideoFile:
 
 
 @dataclass(frozen=True)
+class _Entry:
+    """A place of a file without an index."""
+
+    byte: int = 0
+    shift: int = 0
+    """Of the part there, see `Timeline`."""
+
+
+@dataclass(frozen=True)
 class _Key:
     """A key frame after which all later frames come in the file."""
 
@@ -213,11 +224,9 @@ class _Key:
     """Presentation time on the time axis of the film."""
     seek_to: int
     """The time stamp of its packet for seeking."""
-    shift: int
-    """Of its part, see `Timeline`."""
-    at_byte: int | None
-    """Where its packet is in the file."""
     packets_before: int
+    entry: _Entry
+    """Where reading may begin to come to it."""
 
 
 @dataclass(frozen=True)
@@ -240,6 +249,7 @@ class _Announced:
         is_numbered = True
         film = Film.open(path)
         timeline = Timeline(film.stream)
+        entries = deque([_Entry(shift=timeline.shift)])
         with film.container:
             packets = packets_of(film.container, film.stream)
             for count, packet in enumerate(timeline.placed(packets)):
@@ -250,8 +260,11 @@ class _Announced:
                     continue
                 if packet.is_keyframe and packet.pts > latest:
                     dts = packet.pts if packet.dts is None else packet.dts
-                    shift = timeline.shift
-                    keys.append(_Key(packet.pts, dts - shift, shift, packet.pos, count))
+                    if packet.pos is not None:
+                        entries.append(_Entry(packet.pos, timeline.shift))
+                        while len(entries) > 1 and entries[1].byte <= packet.pos - _LONGEST_PACK:
+                            entries.popleft()
+                    keys.append(_Key(packet.pts, dts - timeline.shift, count, entries[0]))
                 times.append(packet.pts)
                 latest = max(latest, packet.pts)
         numbers = {pts: number for number, pts in enumerate(sorted(times))}
@@ -329,9 +342,9 @@ class _Decoder:
     def skip_to(self, key: _Key) -> None:
         """Go to a key frame of any part; what cannot be read shows when decoding."""
         container = self._film.container
-        if key.at_byte is not None and container.format.name in _SOUGHT_BY_BYTES:
-            container.seek(key.at_byte, unsupported_byte_offset=True)
-            self.timeline.shift = key.shift
+        if container.format.name in _SOUGHT_BY_BYTES:
+            container.seek(key.entry.byte, unsupported_byte_offset=True)
+            self.timeline.shift = key.entry.shift
             return
         with suppress(FFmpegError, StopIteration):
             for _ in range(key.packets_before):
