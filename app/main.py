@@ -112,7 +112,7 @@ def create_app(settings: Settings) -> FastAPI:
         docs_url=None,  # they load scripts from elsewhere
         redoc_url=None,
     )
-    app.state.is_insecure = settings.insecure_lan and not settings.has_tls
+    app.state.is_open_to_lan = settings.insecure_lan
     describe(app)
     answers.install(app)
     # Mounted before the routes, because the first match answers.

@@ -60,8 +60,9 @@ const isKept = (pathname) => (INSPECTION.test(pathname) || OF_ALL.test(pathname)
 
 async function install() {
   await self.skipWaiting();
+  const before = removals;
   const answer = await fetch(SHELL);
-  if (isPage(answer)) await keepPage(answer);
+  if (isPage(answer)) await keepPage(answer, before);
 }
 
 /** Whether it is the page, and not the log-in, to which a server redirects. */
@@ -69,9 +70,10 @@ const isPage = (answer) => answer.ok && !answer.redirected;
 
 /** Returns the page from the server; if that cannot be reached, the kept one, which says so. */
 async function page(event) {
+  const before = removals;
   try {
     const answer = await fetch(event.request, { signal: AbortSignal.timeout(ANSWER_LIMIT_MS) });
-    if (isPage(answer)) event.waitUntil(keepPage(answer.clone()));
+    if (isPage(answer)) event.waitUntil(keepPage(answer.clone(), before));
     return answer;
   } catch (error) {
     const kept = await caches.match(SHELL, { cacheName: PAGE });
@@ -83,7 +85,7 @@ async function page(event) {
 }
 
 /** Keeps a page with the files that it names, and removes those of earlier versions. */
-async function keepPage(answer) {
+async function keepPage(answer, before) {
   const cache = await caches.open(PAGE);
   const shell = await answer.clone().text();
   const named = [...shell.matchAll(/"(\/static\/v[0-9a-f]{16}\/)([^"]+)"/g)];
@@ -93,7 +95,7 @@ async function keepPage(answer) {
   const wanted = files.map((name) => new URL(folder + name, location.origin).href);
   const known = (await cache.keys()).map(({ url }) => url);
   await cache.addAll(wanted.filter((url) => !known.includes(url)));
-  await cache.put(SHELL, answer);
+  if (before === removals) await cache.put(SHELL, answer);
   const old = known.filter((url) => FILE.test(new URL(url).pathname) && !new URL(url).pathname.startsWith(folder));
   await Promise.all(old.map((url) => cache.delete(url)));
 }
@@ -148,7 +150,8 @@ async function removeOldest(cache) {
   await Promise.all(old.map((request) => cache.delete(request)));
 }
 
+/** Removes what one person has read, and the page, which names them. */
 async function removeData() {
   removals += 1;
-  await caches.delete(DATA);
+  await Promise.all([caches.delete(DATA), caches.open(PAGE).then((cache) => cache.delete(SHELL))]);
 }

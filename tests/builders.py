@@ -176,6 +176,11 @@ class Client(httpx.Client):
         super().__init__(base_url=server.url, headers=headers, timeout=PATIENCE_S, verify=False)
         self.server = server
 
+    @property
+    def cookie_name(self) -> str:
+        """Name of the cookie in which a browser keeps its session."""
+        return f"chainage_session_{self.base_url.port}"
+
     def anonymous(self) -> Client:
         """Return another client of the same server, without a token."""
         return Client(self.server, None)
@@ -256,11 +261,11 @@ class Client(httpx.Client):
         """Open a web socket like a logged-in browser."""
         browser = self.anonymous()
         browser.post("/api/login", json={"token": TOKEN})
-        cookie = browser.cookies["chainage_session"]
+        cookie = browser.cookies[self.cookie_name]
         return connect(
             self.server.websocket_url + path,
             origin=self.server.url,
-            additional_headers={"Cookie": f"chainage_session={cookie}"},
+            additional_headers={"Cookie": f"{self.cookie_name}={cookie}"},
             max_size=None,
             open_timeout=PATIENCE_S,
             **options,

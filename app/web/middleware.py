@@ -52,8 +52,10 @@ BODY_PART_S = 60.0
 BODY_BYTES_PER_S = 1000
 """Least rate of a body after its first minute: a thirtieth of a poor mobile line."""
 
-COOKIE = "chainage_session"
-SECURE_COOKIE = "__Host-chainage_session"
+_COOKIE = "chainage_session"
+_SECURE_COOKIE = "__Host-chainage_session"
+_HSTS = "max-age=15552000"
+"""A browser that was here over TLS does not come without it for half a year."""
 
 _PUBLIC = frozenset(
     {
@@ -90,7 +92,7 @@ class Envelope:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle an ASGI connection."""
         if scope["type"] == "websocket":
-            await self._app(scope, receive, self._with_headers(send))
+            await self._app(scope, receive, self._with_headers(scope, send))
             return
         if scope["type"] != "http":
             await self._app(scope, receive, send)
@@ -108,7 +110,7 @@ class Envelope:
                     body = answer(HTTPException(message["status"])).body
                     headers["Content-Type"] = "application/json"
                     headers["Content-Length"] = str(len(body))
-                self._secure(headers)
+                self._secure(scope, headers)
                 if is_upload:
                     headers.setdefault("Tus-Resumable", "1.0.0")
                 await send(message)
@@ -137,19 +139,21 @@ class Envelope:
                 raise
             await answer(error)(scope, receive, send_with_headers)
 
-    def _with_headers(self, send: Send) -> Send:
+    def _with_headers(self, scope: Scope, send: Send) -> Send:
         """Add the headers also to an answer that replaces the opening of a web socket."""
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "websocket.http.response.start":
-                self._secure(MutableHeaders(scope=message))
+                self._secure(scope, MutableHeaders(scope=message))
             await send(message)
 
         return send_with_headers
 
-    def _secure(self, headers: MutableHeaders) -> None:
+    def _secure(self, scope: Scope, headers: MutableHeaders) -> None:
         for name, value in self._headers.items():
             headers.setdefault(name, value)
+        if is_encrypted(HTTPConnection(scope)):
+            headers["Strict-Transport-Security"] = _HSTS
 
 
 class Guard:
@@ -292,10 +296,24 @@ def _scheme_of(connection: HTTPConnection) -> str:
     return "https" if connection.url.scheme in ("https", "wss") else "http"
 
 
+def is_encrypted(connection: HTTPConnection) -> bool:
+    """Return whether the browser speaks TLS, with the server or with a trusted proxy before it."""
+    return _scheme_of(connection) == "https"
+
+
+def cookie_name(connection: HTTPConnection) -> str:
+    """Return the name of the session cookie; under TLS only this very host can set it.
+
+    Cookies are of a host: the port in the name keeps its servers apart.
+    """
+    name = _SECURE_COOKIE if is_encrypted(connection) else _COOKIE
+    port = connection.url.port
+    return name if port is None else f"{name}_{port}"
+
+
 def cookie_of(connection: HTTPConnection) -> str | None:
-    """Return the session cookie; under TLS only one set by this very host."""
-    is_secure = _scheme_of(connection) == "https"
-    return connection.cookies.get(SECURE_COOKIE if is_secure else COOKIE)
+    """Return the session cookie."""
+    return connection.cookies.get(cookie_name(connection))
 
 
 def address_of(connection: HTTPConnection) -> str:

@@ -88,7 +88,7 @@ def test_changes_and_failures_are_logged_and_no_secret_is(tmp_path: Path, clip: 
     assert tracked["inspection"] == inspection_id
     assert "query-secret" not in log
     assert TOKEN not in log
-    assert session.cookies["chainage_session"] not in log
+    assert session.cookies[session.cookie_name] not in log
 
 
 def test_an_unforeseen_fault_is_found_in_the_log_by_what_the_answer_says(

@@ -23,6 +23,7 @@ IS_KEPT = """async (id) => {
   const ends = [...data, '/api/header-fields', '/api/packs', ...files];
   return ends.every((end) => paths.some((path) => path.endsWith(end)));
 }"""
+NAMES_A_PERSON = "async () => Boolean(await caches.match('/'))"
 NAMES = "async () => (await caches.keys()).sort()"
 
 
@@ -89,3 +90,4 @@ def test_an_inspection_opens_and_takes_changes_without_the_server(
     page.get_by_role("button", name="Log out").click()
     page.wait_for_url("**/login")
     assert page.evaluate(NAMES) == ["chainage-page"]
+    assert page.evaluate(NAMES_A_PERSON) is False

@@ -12,7 +12,7 @@ from starlette.responses import RedirectResponse
 from app.access.access import SESSION_LIFETIME
 from app.errors import TooManyAttempts
 from app.web.deps import PrincipalDep, ServicesDep, viewer
-from app.web.middleware import COOKIE, SECURE_COOKIE, address_of, cookie_of
+from app.web.middleware import address_of, cookie_name, cookie_of, is_encrypted
 from app.web.routers.pages import login_page
 from app.web.schemas.access import LoginIn, SessionOut
 from app.web.schemas.failures import failures
@@ -78,8 +78,11 @@ def log_out(request: Request, response: Response, services: ServicesDep) -> None
     cookie = cookie_of(request)
     if cookie is not None:
         services.access.log_out(cookie)
-    name = SECURE_COOKIE if request.url.scheme == "https" else COOKIE
-    response.delete_cookie(name, secure=name == SECURE_COOKIE, httponly=True, samesite="strict")
+    response.delete_cookie(
+        cookie_name(request), secure=is_encrypted(request), httponly=True, samesite="strict"
+    )
+    # What the browser has kept of answers; service worker and page remove what they have kept.
+    response.headers["Clear-Site-Data"] = '"cache"'
 
 
 @router.get("/api/session")
@@ -90,12 +93,11 @@ def session(principal: PrincipalDep) -> SessionOut:
 
 
 def _set_cookie(request: Request, response: Response, value: str) -> None:
-    is_secure = request.url.scheme == "https"
     response.set_cookie(
-        SECURE_COOKIE if is_secure else COOKIE,
+        cookie_name(request),
         value,
         max_age=int(SESSION_LIFETIME.total_seconds()),
-        secure=is_secure,
+        secure=is_encrypted(request),
         httponly=True,
         samesite="strict",
     )

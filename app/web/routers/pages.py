@@ -27,6 +27,7 @@ import app
 from app.web.bundles import script_of, style_of, with_bundles
 from app.web.deps import PrincipalDep, viewer
 from app.web.languages import WORDS, languages_of, with_languages
+from app.web.middleware import is_encrypted
 
 router = APIRouter(include_in_schema=False)
 
@@ -172,7 +173,7 @@ def service_worker() -> Response:
 
 def _with_facts(page: str, request: Request, **facts: str) -> str:
     """Add what a page needs before its first paint, as `data-` attributes of its root element."""
-    if request.app.state.is_insecure:
+    if request.app.state.is_open_to_lan and not is_encrypted(request):
         facts["insecure"] = "yes"
     named = "".join(f' data-{name}="{escape(value)}"' for name, value in facts.items())
     return page.replace("<html", f"<html{named}", 1)

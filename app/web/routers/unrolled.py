@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Path, Query, Response
+from fastapi import APIRouter, Path, Query, Request, Response
 
 from app.errors import InspectionNotFound, TileNotFound
 from app.inspections.observations import rig_of
 from app.web import columns
 from app.web.deps import InspectionId, ServicesDep, viewer
+from app.web.ranges import PRIVATE
 from app.web.schemas.failures import content, failures
 from app.web.schemas.frames import health_columns
 from app.web.schemas.live import HealthOut
 from app.web.schemas.wall import UnrolledOut
+from app.web.versions import etag
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["unrolled"])
-
-_KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
-_ASKED_AGAIN = {"Cache-Control": "private, no-cache"}
 
 
 @router.get("/unrolled", responses=failures(InspectionNotFound))
@@ -36,21 +36,27 @@ def unrolled(inspection_id: InspectionId, services: ServicesDep) -> UnrolledOut:
 @router.get(
     "/unrolled/{index}.jpg",
     response_class=Response,
-    responses=content("image/jpeg") | failures(InspectionNotFound, TileNotFound),
+    responses=content("image/jpeg")
+    | {304: {"description": "The picture is still the one that `If-None-Match` names."}}
+    | failures(InspectionNotFound, TileNotFound),
 )
 @viewer
 def tile(
     inspection_id: InspectionId,
     index: Annotated[int, Path(ge=-(2**31), le=2**31)],
     services: ServicesDep,
+    request: Request,
     v: Annotated[
-        int | None, Query(description="Revision of the tile, with which the answer may be cached.")
+        int | None, Query(description="Revision of the tile; a page asks anew for another one.")
     ] = None,
 ) -> Response:
     """Return the picture of a tile; its columns run with the distance."""
     services.inspections.row(inspection_id)
     jpeg = services.unrolled.picture(inspection_id, index)
-    headers = _ASKED_AGAIN if v is None else _KEPT
+    # A browser keeps the picture, and shows it to nobody whom the server does not let in.
+    headers = PRIVATE | {"ETag": etag(hashlib.sha256(jpeg).hexdigest())}
+    if request.headers.get("if-none-match") == headers["ETag"]:
+        return Response(status_code=304, headers=headers)
     return Response(jpeg, media_type="image/jpeg", headers=headers)
 
 

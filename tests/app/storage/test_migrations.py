@@ -347,7 +347,7 @@ def test_everything_of_an_older_version_is_there(
                 "Road agency"
             ]
         with client.anonymous() as browser:
-            browser.cookies["chainage_session"] = COOKIE
+            browser.cookies[browser.cookie_name] = COOKIE
             assert browser.get(path).status_code == 200
         assert client.tag(INSPECTION).status_code == 200
     copy = tmp_path / "data" / f"chainage.db.before-{NEWEST}"

@@ -53,7 +53,7 @@ def test_sessions_outlive_the_server_until_they_are_old_or_its_token_is_another_
     tmp_path: Path,
 ) -> None:
     with serving(tmp_path) as client:
-        old, idle, kept = (log_in(client).cookies["chainage_session"] for _ in range(3))
+        old, idle, kept = (log_in(client).cookies[client.cookie_name] for _ in range(3))
     now = datetime.now(UTC).replace(tzinfo=None)
     ages = {"created_at": (31, 8, 29), "seen_at": (0, 8, 6)}
     with contextlib.closing(sqlite3.connect(tmp_path / DATABASE)) as database, database:
@@ -70,7 +70,7 @@ def test_sessions_outlive_the_server_until_they_are_old_or_its_token_is_another_
                 stranger.get("/api/me", headers=headers).status_code
                 for headers in (
                     {"Authorization": f"Bearer {TOKEN}"},
-                    *({"Cookie": f"chainage_session={cookie}"} for cookie in (kept, old, idle)),
+                    *({"Cookie": f"{client.cookie_name}={cookie}"} for cookie in (kept, old, idle)),
                 )
             ]
             if token == TOKEN:

@@ -1,6 +1,9 @@
+import asyncio
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
+import httpx
 import pytest
 from builders import PATIENCE_S, TOKEN, Client, assert_error, serving
 from doors import log_in, refusal
@@ -71,9 +74,10 @@ def test_a_token_is_exchanged_for_a_session_that_log_out_ends(shared: Client) ->
     browser = log_in(shared)
     assert browser.get("/api/session").json() == {"name": "server", "role": "admin"}
     assert '<html data-role="admin" data-person="server"' in browser.get("/").text
-    cookie = browser.cookies["chainage_session"]
-    assert browser.post("/api/logout").status_code == 204
-    stolen = {"Cookie": f"chainage_session={cookie}"}
+    cookie = browser.cookies[browser.cookie_name]
+    ended = browser.post("/api/logout")
+    assert (ended.status_code, ended.headers["Clear-Site-Data"]) == (204, '"cache"')
+    stolen = {"Cookie": f"{shared.cookie_name}={cookie}"}
     assert shared.anonymous().get("/api/session", headers=stolen).status_code == 401
 
 
@@ -167,21 +171,57 @@ def test_every_answer_carries_the_security_headers(shared: Client, path: str) ->
     assert headers["Referrer-Policy"] == "no-referrer"
 
 
+@pytest.fixture(scope="module")
+def lan(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
+    """A server that other machines reach without TLS."""
+    with serving(tmp_path_factory.mktemp("lan"), insecure_lan=True) as client:
+        yield client
+
+
+def test_behind_a_proxy_that_speaks_tls_no_page_warns_and_browsers_stay_with_tls(
+    lan: Client,
+) -> None:
+
+    async def through_tls(path: str) -> httpx.Response:
+        """With the scheme that uvicorn takes from a trusted proxy."""
+        transport = httpx.ASGITransport(lan.server.app)
+        async with httpx.AsyncClient(transport=transport, base_url="https://localhost") as browser:
+            return await browser.get(path, headers={"Authorization": f"Bearer {TOKEN}"})
+
+    for path in ("/", "/login"):
+        plain, encrypted = lan.get(path), asyncio.run(through_tls(path))
+        assert [answer.status_code for answer in (plain, encrypted)] == [200, 200]
+        assert 'data-insecure="yes"' in plain.text
+        assert "data-insecure" not in encrypted.text
+        assert "Strict-Transport-Security" not in plain.headers
+        assert "max-age=" in encrypted.headers["Strict-Transport-Security"]
+
+
+def test_two_servers_on_one_host_do_not_log_each_other_out(shared: Client, lan: Client) -> None:
+    """A browser sends the cookies of a host to all its ports."""
+    cookies: dict[str, str] = {}
+    for server in (shared, lan):
+        cookies |= log_in(server).cookies
+    both = {"Cookie": "; ".join(f"{name}={value}" for name, value in cookies.items())}
+    for server in (shared, lan):
+        assert server.anonymous().get("/api/me", headers=both).status_code == 200
+
+
 def test_sockets_are_refused_before_they_open(shared: Client, done: str) -> None:
     url = f"{shared.server.websocket_url}/api/inspections/{done}/live"
-    cookie = log_in(shared).cookies["chainage_session"]
+    cookie = log_in(shared).cookies[shared.cookie_name]
     origin = shared.server.url
     assert refusal(url, origin, {}) == 401
-    assert refusal(url, origin, {"Cookie": "chainage_session=wrong"}) == 401
-    assert refusal(url, "http://evil.example", {"Cookie": f"chainage_session={cookie}"}) == 403
-    assert refusal(url, None, {"Cookie": f"chainage_session={cookie}"}) == 403
+    assert refusal(url, origin, {"Cookie": f"{shared.cookie_name}=wrong"}) == 401
+    assert refusal(url, "http://evil.example", {"Cookie": f"{shared.cookie_name}={cookie}"}) == 403
+    assert refusal(url, None, {"Cookie": f"{shared.cookie_name}={cookie}"}) == 403
     secure = origin.replace("http:", "https:")
-    assert refusal(url, secure, {"Cookie": f"chainage_session={cookie}"}) == 403
+    assert refusal(url, secure, {"Cookie": f"{shared.cookie_name}={cookie}"}) == 403
 
 
 def test_a_ticket_opens_one_3d_view_and_nothing_else(shared: Client, done: str) -> None:
     browser = log_in(shared)
-    cookie = {"Cookie": f"chainage_session={browser.cookies['chainage_session']}"}
+    cookie = {"Cookie": f"{shared.cookie_name}={browser.cookies[browser.cookie_name]}"}
     path = browser.view_path(done)
     ticket = path.split("/")[3]
     stranger = shared.anonymous()
@@ -199,6 +239,6 @@ def test_a_ticket_opens_one_3d_view_and_nothing_else(shared: Client, done: str) 
     for headers in (
         {"Authorization": f"Bearer {ticket}"},
         {"Authorization": f"Bearer {credential}"},
-        {"Cookie": f"chainage_session={credential}"},
+        {"Cookie": f"{shared.cookie_name}={credential}"},
     ):
         assert_error(stranger.get("/api/session", headers=headers), 401, "unauthenticated")

@@ -131,8 +131,8 @@ def bearer(token: str) -> dict[str, str]:
     return {"Authorization": f"Bearer {token}"}
 
 
-def session(cookie: str) -> dict[str, str]:
-    return {"Cookie": f"chainage_session={cookie}"}
+def session(client: Client, cookie: str) -> dict[str, str]:
+    return {"Cookie": f"{client.cookie_name}={cookie}"}
 
 
 def ask(client: Client, door: Door, headers: dict[str, str], query: str = "") -> httpx.Response:
@@ -171,7 +171,7 @@ def test_every_door_is_shut_without_a_valid_token_or_session(
     assert set(doors) >= PUBLIC
     assert {"WS", "OPTIONS", "DELETE"} <= {door.method for door in doors}
     browser = log_in(shared, tokens["viewer"])
-    ended = browser.cookies["chainage_session"]
+    ended = browser.cookies[browser.cookie_name]
     browser.post("/api/logout")
     stranger = shared.anonymous()
     wrong: list[tuple[dict[str, str], str]] = [
@@ -181,9 +181,9 @@ def test_every_door_is_shut_without_a_valid_token_or_session(
         (bearer("wrong"), ""),
         (bearer(tokens["revoked"]), ""),
         ({"Authorization": f"Basic {TOKEN}"}, ""),
-        (session(ended), ""),
-        (session(TOKEN), ""),
-        (session("%00"), f"?session={TOKEN}"),
+        (session(shared, ended), ""),
+        (session(shared, TOKEN), ""),
+        (session(shared, "%00"), f"?session={TOKEN}"),
     ]
     for number, door in enumerate(sorted(set(doors) - PUBLIC)):
         tried = wrong if is_long else (wrong[0], wrong[1 + number % (len(wrong) - 1)])
@@ -313,11 +313,11 @@ def end_of(socket: ClientConnection) -> int:
         return closed.rcvd.code if closed.rcvd else 0
 
 
-def open_socket(client: Client, path: str, cookie: str) -> ClientConnection:
+def open_socket(client: Client, path: str) -> ClientConnection:
     return connect(
         client.server.websocket_url + path,
         origin=client.server.url,
-        additional_headers=session(cookie),
+        additional_headers=session(client, client.cookies[client.cookie_name]),
         max_size=None,
         open_timeout=PATIENCE_S,
     )
@@ -330,7 +330,7 @@ def test_a_revoked_token_and_an_ended_session_end_their_sockets(shared: Client, 
     with contextlib.ExitStack() as stack:
         ours, others = (
             [
-                stack.enter_context(open_socket(shared, live, browser.cookies["chainage_session"])),
+                stack.enter_context(open_socket(browser, live)),
                 stack.enter_context(browser.view(done)),
             ]
             for browser in browsers
@@ -375,8 +375,9 @@ def test_over_https_the_printed_address_logs_in_and_no_secret_is_shown(tmp_path:
             flags = answers[0].headers["Set-Cookie"]
             assert re.search("^__Host-.*HttpOnly.*Path=/;.*SameSite=strict; Secure$", flags)
             assert browser.get("/api/me").json()["role"] == "admin"
-            cookie = browser.cookies["__Host-chainage_session"]
-            headers = {"Cookie": f"chainage_session={cookie}"}  # without its prefix it is not ours
+            name = f"chainage_session_{browser.base_url.port}"
+            cookie = browser.cookies[f"__Host-{name}"]
+            headers = {"Cookie": f"{name}={cookie}"}  # without its prefix it is not ours
             answers += [
                 httpx.get(f"{origin}/api/me", headers=headers, verify=trusted),
                 browser.get("/"),
@@ -387,8 +388,9 @@ def test_over_https_the_printed_address_logs_in_and_no_secret_is_shown(tmp_path:
                 ),
             ]
             assert [answer.status_code for answer in answers] == [303, 401, 200, 422, 422, 422]
+            assert all("Strict-Transport-Security" in answer.headers for answer in answers)
             url = f"{origin.replace('https', 'wss')}/api/inspections/{'0' * 32}/live"
-            cookies = {"Cookie": f"__Host-chainage_session={cookie}"}
+            cookies = {"Cookie": f"__Host-{name}={cookie}"}
             with connect(
                 url, origin=origin, additional_headers=cookies, ssl=trusted, open_timeout=PATIENCE_S
             ) as socket:

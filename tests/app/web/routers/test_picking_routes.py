@@ -22,7 +22,7 @@ class Browser:
         visitor = client.anonymous()
         visitor.post("/api/login", json={"token": TOKEN})
         self._visitor = visitor
-        self._cookie = visitor.cookies["chainage_session"]
+        self._cookie = visitor.cookies[visitor.cookie_name]
 
     def live(self, inspection_id: str) -> ClientConnection:
         """From its first message on it hears the clicks."""
@@ -37,7 +37,7 @@ class Browser:
         return connect(
             self._server.websocket_url + path,
             origin=self._server.url,
-            additional_headers={"Cookie": f"chainage_session={self._cookie}"},
+            additional_headers={"Cookie": f"{self._visitor.cookie_name}={self._cookie}"},
             max_size=None,
             open_timeout=PATIENCE_S,
             **options,
