@@ -1,15 +1,16 @@
 """EN 13508-2 text: the exchange format of Annex B of EN 13508-2:2003+A1:2011.
 
 One reader decodes UTF-8 whatever the file declares, another stops at an empty line, a third
-mistakes a missing end node for a lateral. So texts are plain ASCII, names with other letters make
-the file declare UTF-8, and it is complete, without empty lines.
+mistakes a missing end node for a lateral. So texts are plain ASCII, and the file is complete,
+without empty lines. Names, and the texts of an import, keep their letters: the file then declares
+UTF-8.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from app.imports.en13508_fields import explanation_of
 from app.reports.content.ascii import one_line, transliterate
@@ -70,11 +71,16 @@ class TextFile:
     def add(self, report: Report) -> tuple[Loss, ...]:
         """Add an inspection."""
         survey = survey_of(report, _name, self._names)
-        rows = [columns(row, survey.names) for row in survey.rows]
-        self._surveys.append((survey, [_line(_plain_values(row)) for row in rows]))
-        texts = (survey.header, survey.explained, *rows)
-        is_ascii = all(_plain(code, it) == it for values in texts for code, it in values.items())
-        return survey.losses if is_ascii else (Loss("ascii"), *survey.losses)
+        stated = [
+            survey.header,
+            survey.explained,
+            *(columns(it, survey.names) for it in survey.rows),
+        ]
+        written = stated if report.source.kind == "import" else [*map(_in_ascii, stated)]
+        header, explained, *rows = written
+        lines = [_line(row.get(code, "") for code in _COLUMNS) for row in rows]
+        self._surveys.append((replace(survey, header=header, explained=explained), lines))
+        return survey.losses if written == stated else (Loss("ascii"), *survey.losses)
 
     def content(self) -> bytes:
         """Return the text; readers want the same list of fields in every inspection."""
@@ -85,7 +91,7 @@ class TextFile:
         for survey, rows in self._surveys:
             lines += [
                 f"#B01={';'.join(code for code, _ in fields)}",
-                _line(_plain(code, survey.value(code, behind)) for code, behind in fields),
+                _line(survey.value(code, behind) for code, behind in fields),
                 f"#C={';'.join(_COLUMNS)}",
                 *rows,
                 "#Z",
@@ -328,13 +334,11 @@ def _name(text: str) -> str:
     return one_line(text).lstrip("# ")
 
 
-def _plain_values(row: Mapping[str, str]) -> Iterable[str]:
-    return (_plain(code, row.get(code, "")) for code in _COLUMNS)
-
-
-def _plain(code: str, value: str) -> str:
-    """Return a value in ASCII, unless it is a name."""
-    return value if code in _NAMES else transliterate(value)
+def _in_ascii(values: Mapping[str, str]) -> dict[str, str]:
+    """Return values by their codes in ASCII, except for names."""
+    return {
+        code: value if code in _NAMES else transliterate(value) for code, value in values.items()
+    }
 
 
 def _line(values: Iterable[str]) -> str:

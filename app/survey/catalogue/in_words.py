@@ -20,8 +20,12 @@ _PLACE = {field.name: place for place, field in enumerate(FIELDS)}
 
 
 def in_words(field: HeaderField, value: object) -> str:
-    """Return a value with its label and unit, such as `water level: 17 %`, on one line."""
-    return " ".join(f"{_label(field)}: {_text(value)} {field.unit or ''}".split())
+    """Return a value with its label and unit, such as `water level: 17 %`, on one line.
+
+    The unit is in ASCII, which some files are as a whole.
+    """
+    unit = (field.unit or "").replace("°", "deg")
+    return " ".join(f"{_label(field)}: {_text(value)} {unit}".split())
 
 
 def taken_from_remarks(
@@ -75,7 +79,7 @@ def _read(item: str) -> tuple[HeaderField, Value] | None:
     field = _FIELD_OF.get(label)
     if field is None or not separator:
         return None
-    item = item.replace(" degC", " °C")  # in plain ASCII
+    item = item.replace(" °C", " degC")  # of earlier versions
     value: Value = text
     if field.kind == "number":
         value = number_of(text.partition(" ")[0])

@@ -203,6 +203,18 @@ def test_words_of_a_letter_come_back_with_their_field(kind: str) -> None:
     assert again.content == written.content
 
 
+@pytest.mark.parametrize("kind", ["en13508", "en13508xml", "ribx"])
+def test_letters_of_an_import_come_back(kind: str) -> None:
+    rows = [{"distance_m": 1.0, "code": "BDB", "remark": REMARK, "time_s": 61.0}]
+    made = report(observations=rows, header={**HEADER, "video_files": "Größe 1.mpg"})
+    made = replace(made, source=replace(made.source, kind="import"))
+    read, losses = write(kind, made)
+    assert read.rows[0]["F"].startswith(REMARK)
+    assert read.rows[0]["N"].rpartition("|")[2] == "00:01:01"
+    assert read.header["ABS"] == "Größe 1.mpg"
+    assert not {"ascii", "film_renamed"} & codes(losses)
+
+
 def test_what_changes_along_the_pipe_and_dutch_measurements_are_codes() -> None:
     rows = [
         {"distance_m": 1.0, "code": "AED", "char1": "STZ"},
