@@ -127,6 +127,7 @@ def scale_of(adjusted: Adjusted) -> dict[str, Any] | None:
         "scale": round(found.scale, 6),
         "scale_sigma": round(found.sigma, 6),
         "joints_counted": found.joints,
+        "lengths_counted": found.lengths,
         "camera_lower_mm": None if lower_mm is None else round(lower_mm, 1),
     }
 

@@ -131,6 +131,7 @@ def _by_joints(adjusted: Adjusted) -> dict[str, Any] | None:
         return None
     return {
         "joints": found.joints,
+        "lengths": found.lengths,
         "scale": _rounded(found.scale, 4),
         "sigma": _rounded(found.sigma, 4),
         "lower_mm": _rounded(found.lower_mm, 3),

@@ -2,6 +2,12 @@
 
 import { RunColumns } from './columns.js';
 
+/**
+ * What clients usually allow a crew, 30 ft/min in their specifications, so that a viewer overlooks no defect. What the
+ * tracking bears depends on the rig, and is mostly more.
+ */
+export const USUAL_LIMIT_M_PER_MIN = 9;
+
 /** All complaints, in the order of their bits. */
 export const COMPLAINTS = ['too_fast', 'too_dark', 'too_bright', 'blurred', 'lens_dirty'];
 

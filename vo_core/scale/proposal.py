@@ -12,7 +12,7 @@ from vo_core.geometry.height import Height, implied_height
 from vo_core.joints.finder import Sighting, numbered
 from vo_core.rig import Rig
 from vo_core.scale.correction import Correction, Stretch, correct, joint_spacing
-from vo_core.scale.evidence import Evidence, JointSpacing, rig_scale
+from vo_core.scale.evidence import Evidence, JointSpacing, KnownLength, rig_scale
 from vo_core.track import Track
 
 LEAST_JOINTS = 2
@@ -66,13 +66,23 @@ class ScaleProposal:
         return self.correction.stretches
 
     @property
+    def lengths(self) -> int:
+        """Number of known lengths, such as taped ones, that set the scale with the joints."""
+        return sum(isinstance(found.evidence, KnownLength) for found in self.correction.findings)
+
+    @property
     def lower_mm(self) -> float | None:
         """By how much the camera sits lower than the rig states, if only the height is wrong."""
         return None if self.height is None else self.stated_height_mm - self.height.height_mm
 
     def __str__(self) -> str:
-        """A sentence such as "5 joints: scale 0.9914 ± 0.0033; your camera sits 2 mm lower"."""
-        by_joints = f"{self.joints} joints: scale {self.scale:.4f} ± {self.sigma:.4f}"
+        """A sentence such as "5 joints: scale 0.9914 ± 0.0033; your camera sits 2 mm lower".
+
+        Where a length was measured the height is no finding of the joints, and not said.
+        """
+        lengths = f" and {self.lengths} measured length{'s'[: self.lengths != 1]}"
+        sources = f"{self.joints} joints{lengths if self.lengths else ''}"
+        by_joints = f"{sources}: scale {self.scale:.4f} ± {self.sigma:.4f}"
         if scales := self.correction.changing_scales:
             return (
                 f"{by_joints}, and it changes along the run from {scales[0]:.3f} to "
@@ -89,7 +99,7 @@ class ScaleProposal:
                 f"{by_joints}; {wrong}: check height and lens; silt or water in the invert is a "
                 "likely cause"
             )
-        if lower_mm is None or abs(lower_mm) < 0.5:
+        if lower_mm is None or abs(lower_mm) < 0.5 or self.lengths:
             return by_joints
         return f"{by_joints}; your camera sits {_beside(lower_mm)}"
 

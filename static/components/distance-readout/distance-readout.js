@@ -1,6 +1,7 @@
 /** The distance of the shown frame in very large digits, its interval, and its reliability. */
 
 import { html, render, setText } from '../../core/html.js';
+import { USUAL_LIMIT_M_PER_MIN } from '../../core/health.js';
 import { isUnmeasured } from '../../core/inspection.js';
 import { isSeen, jointBehind } from '../../core/joints.js';
 import { mayEdit } from '../../core/rights.js';
@@ -11,10 +12,10 @@ import { chainage, chainageNumber, lengthUnit, plusMinus, speed, u95FromSigma } 
 import { t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 import { jointsText, openIntervalDetail } from '../interval-detail/interval-detail.js';
-import { USUAL_LIMIT_M_PER_MIN } from '../strip-log/lanes.js';
 import { LEVELS, healthWords } from './health-words.js';
 import { Speedometer, speedAt } from './speedometer.js';
 
+const USUAL_LIMIT = speed(USUAL_LIMIT_M_PER_MIN);
 const SIGNS = { ok: 'check', weak: 'alert', lost: 'alert', none: 'wait' };
 /** How long bad news stays in a live picture, so that it can be read. */
 const BAD_NEWS_MS = 700;
@@ -121,8 +122,9 @@ export class DistanceReadout extends Component {
   #showSpeed(mPerMin) {
     const isTooFast = mPerMin > USUAL_LIMIT_M_PER_MIN;
     const now = mPerMin === null ? '' : speed(mPerMin);
-    const limit = speed(USUAL_LIMIT_M_PER_MIN);
+    const [limit] = USUAL_LIMIT.split(' ');
     setText(this.parts.speed, isTooFast ? t('readout.speed_limit', { speed: now, limit }) : now);
+    this.parts.speed.title = isTooFast ? t('readout.speed_why', { limit: USUAL_LIMIT }) : '';
     this.parts.speed.classList.toggle('readout__speed--warning', isTooFast);
   }
 

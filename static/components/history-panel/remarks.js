@@ -30,6 +30,12 @@ export function remarkText({ action, after, remark, reason }) {
 
 function rescaledText(after) {
   if (!('scale' in after)) return refusalText(after.refusal);
-  const { joints_counted: joints, scale, scale_sigma: sigma, camera_lower_mm: lower_mm } = after;
-  return jointsText({ joints, scale, sigma, lower_mm });
+  const {
+    joints_counted: joints,
+    lengths_counted: lengths,
+    scale,
+    scale_sigma: sigma,
+    camera_lower_mm: lower_mm,
+  } = after;
+  return jointsText({ joints, lengths, scale, sigma, lower_mm });
 }

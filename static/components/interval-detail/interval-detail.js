@@ -49,13 +49,11 @@ function advice(u95M, parts, taped) {
   return (worth && wordFor('interval.work', worth.name)) ?? t('interval.nothing');
 }
 
-/** '5 joints: scale 0.9914 ± 0.0005; your camera sits 2 mm lower.' */
-export function jointsText({ joints, scale, sigma, lower_mm: lowerMm }) {
-  const done = t('interval.by_joints', {
-    n: joints,
-    scale: scale.toFixed(4),
-    sigma: Math.max(sigma, 0.0001).toFixed(4),
-  });
+/** '5 joints: scale 0.9914 ± 0.0005. Your camera sits 2 mm lower…'; with measured lengths, what set the scale. */
+export function jointsText({ joints, lengths = 0, scale, sigma, lower_mm: lowerMm }) {
+  const figures = { scale: scale.toFixed(4), sigma: Math.max(sigma, 0.0001).toFixed(4) };
+  if (lengths) return t('interval.by_lengths', { n: lengths, joints, ...figures });
+  const done = t('interval.by_joints', { n: joints, ...figures });
   const mm = lowerMm === null ? 0 : Math.round(Math.abs(lowerMm));
   if (mm === 0) return done;
   return `${done} ${lowerMm > 0 ? t('interval.lower', { mm }) : t('interval.higher', { mm })}`;

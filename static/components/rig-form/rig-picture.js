@@ -6,6 +6,7 @@
  */
 
 import { ApiError, post } from '../../core/api.js';
+import { USUAL_LIMIT_M_PER_MIN } from '../../core/health.js';
 import { html, render, setText } from '../../core/html.js';
 import { newest } from '../../core/newest.js';
 import { Component } from '../../core/store.js';
@@ -198,6 +199,7 @@ function words(advice) {
     seen: Math.round(advice.seen_mm),
     good: perMinute(advice.good_speed_mm_s),
     limit: perMinute(advice.limit_speed_mm_s),
+    usual: speed(USUAL_LIMIT_M_PER_MIN),
     percent: Math.abs(advice.height_error_percent).toFixed(2),
     pixel: advice.mm_per_px.toFixed(2),
     share: Math.round(100 * advice.measured_share),

@@ -1,14 +1,12 @@
 /** The lanes of the strip log: height, drawing and read-out of each. */
 
-import { namesOf } from '../../core/health.js';
+import { USUAL_LIMIT_M_PER_MIN, namesOf } from '../../core/health.js';
 import { chainage, plusMinus, signed, speed, toShown } from '../../core/units.js';
 import { t, wordFor } from '../../core/words.js';
 import { numberEvery, paintMark, paintStretch } from '../strip/paint.js';
 import { EMPTY } from './columns.js';
 import { drawComplaint } from './complaint-signs.js';
 
-/** Usual limit for crews; 30 ft/min in the specifications. */
-export const USUAL_LIMIT_M_PER_MIN = 9;
 export const MARK_PX = 18;
 
 const MARK_ROW = 13;

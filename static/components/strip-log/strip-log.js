@@ -4,7 +4,7 @@
 
 import { Plot, ticks } from '../../core/axis.js';
 import { deviations } from '../../core/counter.js';
-import { namesOf } from '../../core/health.js';
+import { USUAL_LIMIT_M_PER_MIN, namesOf } from '../../core/health.js';
 import { html, render } from '../../core/html.js';
 import { isUnmeasured } from '../../core/inspection.js';
 import { sharpContext } from '../../core/screen.js';
@@ -21,7 +21,7 @@ import { Strip, markText, nearestMark } from '../strip/strip.js';
 import { bindZoom, tool, zoomAxis, zoomTools } from '../strip/zoom-tools.js';
 import { Band, Columns, Speeds } from './columns.js';
 import { openGoTo } from './go-to.js';
-import { LANES, MARK_PX, USUAL_LIMIT_M_PER_MIN, laneWord, paintGround } from './lanes.js';
+import { LANES, MARK_PX, laneWord, paintGround } from './lanes.js';
 
 /** On these screens the film needs the room more than the lanes. */
 const LOW_SCREEN = matchMedia('(max-height: 860px) and (min-width: 1100px)');

@@ -59,6 +59,16 @@ def test_a_rig_wrong_by_its_tolerance_is_put_right(scale):
     assert str(proposal).endswith(f"; your camera sits 4 mm {side}")
 
 
+def test_a_measured_length_that_sets_the_scale_too_is_named_instead_of_the_height():
+    track, sightings = drive(0.983)
+    tape = KnownLength(0, len(track) - 1, float(TRUE_MM[-1] - TRUE_MM[0]), 1.0)
+    proposal = propose(track, sightings, RIG, [tape])
+    assert proposal.lengths == 1
+    said = str(proposal)
+    assert said.startswith("4 joints and 1 measured length: scale ")
+    assert "camera" not in said
+
+
 def test_silt_is_counted_and_the_rig_is_doubted():
     proposal = propose(*drive(0.89), RIG)
     assert error_mm(proposal).max() < 1
