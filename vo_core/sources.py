@@ -415,12 +415,12 @@ def _listed(times_s: list[float]) -> str:
 
 
 def _grey(picture: VideoFrame) -> ByteImage:
-    """Copy the luma from the decoder's first plane, which is faster than converting."""
+    """Return the luma in the decoder's first plane, which is faster than converting."""
     name = picture.format.name
     if name.startswith(_LUMA_FIRST) and not name.endswith(("le", "be")):
         plane = picture.planes[0]
         rows: ByteImage = np.frombuffer(memoryview(plane), np.uint8).reshape(-1, plane.line_size)
-        return rows[: picture.height, : picture.width].copy()
+        return rows[: picture.height, : picture.width]
     return np.asarray(picture.to_ndarray(format="gray"), np.uint8)
 
 
