@@ -93,6 +93,8 @@ OBSERVATIONS: Sequence[Mapping[str, Any]] = (
 markup."""
 
 
+DEFECTS = len(OBSERVATIONS) - 2 - 2
+"""Start and end are none, and the stretch of three rows is one."""
 ENTERED = (
     "code", "char1", "char2", "quant1", "quant2", "clock_from", "clock_to", "severity", "remark",
 )  # fmt: skip

@@ -49,7 +49,9 @@ class InspectionView:
     sigma_distance_mm: float | None
     raw_distance_mm: float | None
     is_corrected: bool
+    observations: int
     defects: int
+    """Those of its observations that are defects; a stretch is one."""
     worst_severity: int | None
     open_questions: int
     """Questions of reviewers that are not settled."""
@@ -278,6 +280,7 @@ class Inspections:
             sigma_distance_mm=end[1],
             is_corrected=self._corrections.is_stated(row),
             raw_distance_mm=last.distance_mm if last else row.distance_mm,
+            observations=summary.observations,
             defects=summary.defects,
             worst_severity=summary.worst_severity,
             open_questions=summary.open_questions,

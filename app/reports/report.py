@@ -26,6 +26,7 @@ from app.survey.attachments import Attachment
 from app.survey.catalogue.table import Code
 from app.survey.checks import Issue
 from app.survey.corrected import Corrected
+from app.survey.defects import is_defect
 from app.survey.measure import Figure
 from app.survey.records import Event
 from app.survey.register import Line
@@ -378,9 +379,13 @@ class Report:
 
     @property
     def defects(self) -> tuple[Entry, ...]:
-        """The counted entries: a stretch counts once, where it is worst."""
+        """The counted entries: a stretch counts once, where it is worst; the start and the end of
+        the survey do not count unless somebody has rated them.
+        """
         found: dict[str, Entry] = {}
         for entry in self.entries:
+            if not is_defect(entry.tag.code, entry.tag.severity):
+                continue
             key = entry.id if entry.cont_id is None else f"stretch {entry.cont_id}"
             known = found.get(key)
             if known is None or (entry.tag.severity or 0) > (known.tag.severity or 0):

@@ -20,7 +20,7 @@ from app.survey.asset_history import (
     counted,
     traces_of,
 )
-from app.survey.checks import END_CODES, START_CODE
+from app.survey.defects import is_defect
 from app.survey.review import DRAFT
 from app.survey.search_terms import (
     AssetFilter,
@@ -37,8 +37,6 @@ from app.survey.search_terms import (
 _MOST_SURVEYS = 50
 """Newest inspections in the history of an asset."""
 _UNKNOWN = "unknown"
-_NO_DEFECTS = frozenset({START_CODE, *END_CODES})
-"""Codes that say where a survey began and ended."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +125,11 @@ class Search:
             [
                 Past(
                     found,
-                    by_id[found.row.inspection_id],
+                    [
+                        one
+                        for one in by_id[found.row.inspection_id]
+                        if is_defect(one.row.code, one.row.severity)
+                    ],
                     labels.get(found.row.inspection_id, ()),
                     counted([one.changes[place] for one in followed]),
                 )
@@ -155,7 +157,7 @@ def _survey(found: FoundInspection, defects: Sequence[FoundDefect]) -> Survey:
         )
         for one in defects
         if one.row.code is not None
-        and one.row.code not in _NO_DEFECTS
+        and is_defect(one.row.code, one.row.severity)
         and one.row.distance_m is not None
     ]
     # A film that nobody has looked at yet shows of no defect that it is gone.

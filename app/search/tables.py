@@ -64,7 +64,11 @@ INSPECTIONS = Table(
         Column("source_sha256", "text", "SHA-256 of that file, hexadecimal"),
         Column("distance_m", "number", "Corrected distance of the last frame", "m"),
         Column("distance_u95_m", "number", "Half-width of its 95 % interval", "m"),
-        Column("defects", "integer", "Number of its observations"),
+        Column(
+            "defects",
+            "integer",
+            "Number of its defects; a stretch is one, start and end are none",
+        ),
         Column("worst_severity", "integer", "Largest severity of them"),
         Column("created_at", "time", "When it was created"),
         Column("finished_at", "time", "When its tracking ended"),

@@ -31,11 +31,12 @@ from app.storage.tables import (
     Inspection,
     ObservationRow,
 )
+from app.survey.defects import NO_DEFECTS, is_defect, part_of
 from app.survey.film_quality import PROBLEMS, FilmQuality
 from app.survey.folding import folded, spelling
 from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
 
-INDEX_VERSION = 3
+INDEX_VERSION = 4
 """Version of how rows are derived: rows of another version are made again."""
 
 _PAGE = 2_000
@@ -168,7 +169,13 @@ class DefectIndex:
             end_lon=None if facts.end is None else facts.end.lon,
             distance_m=facts.distance_m,
             distance_u95_m=facts.distance_u95_m,
-            defects=len(defects),
+            defects=len(
+                {
+                    part_of(d.observation_id, d.continuous)
+                    for d in defects
+                    if is_defect(d.code, d.severity)
+                }
+            ),
             worst_severity=max(
                 (d.severity for d in defects if d.severity is not None), default=None
             ),
@@ -316,6 +323,9 @@ def _found(session: Session, query: Select[IndexedDefect, bool]) -> list[FoundDe
 def _conditions(wanted: DefectFilter) -> Iterator[ColumnElement[bool]]:
     if wanted.code:
         yield IndexedDefect.code.startswith(wanted.code, autoescape=True)
+    else:
+        is_other = func.coalesce(IndexedDefect.code, "").not_in(NO_DEFECTS)
+        yield or_(is_other, IndexedDefect.severity > 0)
     if wanted.severity_from is not None:
         yield IndexedDefect.severity >= wanted.severity_from
     if wanted.project is not None:

@@ -6,7 +6,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Integer, Select, and_, cast, func, select
+from sqlalchemy import Integer, Select, and_, cast, func, or_, select
 from sqlalchemy.orm import InstrumentedAttribute, Session, aliased
 
 from app.errors import InspectionLocked, InspectionNotFound
@@ -14,6 +14,7 @@ from app.storage.database import Database
 from app.storage.packs import require_pack_of
 from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
 from app.survey.catalogue.header import project_of
+from app.survey.defects import NO_DEFECTS
 from app.survey.records import Event
 from app.survey.review import APPROVED
 from app.survey.versions import Require
@@ -24,7 +25,9 @@ class Summary:
     """An inspection with the number of its observations."""
 
     row: Inspection
+    observations: int
     defects: int
+    """Those of its observations that are defects; a stretch is one."""
     worst_severity: int | None
     open_questions: int
     """Questions of reviewers that are not settled."""
@@ -210,8 +213,14 @@ _NOT_FOUND = "There is no such inspection."
 SEVERITY = cast(ObservationRow.fields["severity"].as_string(), Integer)
 """Of an observation."""
 _QUESTIONS = open_questions(Inspection.id).correlate(Inspection).scalar_subquery()
+_CODE, _CONTINUOUS = (
+    func.coalesce(ObservationRow.fields[name].as_string(), "") for name in ("code", "continuous")
+)
+# As in app.survey.defects.
+_PART = func.coalesce(func.nullif(func.substr(_CONTINUOUS, 2), ""), ObservationRow.id)
+_DEFECTS = func.count(_PART.distinct()).filter(or_(_CODE.not_in(NO_DEFECTS), SEVERITY > 0))
 SUMMARY = (
-    select(Inspection, func.count(ObservationRow.id), func.max(SEVERITY), _QUESTIONS)
+    select(Inspection, func.count(ObservationRow.id), _DEFECTS, func.max(SEVERITY), _QUESTIONS)
     .outerjoin(
         ObservationRow,
         and_(ObservationRow.inspection_id == Inspection.id, ObservationRow.deleted_at.is_(None)),

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from app.survey.catalogue.header import required_to_issue
 from app.survey.catalogue.table import Code, CodeTable
 from app.survey.corrected import Corrected
+from app.survey.defects import END_CODES, START_CODE
 from app.survey.film_quality import LOST_PERCENT, POOR_PERCENT, share
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView
@@ -34,10 +35,6 @@ Param = str | int | float
 SAME_PLACE_MM = 10.0
 """Distances this close count as equal: they are shown to a centimetre."""
 SEVERE = 4
-START_CODE = "BCD"
-"""Code of EN 13508-2 for the start."""
-END_CODES = ("BCE", "BDC")
-"""Codes of EN 13508-2 for the end, and for a survey that was stopped."""
 BETWEEN_CODES = "/"
 """Stands between codes any of which would do, as `or` would be a word of one language."""
 JOINT_CODES = ("BAI", "BAJ")

@@ -13,12 +13,21 @@
  * @property {number|null} severity the worst of its observations
  */
 
+/** Codes that say where a survey began and ended. */
+const NO_DEFECTS = ['BCD', 'BCE', 'BDC'];
+
+/**
+ * Whether an observation is a defect; a start or an end is one if somebody rated it.
+ * @param {{code: string|null, severity: number|null}} observation
+ */
+export const isDefect = ({ code, severity }) => !NO_DEFECTS.includes(code ?? '') || Boolean(severity);
+
 /**
  * Returns the number of defects: a stretch counts once, with its start, changes and finish.
- * @param {Part[]} observations
+ * @param {Observation[]} observations
  */
 export const defectCount = (observations) =>
-  new Set(observations.map(({ id, continuous }) => continuous?.slice(1) ?? id)).size;
+  new Set(observations.filter(isDefect).map(({ id, continuous }) => continuous?.slice(1) ?? id)).size;
 
 /**
  * Returns the stretches among some observations.

@@ -66,7 +66,7 @@ def _figures(paper: Paper, report: Report, t: Translator) -> None:
     share = condition.stretch_percent
     figures = [
         (t.length(report.distance_m), t("summary.surveyed")),
-        (str(len(report.defects)), t("summary.observations")),
+        (str(len(report.entries)), t("summary.observations")),
         (str(condition.counts[5]), t("summary.act_now")),
         *([(t(grade.word), t("summary.overall"))] if grade else []),
         (

@@ -209,7 +209,9 @@ class InspectionOut(BaseModel):
     version: str
     """Version of name and header: the `If-Match` of a change, in quotation marks."""
     corrected: bool
+    observations: int
     defects: int
+    """Those of its observations that are defects: a stretch is one, start and end are none."""
     worst_severity: int | None
     review: ReviewStateOut
     open_questions: int
@@ -253,6 +255,7 @@ class InspectionOut(BaseModel):
             revision=row.revision,
             version=view.version,
             corrected=view.is_corrected,
+            observations=view.observations,
             defects=view.defects,
             worst_severity=view.worst_severity,
             review=ReviewStateOut.of(row),

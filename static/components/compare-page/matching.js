@@ -4,6 +4,7 @@
  */
 
 import { ROUNDING_MM, isWithin } from '../../core/spans.js';
+import { isDefect } from '../../core/stretches.js';
 
 /** Distance between two people's clicks on the same defect. */
 const SPOT_MM = 100;
@@ -11,8 +12,6 @@ const SPOT_MM = 100;
 const HOURS = 1;
 /** Half-width assumed for a distance without an interval, as another program measured it. */
 const UNSTATED_U95_MM = 300;
-/** Codes that say where a survey began and ended. */
-const NO_DEFECTS = ['BCD', 'BCE', 'BDC'];
 
 /** What became of a defect; `uncovered`: only one of the runs was there. */
 export const KINDS = ['new', 'grown', 'gone', 'unchanged', 'uncovered'];
@@ -39,7 +38,7 @@ export const KINDS = ['new', 'grown', 'gone', 'unchanged', 'uncovered'];
 export function match(a, b, alignment, isReversed) {
   const placed = (items, toA) =>
     items
-      .filter(({ code, distance_m: m }) => code !== null && !NO_DEFECTS.includes(code) && m !== null)
+      .filter((item) => item.code !== null && isDefect(item) && item.distance_m !== null)
       .map((item) => ({ item, mm: toA(1000 * item.distance_m) }));
   const here = placed(a.observations, (mm) => mm);
   const there = placed(b.observations, alignment.toA);

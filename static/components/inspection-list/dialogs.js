@@ -56,8 +56,8 @@ export function showImported(filename, { inspections, warnings }) {
       <p>${t('list.imported', { n: inspections.length })}
         ${!inspections.some(hasFilm) && t('list.imported_without_film')}</p>
       <ul class="imported__list">${inspections.map(
-        ({ id, name, defects }) => html`<li><a
-        href="/inspections/${id}">${name}</a> <span class="dim">${t('list.imported_rows', { n: defects })}</span></li>`,
+        ({ id, name, observations }) => html`<li><a
+        href="/inspections/${id}">${name}</a> <span class="dim">${t('list.imported_rows', { n: observations })}</span></li>`,
       )}</ul>
       ${
         warnings.length

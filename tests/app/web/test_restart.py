@@ -10,7 +10,7 @@ from pathlib import Path
 
 from builders import TOKEN, TUS, assert_error, frame_number, serving
 from doors import log_in
-from reports import OBSERVATIONS, report
+from reports import DEFECTS, report
 from surveys import Survey
 
 from app.reports.exchange import en13508
@@ -43,7 +43,7 @@ def test_an_inspection_its_corrections_and_an_import_are_found_again_also_in_a_b
     for folder in (data, back):
         with serving(folder) as client:
             assert {each: client.get(each).text for each in shown} == before
-            assert client.inspection(imported.rpartition("/")[2])["defects"] == len(OBSERVATIONS)
+            assert client.inspection(imported.rpartition("/")[2])["defects"] == DEFECTS
             assert frame_number(client.get(f"{path}/frames/5.jpg").content) == 5
             assert client.post(f"{path}/observations/{gone}/restore").status_code == 200
             assert client.get("/readyz").status_code == 200

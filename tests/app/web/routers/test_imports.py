@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from builders import Client, assert_error, serving
-from reports import OBSERVATIONS, report
+from reports import DEFECTS, OBSERVATIONS, report
 from small_disk import small_disk
 from wincan_files import project
 
@@ -45,7 +45,7 @@ def test_a_survey_is_an_inspection_that_is_done(shared: Client, imported: str) -
     assert inspection["source"]["filename"] == "old survey.txt"
     assert (inspection["distance_m"], inspection["distance_u95_m"]) == (24.6, None)
     assert inspection["header"]["asset_id"] == "CUL-0041"
-    assert inspection["defects"] == len(OBSERVATIONS)
+    assert inspection["defects"] == DEFECTS
     assert imported in [it["id"] for it in shared.get("/api/inspections").json()["inspections"]]
 
 
@@ -111,7 +111,7 @@ def test_another_tag_is_put_where_there_is_a_row_and_it_is_deleted_with_its_file
 def test_every_inspection_of_a_project_is_imported(shared: Client, tmp_path: Path) -> None:
     answer = send(shared, project(tmp_path / "p.db3"), "p.db3").json()
     first, empty = answer["inspections"]
-    assert (first["name"], first["distance_m"], first["defects"]) == ("CUL-7 2020-07-10", 24.6, 3)
+    assert (first["name"], first["distance_m"], first["defects"]) == ("CUL-7 2020-07-10", 24.6, 1)
     assert (empty["distance_m"], empty["defects"]) == (None, 0)
     assert any("CUL-7 2020-07-10: An observation BAC" in line for line in answer["warnings"])
     for inspection in (first, empty):

@@ -263,6 +263,10 @@ def test_in_a_pipe_the_pixel_gives_the_clock(shared: Client, survey: Survey) -> 
 def test_counts_and_the_worst_severity_are_in_the_list(shared: Client, own: str) -> None:
     for severity in (2, 5, None):
         shared.tag(own, severity=severity)
+    for code in ("BCD", "BCE"):  # where the survey began and ended
+        shared.tag(own, code=code)
+    for part in ("A1", "C1", "B1"):
+        shared.tag(own, code="BBA", continuous=part)
     listed = shared.get("/api/inspections").json()["inspections"]
     (item,) = [one for one in listed if one["id"] == own]
-    assert (item["defects"], item["worst_severity"]) == (3, 5)
+    assert (item["observations"], item["defects"], item["worst_severity"]) == (8, 4, 5)

@@ -118,6 +118,10 @@ def test_distances_follow_a_correction_and_what_is_deleted_is_gone(
         after[0]["revision"] == server.inspection(done).get("revision", 1) > before[0]["revision"]
     )
 
+    tag(server, done, 0, frame=0, code="BCD")  # is no defect, but who wants it finds it
+    assert TAGS[0] not in [one["observation_id"] for one in found(server)["defects"]]
+    (start,) = found(server, code="BCD")["defects"]
+    assert start["observation_id"] == TAGS[0]
     server.delete(f"/api/inspections/{done}/observations/{TAGS[1]}").raise_for_status()
     assert [one["observation_id"] for one in found(server)["defects"]] == [TAGS[2]]
     server.delete(f"/api/inspections/{done}").raise_for_status()
