@@ -37,7 +37,7 @@ export const GROUPS = [
       { kind: 'en13508xml', name: 'EN 13508-2 XML', help: t('export.en13508xml') },
       { kind: 'ribx', name: 'RIBX', help: t('export.ribx') },
       { kind: 'isybau', name: 'ISYBAU', help: t('export.isybau') },
-      { kind: 'isybau2024', name: 'ISYBAU 2024', help: t('export.isybau2024') },
+      { kind: 'isybau2024', name: 'ISYBAU-2024', help: t('export.isybau2024') },
       { kind: 'm150', name: 'DWA-M 150', help: t('export.m150') },
       { kind: 'geojson', name: 'GeoJSON', help: t('export.geojson') },
     ],
