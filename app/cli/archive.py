@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-from app.cli.console import Data, err, out, print_rows, settings_of
+from app.cli.console import Data, data_folder, err, out, print_address, print_rows, settings_of
 
 if TYPE_CHECKING:
     from app.cli.client import Api  # slow to import
@@ -182,7 +182,7 @@ def run(
             started = api.ask("POST", "/archive/start", json={"where": query})["changed"]
             separator = "&" if "?" in api.page else "?"
             page = f"{api.page}{separator}next=/archive" if api.is_own else api.page
-            err.print(f"Open {page}")
+            print_address(err, page, data_folder(data))
             err.print(f"{started} films started.")
             states = _follow(api, query)
         except KeyboardInterrupt:

@@ -99,7 +99,7 @@ def _running(file: AddressFile) -> Address | None:
 def _token(settings: Settings) -> str:
     if settings.token is not None:
         return settings.token.get_secret_value()
-    return (Places(settings.data).root / "token").read_text("ascii").strip()
+    return Places(settings.data).token.read_text("ascii").strip()
 
 
 def _client(url: str, token: str, certificate: str | None) -> httpx.Client:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+from urllib.parse import parse_qsl, urlencode, urlsplit, urlunsplit
 
 import typer
 from rich.console import Console
@@ -19,6 +20,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.table import Table
+
+from app.storage.files import Places
 
 if TYPE_CHECKING:
     from app.settings import Settings  # slow to import, and few commands need it
@@ -37,6 +40,24 @@ def settings_of(data: Path | None) -> Settings:
     from app.settings import Settings
 
     return Settings.load() if data is None else Settings.load(data=data)
+
+
+def print_address(console: Console, url: str, data: Path) -> None:
+    """Print where the server is reached, with the token on a terminal only: what is printed
+    elsewhere is kept, as in a journal, and read by more people than the token's file.
+
+    Args:
+        console: Where to print.
+        url: Address of the log-in, with the token unless its operator has set one.
+        data: Data folder of the server.
+    """
+    parts = urlsplit(url)
+    others = [(name, value) for name, value in parse_qsl(parts.query) if name != "token"]
+    bare = urlunsplit(parts._replace(query=urlencode(others, safe="/")))
+    if console.file.isatty() or bare == url:
+        console.print(f"Open {url}")
+    else:
+        console.print(f"Open {bare} and log in with the token in {Places(data).token}")
 
 
 def data_folder(data: Path | None) -> Path:

@@ -21,14 +21,15 @@ def run_demo(
     port: int,
     *,
     on_progress: Callable[[int, int], None],
-    on_ready: Callable[[str], None],
+    on_ready: Callable[[str, Path], None],
 ) -> None:
     """Serve until a signal, with a sample that is rendered first; leave nothing behind.
 
     Args:
         host, port: Where to listen.
         on_progress: Called while the sample is rendered, with frames done and the total.
-        on_ready: Called once with the address that logs in and opens the sample.
+        on_ready: Called once with the address that logs in and opens the sample, and the data
+            folder.
     Raises:
         AddressNotAvailable, InvalidSettings, OpenToTheNetwork: Raised before anything is rendered.
     """
@@ -47,7 +48,7 @@ def run_demo(
             if sample.fault is not None:
                 raise SampleFailed(sample.fault)
             if sample.inspection_id is not None:  # otherwise a signal stopped it
-                on_ready(_opening(url, sample.inspection_id))
+                on_ready(_opening(url, sample.inspection_id), settings.data)
 
         run(settings, host, listener, ready)
 

@@ -17,6 +17,7 @@ from app.cli.console import (
     advance,
     err,
     out,
+    print_address,
     progress_bar,
     require_folder,
     settings_of,
@@ -80,7 +81,7 @@ def serve(
     settings = Settings.load(**given)
 
     def announce(url: str, _: object) -> None:
-        out.print(f"Open {url}")
+        print_address(out, url, settings.data)
         try:
             out.print(f"Evidence bundles are signed with the key {own_fingerprint(settings.data)}")
         except (ChainageError, OSError) as error:  # everything else works without it
@@ -141,7 +142,7 @@ def _summarised(summary: Summary) -> str:
     )
 
 
-def _announce(progress: Progress, url: str) -> None:
+def _announce(progress: Progress, url: str, data: Path) -> None:
     progress.stop()
-    out.print(f"Open {url}")
+    print_address(out, url, data)
     out.print("Stop with Ctrl+C.")

@@ -33,8 +33,9 @@ import logging
 import os
 import secrets
 import shutil
+import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -42,6 +43,8 @@ from app.errors import NO_ROOM, DataFolderInUse, DiskFull
 from app.storage import keys
 
 logger = logging.getLogger(__name__)
+
+_OF_OTHERS = stat.S_IRWXG | stat.S_IRWXO
 
 
 class Places:
@@ -54,6 +57,7 @@ class Places:
         self.inspections = self.root / "inspections"
         self.sample = self.root / "sample"
         self.lock = self.root / "lock"
+        self.token = self.root / "token"
 
     @property
     def media(self) -> tuple[str, ...]:
@@ -97,9 +101,22 @@ class DataFolder(Places):
         super().__init__(root)
         self._reserve_bytes = reserve_bytes
         self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._keep_to_owner()
         self.uploads.mkdir(exist_ok=True)
         self.inspections.mkdir(exist_ok=True)
         self._lock = self._take_lock(fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX)
+
+    def _keep_to_owner(self) -> None:
+        """Take the rights of others away that an older version or a person has left."""
+        # The database is with its logs and earlier copies.
+        for path in (self.root, *self.root.glob(f"{self.database.name}*")):
+            with suppress(FileNotFoundError):  # a log, which another program has just removed
+                mode = stat.S_IMODE(path.stat().st_mode)
+                try:
+                    if mode & _OF_OTHERS:
+                        path.chmod(mode & ~_OF_OTHERS)
+                except PermissionError:  # it belongs to somebody else, as a mounted volume may
+                    logger.warning("Others may use %s, which belongs to another user.", path)
 
     def close(self) -> None:
         """Release the folder for another server."""
@@ -139,12 +156,11 @@ class DataFolder(Places):
         """Return the server's own token, made at the first start and readable by its owner only;
         on a full disk one that is forgotten.
         """
-        path = self.root / "token"
-        if path.exists():
-            return path.read_text("ascii").strip()
+        if self.token.exists():
+            return self.token.read_text("ascii").strip()
         token = secrets.token_urlsafe(32)
         try:
-            write_durably(path, token.encode(), mode=0o600)
+            write_durably(self.token, token.encode(), mode=0o600)
         except DiskFull:
             logger.warning("The disk is full: the access token is valid until the server ends.")
         return token

@@ -82,6 +82,7 @@ class Sqlite:
     @contextmanager
     def migrating(self) -> Iterator[Connection]:
         """Begin the one transaction of a migration; commit it when the block ends."""
+        self._path.touch(mode=0o600)  # SQLite would let others read it
         with _in_transaction(_engine(self._path, *_PRAGMAS, pool_size=1)) as connection:
             yield connection
 

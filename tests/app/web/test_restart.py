@@ -85,6 +85,8 @@ def test_sessions_outlive_the_server_until_they_are_old_or_its_token_is_another_
 
 def test_the_server_makes_a_token_once_and_keeps_it_to_itself(tmp_path: Path) -> None:
     tokens = []
+    (tmp_path / DATABASE).touch(mode=0o644)
+    tmp_path.chmod(0o755)
     for _ in range(2):
         with serving(tmp_path, token=None) as client:
             tokens.append(client.server.app.state.services.access.server_token)
@@ -92,7 +94,10 @@ def test_the_server_makes_a_token_once_and_keeps_it_to_itself(tmp_path: Path) ->
             assert client.get("/api/session", headers=bearer).status_code == 200
     assert tokens[0] == tokens[1]
     assert len(tokens[0]) >= 43
-    assert stat.S_IMODE((tmp_path / "token").stat().st_mode) == 0o600
+    modes = {
+        name: stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("", "token", DATABASE)
+    }
+    assert modes == {"": 0o700, "token": 0o600, DATABASE: 0o600}
     assert tokens[0].encode() not in (tmp_path / DATABASE).read_bytes()
 
 

@@ -366,12 +366,15 @@ def test_over_https_the_printed_address_logs_in_and_no_secret_is_shown(tmp_path:
         os.environ, log,
     )  # fmt: skip
     try:
-        printed = process.stdout.readline().removeprefix("Open ").strip()
-        origin, _, token = printed.partition("/login?token=")
+        printed = process.stdout.readline()
+        origin = printed.removeprefix("Open ").partition("/login ")[0]
+        token = (tmp_path / "data" / "token").read_text()
+        assert printed.endswith(f"{tmp_path / 'data' / 'token'}\n")
+        assert token not in printed
         assert origin.startswith("https://127.0.0.1:")
         trusted = ssl.create_default_context(cafile=str(cert))
         with httpx.Client(base_url=origin, verify=trusted) as browser:
-            answers = [browser.get(printed)]
+            answers = [browser.get(f"{origin}/login?token={token}")]
             flags = answers[0].headers["Set-Cookie"]
             assert re.search("^__Host-.*HttpOnly.*Path=/;.*SameSite=strict; Secure$", flags)
             assert browser.get("/api/me").json()["role"] == "admin"
