@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from typing import cast
 
@@ -60,6 +60,8 @@ _PIECES = _QUICK | {"raw_packet_size": str(2**16)}
 _PROBES = {"file": [_THOROUGH], "pipe": [_THOROUGH], "mjpeg": [_PIECES]}
 _LARGEST_PICTURE = 3 * MAX_PIXELS
 """Most bytes of a JPEG picture: those of the largest one uncoded."""
+_MOST_DAMAGED = 10
+"""Most damaged pictures before the first whole one."""
 _NAME = "The camera's video"
 _LATE = "It does not answer in time."
 _NO_PICTURES = (
@@ -124,15 +126,18 @@ def opened(camera: CameraInput) -> Iterator[Opened]:
 
 
 def _opened_pictures(container: InputContainer) -> Opened:
+    """Begin with the first picture that is whole: a camera may begin within one."""
     packets = _pictures(container)
+    codec = CodecContext.create("mjpeg", "r")
+    assert isinstance(codec, VideoCodecContext)  # noqa: S101  (MJPEG is video)
+    codec.options = {"max_pixels": str(MAX_PIXELS)}
+    codec.thread_count = 1
     with plain_errors():
-        first = next(packets)
-        codec = CodecContext.create("mjpeg", "r")
-        assert isinstance(codec, VideoCodecContext)  # noqa: S101  (MJPEG is video)
-        codec.options = {"max_pixels": str(MAX_PIXELS)}
-        codec.thread_count = 1
-        codec.decode(first)
-    return Opened(codec, chain([first], packets), None)
+        for packet in islice(packets, _MOST_DAMAGED):
+            with suppress(InvalidDataError):
+                codec.decode(packet)
+                return Opened(codec, chain([packet], packets), None)
+    raise CameraFault(f"Its pictures are damaged, or have more than {MAX_PIXELS} px.")
 
 
 def _pictures(container: InputContainer) -> Iterator[Packet[VideoStream]]:

@@ -65,6 +65,7 @@ FORMS: dict[str, tuple[bytes, Callable[[bytes], bytes]]] = {
         MJPEG_HEAD.replace(b"\r", b""),
         lambda jpeg: b"--picture\nContent-Type: image/jpeg\n\n" + jpeg + b"\n",
     ),
+    "a piece of a picture first": (MJPEG_HEAD + JPEG[:300], mjpeg_part),
     "preamble": (MJPEG_HEAD + b"This is a multi-part message.\r\n\r\n", mjpeg_part),
     "pictures alone": (head_of("video/x-motion-jpeg"), bytes),
     "chunks": (
