@@ -92,6 +92,8 @@ _COLUMNS = frozenset("ABCDEFGHIJKLMN")
 
 Coded = Sequence[tuple[str, str]]
 """Values with their codes, in the order of the file; empty ones too."""
+Rows = Sequence[tuple[int, Coded]]
+"""Cells of observations, each with its line."""
 
 
 def header_of(
@@ -218,17 +220,31 @@ def _own(code: str) -> str:
     return f"en13508_{re.sub(r'[^a-z0-9]', '_', code.lower())[:40]}"
 
 
-def observation_of(
-    cells: Coded, header: Mapping[str, object], line: int, notes: Notes
-) -> ImportedObservation | None:
-    """Return the observation of a row; None, with a warning, if it has no distance.
+def with_film_of(rows: Rows, header: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the header with the film that the rows name where it names none."""
+    named = (_film_of(dict(cells).get("N", "")) for _, cells in rows)
+    film = header.get("video_files") or next(filter(None, named), "")
+    return {**header, "video_files": film}
+
+
+def observations_of(
+    rows: Rows, header: Mapping[str, object], notes: Notes
+) -> list[ImportedObservation]:
+    """Return the observations of rows; one without a distance is left out, with a warning.
 
     Args:
-        cells: The values by their letters.
-        header: Of the survey: names of the ends stand in D at the start and the end.
-        line: Where the row is in the file.
+        rows: The rows.
+        header: Of the survey: names of the ends stand in D at the start and the end, and a row may
+            name another film.
         notes: For warnings.
     """
+    found = (_observation(cells, header, line, notes) for line, cells in rows)
+    return [observation for observation in found if observation is not None]
+
+
+def _observation(
+    cells: Coded, header: Mapping[str, object], line: int, notes: Notes
+) -> ImportedObservation | None:
     row, more = _row(cells, line, notes)
     nodes = {str(header.get(name)) for name in ("start_node", "end_node")}
     distance_m = number(row.get("I", ""))
@@ -245,6 +261,8 @@ def observation_of(
     is_counter = _own(_VIDEO_POSITION) in header and position.isdecimal()
     time_s = parse.time_s(position, is_counter=is_counter)
     said = [row.get("F", ""), *parse.words]
+    if (film := _film_of(position)) and film not in str(header.get("video_files")):
+        said.append(f"film {film}")
     said += [row.get("L", ""), *more]
     if is_node:
         said[0], quantities[0] = behind_remark(said[0], "quantity")
@@ -293,7 +311,7 @@ def _row(cells: Coded, line: int, notes: Notes) -> tuple[dict[str, str], list[st
     return row, more
 
 
-def video_file_of(position: str) -> str:
+def _film_of(position: str) -> str:
     """Return the film of a position such as file|hh:mm:ss; empty if it names none."""
     name, separator, _ = position.rpartition("|")
     return name.strip() if separator else ""

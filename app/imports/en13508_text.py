@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from app.imports.en13508_fields import Coded, header_of, observation_of
+from app.imports.en13508_fields import Coded, header_of, observations_of, with_film_of
 from app.imports.letters import decoded
 from app.imports.survey import (
     MOST_OBSERVATIONS,
@@ -19,7 +19,6 @@ from app.imports.survey import (
     MOST_SURVEYS,
     Caveat,
     ImportedFile,
-    ImportedObservation,
     ImportedSurvey,
     Notes,
     clean,
@@ -197,8 +196,9 @@ def _survey(block: _Block, form: _Form, room: int) -> ImportedSurvey:
         for line, text in part.lines:
             if len(text) > _LONGEST_LINE:
                 notes.add("long_line", line, most=_LONGEST_LINE)
-    header = header_of(_stated(block, form, notes), notes)
-    observations = tuple(_observations(block, form, header, notes, room))
+    rows = list(_rows(block, form, notes, room))
+    header = with_film_of(rows, header_of(_stated(block, form, notes), notes))
+    observations = observations_of(rows, header, notes)
     return survey_of(header, observations, notes, f"Inspection of line {block.line}")
 
 
@@ -228,9 +228,8 @@ def _cells(names: Sequence[str], values: Sequence[str]) -> Coded:
     ]
 
 
-def _observations(
-    block: _Block, form: _Form, header: Mapping[str, object], notes: Notes, room: int
-) -> Iterator[ImportedObservation]:
+def _rows(block: _Block, form: _Form, notes: Notes, room: int) -> Iterator[tuple[int, Coded]]:
+    """Yield the cells of the observations, each with its line."""
     if not block.rows:
         notes.add("no_columns", block.line)
     count = 0
@@ -246,6 +245,4 @@ def _observations(
             count += 1
             if len(cells) != len(columns):
                 notes.add("values_for_columns", line, values=len(cells), columns=len(columns))
-            observation = observation_of(_cells(columns, cells), header, line, notes)
-            if observation is not None:
-                yield observation
+            yield line, _cells(columns, cells)

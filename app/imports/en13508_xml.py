@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from app.imports.en13508_fields import Coded, header_of, observation_of, video_file_of
+from app.imports.en13508_fields import Coded, header_of, observations_of, with_film_of
 from app.imports.survey import (
     MOST_OBSERVATIONS,
     MOST_OF_FILE,
     MOST_SURVEYS,
     Caveat,
     ImportedFile,
-    ImportedObservation,
     ImportedSurvey,
     Notes,
     clean,
@@ -63,9 +60,12 @@ def _survey(block: Element, room: int) -> ImportedSurvey:
     }
     header = header_of(cells, notes, explained)
     header |= _places(block, dict(cells), notes)
-    rows = [child for child in block.children if child.name == "ZC"]
-    header["video_files"] = header["video_files"] or _film_of(rows)
-    observations = tuple(_observations(rows, header, notes, room))
+    children = [child for child in block.children if child.name == "ZC"]
+    if len(children) > room:
+        notes.add_too_many(children[room].line)
+    rows = [(row.line, _cells(row)) for row in children[:room]]
+    header = with_film_of(rows, header)
+    observations = observations_of(rows, header, notes)
     note_unread(notes, block)
     return survey_of(header, observations, notes, f"Inspection of line {block.line}")
 
@@ -77,11 +77,6 @@ def _cells(parent: Element) -> Coded:
         for child in parent.children
         if not child.children
     ]
-
-
-def _film_of(rows: list[Element]) -> str:
-    """Return the film that the rows name where the header does not."""
-    return next((name for row in rows if (name := video_file_of(row.value("N")))), "")
 
 
 def _places(block: Element, stated: dict[str, str], notes: Notes) -> dict[str, float]:
@@ -100,15 +95,3 @@ def _places(block: Element, stated: dict[str, str], notes: Notes) -> dict[str, f
         end = "start" if is_start else "end"
         found[f"{end}_lon"], found[f"{end}_lat"] = place
     return found
-
-
-def _observations(
-    rows: list[Element], header: dict[str, object], notes: Notes, room: int
-) -> Iterator[ImportedObservation]:
-    for count, row in enumerate(rows):
-        if count == room:
-            notes.add_too_many(row.line)
-            return
-        observation = observation_of(_cells(row), header, row.line, notes)
-        if observation is not None:
-            yield observation

@@ -81,7 +81,7 @@ class _Known:
     places: dict[str, tuple[float, float]] = field(default_factory=dict)
     """Longitude and latitude of the nodes."""
     orders: dict[str, Element] = field(default_factory=dict)
-    films: dict[str, str] = field(default_factory=dict)
+    films: dict[str, list[str]] = field(default_factory=dict)
     """By reference, and by asset."""
 
 
@@ -136,9 +136,9 @@ def _known(root: Element) -> _Known:
             known.orders.setdefault(order.value("Auftragskennung"), order)
         for film in state.all("Filme", "Film"):
             name = film.value("Filmname")
-            known.films.setdefault(f"#{film.value('Videoablagereferenz')}", name)
-            for filmed in film.all("FilmObjekte", "FilmObjekt"):
-                known.films.setdefault(filmed.value("Objektbezeichnung"), name)
+            filmed = [it.value("Objektbezeichnung") for it in film.all("FilmObjekte", "FilmObjekt")]
+            for key in (f"#{film.value('Videoablagereferenz')}", *filmed):
+                known.films.setdefault(key, []).append(name)
     return known
 
 
@@ -181,9 +181,9 @@ def _header(
         return next((text for part in basics if (text := part.value(name))), "")
 
     order = known.orders.get(inspection.value("Auftragskennung"), NOTHING)
-    film = known.films.get(f"#{inspection.value('Videoablagereferenz')}")
-    if not film and run.value("ArtVideoreferenz") != _NO_VIDEO:
-        film = known.films.get(name)
+    films = known.films.get(f"#{inspection.value('Videoablagereferenz')}", [])
+    if not films and run.value("ArtVideoreferenz") != _NO_VIDEO:
+        films = known.films.get(name, [])
     cleaned = inspection.value("Reinigung")
     header: dict[str, Any] = {
         "asset_id": name,
@@ -202,7 +202,7 @@ def _header(
         "contractor": order.value("Auftragnehmer"),
         "temperature_c": figure(inspection.value("Temperatur")),
         "cleaned": _FLAGS.get(cleaned, cleaned),
-        "video_files": film or "",
+        "video_files": ", ".join(dict.fromkeys(films)),
         "remarks": inspection.value("Bemerkung"),
     }
     if order.value("Kodiersystem") not in ("", _OTHER_SYSTEM):

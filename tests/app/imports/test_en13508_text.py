@@ -48,7 +48,7 @@ def test_a_file_of_another_program_is_read_field_by_field() -> None:
         "date": "2007-07-19", "time": "09:05", "operator": 'Clean, Mr. "X"', "height_mm": 400.0,
         "width_mm": 400.0, "expected_length_m": 49.1, "standard": "EN 13508-2:2003+A1:2011",
         "reference_point": "inner face of the wall at the start", "end_condition": "complete",
-        "en13508_aea": "odd",
+        "en13508_aea": "odd", "video_files": "film.mp4",
     }  # fmt: skip
     start, crack, offset, roots, _ = survey.observations
     assert (start.code, start.char1, start.quant1, start.time_s) == ("BCD", "XP", None, 3196.0)

@@ -193,6 +193,18 @@ def test_cells_and_fields_that_cannot_be_parsed_are_words() -> None:
     assert "left out: Gruppe." in told(survey)
 
 
+def test_every_film_of_a_survey_is_kept() -> None:
+    rows = "".join(
+        f"<ZC><I>{n}</I><A>BAB</A><N>{name}|00:00:0{n}</N></ZC>" for n, name in enumerate("aab")
+    )
+    (survey,) = read(f"<DATA><ZB_A><AAA>S-1</AAA>{rows}</ZB_A></DATA>").surveys
+    assert survey.header["video_files"] == "a"
+    assert [row.remark for row in survey.observations] == ["", "", "film b"]
+    film = "<Film><Filmname>f.mpg</Filmname><Videoablagereferenz>3</Videoablagereferenz></Film>"
+    more = ISYBAU.replace(film, film + film.replace("f.mpg", "g.mpg"))
+    assert read(more, "latin-1").surveys[0].header["video_files"] == "f.mpg, g.mpg"
+
+
 M150 = """<?xml version="1.0" encoding="ISO-8859-1"?>
 <DATA><FD><FD001>04-2010</FD001></FD><KG><KG001>K1</KG001><KI/></KG>
 <HG><HG001>H9</HG001><HG003>K1</HG003><HG004>K2</HG004><HG302>M</HG302><HG307>800</HG307>
