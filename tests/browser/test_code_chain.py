@@ -115,6 +115,14 @@ def test_codes_are_typed_repeated_kept_for_keys_and_offered_by_checks(
     desk.keyboard.press("u")
     newest(desk, server, inspection, 3)
 
+    # What changes along the pipe begins with A, and its character may have three letters.
+    press(desk, "adstz")
+    expect(chain.get_by_role("status")).to_contain_text("AEDSTZ")
+    desk.keyboard.press("Enter")
+    assert stated(newest(desk, server, inspection, 4)) == ["AED", "STZ", None, None]
+    desk.keyboard.press("u")
+    newest(desk, server, inspection, 3)
+
     # The clock is typed with the code, and templates keep all of it.
     emptied(desk, server, inspection)
 

@@ -44,6 +44,7 @@ export function keyMap(page) {
           run: () => desk.tagAs(preferences.value.quick_codes[i]),
         })),
         { keys: ['b'], shown: ['B … B A B B A 3'], label: t('keys.chain'), run: () => video.typeCode('b') },
+        { keys: ['a'], shown: ['A … A E D A G'], label: t('keys.chain_changes'), run: () => video.typeCode('a') },
         { keys: ['r'], shown: ['R'], label: t('keys.repeat'), run: () => desk.repeatLast() },
         {
           keys: ['s'],
