@@ -65,8 +65,9 @@ class Access:
         self.server_token = server_token
         self._ticket_key = hashlib.sha256(f"3D view {server_token}".encode()).digest()
         self._server_digest = _digest(server_token)
-        self._log_ins = _Attempts()
-        self._guesses = _Attempts()
+        self._log_ins = _Attempts(counts_repeats=True)
+        # A program that keeps using a revoked token is not guessing.
+        self._guesses = _Attempts(counts_repeats=False)
         self._guests = _Recent(_ADDRESSES)
         self._used_at: dict[str, datetime] = {}
         """By the digest of each valid token, when its use was last noted."""
@@ -84,11 +85,9 @@ class Access:
             TooManyAttempts: This address sent too many wrong tokens within a minute.
             Unauthenticated: The token is unknown or was revoked.
         """
-        self._log_ins.check(address)
-        digest = _digest(token)
-        if self._holder(digest) is None:
-            self._log_ins.failed(address)
+        if self._presented_by(token, address, self._log_ins) is None:
             raise Unauthenticated("This token is not known to the server.")
+        digest = _digest(token)
         cookie = secrets.token_urlsafe(32)
         now = datetime.now(UTC)
         self._store.add_login(
@@ -106,21 +105,32 @@ class Access:
     def by_token(self, token: str, address: str) -> Principal | None:
         """Return the holder of a token, or None.
 
-        A program that keeps using a revoked token is not guessing, so each wrong token counts once.
-        A holder who was admitted before stays admitted while others guess.
+        Raises:
+            TooManyAttempts: This address sent too many wrong tokens within a minute.
+        """
+        principal = self._presented_by(token, address, self._guesses)
+        if principal is not None:
+            self._note_token(principal.credential)
+        return principal
+
+    def _presented_by(self, token: str, address: str, attempts: _Attempts) -> Principal | None:
+        """Return the holder of a token, or None for a wrong one, which is counted.
+
+        Others at the same address, such as an office or a proxy, may guess meanwhile. That shuts
+        out neither a token that is too long to be guessed nor a holder who was admitted before.
 
         Raises:
             TooManyAttempts: This address sent too many wrong tokens within a minute.
         """
         digest = _digest(token)
-        if not self._guests.has((address, digest)):
-            self._guesses.check(address)
+        if len(token) < _WEAK_TOKEN_LENGTH and not self._guests.has((address, digest)):
+            attempts.check(address)
         principal = self._holder(digest)
         if principal is None:
-            self._guesses.failed(address, digest)
+            attempts.check(address)
+            attempts.failed(address, digest)
         else:
             self._guests.add((address, digest))
-            self._note_token(digest)
         return principal
 
     def by_cookie(self, cookie: str) -> Principal | None:
@@ -237,9 +247,11 @@ class _Recent:
 class _Attempts:
     """A bounded count of wrong tokens for each address."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, counts_repeats: bool) -> None:
+        """Count a wrong token each time, or once."""
+        self._counts_repeats = counts_repeats
         self._lock = threading.Lock()
-        self._failures: OrderedDict[str, deque[tuple[float, str | None]]] = OrderedDict()
+        self._failures: OrderedDict[str, deque[tuple[float, str]]] = OrderedDict()
 
     def check(self, address: str) -> None:
         with self._lock:
@@ -249,12 +261,12 @@ class _Attempts:
             if len(failures) >= _FAILURES:
                 raise TooManyAttempts("Too many wrong tokens; wait a minute, then try again.")
 
-    def failed(self, address: str, digest: str | None = None) -> None:
-        """Count a failure, each `digest` once."""
+    def failed(self, address: str, digest: str) -> None:
+        """Count a wrong token."""
         network = network_of(address)
         with self._lock:
             failures = self._failures.setdefault(network, deque(maxlen=_FAILURES))
-            if digest is None or all(digest != earlier for _, earlier in failures):
+            if self._counts_repeats or all(digest != earlier for _, earlier in failures):
                 failures.append((time.monotonic(), digest))
             self._failures.move_to_end(network)
             while len(self._failures) > _ADDRESSES:
