@@ -142,6 +142,7 @@ class Capture:
 
     def _keep_reading(self) -> None:
         began_s, failures = time.monotonic(), 0
+        ends_once = self._camera.kind in ("file", "pipe")  # input from an odd recorder
         while not self._ending.is_set():
             try:
                 self._read_one_connection()
@@ -150,8 +151,10 @@ class Capture:
                 self.detail = str(fault)
                 if self.film.recording is None and self._is_hopeless(fault, began_s):
                     return
-            if self.film.recording is not None and self._camera.kind in ("file", "pipe"):
-                return  # input from an odd recorder ends once
+                if ends_once and isinstance(fault, WrongPictures):  # others are its usual end
+                    self.problem = f"The recording ended early. {fault}"
+            if ends_once and self.film.recording is not None:
+                return
             if self.is_connected:
                 self.is_connected = False
                 failures = 0
@@ -278,7 +281,7 @@ class Capture:
             self._damaged += 1
             if self._damaged > _MOST_DAMAGED:
                 self._damaged = 0
-                raise CameraFault("What it sends is damaged.") from None
+                raise WrongPictures("unreadable_video", "What it sends is damaged.") from None
             return None
         self._damaged = 0
         self._require_size(self._decoder)

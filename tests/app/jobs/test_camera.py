@@ -13,6 +13,7 @@ import pytest
 from builders import HEIGHT, STEP_MM, WIDTH, make_clip
 from camera_sessions import LIMITS, Session, session
 from cameras import Camera, MjpegCamera, RtspCamera, floor
+from hostile import write_clip
 
 from app.jobs import parts
 from app.jobs.confinement import landlock_version
@@ -244,6 +245,21 @@ def test_a_growing_file_is_read_on_to_its_end_and_nothing_is_left_out(tmp_path: 
     steps = np.diff(times)
     assert steps[59] == pytest.approx(1, abs=0.0011)
     assert np.delete(steps, 59) == pytest.approx(1 / 25, abs=0.0011)
+
+
+def test_a_growing_file_whose_pictures_change_their_size_ends_with_the_reason(
+    tmp_path: Path,
+) -> None:
+    small = write_clip(tmp_path / "small.ts", frames=10)
+    watch = tmp_path / "watch"
+    watch.mkdir()
+    whole = make_clip(tmp_path / "whole.ts", 30).read_bytes() + small.read_bytes()
+    (watch / "run.ts").write_bytes(whole)
+    found = Sources([], watch).resolve("file:run.ts", (WIDTH, HEIGHT)).camera
+    live = Session(found, tmp_path / "recording.mkv").until_end()
+    assert isinstance(live.end, Done)
+    assert "96x64" in str(live.end.problem)
+    assert len(assert_rows_are_frames(live.rows, tmp_path / "recording.mkv")) == 30
 
 
 def test_a_pipe_is_read_until_it_is_silent(tmp_path: Path) -> None:
