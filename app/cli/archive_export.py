@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -17,6 +17,12 @@ from app.cli.console import (
     settings_of,
     write_whole,
 )
+
+if TYPE_CHECKING:
+    from app.data_folder import Records
+
+_NAMED = 5
+"""Inspections without a track that are named."""
 
 
 def export(
@@ -54,6 +60,7 @@ def export(
                         advance(progress, task, done, total)
             pending = records.defect_index.pending()
             write_whole(file, blocks)
+            lost = _without_track(records) if tracks else []
     except UnusableDatabase as error:
         raise typer.BadParameter(str(error), param_hint="--data") from error
     except ExportNotAvailable as error:
@@ -64,4 +71,21 @@ def export(
             "missing or older in the tables",
             style="yellow",
         )
+    if lost:
+        named = ", ".join(lost[:_NAMED]) + (", …" if len(lost) > _NAMED else "")
+        err.print(f"error: the store has not the tracks of {named}; their rows are missing")
+        raise typer.Exit(1)
     out.print(f"{file}: everything as {format}")
+
+
+def _without_track(records: Records) -> list[str]:
+    """Return the names of inspections that were tracked, and whose track is gone."""
+    from app.storage.tables import ENDED
+
+    return [
+        one.row.name
+        for one in records.inspection_store.summaries()
+        if one.row.status in ENDED
+        and one.row.frames_done
+        and not records.tracks.is_stored(one.row.id)
+    ]

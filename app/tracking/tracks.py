@@ -273,6 +273,10 @@ class Tracks:
         track = self._kept(self._read, inspection_id, lambda: _read_track(stored))
         return Track.from_estimates(()) if track is None else track
 
+    def is_stored(self, inspection_id: str) -> bool:
+        """Return whether there is the file of a finished track."""
+        return self._blobs.exists(keys.track(inspection_id))
+
     def newest_mm(self, inspection_id: str) -> float:
         """Return the raw distance of the last frame of a running inspection; 0 without one."""
         with self._lock:

@@ -105,8 +105,11 @@ def test_everything_is_in_the_store(object_store, clip, tmp_path, chainage, monk
         if path.is_file() and not path.name.startswith("chainage.db"):
             assert path.name not in ("video.mp4", "track.csv")
             path.unlink()
-    monkeypatch.setenv("CHAINAGE_STORE", url)
     tables = tmp_path / "tables.zip"
+    elsewhere = chainage("archive", "export", tables, "--tracks", "--data", data)
+    assert elsewhere.code == 1
+    assert "the store has not the tracks of Culvert 7;" in elsewhere.err
+    monkeypatch.setenv("CHAINAGE_STORE", url)
     assert chainage("archive", "export", tables, "--tracks", "--data", data).code == 0
     with zipfile.ZipFile(tables) as archive:
         assert len(archive.read("tracks.jsonl").splitlines()) == done["progress"]["frames_done"]
