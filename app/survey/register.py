@@ -34,7 +34,7 @@ class InvalidLine(ValueError):
     """The text states no line on the ground; the message says what to write."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Asset:
     """A culvert of the register; `registered` makes one of what people state."""
 

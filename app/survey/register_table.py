@@ -50,7 +50,7 @@ _PIECE = 50_000
 Action = Literal["add", "change", "same", "fault"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Fault:
     """What is wrong in one place of a table."""
 
@@ -62,7 +62,7 @@ class Fault:
     """A sentence without full stop: what was found and what to write."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Stated:
     """What a row without faults states."""
 
@@ -94,7 +94,7 @@ class Table:
     faults: Sequence[Fault]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Step:
     """What the import of a row does."""
 

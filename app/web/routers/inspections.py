@@ -54,7 +54,7 @@ from app.web.schemas.inspections import (
     RigIn,
 )
 from app.web.schemas.observations import WallGridOut, WallPointOut
-from app.web.slow import heavy, slow
+from app.web.slow import slow
 from app.web.versions import Replaced, tag_with
 from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo
 
@@ -322,7 +322,7 @@ def finish(
     | failures(InspectionNotFound),
 )
 @viewer
-@heavy
+@slow
 def track(
     inspection_id: InspectionId,
     services: ServicesDep,

@@ -38,7 +38,7 @@ from app.web.schemas.search import (
     ProjectOut,
     ProjectsOut,
 )
-from app.web.slow import heavy
+from app.web.slow import slow
 
 router = APIRouter(prefix="/api/archive", tags=["search"])
 
@@ -136,7 +136,7 @@ def assets(
 
 @router.get("/assets/{asset:path}")
 @viewer
-@heavy
+@slow
 def asset_history(
     asset: Annotated[str, Path(min_length=1, max_length=20_000, pattern=LINE)],
     services: ServicesDep,

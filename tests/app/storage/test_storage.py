@@ -2,6 +2,7 @@ import json
 import sqlite3
 import threading
 import uuid
+import weakref
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -91,6 +92,20 @@ def test_writes_from_many_threads_are_done_one_after_the_other(database: Databas
 
 
 @ON_BOTH
+def test_what_a_write_held_is_free_once_it_is_done(database: Database) -> None:
+    class Change:
+        """Such as the rows of an import."""
+
+        def __call__(self, session: Session) -> None:
+            add_login(session, "a")
+
+    change = Change()
+    held = weakref.ref(change)
+    database.write(change)
+    del change
+    wait_until(lambda: held() is None)
+
+
 def test_instants_come_back_aware(database: Database) -> None:
     now = datetime.now(UTC)
     event = EventRow(inspection_id="i", action="a", who="w", at=now, before=None, after={"x": 1})
