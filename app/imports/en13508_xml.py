@@ -16,7 +16,7 @@ from app.imports.survey import (
     survey_of,
     too_many_surveys,
 )
-from app.imports.xml_file import Element, note_unread
+from app.imports.xml_file import Element, note_unread, unknown_parts
 from app.survey import grids
 
 _PIPES = ("ZB", "ZB_A")
@@ -32,7 +32,8 @@ def looks_like(root: Element) -> bool:
 def read(root: Element) -> ImportedFile:
     """Read all readable inspections of pipes in the file; the warnings say what is left out."""
     surveys: list[ImportedSurvey] = []
-    warnings: list[Caveat] = []
+    blocks = {child.name for child in root.children if child.name.startswith("ZB")}
+    warnings = unknown_parts(root, {"ZA", *blocks})
     room = MOST_OF_FILE
     for block in root.children:
         if not block.name.startswith("ZB"):

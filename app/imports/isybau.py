@@ -31,7 +31,7 @@ from app.imports.survey import (
     too_many_surveys,
     without_empty,
 )
-from app.imports.xml_file import NOTHING, Element, note_unread
+from app.imports.xml_file import NOTHING, Element, note_unread, unknown_parts
 from app.survey.catalogue.in_words import taken_from_remarks
 
 _DIRECTIONS = {"O": "with_flow", "U": "against_flow"}
@@ -61,6 +61,10 @@ _ROUGH = ("direction", "asset_type")
 _HELD = (
     "asset_id", "date", "time", "operator", "height_mm", "width_mm", "unit_length_m", "year",
     "known_length_m", "road", "job_ref", "client_job_ref", "contractor", "temperature_c", "cleaned",
+)  # fmt: skip
+_PARTS = (
+    "Datenstatus", "Erstellungsdatum", "Kennungen", "Stammdatenkollektiv",
+    "Zustandsdatenkollektiv",
 )  # fmt: skip
 _IMPLIED = frozenset(
     {
@@ -95,6 +99,11 @@ def read(root: Element) -> ImportedFile:
     known = _known(root)
     surveys: list[ImportedSurvey] = []
     warnings: list[Caveat] = []
+    for collectives in root.all("Datenkollektive"):
+        warnings += unknown_parts(collectives, _PARTS)
+    inspected = {asset.value("Objektbezeichnung") for asset, _ in _inspections(root)}
+    if bare := len(known.pipes.keys() - inspected):
+        warnings.append(Caveat("pipes_not_inspected", values={"count": bare}))
     room = MOST_OF_FILE
     for asset, inspection in _inspections(root):
         if len(surveys) == MOST_SURVEYS:

@@ -25,7 +25,7 @@ from app.imports.survey import (
     too_many_surveys,
     without_empty,
 )
-from app.imports.xml_file import Element, note_unread
+from app.imports.xml_file import Element, note_unread, unknown_parts
 from app.survey.catalogue.in_words import taken_from_remarks
 
 _DIRECTIONS = {"I": "with_flow", "O": "with_flow", "G": "against_flow", "U": "against_flow"}
@@ -64,7 +64,9 @@ def looks_like(root: Element) -> bool:
 def read(root: Element) -> ImportedFile:
     """Read all inspections of pipes in the file; the warnings say what is left out."""
     surveys: list[ImportedSurvey] = []
-    warnings: list[Caveat] = []
+    warnings = unknown_parts(root, ("FD", "KG", "HG"))
+    if bare := sum(pipe.first("HI") is None for pipe in root.all("HG")):
+        warnings.append(Caveat("pipes_not_inspected", values={"count": bare}))
     room = MOST_OF_FILE
     if manhole := root.first("KG", "KI"):
         warnings.append(Caveat("manholes", manhole.line))

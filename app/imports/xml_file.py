@@ -94,6 +94,13 @@ def note_unread(notes: Notes, *parents: Element, apart: Collection[str] = ()) ->
         notes.add("not_read", names=", ".join(sorted(names))[:_LONGEST_NAMES])
 
 
+def unknown_parts(parent: Element, known: Collection[str]) -> list[Caveat]:
+    """Return the warning that names parts of a file of which nothing is known."""
+    names = sorted({child.name for child in parent.children if child.name not in known})
+    named = ", ".join(names)[:_LONGEST_NAMES]
+    return [Caveat("not_read", values={"names": named})] if names else []
+
+
 def looks_like(content: bytes) -> bool:
     """Return whether the content begins like XML."""
     return decoded(content[:256], "")[0].lstrip().startswith("<")

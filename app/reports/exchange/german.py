@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from app.reports.exchange import lists
 from app.reports.exchange.coordinates import Ends, utm_m
@@ -26,6 +27,7 @@ from app.survey.rounding import decimals
 OTHER_FLOW_CONTROL = "6"
 """U107."""
 
+_Written = TypeVar("_Written")
 _MAX_MM, _MAX_STRETCH = 9999, 99
 
 
@@ -159,6 +161,23 @@ def survey_of(
         is_cleaned=fields.flag("cleaned"),
     )
     return survey, losses
+
+
+def or_kept(
+    report: Report, fields: Fields, name: str, own: str, written: _Written
+) -> _Written | str:
+    """Return what is written for a header field, or the value that an import kept instead.
+
+    Args:
+        report: The report.
+        fields: Its header.
+        name: The header field, of a list of the format.
+        own: The header field that keeps a value outside the list.
+        written: Stands for the field otherwise.
+    """
+    if report.header.get(name) in (None, "", "unknown"):
+        return fields.text(own) or written
+    return written
 
 
 def points_of(ends: Ends | None, names: Names) -> dict[str, tuple[float, float]]:

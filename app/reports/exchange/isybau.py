@@ -7,7 +7,8 @@ The order of the elements follows the official schema; lists are named by their 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from xml.etree.ElementTree import Element
 
 from app.reports.content.ascii import one_line
@@ -19,6 +20,7 @@ from app.reports.exchange.german import (
     Pipe,
     Survey,
     fitted,
+    or_kept,
     pipe_of,
     points_of,
     survey_of,
@@ -107,11 +109,18 @@ class IsybauFile:
             longest_node=_LONGEST_NAME,
         )
         losses += lost + standard_of(fields)
+        keep = partial(or_kept, report, fields)
+        pipe = pipe_of(report, fields, lists.SHAPES_ISYBAU, _LENGTHS)
+        system = fields.choice("asset_type", lists.SYSTEMS_ISYBAU) or "KR"
         culvert = _Culvert(
             number=str(self._names.inspections),
             names=names,
-            pipe=pipe_of(report, fields, lists.SHAPES_ISYBAU, _LENGTHS),
-            system=fields.choice("asset_type", lists.SYSTEMS_ISYBAU) or "KR",
+            pipe=replace(
+                pipe,
+                shape=keep("shape", "isybau_profilart", pipe.shape),
+                material=keep("material", "isybau_material", pipe.material),
+            ),
+            system=keep("asset_type", "isybau_entwaesserungsart", system),
             road=_cut(fields.text("road"), _LONGEST_ROAD, field_name("road"), losses),
             ends=ends_of(fields),
         )
@@ -119,6 +128,13 @@ class IsybauFile:
         losses += lost
         survey, lost = survey_of(report, fields, lists.DIRECTIONS_ISYBAU)
         losses += lost
+        survey = replace(
+            survey,
+            direction=keep("direction", "isybau_richtung", survey.direction),
+            zero=keep("reference_point", "isybau_bezug", survey.zero),
+            weather=keep("weather", "isybau_wetter", survey.weather),
+            flow_control=keep("flow_control", "isybau_wasserhaltung", survey.flow_control),
+        )
         order = _order(culvert, report, fields, losses)
         asset = _inspected(culvert, survey, report, fields, rows, losses)
         entry = _film(culvert, survey, report, losses)
@@ -298,6 +314,7 @@ def _order(culvert: _Culvert, report: Report, fields: Fields, losses: list[Loss]
         },
     )
     purpose = fields.choice("purpose", lists.PURPOSES_ISYBAU)
+    purpose = or_kept(report, fields, "purpose", "isybau_zweck", purpose)
     contractor = _cut(fields.text("contractor"), _LONGEST_ORDER, field_name("contractor"), losses)
     children(
         order,
@@ -326,19 +343,19 @@ def _inspected(
     inspection = child(asset, "OptischeInspektion")
     temperature = fields.rounded("temperature_c", 0, -99, 99)
     operator = _cut(fields.text("operator"), _LONGEST_PERSON, field_name("operator"), losses)
-    method = fields.choice("method", lists.METHODS_ISYBAU)
+    method = fields.choice("method", lists.METHODS_ISYBAU) or lists.METHODS_ISYBAU["camera"]
     children(
         inspection,
         {
             "Auftragskennung": culvert.number,
             "Inspektionsdatum": survey.day,
-            "Inspektionsverfahren": method or lists.METHODS_ISYBAU["camera"],
+            "Inspektionsverfahren": or_kept(report, fields, "method", "isybau_verfahren", method),
             "NameUntersucher": operator,
             "Uhrzeit": survey.clock,
             "Wetter": survey.weather,
             "Temperatur": temperature,
             "Reinigung": {True: "1", False: "0", None: None}[survey.is_cleaned],
-            "Wasserhaltung": survey.flow_control or report.header.get("isybau_wasserhaltung"),
+            "Wasserhaltung": survey.flow_control,
             "Videoablagereferenz": culvert.number if film(report) else None,
             "Bemerkung": general_remark(report, fields, rows),
         },

@@ -5,6 +5,7 @@ Elements are in rising order. A station has one decimal, so HZ999 states the exa
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from xml.etree.ElementTree import Element, tostring
 
 from app.reports.content.ascii import one_line
@@ -15,6 +16,7 @@ from app.reports.exchange.german import (
     OTHER_FLOW_CONTROL,
     Lengths,
     fitted,
+    or_kept,
     pipe_of,
     points_of,
     survey_of,
@@ -42,6 +44,12 @@ from app.survey.rounding import decimals
 _FORMAT = "DWA-M 150"
 _LONGEST_NODE, _LONGEST_ASSET = 16, 33
 _LENGTHS = Lengths(most_m=9999.999, most_unit_m=999.999, digits=3)
+_LISTED = {
+    "HG302": "asset_type", "HG304": "material", "HG305": "shape", "HI004": "purpose",
+    "HI101": "direction", "HI102": "reference_point", "HI103": "method", "HI106": "weather",
+    "HI109": "flow_control",
+}  # fmt: skip
+"""Elements with a list, and their header fields."""
 _MAX_STATION_M = 9999.9
 _DIGITS = 1
 """Decimals of a station."""
@@ -148,27 +156,35 @@ def _geometry(
 
 def _pipe(report: Report, fields: Fields, names: Names, system: str) -> Element:
     pipe = pipe_of(report, fields, lists.SHAPES_M150, _LENGTHS)
-    return children(
-        Element("HG"),
-        {
-            "HG001": names.asset,
-            "HG003": names.upstream,
-            "HG004": names.downstream,
-            "HG102": fields.text("road"),
-            "HG301": "K",
-            "HG302": system,
-            "HG303": None if pipe.year is None else decimals(pipe.year, 0),
-            "HG304": pipe.material,
-            "HG305": pipe.shape,
-            "HG306": pipe.width,
-            "HG307": pipe.height,
-            "HG308": fields.text("lining_type"),
-            "HG309": _lining_material(fields),
-            "HG310": pipe.length,
-            "HG313": "A",
-            "HG314": pipe.unit_length,
-        },
-    )
+    values = {
+        "HG001": names.asset,
+        "HG003": names.upstream,
+        "HG004": names.downstream,
+        "HG102": fields.text("road"),
+        "HG301": "K",
+        "HG302": system,
+        "HG303": None if pipe.year is None else decimals(pipe.year, 0),
+        "HG304": pipe.material,
+        "HG305": pipe.shape,
+        "HG306": pipe.width,
+        "HG307": pipe.height,
+        "HG308": fields.text("lining_type"),
+        "HG309": _lining_material(fields),
+        "HG310": pipe.length,
+        "HG313": "A",
+        "HG314": pipe.unit_length,
+    }
+    return children(Element("HG"), _with_kept(report, fields, values))
+
+
+def _with_kept(report: Report, fields: Fields, values: Mapping[str, object]) -> dict[str, object]:
+    """Return the values of elements, with what an import kept outside their lists."""
+    return {
+        code: or_kept(report, fields, _LISTED[code], f"m150_{code.lower()}", value)
+        if code in _LISTED
+        else value
+        for code, value in values.items()
+    }
 
 
 def _lining_material(fields: Fields) -> str | None:
@@ -185,30 +201,28 @@ def _run(run: Element, report: Report, fields: Fields, rows: list[Row], zone: st
     fields.note_digits("temperature_c", 1)
     is_listed = survey.flow_control != OTHER_FLOW_CONTROL
     fields.choice("method", {"camera": _CAMERA})
-    children(
-        run,
-        {
-            "HI001": fields.text("client"),
-            "HI002": fields.text("job_ref"),
-            "HI004": fields.choice("purpose", lists.PURPOSES_M150) or lists.ANY_PURPOSE_M150,
-            "HI005": "EN13508",
-            "HI006": joined(fields.text("camera"), fields.text("lens")),
-            "HI101": survey.direction,
-            "HI102": survey.zero,
-            "HI103": _CAMERA,
-            "HI104": survey.day,
-            "HI105": survey.clock,
-            "HI106": {"1": "1", "2": "2", "3": "4"}.get(survey.weather or ""),
-            "HI107": {True: "J", False: "N", None: None}[survey.is_cleaned],
-            "HI108": None if temperature_c is None else plain_number(temperature_c, 1),
-            "HI109": survey.flow_control if is_listed else None,
-            "HI110": level,
-            "HI111": fields.text("contractor"),
-            "HI112": fields.text("operator"),
-            "HI116": film(report),
-            "HI999": general_remark(report, fields, rows, zone),
-        },
-    )
+    values: dict[str, object] = {
+        "HI001": fields.text("client"),
+        "HI002": fields.text("job_ref"),
+        "HI004": fields.choice("purpose", lists.PURPOSES_M150) or lists.ANY_PURPOSE_M150,
+        "HI005": "EN13508",
+        "HI006": joined(fields.text("camera"), fields.text("lens")),
+        "HI101": survey.direction,
+        "HI102": survey.zero,
+        "HI103": _CAMERA,
+        "HI104": survey.day,
+        "HI105": survey.clock,
+        "HI106": {"1": "1", "2": "2", "3": "4"}.get(survey.weather or ""),
+        "HI107": {True: "J", False: "N", None: None}[survey.is_cleaned],
+        "HI108": None if temperature_c is None else plain_number(temperature_c, 1),
+        "HI109": survey.flow_control if is_listed else None,
+        "HI110": level,
+        "HI111": fields.text("contractor"),
+        "HI112": fields.text("operator"),
+        "HI116": film(report),
+    }
+    values = _with_kept(report, fields, values)
+    children(run, values | {"HI999": general_remark(report, fields, rows, zone)})
     return losses
 
 

@@ -11,7 +11,7 @@ import pytest
 from brought_in import reported
 from hypothesis import assume, given
 from random_reports import STORED_HEADERS, reports
-from reports import EVERY_FIELD, HEADER, OBSERVATIONS, report
+from reports import EVERY_FIELD, HEADER, OBSERVATIONS, codes, report
 
 from app.imports import any_file
 from app.imports.survey import ImportedFile, ImportedSurvey
@@ -122,3 +122,19 @@ def test_the_longest_remarks_of_the_api_come_back(kind: str) -> None:
                     "abandon_reason": 1000 * letter, "shape": "rectangular", "width_mm": 1500},
         )  # fmt: skip
         assert_comes_back(kind, made)
+
+
+@pytest.mark.parametrize(
+    ("kind", "kept"),
+    [
+        ("m150", {"m150_hg304": "BETON", "m150_hi106": "9", "m150_hi103": "7", "m150_hg302": "X"}),
+        ("isybau", {"isybau_material": "OB", "isybau_wetter": "9", "isybau_profilart": "8",
+                    "isybau_zweck": "8", "isybau_verfahren": "3"}),
+    ],
+)  # fmt: skip
+def test_values_outside_the_lists_of_a_format_come_back(kind: str, kept: dict[str, str]) -> None:
+    header = {**HEADER, **kept, "material": "", "shape": "", "asset_type": ""}
+    written = FORMATS[kind].write(report(header=header))
+    assert not {*kept} & codes(written.losses)
+    found = survey_in(written.content).header
+    assert {name: found.get(name) for name in kept} == kept

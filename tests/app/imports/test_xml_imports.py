@@ -205,6 +205,17 @@ def test_every_film_of_a_survey_is_kept() -> None:
     assert read(more, "latin-1").surveys[0].header["video_files"] == "f.mpg, g.mpg"
 
 
+def test_parts_that_are_no_inspection_are_named() -> None:
+    bare = "<HG><HG001>H2</HG001></HG>"
+    file = read(f"<DATA><FD/><ST><ST001>1</ST001></ST>{bare}{bare}</DATA>")
+    assert [ENGLISH.caveat(it) for it in file.warnings] == [
+        "These elements are not read and are left out: ST.",
+        "2 pipes have no inspection and are left out.",
+    ]
+    other = read("<DATA><ZA/><ZB><AAA>1</AAA></ZB><ZX><A>1</A></ZX></DATA>")
+    assert ENGLISH.caveat(other.warnings[0]).endswith("left out: ZX.")
+
+
 M150 = """<?xml version="1.0" encoding="ISO-8859-1"?>
 <DATA><FD><FD001>04-2010</FD001></FD><KG><KG001>K1</KG001><KI/></KG>
 <HG><HG001>H9</HG001><HG003>K1</HG003><HG004>K2</HG004><HG302>M</HG302><HG307>800</HG307>
