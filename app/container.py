@@ -66,7 +66,7 @@ from app.storage.asset_places import AssetPlaces
 from app.storage.assets import AssetStore
 from app.storage.blob_stores import blobs_at
 from app.storage.blobs import Blobs
-from app.storage.database import Database, stored_at
+from app.storage.database import Database, stored_of
 from app.storage.files import DataFolder
 from app.storage.imports import ImportStore
 from app.storage.inspection_list import InspectionList
@@ -193,7 +193,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     with suppress(DiskFull):  # what is stored can be read
         blobs.check()
     film_files = FilmFiles(blobs, folder)
-    stored = stored_at(settings.database_url, folder.root)
+    stored = stored_of(settings.database_url, folder)
     metrics = Metrics(f"{stored.kind} {stored.version()}")
     database = Database(stored, on_write=metrics.count_write)
     stack.callback(database.close)

@@ -5,7 +5,7 @@
         ├── ...NotFound                                   nothing has that id
         ├── Unauthenticated, Forbidden, CrossOrigin, UnknownHost, TooManyAttempts access
         ├── InvalidUpload, OffsetConflict, UploadBusy, ChecksumMismatch, ...      uploads
-        ├── FrameOutsideVideo, StillRunning, ChangedMeanwhile, ...                inspections
+        ├── FrameOutsideVideo, StillRunning, ChangedMeanwhile, DamagedTrack, ...  inspections
         ├── InspectionLocked, WrongReviewState, OpenQuestions                     the review
         ├── InvalidTable, FolderNotAllowed, NoSuchFilm, FilmChanged               the archive
         ├── MediaFailed, MediaTimeout, Busy, DiskFull, StoreUnavailable, NotReady,
@@ -76,6 +76,16 @@ class BlobNotFound(AppError, FileNotFoundError):
 
 class BlobChanged(BlobNotFound):
     """What lies in the store is not what was stored there, which is thereby lost."""
+
+
+class DamagedTrack(AppError):
+    """A file of the track cannot be read, or is missing."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(
+            f"The track of this inspection is damaged: {reason} Track the film again; observations "
+            "and corrections are kept."
+        )
 
 
 class IncompleteWallPoint(AppError):

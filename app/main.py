@@ -35,7 +35,7 @@ from app.ops.memory import keep_little
 from app.settings import Settings
 from app.storage.address import Address, AddressFile
 from app.storage.blob_stores import blobs_at
-from app.storage.database import migrate, stored_at
+from app.storage.database import migrate, stored_of
 from app.storage.files import DataFolder, Places
 from app.web import answers
 from app.web.deps import enforce_role
@@ -148,7 +148,7 @@ def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
         AddressNotAvailable: Another program listens there, or there is no such address.
         InvalidSettings: The certificate or its key cannot be used.
         DataFolderInUse: Another server uses the data folder.
-        UnusableDatabase: The database is damaged or of a newer version.
+        UnusableDatabase: The database is lost, damaged, or of a newer version.
         StoreUnavailable: The object store does not answer, or refuses.
         DiskFull: There is no room for a new database, or the tables of this version.
         OSError: The data folder cannot be made or written.
@@ -214,7 +214,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
 
     Raises:
         DataFolderInUse: Another server uses the data folder.
-        UnusableDatabase: The database is damaged or of a newer version.
+        UnusableDatabase: The database is lost, damaged, or of a newer version.
         StoreUnavailable: The object store does not answer, or refuses.
         DiskFull: There is no room for a new database, or the tables of this version.
         OSError: The data folder cannot be made or written.
@@ -236,7 +236,7 @@ def in_background(settings: Settings) -> Iterator[str]:
 
     Raises:
         DataFolderInUse: Another server uses the data folder.
-        UnusableDatabase: The database is damaged or of a newer version.
+        UnusableDatabase: The database is lost, damaged, or of a newer version.
         NotReady: The server does not start.
         DiskFull, OSError: As for `run`.
     """
@@ -273,7 +273,7 @@ def _prepared(settings: Settings, host: str, on_ready: OnReady) -> _Server:
     # Reported here in one sentence; at the start of the application the log would get a traceback.
     folder = DataFolder(settings.data, reserve_bytes=0, is_shared=settings.database is not None)
     try:
-        migrate(stored_at(settings.database_url, folder.root))
+        migrate(stored_of(settings.database_url, folder))
         with suppress(DiskFull):  # what is stored can be read
             blobs_at(settings.store, folder.root).check()
     finally:

@@ -6,12 +6,12 @@ takes another `SCHEMA`. docs/archive_export.md lists the columns.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from app.errors import InspectionNotFound
+from app.errors import DamagedTrack, InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.storage.defect_index import DefectIndex, FoundDefect
 from app.storage.index_queries import FoundInspection
@@ -19,6 +19,8 @@ from app.survey.film_quality import problems_of
 from app.survey.folding import storable
 from app.tracking.tracks import Tracks
 from vo_core.track import COLUMNS
+
+logger = logging.getLogger(__name__)
 
 SCHEMA = "chainage-archive/1"
 _FRAMES_AT_ONCE = 10_000
@@ -218,8 +220,12 @@ class Rows:
         for found in self._index.every_inspection():
             for one in found:
                 if one.row.frames is not None:
-                    with suppress(InspectionNotFound):  # deleted meanwhile
+                    try:
                         yield from self._track(one.row.inspection_id)
+                    except InspectionNotFound:  # deleted meanwhile
+                        continue
+                    except DamagedTrack as damage:  # it costs no other inspection
+                        logger.warning("Rows of %s are missing: %s", one.row.name, damage)
 
     def _track(self, inspection_id: str) -> Iterator[Columns]:
         track = self._corrections.track(inspection_id)

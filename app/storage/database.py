@@ -18,9 +18,10 @@ from typing import Any, TypeVar
 
 from sqlalchemy.orm import Session
 
-from app.errors import Busy
+from app.errors import Busy, UnusableDatabase
 from app.storage import revisions
 from app.storage.dialect import Dialect
+from app.storage.files import Places
 from app.storage.postgres import Postgres
 from app.storage.sqlite import Sqlite
 from app.storage.tables import Heartbeat
@@ -44,6 +45,24 @@ def stored_at(url: str | None, data: Path) -> Dialect:
         InvalidSettings: The URL cannot be used, or its driver is not installed.
     """
     return Sqlite(data / FILE) if url is None else Postgres(url, data)
+
+
+def stored_of(url: str | None, places: Places) -> Dialect:
+    """Return the database of the server of a data folder, like `stored_at`.
+
+    Raises:
+        InvalidSettings: As `stored_at`.
+        UnusableDatabase: It is new, while there are inspections in the folder: theirs is lost.
+    """
+    dialect = stored_at(url, places.root)
+    if dialect.revision() is None and any(path.is_dir() for path in places.inspections.iterdir()):
+        raise UnusableDatabase(
+            f"The database {dialect.where} is missing or empty, but {places.inspections} holds "
+            "inspections. Put their database back, or make a new data folder of a backup with "
+            "`chainage restore BACKUP.zip --data NEW-FOLDER`. To begin anew, name an empty folder "
+            "with --data."
+        )
+    return dialect
 
 
 def batches(ids: Iterable[str]) -> Iterator[list[str]]:

@@ -236,6 +236,8 @@ def revision_of(path: Path, *, is_alone: bool = False) -> str | None:
             "data folder of a backup with `chainage restore BACKUP.zip --data NEW-FOLDER`."
         ) from error
     if found is None:
+        if tables:
+            raise UnusableDatabase(f"The file {path} is a database of another program.")
         return None
     revision = str(found[0])
     revisions.require_known(revision, str(path))

@@ -14,6 +14,7 @@ from app.errors import (
     AttachmentNotFound,
     BlobChanged,
     BlobNotFound,
+    DamagedTrack,
     DiskFull,
     InspectionNotFound,
     ObservationNotFound,
@@ -194,6 +195,8 @@ class Photos(Worker):
             try:
                 with about(inspection_id):
                     self._make_missing(inspection_id)
+            except DamagedTrack as damage:  # the end of another run looks at it again
+                logger.warning("Photos of inspection %s: %s", inspection_id, damage)
             except (DiskFull, StoreUnavailable) as hindrance:
                 logger.warning("Photos of inspection %s wait: %s", inspection_id, hindrance)
                 self._try_later(inspection_id)

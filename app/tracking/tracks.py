@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
+from contextlib import contextmanager
 from dataclasses import fields
 from typing import Any, TypeVar, get_args
 from uuid import uuid4
@@ -12,13 +13,14 @@ import numpy as np
 from cachetools import LRUCache
 from numpy.typing import NDArray
 
-from app.errors import BlobNotFound
+from app.errors import BlobNotFound, DamagedTrack
 from app.jobs import parts
 from app.jobs.parts import Mark
 from app.storage import keys
 from app.storage.blobs import Blobs, Readable, StoredBlob
 from app.storage.files import Places
 from app.tracking.columns import GrowingColumns
+from vo_core.errors import InvalidTrack
 from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
@@ -200,7 +202,8 @@ class Tracks:
                 content = self._blobs.get(keys.marks(inspection_id))
             except BlobNotFound:
                 return []
-        return parts.parsed(content.decode("ascii"))
+        with _readable():
+            return parts.parsed(content.decode("ascii"))
 
     def keep_marks(self, inspection_id: str) -> list[Mark]:
         """Store all missing frames, including those that did not fit on the disk before.
@@ -264,13 +267,19 @@ class Tracks:
         return f"{self._start}-{number}"
 
     def get(self, inspection_id: str) -> Track:
-        """Return the track so far, possibly empty; that of a running inspection is not copied."""
+        """Return the track so far, possibly empty; that of a running inspection is not copied.
+
+        Raises:
+            DamagedTrack: Its file, or another one of the run, cannot be read or is missing. Health,
+                sightings and marks raise it as well.
+        """
         with self._lock:
             growing = self._growing.get(inspection_id)
             if growing is not None:
                 return growing.track()
         stored = StoredBlob(self._blobs, keys.track(inspection_id))
-        track = self._kept(self._read, inspection_id, lambda: _read_track(stored))
+        health = StoredBlob(self._blobs, keys.health(inspection_id))
+        track = self._kept(self._read, inspection_id, lambda: _read_track(stored, health))
         return Track.from_estimates(()) if track is None else track
 
     def is_stored(self, inspection_id: str) -> bool:
@@ -327,9 +336,11 @@ class Tracks:
             if growing is not None:
                 return sorted(growing.sightings, key=lambda sighting: sighting.frame)
         try:
-            return from_csv(self._blobs.get(keys.joints(inspection_id)).decode())
+            content = self._blobs.get(keys.joints(inspection_id))
         except BlobNotFound:
             return []
+        with _readable():
+            return from_csv(content.decode())
 
     def tilt(self, inspection_id: str) -> MountTilt | None:
         """Return the tilt of the mount against the rig so far; None if it was not measured."""
@@ -362,15 +373,34 @@ def _cache() -> LRUCache[str, Kept]:
     return LRUCache(FRAMES_KEPT, frames)
 
 
-def _read_track(stored: Readable) -> Track | None:
+def _read_track(stored: StoredBlob, health: StoredBlob) -> Track | None:
     try:
-        return Track.from_csv(stored.read_bytes().decode())
+        content = stored.read_bytes()
     except FileNotFoundError:
+        if health.exists():  # both are stored, and deleted, together
+            raise DamagedTrack("its file is missing.") from None
         return None
+    with _readable():
+        if not content.endswith(b"\n"):
+            raise DamagedTrack("its file breaks off.")
+        return Track.from_csv(content.decode())
 
 
 def _read_health(stored: Readable) -> HealthColumns | None:
     try:
-        return HealthColumns.from_csv(stored.read_bytes().decode())
+        content = stored.read_bytes()
     except FileNotFoundError:
         return None
+    with _readable():
+        return HealthColumns.from_csv(content.decode())
+
+
+@contextmanager
+def _readable() -> Iterator[None]:
+    """Raise DamagedTrack for a file of a run that is not as it was written."""
+    try:
+        yield
+    except InvalidTrack as error:
+        raise DamagedTrack(str(error)) from error
+    except (ValueError, KeyError) as error:
+        raise DamagedTrack("a file of it cannot be read.") from error

@@ -26,6 +26,8 @@ export const isUnmeasured = ({ source, video }) => source.kind === 'import' && v
 
 /** @extends {Store<Api['InspectionOut']|null>} */
 export class Inspection extends Store {
+  /** Why its track cannot be read, so that it is to be tracked again. @type {string|null} */
+  damage = null;
   #path;
   #signal;
   #version = 0;
@@ -173,6 +175,12 @@ export class Inspection extends Store {
   /** Tracks all frames again with this rig. @param {object} rig */
   async trackWith(rig) {
     this.#take(await put(`${this.#path}/rig`, { rig }));
+  }
+
+  /** @param {string} reason */
+  noteDamage(reason) {
+    this.damage = reason;
+    this.dispatchEvent(new Event('change'));
   }
 
   async retry() {

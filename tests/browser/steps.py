@@ -29,7 +29,7 @@ class Server:
 
     def __init__(self, data: Path, **settings: str) -> None:
         """Use a data folder; settings as in the environment, without their prefix."""
-        self._data = data
+        self.data = data
         self._settings = {f"CHAINAGE_{name.upper()}": value for name, value in settings.items()}
         self._settings["CHAINAGE_TOKEN"] = TOKEN
         self._process: Fork | None = None
@@ -58,8 +58,8 @@ class Server:
 
     def start(self) -> None:
         """Start it and wait until it answers; what it says is added to a file beside its data."""
-        log = self._data.with_name(f"{self._data.name}.log")
-        words = ["serve", "--port", str(self._port), "--data", str(self._data)]
+        log = self.data.with_name(f"{self.data.name}.log")
+        words = ["serve", "--port", str(self._port), "--data", str(self.data)]
         self._process = Fork(words, os.environ | self._settings, log)
         assert self._process.stdout.readline().startswith("Open http"), log.read_text()
 

@@ -72,8 +72,15 @@ def test_a_page_follows_every_run_that_is_begun_again(
     page: Page, server: Server, narrow: Survey
 ) -> None:
     path = f"/api/inspections/{narrow.id}"
+    server.kill()  # it has read the track
+    (server.data / "inspections" / narrow.id / "track.csv").write_text("damaged")
+    server.start()
     log_in(page, server, path.removeprefix("/api"))
+    expect(page.locator(".desk-messages")).to_contain_text("track of this inspection is damaged")
+    page.get_by_role("button", name="Track again").click()
+    expect(page.locator(".desk-messages")).not_to_contain_text("damaged")
     wait_until_done(page)
+    wait_for_rows(page, FRAMES)
     page.keyboard.press("End")
     expect_frame(page, FRAMES - 1)
     _give_another_rig(page, server, path)

@@ -13,7 +13,7 @@ from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 
 from app.access.access import Principal
 from app.container import Services
-from app.errors import InspectionNotFound
+from app.errors import DamagedTrack, InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.inspections.presence import Seat
 from app.reports.content.words import LANGUAGE
@@ -206,7 +206,7 @@ def _corrected(
         last = update.estimates[-1] if update.estimates else None
         corrected = None if last is None else corrections.estimate(update.inspection_id, last)
         notices = corrections.notices(update.inspection_id)
-    except InspectionNotFound:  # the update reports its end
+    except (InspectionNotFound, DamagedTrack):  # the update, or what the page asks for, says so
         return None, None, None, []
     return corrected, revision, joints, notices
 
@@ -267,7 +267,10 @@ def _current(services: Services, inspection_id: str) -> Update:
     if newest is not None:
         return newest
     view = services.inspections.get(inspection_id)
-    last = services.inspections.last_estimate(inspection_id)
+    try:
+        last = services.inspections.last_estimate(inspection_id)
+    except DamagedTrack:
+        last = None
     return Update(inspection_id, 0, view.row.status, view.progress, (last,) if last else ())
 
 

@@ -108,8 +108,8 @@ export class DeskBar extends Component {
     parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
     parts.cancel.hidden = !desk.inspection.isUnfinished;
     parts.recordOn.hidden = !mayGoOn(desk.inspection.value);
-    parts.retry.hidden =
-      status !== 'failed' && status !== 'cancelled' && (!outdated || isLocked(desk.inspection.value));
+    const isToRepeat = (outdated || desk.inspection.damage) && !isLocked(desk.inspection.value);
+    parts.retry.hidden = status !== 'failed' && status !== 'cancelled' && !isToRepeat;
     this.#showFinish();
     this.#showReview();
   }

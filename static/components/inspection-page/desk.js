@@ -97,7 +97,10 @@ export class Desk extends EventTarget {
       inspection
         .load()
         .then(() => Catalogue.load(signal, /** @type {string|null} */ (inspection.value.header.code_pack))),
-      WallGrid.load(id, signal),
+      WallGrid.load(id, signal).catch((error) => {
+        if (error.code !== 'damaged_track') throw error;
+        return null; // the page says so, and offers to track again
+      }),
     ]);
     const attachmentOutbox = await AttachmentOutbox.open(outbox, signal);
     return new Desk({ inspection, outbox, attachmentOutbox, catalogue, wall }, signal);

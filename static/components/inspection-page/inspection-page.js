@@ -188,7 +188,8 @@ export class InspectionPage extends Component {
     let isListOld = !isOpening || desk.inspection.isUnfinished;
     const onError = (error) => {
       const reason = errorText(error);
-      this.#showMessages(error.isTemporary ? t('page.trying_again', { reason }) : reason);
+      if (error.code === 'damaged_track') desk.inspection.noteDamage(reason);
+      else this.#showMessages(error.isTemporary ? t('page.trying_again', { reason }) : reason);
     };
     await poll(
       async () => {
@@ -229,7 +230,9 @@ export class InspectionPage extends Component {
   }
 
   async retry() {
+    const { damage } = this.desk.inspection;
     await this.desk.inspection.retry();
+    if (damage) location.reload(); // the page has been opened without what follows from the track
     this.desk.playhead.set({ frame: -1, row: null, isLive: true, capturedMs: null });
     this.desk.track.clear();
     this.desk.health.clear();
@@ -350,8 +353,10 @@ export class InspectionPage extends Component {
   }
 
   #showMessages(trouble = null) {
+    const { damage } = this.desk.inspection;
     const { error, warning } = this.desk.inspection.value;
     const messages = [
+      damage && ['error', damage],
       error && ['error', errorText(error)],
       warning && ['warning', warning],
       trouble && ['warning', trouble],

@@ -7,6 +7,7 @@ import json
 import re
 import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,9 @@ from sqlalchemy import create_engine, inspect
 
 import app.storage
 from app.errors import UnusableDatabase
-from app.storage.database import Database, stored_at
+from app.storage.database import Database, stored_at, stored_of
 from app.storage.dialect import Dialect
+from app.storage.files import Places
 from app.storage.sqlite import Sqlite, revision_of
 
 Command = Callable[..., Any]
@@ -424,6 +426,41 @@ def test_what_is_no_database_is_refused_in_a_sentence(tmp_path: Path, chainage: 
     assert refused.code == 1
     assert "cannot be read" in refused.err
     assert "Traceback" not in refused.err
+
+
+@ON_BOTH
+def test_no_new_database_is_made_beside_inspections(
+    tmp_path: Path, new_url: Callable[[], str | None]
+) -> None:
+    places = Places(tmp_path)
+    (places.inspections / INSPECTION).mkdir(parents=True)
+    with pytest.raises(UnusableDatabase, match=r"missing or empty, but .* holds inspections"):
+        stored_of(new_url(), places)
+
+
+def make_another(file: Path) -> None:
+    with closing(sqlite3.connect(file)) as database, database:
+        database.execute("CREATE TABLE customers (id)")
+
+
+@pytest.mark.parametrize(
+    ("leave", "said"),
+    [(Path.exists, "holds inspections"), (Path.touch, "holds inspections"),
+     (make_another, "of another program")],
+    ids=["missing", "zero bytes", "another"],
+)  # fmt: skip
+def test_a_lost_database_is_refused_in_a_sentence(
+    tmp_path: Path, chainage: Command, leave: Callable[[Path], object], said: str
+) -> None:
+    file = tmp_path / "chainage.db"
+    (Places(tmp_path).inspections / INSPECTION).mkdir(parents=True)
+    leave(file)
+    before = file.read_bytes() if file.exists() else None
+    refused = chainage("serve", "--port", "0", "--data", tmp_path)
+    assert refused.code == 1
+    assert said in " ".join(refused.err.split())
+    assert "Traceback" not in refused.err
+    assert (file.read_bytes() if file.exists() else None) == before
 
 
 def test_damaged_pages_are_named_in_a_sentence_by_every_command(

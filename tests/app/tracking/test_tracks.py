@@ -1,5 +1,6 @@
 """What is kept of a run beside its poses."""
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Event
@@ -8,12 +9,14 @@ import numpy as np
 import pytest
 from builders import PATIENCE_S
 
+from app.errors import DamagedTrack
 from app.storage.files import Places
 from app.storage.folder_blobs import FolderBlobs
 from app.tracking.tracks import HealthColumns, Tracks
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
 from vo_core.track import Estimate, Track
 
 SHARP, BLURRED = Health(0.9, 0.5, 0.0, 1.0, 0.0), Health(0.9, 0.5, 0.0, 0.25, 0.0)
@@ -109,6 +112,38 @@ def test_a_track_that_goes_on_leaves_what_was_read_before_as_it_is(tmp_path: Pat
     assert (len(track), len(health)) == (3, 3)
     assert tracks.get("a").frame.tolist() == [0, 1, 2, 3, 4]
     assert tracks.health("a").columns()["sharpness"][2:].tolist() == [1, 0.25, 0.25]
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda sound: sound[:-9],
+        lambda sound: sound.replace(b"\n4,", b"\nfour,"),
+        lambda _: b"",
+        lambda sound: sound.replace(b"frame,", b"picture,"),
+        lambda _: bytes(range(256)),
+        lambda _: bytes(999),
+        lambda _: None,
+    ],
+    ids=["cut off", "text", "empty", "other columns", "garbage", "zeros", "missing"],
+)
+def test_a_damaged_file_is_named_with_its_repair(
+    tmp_path: Path, damage: Callable[[bytes], bytes | None]
+) -> None:
+    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
+    Places(tmp_path).inspection("a").mkdir(parents=True)
+    tracks.begin("a")
+    tracks.append("a", estimates(0, 9))
+    tracks.note("a", [(8, SHARP)], [Sighting(4, 1.0, 0.1, 0.2)])
+    tracks.finish("a", {})
+    file = tmp_path / "inspections" / "a" / "track.csv"
+    damaged = damage(file.read_bytes())
+    file.unlink() if damaged is None else file.write_bytes(damaged)
+    with pytest.raises(DamagedTrack, match=r"is damaged: .+\. Track the film again"):
+        tracks.get("a")
+    file.with_name("joints.csv").write_bytes(bytes(99))
+    with pytest.raises(DamagedTrack, match="Track the film again"):
+        tracks.sightings("a")
 
 
 def test_a_run_that_was_still_being_read_does_not_replace_the_one_after_it(

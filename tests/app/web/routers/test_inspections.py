@@ -10,14 +10,18 @@ import numpy as np
 import pytest
 from builders import (
     STEP_MM,
+    TOKEN,
     TUS,
     Client,
     assert_error,
     clip_rig,
     frame_number,
     make_clip,
+    wait_until,
 )
 from surveys import Survey, another
+from websockets.sync.client import connect
+from websockets.typing import Origin
 
 from app.tracker import tracker
 from vo_core import Track
@@ -339,6 +343,32 @@ def test_a_damaged_photo_folder_does_not_hide_the_inspection(shared: Client, own
     answer = shared.get(f"/api/inspections/{own}/observations/{name}/photo")
     assert_error(answer, 404, "photo_not_found")
     assert shared.inspection(own)["defects"] == 1
+
+
+def test_a_damaged_track_is_said_with_its_repair_and_costs_nothing_else(
+    shared: Client, done: str, own: str
+) -> None:
+    (shared.data / "inspections" / own / "track.csv").write_bytes(bytes(range(256)))
+    path = f"/api/inspections/{own}"
+    needs_it = ("/track", "/observations", "/frames/3.jpg", "/exports/pdf", "/exports/csv")
+    answers = [shared.get(path + needing) for needing in needs_it]
+    for answer in (*answers, shared.tag(own)):
+        assert "Track the film again" in assert_error(answer, 409, "damaged_track")
+    for read in ("", "/video", "/events", "/thumbnail"):
+        assert shared.get(path + read).is_success, read
+    assert shared.patch(path, json={"name": "Still here"}).is_success
+    url = f"{shared.server.websocket_url}{path}/live"
+    headers = {"Authorization": f"Bearer {TOKEN}"}
+    with connect(url, origin=Origin(shared.server.url), additional_headers=headers) as live:
+        live.recv()  # the page may follow another run
+    body = {"inspections": [own, done], "formats": ["csv"]}
+    order = shared.post("/api/bulk-exports", json=body).json()["id"]
+    wait_until(lambda: shared.get(f"/api/bulk-exports/{order}").json()["state"] == "done")
+    (missing,) = shared.get(f"/api/bulk-exports/{order}").json()["not_made"]
+    assert missing["detail"] == "its track is damaged; track the film again."
+    assert shared.post(f"{path}/retry").is_success
+    shared.wait(own, "done")
+    assert shared.get(f"{path}/observations").is_success
 
 
 def test_presets_are_rigs(shared: Client) -> None:
