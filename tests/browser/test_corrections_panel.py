@@ -79,6 +79,7 @@ def test_a_known_length_moves_every_distance_and_needs_a_reason_where_it_does_no
     expect(page.locator(".closure__residual")).to_contain_text("mm")
     assert _distance_m(server, inspection) == measured_m  # shown, not used yet
     page.get_by_label("Why (for the history)").fill("Taped from headwall to headwall")
+    page.get_by_label("Uncertainty (1 σ)").first.fill("6")  # the press on Apply ends the typing
     # The page may also say so of what the test stated before it was opened.
     with page.expect_response(_is_correction):
         page.get_by_role("button", name="Apply").click()

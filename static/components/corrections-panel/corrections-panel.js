@@ -89,7 +89,8 @@ export class CorrectionsPanel extends Component {
     const isRefused = Boolean(error && preview.value.result && knownLength(draft.value));
     parts.forceBox.hidden = !isRefused && !draft.value.forced;
     if (parts.force !== document.activeElement) parts.force.value = draft.value.forced ?? '';
-    parts.apply.disabled = !isEdited || preview.value === null || error !== null;
+    // Not while the answer is awaited: a press on it may be what ended the typing. The server judges that, too.
+    parts.apply.disabled = !isEdited || error !== null;
     if (preview.value === null) return; // the earlier fault stays until the new answer arrives
     const why = () => refusalText(preview.value.reason) ?? errorText(error);
     const text = isRefused ? t('corrections.refused') : error ? why() : '';
