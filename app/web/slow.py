@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncGenerator, Callable, Coroutine, Iterator
 from functools import partial
 from typing import Annotated, Any
 
 from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
 from fastapi import Depends
+from fastapi.concurrency import iterate_in_threadpool
 
 from app.web.middleware import person_of
 from app.web.turns import Turns
+
+PersonDep = Annotated[str, Depends(person_of)]
 
 Endpoint = Callable[..., Any]
 Waiting = Callable[..., Coroutine[Any, Any, Any]]
@@ -24,6 +27,9 @@ _HEAVY = Turns("heavy work", most=3, each=2)
 """What keeps a processor busy or takes much memory: reports, tables, maps."""
 _THUMBNAILS = Turns("thumbnails", most=2, each=1)
 """A list wants dozens of them at once."""
+
+_STREAMS = Turns("streams", most=4, each=1)
+"""What is made while it is sent, at the speed of its reader."""
 
 
 def slow(endpoint: Endpoint) -> Waiting:
@@ -41,6 +47,13 @@ def for_lists(endpoint: Endpoint) -> Waiting:
     return _in_turns(_THUMBNAILS, endpoint)
 
 
+async def streamed(blocks: Iterator[bytes], person: str) -> AsyncGenerator[bytes]:
+    """Yield the blocks of what is made while it is sent, once its turn has come."""
+    async with _STREAMS.turn(person):
+        async for block in iterate_in_threadpool(blocks):
+            yield block
+
+
 def _in_turns(turns: Turns, endpoint: Endpoint) -> Waiting:
     async def run(*positional: Any, whose_turn: str, **named: Any) -> Any:
         async with turns.turn(whose_turn):
@@ -56,7 +69,7 @@ def _in_turns(turns: Turns, endpoint: Endpoint) -> Waiting:
     person = inspect.Parameter(
         "whose_turn",
         inspect.Parameter.KEYWORD_ONLY,
-        annotation=Annotated[str, Depends(person_of)],
+        annotation=PersonDep,
     )
     run.__signature__ = signature.replace(  # type: ignore[attr-defined]
         parameters=[*signature.parameters.values(), person]

@@ -38,7 +38,7 @@ from app.web.schemas.search import (
     ProjectOut,
     ProjectsOut,
 )
-from app.web.slow import slow
+from app.web.slow import PersonDep, slow, streamed
 
 router = APIRouter(prefix="/api/archive", tags=["search"])
 
@@ -48,6 +48,7 @@ Distance = Annotated[float | None, Query(ge=-1e6, le=1e6, allow_inf_nan=False)]
 
 @router.get("/defects")
 @viewer
+@slow
 def defects(
     services: ServicesDep,
     code: Annotated[
@@ -97,6 +98,7 @@ def defects(
 
 @router.get("/projects")
 @viewer
+@slow
 def projects(
     services: ServicesDep,
     of: OfProject,
@@ -118,6 +120,7 @@ def projects(
 
 @router.get("/assets")
 @viewer
+@slow
 def assets(
     services: ServicesDep,
     of: OfProject,
@@ -151,6 +154,7 @@ def asset_history(
 
 @router.get("/quality")
 @viewer
+@slow
 def quality(
     services: ServicesDep,
     problem: Annotated[
@@ -176,6 +180,7 @@ def quality(
 @viewer
 def export(
     services: ServicesDep,
+    person: PersonDep,
     format: Annotated[  # noqa: A002
         Format, Query(description="Of the tables; Parquet needs `chainage[archive]` installed.")
     ] = "json",
@@ -188,4 +193,4 @@ def export(
     """
     blocks = services.archive_export.blocks(format, with_tracks=tracks)
     headers = {"Content-Disposition": 'attachment; filename="chainage-archive.zip"'}
-    return StreamingResponse(blocks, media_type=MEDIA_TYPE, headers=headers)
+    return StreamingResponse(streamed(blocks, person), media_type=MEDIA_TYPE, headers=headers)

@@ -11,6 +11,7 @@ import pytest
 from builders import PATIENCE_S, Client, wait_until
 
 from app.errors import InvalidTable
+from app.web.slow import streamed
 from app.web.turns import Turns
 
 MANY = 44
@@ -115,6 +116,19 @@ def test_one_person_does_not_take_all_turns() -> None:
         return begun
 
     assert asyncio.run(served()) == ["me", "me", "you"]
+
+
+def test_who_reads_a_stream_slowly_holds_only_their_own_turn() -> None:
+    async def read() -> None:
+        mine = streamed(iter([b"1", b"2"]), "me")
+        assert await anext(mine) == b"1"
+        more = asyncio.create_task(anext(streamed(iter([b"3"]), "me")))
+        assert await anext(streamed(iter([b"4"]), "you")) == b"4"
+        assert not more.done()
+        await mine.aclose()
+        assert await more == b"3"
+
+    asyncio.run(read())
 
 
 def test_a_large_body_is_not_read_before_its_turn(
