@@ -92,6 +92,8 @@ def is_film(name: str) -> bool:
 
 
 def _problem(path: Path, status: os.stat_result) -> Problem | None:
+    if stat.S_ISDIR(status.st_mode):
+        return Problem("film_missing", "The folder cannot be read.")
     if not stat.S_ISREG(status.st_mode) or not is_film(path.name):
         return Problem("not_a_film", "The file is not a film by its suffix.")
     if status.st_size == 0:
@@ -100,12 +102,32 @@ def _problem(path: Path, status: os.stat_result) -> Problem | None:
 
 
 def files_below(folder: Path) -> Iterator[Path]:
-    """Yield the files below a folder in a fixed order; hidden names are passed over."""
-    for parent, folders, names in os.walk(folder):
-        folders[:] = sorted(name for name in folders if not name.startswith("."))
-        for name in sorted(names):
-            if not name.startswith("."):
-                yield Path(parent) / name
+    """Yield the files below a folder in a fixed order, and the folders that cannot be read; hidden
+    names are passed over.
+    """
+    waiting = [folder]
+    while waiting:  # `os.walk` calls itself for each level, of which there may be thousands
+        parent = waiting.pop()
+        try:
+            with os.scandir(parent) as entries:
+                shown = sorted((e for e in entries if e.name[0] != "."), key=lambda e: e.name)
+        except OSError:
+            yield parent
+            continue
+        is_folder = [_is_folder(entry) for entry in shown]
+        yield from (Path(e) for e, is_one in zip(shown, is_folder, strict=True) if not is_one)
+        waiting += [
+            Path(entry)
+            for entry, is_one in zip(reversed(shown), reversed(is_folder), strict=True)
+            if is_one and not entry.is_symlink()
+        ]
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    try:
+        return entry.is_dir()
+    except OSError:  # links in a circle
+        return False
 
 
 def _allowed(path: Path, roots: Sequence[Path]) -> Path:

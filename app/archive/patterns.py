@@ -35,33 +35,29 @@ class Pattern:
 
     def match(self, path: str) -> dict[str, str] | None:
         """Return the fields of a relative path with slashes; None if the pattern does not fit."""
-        return self._match(0, path.split("/"), 0, set())
-
-    def _match(
-        self, at: int, names: Sequence[str], first: int, dead: set[tuple[int, int]]
-    ) -> dict[str, str] | None:
-        """Match the segments from `at` on with the names from `first` on; `dead` holds the pairs
-        that are known not to fit.
-        """
-        if at == len(self.segments) or first == len(names):
-            return {} if (at, first) == (len(self.segments), len(names)) else None
-        if (at, first) in dead:
-            return None
-        segment = self.segments[at]
-        found: dict[str, str] | None = None
-        if segment is not None:
-            if hit := segment.fullmatch(names[first]):
-                rest = self._match(at + 1, names, first + 1, dead)
-                found = None if rest is None else hit.groupdict() | rest
-        elif at == len(self.segments) - 1:
-            found = {}
-        else:
-            found = self._match(at + 1, names, first, dead)
-            if found is None:
-                found = self._match(at, names, first + 1, dead)
-        if found is None:
-            dead.add((at, first))
-        return found
+        names = path.split("/")
+        tried: set[tuple[int, int]] = set()
+        waiting: list[tuple[int, int, dict[str, str]]] = [(0, 0, {})]
+        # Without recursion: a path may have two thousand names.
+        while waiting:
+            at, first, fields = waiting.pop()
+            if at == len(self.segments) or first == len(names):
+                if (at, first) == (len(self.segments), len(names)):
+                    return fields
+                continue
+            if (at, first) in tried:  # it did not fit
+                continue
+            tried.add((at, first))
+            segment = self.segments[at]
+            if segment is not None:
+                if hit := segment.fullmatch(names[first]):
+                    waiting.append((at + 1, first + 1, fields | hit.groupdict()))
+            elif at == len(self.segments) - 1:
+                return fields
+            else:  # the last one is tried first: as few folders as possible
+                waiting.append((at, first + 1, fields))
+                waiting.append((at + 1, first, fields))
+        return None
 
 
 def compiled(text: str) -> Pattern:

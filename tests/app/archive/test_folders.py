@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ from hypothesis import strategies as st
 
 from app.archive.folders import found_in
 from app.archive.paths import path_of, text_of, title_of
+from app.archive.patterns import compiled
 from app.errors import FolderNotAllowed, NoSuchFilm
 
 
@@ -56,6 +59,46 @@ def test_no_link_leads_out_of_the_folders(tmp_path: Path) -> None:
             listed(path, films)
     with pytest.raises(NoSuchFilm):
         listed(films / "nothing.mp4", films)
+
+
+def test_no_folder_is_too_deep_and_one_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    put(tmp_path / "a.mp4")
+    put(tmp_path / "z" / "c.mp4")
+    deep = [tmp_path / "d"]
+    for _ in range(1200):
+        deep.append(deep[-1] / "d")
+    try:
+        for folder in deep:
+            folder.mkdir()
+        put(deep[-1] / "b.mp4")
+        names = [path_of(each.path).name for each in found_in([text_of(tmp_path)], [tmp_path])]
+        assert names == ["a.mp4", "b.mp4", "c.mp4"]
+        relative = (deep[-1] / "b.mp4").relative_to(tmp_path).as_posix()
+        assert compiled("d/**/{asset}.mp4").match(relative) == {"asset": "b"}
+        (deep[-1] / "b.mp4").unlink()
+    finally:
+        for folder in reversed(deep):
+            folder.rmdir()
+    with beyond_the_longest_path(tmp_path / "d"):
+        assert listed(tmp_path)["z/c.mp4"] is None
+        assert "film_missing" in listed(tmp_path).values()
+
+
+@contextmanager
+def beyond_the_longest_path(folder: Path) -> Iterator[None]:
+    """Folders one below the other whose path is longer than any that can be opened."""
+    name, levels = 250 * "x", 20
+    folder.mkdir()
+    handles = [os.open(folder, os.O_RDONLY)]
+    for _ in range(levels):
+        os.mkdir(name, dir_fd=handles[-1])
+        handles.append(os.open(name, os.O_RDONLY, dir_fd=handles[-1]))
+    yield
+    os.close(handles.pop())
+    while handles:
+        os.rmdir(name, dir_fd=handles[-1])
+        os.close(handles.pop())
+    folder.rmdir()
 
 
 def test_odd_names_come_through_text_unchanged(tmp_path: Path) -> None:
