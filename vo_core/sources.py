@@ -62,12 +62,7 @@ class Frame:
         """The picture in colour with square pixels, for people: larger than (H, W, 3) if its own
         are not square.
         """
-        picture = self.to_bgr()
-        height, width = picture.shape[:2]
-        size_wh = square_size((width, height), self._pixel_aspect)
-        if size_wh == (width, height):
-            return picture
-        return np.asarray(cv2.resize(picture, size_wh, interpolation=cv2.INTER_CUBIC), np.uint8)
+        return squared(self.to_bgr(), self._pixel_aspect)
 
 
 def frame_of(
@@ -79,6 +74,15 @@ def frame_of(
 ) -> Frame:
     """Wrap a decoded picture as a frame."""
     return Frame(index, t_s, turn(_grey(picture)).copy(), picture, turn, pixel_aspect)
+
+
+def squared(picture: ByteImage, pixel_aspect: float) -> ByteImage:
+    """Return a picture, (H, W) or (H, W, 3), with square pixels."""
+    height, width = picture.shape[:2]
+    size_wh = square_size((width, height), pixel_aspect)
+    if size_wh == (width, height):
+        return picture
+    return np.asarray(cv2.resize(picture, size_wh, interpolation=cv2.INTER_CUBIC), np.uint8)
 
 
 def square_size(size_wh: tuple[int, int], pixel_aspect: float) -> tuple[int, int]:

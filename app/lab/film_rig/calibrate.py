@@ -10,13 +10,14 @@ import numpy as np
 
 from app.lab.film_rig.bundle import Bundle, cost_of, fit
 from app.lab.film_rig.flow import flow_of
-from app.lab.film_rig.lens import ASPECT, BEND, CENTRE, FOCAL, LensPrior, Model
+from app.lab.film_rig.lens import ASPECT, BEND, CENTRE, FOCAL, LensPrior, Model, Pixels
 from app.lab.film_rig.refine import measured_again
 from app.lab.film_rig.scale import Factor, focal_factors
 from app.lab.film_rig.scene import Part, Scene
 from app.lab.film_rig.tracks import Tracks, follow
-from vo_core import Rig, VideoFile, VideoInfo
+from vo_core import Rig, VideoFile
 from vo_core.errors import ChainageError
+from vo_core.sources import squared
 from vo_core.types import ByteImage, Matrix
 
 PARTS = 8
@@ -89,6 +90,8 @@ class FilmRig:
 
     rig: Rig
     bundle: Bundle
+    """The fit to pictures with square pixels."""
+    pixels: Pixels
     pipe: KnownPipe
     factors: tuple[Factor, ...] = ()
     """What the stated lengths said of the focal length."""
@@ -162,9 +165,9 @@ def calibrate_film(video: Path, pipe: KnownPipe, on_progress: Progress) -> FilmR
         UnreadableVideo: The video cannot be opened or holds no picture.
     """
     with VideoFile(video) as source:
-        info = source.info
-        parts = _moving_parts(source, on_progress)
-    scene, bundle = _best_lens(parts, info, pipe, on_progress)
+        pixels = Pixels.of(source.info)
+        parts = _moving_parts(source, pixels, on_progress)
+    scene, bundle = _best_lens(parts, pixels, pipe, on_progress)
     on_progress("measuring the wall again", 0, len(bundle.parts))
     again = []
     for done, part in enumerate(bundle.parts, 1):
@@ -176,7 +179,7 @@ def calibrate_film(video: Path, pipe: KnownPipe, on_progress: Progress) -> FilmR
         raise UnusableFilm(_NO_WALL)
     bundle = fit(scene, again, bundle.lens)
     _require_pipe(bundle)
-    found = FilmRig(_rig(bundle, pipe), bundle, pipe)
+    found = FilmRig(_rig(bundle, pixels, pipe), bundle, pixels, pipe)
     return with_lengths(found, video, pipe, on_progress)
 
 
@@ -193,15 +196,16 @@ def with_lengths(found: FilmRig, video: Path, pipe: KnownPipe, on_progress: Prog
         return found
     said = focal_factors(
         video,
-        _rig(found.bundle, pipe),
+        _rig(found.bundle, found.pixels, pipe),
         pipe.length_mm,
         lambda done, total: on_progress("tracking the film", done, total),
     )
     bundle = _scaled(found.bundle, said.found) if said.found else found.bundle
-    return FilmRig(_rig(bundle, pipe), bundle, pipe, said.found, said.doubts)
+    rig = _rig(bundle, found.pixels, pipe)
+    return FilmRig(rig, bundle, found.pixels, pipe, said.found, said.doubts)
 
 
-def _moving_parts(video: VideoFile, on_progress: Progress) -> list[Tracks]:
+def _moving_parts(video: VideoFile, pixels: Pixels, on_progress: Progress) -> list[Tracks]:
     """Follow points through parts that are spread over the film; parts without motion are dropped.
 
     Raises:
@@ -215,10 +219,13 @@ def _moving_parts(video: VideoFile, on_progress: Progress) -> list[Tracks]:
     for number in range(count):
         on_progress("following the wall", number, count)
         start_s = number * length_s if number else 0.0
-        tracks = follow(_frames(video, start_s, start_s + length_s))
+        tracks = follow(
+            (t_s, squared(image, pixels.aspect))
+            for t_s, image in _frames(video, start_s, start_s + length_s)
+        )
         frames += tracks.frames
         points = max(points, tracks.followed)
-        if tracks.moved_px > LEAST_MOTION * video.info.width and tracks.points >= LEAST_POINTS:
+        if tracks.moved_px > LEAST_MOTION * pixels.square_wh[0] and tracks.points >= LEAST_POINTS:
             moving.append(tracks)
     on_progress("following the wall", count, count)
     if frames < LEAST_FRAMES:
@@ -253,14 +260,14 @@ def _frames(video: VideoFile, start_s: float, end_s: float) -> Iterator[tuple[fl
 
 
 def _best_lens(
-    parts: Sequence[Tracks], info: VideoInfo, pipe: KnownPipe, on_progress: Progress
+    parts: Sequence[Tracks], pixels: Pixels, pipe: KnownPipe, on_progress: Progress
 ) -> tuple[Scene, Bundle]:
     """Fit each model of a lens to some parts, and the one that explains them better to all.
 
     Raises:
         UnusableFilm: No part shows a wall along which the camera drives.
     """
-    size_wh = info.width, info.height
+    size_wh = pixels.square_wh
     flows = [flow_of(tracks, size_wh) for tracks in parts]
     # Most lenses have a focal length of about the picture's width.
     drive = sum(size_wh[0] * float(np.ptp(flow.drive)) for flow in flows if flow is not None)
@@ -276,8 +283,7 @@ def _best_lens(
         return [part for part in started if part.tracks.points >= LEAST_POINTS]
 
     models: tuple[Model, ...] = ("pinhole", "fisheye")
-    priors = [LensPrior.of(model, size_wh, info.pixel_aspect) for model in models]
-    scenes = [Scene(prior, pipe.diameter_mm) for prior in priors]
+    scenes = [Scene(LensPrior.of(model, pixels), pipe.diameter_mm) for model in models]
     tried: list[Bundle] = []
     costs: list[float] = []
     for done, scene in enumerate(scenes):
@@ -321,7 +327,7 @@ def _scaled(bundle: Bundle, factors: Sequence[Factor]) -> Bundle:
     return fit(scene, bundle.parts, lens)
 
 
-def _rig(bundle: Bundle, pipe: KnownPipe) -> Rig:
+def _rig(bundle: Bundle, pixels: Pixels, pipe: KnownPipe) -> Rig:
     """The rig: the camera as it sat in the first part of the film."""
     first, covariances = bundle.parts[0], bundle.view_covariances[0]
     poses = bundle.scene.poses(bundle.camera, first.views)
@@ -333,7 +339,7 @@ def _rig(bundle: Bundle, pipe: KnownPipe) -> Rig:
     # A camera that the fit puts into the wall is at its edge: the tracker starts from there.
     aside = np.hypot(mean[1], mean[3]) / (0.9 * radius_mm)
     lateral_mm, below_mm = mean[[1, 3]] / max(aside, 1.0)
-    camera = bundle.camera.model_dump()
+    camera = pixels.camera(bundle.camera).model_dump()
     camera |= {name: round(camera[name], 3) for name in ("fx", "fy", "cx", "cy")}
     camera["distortion"] = [round(value, 6) for value in camera["distortion"]]
     focal_percent = 100 * float(np.sqrt(bundle.covariance[FOCAL, FOCAL]))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
+from vo_core import VideoInfo
 from vo_core.rig import Camera
+from vo_core.sources import square_size
 from vo_core.types import Matrix
 
 Model = Literal["pinhole", "fisheye"]
@@ -34,12 +36,47 @@ CENTRE_SIGMA = 0.03
 SQUARE_SIGMA = 0.003
 """Standard deviation of fy / fx of a camera with square pixels."""
 
-_STANDARD_DEFINITION = {(720, 480): 0.9, (704, 480): 0.91, (720, 576): 1.08, (704, 576): 1.09}
-"""fy / fx of the sizes of analogue television, whose pixels are not square."""
+STATED_SIGMA = 0.02
+"""The same of other films, after their pictures were made square: digitisers of analogue television
+treat the shape of the pixels differently."""
 
-STANDARD_DEFINITION_SIGMA = 0.02
-"""The same of a picture in a size of analogue television, or whose film states that its pixels are
-not square: digitisers treat them differently."""
+_STANDARD_DEFINITION = {(720, 480): 0.9, (704, 480): 0.91, (720, 576): 1.08, (704, 576): 1.09}
+"""Width by height of the pixels of analogue television, for films that do not state it."""
+
+
+@dataclass(frozen=True)
+class Pixels:
+    """The pixels of a film. The wall is followed in pictures with square ones."""
+
+    size_wh: tuple[int, int]
+    aspect: float
+    """Width of a pixel by its height."""
+
+    @classmethod
+    def of(cls, info: VideoInfo) -> Self:
+        """Return what a film states, or what is usual where it states nothing."""
+        size_wh = info.width, info.height
+        usual = _STANDARD_DEFINITION.get(size_wh, 1.0)
+        return cls(size_wh, usual if info.pixel_aspect == 1.0 else info.pixel_aspect)
+
+    @property
+    def square_wh(self) -> tuple[int, int]:
+        """Size of the pictures with square pixels."""
+        return square_size(self.size_wh, self.aspect)
+
+    def camera(self, square: Camera) -> Camera:
+        """Return the camera of the film, of one before pictures with square pixels."""
+        width, height = self.size_wh
+        wide, high = self.square_wh[0] / width, self.square_wh[1] / height
+        fields = {
+            "width": width,
+            "height": height,
+            "fx": square.fx / wide,
+            "fy": square.fy / high,
+            "cx": (square.cx + 0.5) / wide - 0.5,
+            "cy": (square.cy + 0.5) / high - 0.5,
+        }
+        return Camera.parse(square.model_dump() | fields)
 
 
 @dataclass(frozen=True)
@@ -54,20 +91,14 @@ class LensPrior:
     """(5,) their standard deviations, independent of each other."""
 
     @classmethod
-    def of(cls, model: Model, size_wh: tuple[int, int], pixel_aspect: float = 1.0) -> LensPrior:
-        """A usual lens in front of pictures of this size; `pixel_aspect` is what the film states,
-        which for analogue television says little if it is 1.
-        """
-        width, height = size_wh
-        aspect = pixel_aspect if pixel_aspect != 1.0 else _STANDARD_DEFINITION.get(size_wh)
-        mean = [
-            np.log(USUAL_FOCAL[model] * width), 0.0, (width - 1) / 2, (height - 1) / 2,
-            np.log(aspect or 1.0),
-        ]  # fmt: skip
+    def of(cls, model: Model, pixels: Pixels) -> LensPrior:
+        """A usual lens in front of the pictures with square pixels."""
+        width, height = size_wh = pixels.square_wh
+        mean = [np.log(USUAL_FOCAL[model] * width), 0.0, (width - 1) / 2, (height - 1) / 2, 0.0]
         centre_px = CENTRE_SIGMA * width
         sigma = [
             FOCAL_SIGMA, BEND_SIGMA[model], centre_px, centre_px,
-            STANDARD_DEFINITION_SIGMA if aspect else SQUARE_SIGMA,
+            SQUARE_SIGMA if pixels.aspect == 1.0 else STATED_SIGMA,
         ]  # fmt: skip
         return cls(model, size_wh, np.array(mean), np.array(sigma))
 
