@@ -153,7 +153,8 @@ class Settings(BaseSettings):
         default=60,
         gt=0,
         le=3600,
-        description="Seconds without progress after which tracking is ended.",
+        description="Seconds without progress after which tracking is ended. Time in which it "
+        "waits for a processor does not count.",
     )
     job_cpu_h: float = Field(
         default=24, gt=0, le=1000, description="Processor hours that tracking one video may take."

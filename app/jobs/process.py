@@ -8,6 +8,9 @@ import socket
 import struct
 import subprocess
 import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 
@@ -18,8 +21,36 @@ from app.jobs.messages import MAX_MESSAGE_BYTES, encode
 
 _GRACE_S = 20.0
 """A child that does not end within this time hangs; on a busy machine ending takes seconds."""
+_LOOK_AGAIN_S = 1.0
 _SEND_S = 10.0
 """A child that does not accept a message for this long hangs."""
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What the threads of a process have done since its start; nothing once it has ended."""
+
+    ran_s: float = 0.0
+    """Processor time."""
+    waited_s: float = 0.0
+    """Time in which they waited for a processor, up to the last that they got."""
+    is_runnable: bool = False
+    """Whether one of them runs, or waits for a processor now."""
+
+    @classmethod
+    def of(cls, pid: int) -> _Work:
+        """Read what Linux says, https://man7.org/linux/man-pages/man5/proc_pid_stat.5.html."""
+        ticks = waited_ns = 0
+        states = set[str]()
+        with suppress(FileNotFoundError, ProcessLookupError):  # it, or a thread, has ended
+            for thread in Path(f"/proc/{pid}/task").iterdir():
+                fields = (thread / "stat").read_text().rpartition(")")[2].split()
+                states.add(fields[0])
+                ticks += int(fields[11]) + int(fields[12])
+                # Not every kernel counts it.
+                with suppress(FileNotFoundError):
+                    waited_ns += int((thread / "schedstat").read_text().split()[1])
+        return cls(ticks / os.sysconf("SC_CLK_TCK"), waited_ns / 1e9, "R" in states)
 
 
 class Child:
@@ -65,11 +96,14 @@ class Child:
     def receive(self, timeout_s: float) -> bytes:
         """Return the child's next message.
 
+        Time in which the child waits for a processor does not count: on a busy machine it may get
+        one for a hundredth of the time.
+
         Raises:
             TimeoutError: Nothing came in time, or a message stopped halfway.
             EOFError: The child died, closed its end, or sent no valid message.
         """
-        if not self._connection.poll(timeout_s):
+        if not self._has_message_within(timeout_s):
             raise TimeoutError
         self._limit(socket.SO_RCVTIMEO, timeout_s)
         try:
@@ -78,6 +112,18 @@ class Child:
             raise TimeoutError from error
         except OSError as error:
             raise EOFError from error
+
+    def _has_message_within(self, timeout_s: float) -> bool:
+        began_s, before = time.monotonic(), _Work.of(self.pid)
+        pause_s = timeout_s
+        while not self._connection.poll(pause_s):
+            now = _Work.of(self.pid)
+            ran_s, waited_s = now.ran_s - before.ran_s, now.waited_s - before.waited_s
+            idle_s = time.monotonic() - began_s - waited_s
+            if ran_s >= timeout_s or (idle_s >= timeout_s and not now.is_runnable):
+                return False
+            pause_s = max(timeout_s - max(ran_s, idle_s), min(_LOOK_AGAIN_S, timeout_s / 10))
+        return True
 
     def _limit(self, option: int, timeout_s: float) -> None:
         """Limit how long the pipe, a pair of sockets, waits for the next bytes."""

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
@@ -27,6 +33,7 @@ from app.jobs.process import Child, describe_exit
 from app.jobs.tracker import Pace
 from vo_core.errors import UnreadableVideo
 
+MOMENT_S = 0.3
 LIMITS = Limits(768 * 2**20, 600)
 """The least that an operator may set."""
 
@@ -124,6 +131,40 @@ def test_the_media_process_answers_one_request_after_the_other_until_its_parent_
     assert frame_number(picture.jpeg) == 15
     assert isinstance(answer(PictureRequest(str(clip), 60.0, 92)), Failed)
     assert child.end() == 0
+
+
+def test_a_child_that_waits_for_a_processor_is_waited_for_and_one_that_hangs_is_not(
+    clip: Path,
+) -> None:
+    child = Child("app.jobs.media")
+    child.send(Limits(768 * 2**20))
+    child.send(ProbeRequest(str(clip)))
+    child.receive(PATIENCE_S)
+    with a_busy_machine_for(child):
+        child.send(PictureRequest(str(clip), 0.6, 92))
+        assert child.receive(MOMENT_S)  # of some seconds it gets a hundredth
+    os.kill(child.pid, signal.SIGSTOP)
+    child.send(PictureRequest(str(clip), 0.6, 92))
+    with pytest.raises(TimeoutError):
+        child.receive(MOMENT_S)
+    child.kill()
+
+
+@contextmanager
+def a_busy_machine_for(child: Child) -> Iterator[None]:
+    """Let another process have nearly all of the one processor that the child may use."""
+    processor = {min(os.sched_getaffinity(0))}
+    burn = f"import os; os.sched_setaffinity(0, {processor})\nprint(flush=True)\nwhile True: pass"
+    for thread in Path(f"/proc/{child.pid}/task").iterdir():
+        os.sched_setaffinity(int(thread.name), processor)
+        os.setpriority(os.PRIO_PROCESS, int(thread.name), 19)
+    with subprocess.Popen([sys.executable, "-c", burn], stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        try:
+            yield
+        finally:
+            other.kill()
 
 
 def test_exit_codes_are_described_in_words() -> None:
