@@ -14,7 +14,7 @@
         ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
         │   AddressNotAvailable, OpenToTheNetwork
         ├── TokenNameTaken, TokenNotFound, UnreadableTokens               `chainage token`
-        ├── ServerRefused                                                 `chainage archive`
+        ├── ServerRefused, ServerAway                                     `chainage archive`
         └── UnreadableKey, UnusableBundle                                 bundles, `chainage verify`
 
 Each has a code, which programs rely on; `app.web.answers` knows the HTTP status of each.
@@ -376,6 +376,15 @@ class OpenToTheNetwork(AppError):
 
 class ServerRefused(AppError):
     """A server has refused the request of a command; the text is its sentence."""
+
+
+class ServerAway(ServerRefused):
+    """A server does not answer now, or lacks what it needs, such as its database."""
+
+    def __init__(self, text: str, pause_s: float = 0.0) -> None:
+        """Store the sentence, and the pause that the server asks for."""
+        super().__init__(text)
+        self.pause_s = pause_s
 
 
 class TokenNameTaken(AppError):

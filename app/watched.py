@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 
 from app.back_off import BackOff
+from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
 
@@ -67,7 +68,11 @@ class Watched:
             try:
                 self._run_work()
             except BaseException as fault:  # whatever it is, the server needs this thread
-                logger.exception("The thread %s has failed, and begins again.", self.name)
+                # What is raised on purpose says in a sentence what is wrong.
+                trace = None if isinstance(fault, ChainageError) else fault
+                logger.log(
+                    logging.ERROR, "Thread %s begins again: %s", self.name, fault, exc_info=trace
+                )
                 now_s = time.monotonic()
                 is_other_row = now_s > self._failed_s + _IN_A_ROW_S
                 self._failures = 1 if is_other_row else self._failures + 1

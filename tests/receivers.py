@@ -35,7 +35,7 @@ class Receiver:
         self.received: list[Received] = []
         self.statuses: list[int] = []
         """Statuses of the next answers; then 204. 0 closes the connection without an answer."""
-        self.location = ""
+        self.location, self.body = "", b""
         self.hangs = threading.Event()
         """While it is set, no request is answered."""
         self.drips = False
@@ -84,6 +84,7 @@ class Receiver:
                 if receiver.location:
                     self.send_header("Location", receiver.location)
                 self.end_headers()
+                self.wfile.write(receiver.body)
 
             def log_message(self, format: str, *args: Any) -> None:  # noqa: A002  (its name there)
                 """Keep the log out of the output of the tests."""

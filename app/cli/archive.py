@@ -151,7 +151,7 @@ def status(
     """Show how far the films are, how fast they are tracked, and why some failed."""
     query = _filters(search, None, project, asset, None)
     with _api(data) as api:
-        progress = api.ask("GET", "/archive/progress", params=query)
+        progress = api.ask_patiently("GET", "/archive/progress", params=query)
         failures = api.ask("GET", "/archive/failures", params=query)
     if as_json:
         out.print_json(json.dumps({"progress": progress, "failures": failures["groups"]}))
@@ -190,7 +190,7 @@ def run(
                 "Stopped; the next run goes on." if api.is_own else "The server goes on with them."
             )
             raise typer.Exit(1) from None
-        groups = api.ask("GET", "/archive/failures", params=query)["groups"]
+        groups = api.ask_patiently("GET", "/archive/failures", params=query)["groups"]
     counts = ", ".join(f"{number} {state}" for state, number in states.items())
     out.print(f"Films: {counts or 'none'}.")
     if "unassigned" in states:
@@ -323,7 +323,7 @@ def _follow(api: Api, query: Mapping[str, Any]) -> dict[str, int]:
     with Progress(*columns, console=err) as bar:
         task, ended_before = bar.add_task("films", total=None), None
         while True:
-            progress = api.ask("GET", "/archive/progress", params=query)
+            progress = api.ask_patiently("GET", "/archive/progress", params=query)
             states: dict[str, int] = progress["states"]
             left = sum(states.get(state, 0) for state in _UNDER_WAY)
             ended = sum(states.get(state, 0) for state in ("done", *_FAILED))

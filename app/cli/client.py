@@ -9,13 +9,16 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
 import httpx
 
-from app.errors import NotReady, ServerRefused
+from app.back_off import BackOff
+from app.cli.console import err
+from app.errors import NotReady, ServerAway, ServerRefused
 from app.settings import Settings
 from app.storage.address import Address, AddressFile
 from app.storage.files import Places
@@ -23,6 +26,10 @@ from app.storage.files import Places
 _START_S = 60.0
 """Longest start of a server, such as one that migrates a large database."""
 _LOOK_EVERY_S = 0.1
+_AWAY = (502, 503, 504)
+"""What a server answers, or a proxy before it, while something is away."""
+_PATIENCE_S = 300.0
+_BACK_OFF = BackOff(first_s=0.2, longest_s=10.0)
 
 
 @dataclass(frozen=True)
@@ -39,17 +46,40 @@ class Api:
         """Return the content of the answer.
 
         Raises:
-            ServerRefused: The text is the sentence of the server, or says that it does not answer.
+            ServerRefused: The text is the sentence of the server.
+            ServerAway: It does not answer, or cannot now.
         """
         try:
             answer = self.client.request(method, f"/api{path}", **request)
         except httpx.HTTPError as error:
-            raise ServerRefused(
+            raise ServerAway(
                 f"The server at {self.client.base_url} does not answer ({error})."
             ) from error
         if answer.is_success:
             return answer.json()
+        if answer.status_code in _AWAY:
+            asked_s = answer.headers.get("Retry-After", "")
+            raise ServerAway(_sentence(answer), float(asked_s) if asked_s.isdecimal() else 0.0)
         raise ServerRefused(_sentence(answer))
+
+    def ask_patiently(self, method: str, path: str, **request: Any) -> Any:
+        """Return the content of the answer to what may be asked twice, as soon as server and
+        database are there again.
+
+        Raises:
+            ServerRefused: As for `ask`, or nothing came for minutes.
+        """
+        until_s = time.monotonic() + _PATIENCE_S
+        for failures in count():
+            try:
+                return self.ask(method, path, **request)
+            except ServerAway as away:
+                if time.monotonic() > until_s:
+                    raise
+                if not failures:
+                    err.print(f"warning: {away} It is asked again.", style="yellow")
+                time.sleep(max(away.pause_s, _BACK_OFF.pause_s(failures)))
+        raise AssertionError  # it is counted without end
 
 
 @contextmanager

@@ -118,7 +118,8 @@ class Tracking:
         except DiskFull as full:
             logger.warning("Interrupted inspections continue when their claims lapse: %s", full)
         else:
-            logger.info("%d interrupted inspections continue.", interrupted)
+            if interrupted:
+                logger.info("%d interrupted inspections continue.", interrupted)
         for thread in self.threads:
             thread.start()
 
@@ -130,9 +131,13 @@ class Tracking:
         self._runs.ask_all_to_stop("shutdown")
         for thread in self.threads:
             thread.stop()
-        for inspection_id in self._store.release(self._claims.owner):
-            self.queued(inspection_id)
-        self._engine.close()
+        try:
+            for inspection_id in self._store.release(self._claims.owner):
+                self.queued(inspection_id)
+        except (Busy, DiskFull) as hindrance:
+            logger.warning("The claims of this server lapse: %s", hindrance)
+        finally:
+            self._engine.close()
 
     def engine_state(self) -> EngineState:
         """Return what tracks the films, and how many at once."""

@@ -9,11 +9,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 from builders import PATIENCE_S, TOKEN, clip_rig, make_clip, wait_until
 from forks import Fork
 from processes import process
+from receivers import receiving
 
+from app.cli.client import Api
+from app.errors import ServerRefused
 from app.storage.address import Address, AddressFile
 from app.storage.files import DataFolder, Places
 
@@ -164,6 +168,22 @@ def test_a_run_that_is_interrupted_goes_on(archive: Command, folder: Path, tmp_p
     assert "Traceback" not in log.read_text()
     again = archive("run")
     assert (again.code, again.out) == (0, "Films: 1 done.\n")
+
+
+def test_what_follows_a_server_waits_while_it_or_its_database_is_away(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with receiving() as server, httpx.Client(base_url=f"http://127.0.0.1:{server.port}") as client:
+        api, server.body = Api(False, "", client), b'{"detail": "The database is away."}'
+        server.statuses = [503, 0, 502, 200]
+        assert api.ask_patiently("GET", "/archive/progress")
+        assert "The database is away. It is asked again." in capsys.readouterr().err
+        server.statuses = [503, 403]
+        with pytest.raises(ServerRefused, match="away"):
+            api.ask("POST", "/archive/films")  # it may have been done
+        with pytest.raises(ServerRefused):
+            api.ask_patiently("GET", "/archive/progress")
+        assert len(server.received) == 6
 
 
 def test_the_address_of_a_killed_server_means_nothing(tmp_path: Path) -> None:
