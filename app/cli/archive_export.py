@@ -73,13 +73,13 @@ def export(
         )
     if lost:
         named = ", ".join(lost[:_NAMED]) + (", …" if len(lost) > _NAMED else "")
-        err.print(f"error: the store has not the tracks of {named}; their rows are missing")
+        err.print(f"error: the store has no sound track of {named}; their rows are missing")
         raise typer.Exit(1)
     out.print(f"{file}: everything as {format}")
 
 
 def _without_track(records: Records) -> list[str]:
-    """Return the names of inspections that were tracked, and whose track is gone."""
+    """Return the names of inspections that were tracked, and whose track is gone or damaged."""
     from app.storage.tables import ENDED
 
     return [
@@ -87,5 +87,5 @@ def _without_track(records: Records) -> list[str]:
         for one in records.inspection_store.summaries()
         if one.row.status in ENDED
         and one.row.frames_done
-        and not records.tracks.is_stored(one.row.id)
+        and not records.tracks.is_readable(one.row.id)
     ]

@@ -282,9 +282,12 @@ class Tracks:
         track = self._kept(self._read, inspection_id, lambda: _read_track(stored, health))
         return Track.from_estimates(()) if track is None else track
 
-    def is_stored(self, inspection_id: str) -> bool:
-        """Return whether there is the file of a finished track."""
-        return self._blobs.exists(keys.track(inspection_id))
+    def is_readable(self, inspection_id: str) -> bool:
+        """Return whether there is a track with rows, and it is not damaged."""
+        try:
+            return len(self.get(inspection_id)) > 0
+        except DamagedTrack:
+            return False
 
     def newest_mm(self, inspection_id: str) -> float:
         """Return the raw distance of the last frame of a running inspection; 0 without one."""

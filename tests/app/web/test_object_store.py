@@ -108,7 +108,7 @@ def test_everything_is_in_the_store(object_store, clip, tmp_path, chainage, monk
     tables = tmp_path / "tables.zip"
     elsewhere = chainage("archive", "export", tables, "--tracks", "--data", data)
     assert elsewhere.code == 1
-    assert "the store has not the tracks of Culvert 7;" in elsewhere.err
+    assert "the store has no sound track of Culvert 7;" in elsewhere.err
     monkeypatch.setenv("CHAINAGE_STORE", url)
     assert chainage("archive", "export", tables, "--tracks", "--data", data).code == 0
     with zipfile.ZipFile(tables) as archive:
