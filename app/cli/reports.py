@@ -186,6 +186,9 @@ class _Missed:
     def __init__(self) -> None:
         self.found: list[NotMade] = []
 
+    def check(self) -> None:
+        """Ctrl-C ends it."""
+
     def begin(self, name: str) -> None:
         """Nobody waits for it."""
 

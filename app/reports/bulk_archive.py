@@ -117,6 +117,9 @@ class Made:
 class Watcher(Protocol):
     """Whoever waits for the file."""
 
+    def check(self) -> None:
+        """Raise Stopped if the order is to end."""
+
     def begin(self, name: str) -> None:
         """Note that the reports of the inspection of this name are being made."""
 
@@ -221,7 +224,8 @@ class _Order:
             self._watcher.miss(NotMade(inspection_id, name, _DOCUMENT_KIND, detail))
 
     def _delivery(self, archive: zipfile.ZipFile) -> Delivery:
-        return Delivery(archive, datetime.now(UTC), self._sources.reports.signer, FORMATS)
+        signer = self._sources.reports.signer
+        return Delivery(archive, datetime.now(UTC), signer, FORMATS, self._watcher.check)
 
     def _add(
         self,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -189,9 +189,13 @@ class StoredBlob:
         """Yield `length` bytes from the byte `first` on, in blocks of bounded size."""
         return blocks(self.blobs, self.key, first, length)
 
-    def has(self, size: int, sha256: str) -> bool:
-        """Return whether the blob still has this size and digest; it may be large.
+    def has(self, size: int, sha256: str, go_on: Callable[[], None] = lambda: None) -> bool:
+        """Return whether the blob still has this size and digest.
 
+        Args:
+            size: In bytes.
+            sha256: In hexadecimal digits.
+            go_on: Called before each block of what may be a large film; ends it by an exception.
         Raises:
             BlobNotFound: There is no blob.
         """
@@ -199,6 +203,7 @@ class StoredBlob:
             return False
         digest = hashlib.sha256()
         for block in self.blocks(0, size):
+            go_on()
             digest.update(block)
         return digest.hexdigest() == sha256
 

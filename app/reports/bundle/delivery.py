@@ -129,7 +129,10 @@ class Delivery:
         made_at: datetime,
         signer: Signer,
         forms: Mapping[str, DeliveredForm],
+        go_on: Callable[[], None] = lambda: None,
     ) -> None:
+        """Begin a delivery; `go_on` may end long work on it by an exception."""
+        self._go_on = go_on
         self._archive = SignedArchive(archive, made_at, signer)
         self._forms = forms
         self._names = CitedNames((SUMS, INDEX, README, MANIFEST, SIGNATURE))
@@ -155,7 +158,7 @@ class Delivery:
             self._kind = _kind_of(report)
             self._exchange = _begun(self._forms[self._kind])
         report = self._names.apart(report, self._kind, number)
-        report, changed = _without_changed_film(report)
+        report, changed = _without_changed_film(report, self._go_on)
         stem = file_stem(report.asset)
         linked = _linked_to_film(report, folder)
         written = {kind: self._forms[kind].write(linked) for kind in _READABLE}
@@ -231,10 +234,10 @@ def wanted_film(report: Report) -> StoredBlob | None:
     return film if film is not None and film.exists() else None
 
 
-def _without_changed_film(report: Report) -> tuple[Report, list[Loss]]:
+def _without_changed_film(report: Report, go_on: Callable[[], None]) -> tuple[Report, list[Loss]]:
     """Return the report without a film that is not the one that was stored, and that loss."""
     film, source = wanted_film(report), report.source
-    if film is None or film.has(source.size, source.sha256):
+    if film is None or film.has(source.size, source.sha256, go_on):
         return report, []
     loss = Loss("film_changed", name=report.extras.film_called or source.filename)
     return replace(report, extras=replace(report.extras, film=False)), [loss]
