@@ -11,7 +11,8 @@ from typing import Any
 import msgspec
 import pytest
 import zstandard
-from builders import PATIENCE_S, TOKEN, Client, wait_until
+from builders import PATIENCE_S, TOKEN, Client, serving, wait_until
+from surveys import Survey
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
@@ -241,19 +242,18 @@ def test_a_view_that_is_drawn_seldom_shows_no_distance(server: Client, done: str
 
 
 def test_a_view_that_nobody_looks_at_is_closed(
-    server: Client, done: str, monkeypatch: pytest.MonkeyPatch
+    survey: Survey, done: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(scenes, "_CLOSE_UNUSED_AFTER_S", 0.0)
-    monkeypatch.setattr(scenes, "_SWEEP_S", 0.05)
-    services = server.server.app.state.services
+    monkeypatch.setattr("app.container.SWEEP_S", 0.05)
 
     def look_and_leave(number: int) -> None:
         with look(server, done, f"{number:032x}") as socket:
             messages(socket)
-        wait_until(lambda: services.scenes.count() == 0)
+        wait_until(lambda: server.server.app.state.services.scenes.count() == 0)
         wait_until(lambda: viewer_threads() == [])
 
-    with page(server, done):
+    with serving(survey.copied_to(tmp_path / "data")) as server, page(server, done):
         look_and_leave(0)
         before = threading.active_count()  # with those of the server that work for all views
         for number in range(1, 7):
