@@ -26,8 +26,7 @@ def test_work_that_fails_begins_again_until_it_is_stopped() -> None:
         faults.put(fault)
     wait_until(faults.empty)
     assert thread.trouble() is None
-    for _ in range(2):
-        faults.put(MemoryError)
+    faults.put(MemoryError)
     assert "post has failed 3 times in a row (MemoryError)" in str(wait_until(thread.trouble))
     faults.put(None)
     assert goes_on.wait(10.0)

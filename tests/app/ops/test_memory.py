@@ -15,7 +15,7 @@ def resident_bytes() -> int:
 
 def test_memory_between_blocks_that_stay_goes_back() -> None:
     blocks = [b"x" * BLOCK_BYTES for _ in range(BLOCKS)]
-    del blocks[:-1]  # the allocator cannot shorten its heap below the last one
     before = resident_bytes()
+    del blocks[:-1]  # the allocator cannot shorten its heap below the last one
     give_back()
     assert before - resident_bytes() > BLOCK_BYTES * BLOCKS // 2
