@@ -29,7 +29,6 @@ _PLACEHOLDERS = re.compile(r"{[^}]*}|[{}]")
 _PEER = re.compile(r"(([A-Za-z0-9._-]+|\[[0-9A-Fa-f:.]+\]):)?[0-9]{1,5}")
 _SECRET = ("database", "map_tiles", "token", "webhook_secret", "webhook_url")
 _LOGO_BYTES = 2 * 2**20
-"""First bytes of a PNG, and of a JPEG."""
 _THIS_MACHINE = ("127.0.0.1", "::1", "localhost")
 GIB = 2**30
 MIB = 2**20

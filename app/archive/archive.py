@@ -14,9 +14,7 @@ from app.archive.intake import Intake, IntakeState
 from app.archive.reasons import Group, grouped, reason_of
 from app.archive.rules import Rules, checked_rig, require_usable
 from app.archive.throughput import LOOKED_AT, throughput
-from app.errors import (
-    NotRunning,
-)
+from app.errors import NotRunning
 from app.storage.archive_changes import ArchiveChanges
 from app.storage.archive_films import ArchiveFilms
 from app.storage.archive_rules import RuleStore

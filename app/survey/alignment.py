@@ -14,7 +14,7 @@ from app.survey.catalogue.header import Value, number_of
 from app.survey.register import Line, Point
 
 DEGREE_DECIMALS = 8
-"""A millimetre on the ground, which no interval of a distance is below."""
+"""A millimetre on the ground, so that rounding adds nothing to the interval of a distance."""
 _GEOD = Geod(ellps="WGS84")
 _NEAR_M = 10.0
 _NEAR_SHARE = 0.1
