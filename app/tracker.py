@@ -15,8 +15,8 @@ import vo_core
 def tracker() -> str:
     """Return the program's version and a digest of what measures: `0.1.0+4f1d09c6a2b7`.
 
-    A release that changes nothing about measuring has the same digest, and so have two texts that
-    differ in comments and docstrings only.
+    A release that changes nothing about measuring has the same digest with the same version of
+    Python, and so have two texts that differ in comments and docstrings only.
     """
     digest = hashlib.sha256()
     for path in sorted(Path(str(vo_core.__file__)).parent.rglob("*.py")):

@@ -148,11 +148,13 @@ class Inspection(Base):
 
     @property
     def is_outdated(self) -> bool:
-        """Whether today's program might measure its film otherwise than the one that tracked it."""
+        """Whether today's program might measure its film, if it is here, otherwise than the one that
+        tracked it.
+        """
         return (
             self.status in _TRACKED
             and self.frames_done > 0
-            and self.source_kind != IMPORTED
+            and self.has_film
             and not (self.tracked_with or "").endswith(measures())
         )
 
@@ -166,7 +168,7 @@ def outdated() -> ColumnElement[bool]:
     return and_(
         Inspection.status.in_(_TRACKED),
         Inspection.frames_done > 0,
-        Inspection.source_kind != IMPORTED,
+        Inspection.video_file != "",
         not_(func.coalesce(Inspection.tracked_with, "").endswith(measures(), autoescape=True)),
     )
 

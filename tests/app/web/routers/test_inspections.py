@@ -182,6 +182,7 @@ def test_films_of_an_older_program_are_named_and_tracked_again_together(
     same = another(survey, server, tracked_with="9.9.9+" + tracker().partition("+")[2])
     old = another(survey, server, tracked_with="0.0.9+0123456789ab")
     approved = another(survey, server, tracked_with=None, review_state="approved")
+    another(survey, server, tracked_with=None, video_file="")  # nobody could track it again
     listed = server.get("/api/inspections", params={"outdated": True}).json()
     assert {item["id"] for item in listed["inspections"]} == {old, approved}
     assert "outdated" in issues(old)
