@@ -51,6 +51,7 @@ def test_an_upload_becomes_a_tracked_inspection(shared: Client, clip: Path, done
         "height": 160,
         "duration_s": 1.6,
         "codec": "h264",
+        "pixel_aspect": 1.0,
         "playable": True,
     }
 
