@@ -148,8 +148,8 @@ class Inspection(Base):
 
     @property
     def is_outdated(self) -> bool:
-        """Whether today's program might measure its film, if it is here, otherwise than the one that
-        tracked it.
+        """Whether its film is here, and today's program might measure it otherwise than the one
+        that tracked it.
         """
         return (
             self.status in _TRACKED
