@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from vo_core.timeline import SEAM_S
+
 PAUSE_MS = 1000
 """Pause between the last picture of one part of the recording and the first of the next."""
 _LONGEST_STEP_S = 0.2
@@ -116,7 +118,8 @@ class StreamClock:
 class FileClock:
     """The file's own times, from its first packet on, while the file is read and grows.
 
-    Where they begin anew, because a recorder went on with a new clock, a pause is put in.
+    Where they begin anew, because a recorder went on with a new clock, they go on as those of a
+    finished film do (`vo_core.timeline`).
     """
 
     def __init__(self) -> None:
@@ -131,7 +134,7 @@ class FileClock:
         if self._zero_s is None:
             self._zero_s = pts_s
         if self._order.is_set_back(pts_s, is_reordered=is_reordered):
-            self._zero_s = pts_s - (self._last_ms + PAUSE_MS) / 1000
+            self._zero_s = pts_s - self._last_ms / 1000 - SEAM_S
         time_ms = max(round(1000 * (pts_s - self._zero_s)), 0)
         self._last_ms = max(self._last_ms, time_ms)
         return time_ms
