@@ -106,7 +106,6 @@ class VideoFile:
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self.problem: str | None = None
-        self._timeline: Timeline | None = None
         self._film = Film.open(self.path)
         self.info = self._film.info
         self._entered: _Entered | None = None
@@ -128,7 +127,6 @@ class VideoFile:
         """Yield every decodable frame once, in presentation order."""
         entered = self._entered or _Entered.at_start(_Decoder(self._film))
         decoder, self._entered = entered.decoder, None
-        self._timeline = decoder.timeline
         codec, turn = self._film.stream.codec_context, self._film.turn
         size_wh = (codec.width, codec.height)
         index, last_s = entered.index, entered.last_s
@@ -147,11 +145,6 @@ class VideoFile:
             found = "; ".join(decoder.faults) or "it holds no decodable picture"
             raise UnreadableVideo(f"No frame of this video can be decoded: {found}.")
         self.problem = _summary(decoder, index, last_s, self._film)
-
-    @property
-    def begins_anew(self) -> bool:
-        """Whether the time stamps began anew in what was read."""
-        return self._timeline is not None and bool(self._timeline.seams_s)
 
     def read_ahead(self) -> Iterator[Frame]:
         """Yield the same frames, decoded by a second thread while the caller uses those before."""
