@@ -14,7 +14,7 @@ from app.errors import ClaimLost, StillRunning
 from app.storage.attachments import AttachmentRow
 from app.storage.database import Database
 from app.storage.inspections import existing, require_unlocked, unlocked
-from app.storage.tables import ENDED, EventRow, Inspection, ObservationRow
+from app.storage.tables import ENDED, ArchiveFilm, EventRow, Inspection, ObservationRow
 from app.survey.records import RIG_CHANGED
 from vo_core.track import Estimate
 
@@ -375,6 +375,9 @@ def _queue_again(session: Session, row: Inspection) -> None:
     row.frames_done = 0
     row.fps = row.distance_mm = row.sigma_distance_mm = None
     row.corrected_mm = row.sigma_corrected_mm = None
+    # A film of the archive that was refused, as its inspection was locked, is so no more.
+    refused = (ArchiveFilm.id == row.id, ArchiveFilm.state == "refused")
+    session.execute(update(ArchiveFilm).where(*refused).values(state="idle"))
     # A photo that was missing for want of a track gets another try.
     for table in (ObservationRow, AttachmentRow):
         session.execute(update(table).where(table.inspection_id == row.id).values(photo_error=None))

@@ -200,6 +200,9 @@ def test_films_are_paused_resumed_cancelled_tried_again_and_deleted(
         ask(client, "cancel", ids=[two])
         reopened = {"state": "reopened", "reason": "The track breaks off."}
         client.post(f"/api/inspections/{one}/review", json=reopened).raise_for_status()
+        client.post(f"/api/inspections/{one}/retry").raise_for_status()  # on its page
+        ask(client, "cancel", ids=[one])
+        assert states(client) == {"cancelled": 2, "unassigned": 1}, "no longer refused"
         ask(client, "films", "PATCH", ids=[one], set={"rig": clip_rig(fx=240.0)})
         assert ask(client, "retry", ids=[one]) == {"changed": 1}
         wait_until(lambda: states(client) == {"running": 1, "cancelled": 1, "unassigned": 1})
