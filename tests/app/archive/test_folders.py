@@ -93,12 +93,14 @@ def beyond_the_longest_path(folder: Path) -> Iterator[None]:
     for _ in range(levels):
         os.mkdir(name, dir_fd=handles[-1])
         handles.append(os.open(name, os.O_RDONLY, dir_fd=handles[-1]))
-    yield
-    os.close(handles.pop())
-    while handles:
-        os.rmdir(name, dir_fd=handles[-1])
+    try:
+        yield
+    finally:
         os.close(handles.pop())
-    folder.rmdir()
+        while handles:
+            os.rmdir(name, dir_fd=handles[-1])
+            os.close(handles.pop())
+        folder.rmdir()
 
 
 def test_odd_names_come_through_text_unchanged(tmp_path: Path) -> None:
