@@ -134,7 +134,7 @@ class Tracks:
     def begin(self, inspection_id: str) -> None:
         """Start an empty track and drop an earlier one."""
         self.watch(inspection_id)
-        for key in (keys.track, keys.health, keys.joints):
+        for key in (keys.health, keys.joints, keys.track):
             self._blobs.delete(key(inspection_id))
 
     def watch(self, inspection_id: str) -> None:
@@ -229,8 +229,8 @@ class Tracks:
         stance = self.stance(inspection_id)
         metadata = {**metadata, **(tilt.metadata() if tilt else {}), **stance.metadata()}
         self._blobs.put(keys.joints(inspection_id), to_csv(track, sightings).encode())
-        self._blobs.put(keys.health(inspection_id), health.to_csv().encode())
         self._blobs.put(keys.track(inspection_id), track.to_csv(metadata).encode())
+        self._blobs.put(keys.health(inspection_id), health.to_csv().encode())
         with self._lock:
             self._health[inspection_id] = health
             # From now on the track is read from its file, so that results are the same after a
@@ -380,7 +380,7 @@ def _read_track(stored: StoredBlob, health: StoredBlob) -> Track | None:
     try:
         content = stored.read_bytes()
     except FileNotFoundError:
-        if health.exists():  # both are stored, and deleted, together
+        if health.exists():  # which is stored after the track, and deleted before it
             raise DamagedTrack("its file is missing.") from None
         return None
     with _readable():

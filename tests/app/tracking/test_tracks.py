@@ -146,6 +146,27 @@ def test_a_damaged_file_is_named_with_its_repair(
         tracks.sightings("a")
 
 
+def test_who_reads_while_a_run_is_stored_or_dropped_finds_no_damage(tmp_path: Path) -> None:
+    class ReadMeanwhile(FolderBlobs):
+        """A store in which another server reads after each change."""
+
+        def put(self, key: str, content: bytes) -> None:
+            super().put(key, content)
+            assert len(Tracks(FolderBlobs(tmp_path), Places(tmp_path)).get("a")) in (0, 9)
+
+        def delete(self, key: str) -> None:
+            super().delete(key)
+            assert len(Tracks(FolderBlobs(tmp_path), Places(tmp_path)).get("a")) in (0, 9)
+
+    tracks = Tracks(ReadMeanwhile(tmp_path), Places(tmp_path))
+    Places(tmp_path).inspection("a").mkdir(parents=True)
+    for _ in range(2):
+        tracks.begin("a")
+        tracks.append("a", estimates(0, 9))
+        tracks.note("a", [(8, SHARP)], ())
+        tracks.finish("a", {})
+
+
 def test_a_run_that_was_still_being_read_does_not_replace_the_one_after_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
