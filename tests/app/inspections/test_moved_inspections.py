@@ -25,6 +25,7 @@ from app.access.access import create_token
 from app.errors import InvalidImport
 from app.imports import archive_file, chainage_json
 from app.storage.backup import back_up, restore
+from app.storage.database import FILE, Database
 from app.storage.tokens import Role, TokenFile
 
 VOICE = b"\x1aE\xdf\xa3 as a browser's recorder gives it"
@@ -425,6 +426,7 @@ def test_neither_a_killed_server_nor_a_full_disk_leaves_anything(
     with small_disk(tmp_path / "disk") as disk:
         inspections = disk.place / "data" / "inspections"
         (inspections / name).mkdir(parents=True)
+        Database(disk.place / "data" / FILE).close()
         (inspections / name / "video.mp4").write_bytes(b"half")
         for suffix in (".importing", ".import"):
             (inspections / f"{name}{suffix}").write_bytes(b"")
