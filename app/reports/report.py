@@ -245,7 +245,7 @@ class Kept:
     attachments: tuple[Attachment, ...] = ()
     remarks: tuple[RemarkRow, ...] = ()
     """What reviewers have said."""
-    files: Mapping[str, Readable] = field(default_factory=dict)
+    files: Mapping[str, StoredBlob] = field(default_factory=dict)
     """What else is known of the film, by the names of `app.imports.archive_manifest`."""
     pack_table: str | None = None
     """The table of codes as CSV, if a person has added it."""

@@ -148,10 +148,6 @@ class _Logo:
         """Return the picture."""
         return self.content
 
-    def exists(self) -> bool:
-        """Return that there is one."""
-        return True
-
 
 def company_of(template: ReportTemplate, server: Company) -> Company:
     """Return the company that issues the reports: the template's, as far as it states one."""

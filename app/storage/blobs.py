@@ -137,9 +137,6 @@ class Readable(Protocol):
     def read_bytes(self) -> bytes:
         """Return all bytes; raise FileNotFoundError if there is nothing."""
 
-    def exists(self) -> bool:
-        """Return whether there is something."""
-
 
 @dataclass(frozen=True)
 class Checked:
@@ -148,10 +145,6 @@ class Checked:
     stored: Readable
     sha256: str
     """Digest of the bytes when they were stored."""
-
-    def exists(self) -> bool:
-        """Return whether there is something, changed or not."""
-        return self.stored.exists()
 
     def read_bytes(self) -> bytes:
         """Return all bytes; raise FileNotFoundError if there are none, BlobChanged if others."""

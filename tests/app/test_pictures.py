@@ -17,9 +17,6 @@ class InMemory:
     def read_bytes(self) -> bytes:
         return self.content
 
-    def exists(self) -> bool:
-        return True
-
 
 def drawn(mode: str, kind: str, size: tuple[int, int] = (120, 80)) -> bytes:
     out = io.BytesIO()

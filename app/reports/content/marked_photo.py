@@ -52,10 +52,6 @@ class MarkedPhoto:
         lines = _lines(self.caption, width_px)
         return height_px / (height_px + _strip_px(width_px, len(lines)))
 
-    def exists(self) -> bool:
-        """Return whether there is a photo."""
-        return self.original.exists()
-
     def read_bytes(self) -> bytes:
         """Return the copy as JPEG.
 
