@@ -45,6 +45,8 @@ _OPEN_AND_READ_TIMEOUT_S = (10, 10)
 _STILLS = Disposition.attached_pic | Disposition.timed_thumbnails | Disposition.still_image
 _PACKETS_COMPARED = 400
 """Number of packets in which a track of moving pictures shows its second one."""
+_PACKETS_OF_FILM = 30
+"""What holds as many is a film, and not the rest of a second track that ends somewhat later."""
 _PACKETS_TURNED = 60
 """Number of packets that are decoded to find a first picture."""
 _CLOCK = re.compile(r"(\d+):(\d\d):(\d\d(?:\.\d+)?)")
@@ -107,6 +109,7 @@ class VideoInfo:
 class Film:
     """A container that was opened, with the track to read and how its pictures are shown."""
 
+    path: Path
     container: InputContainer
     stream: VideoStream
     turn: Turn
@@ -133,13 +136,21 @@ class Film:
             stream = next(each for each in container.streams.video if each.index == index)
             _bounded(stream, path.name)
             info = _describe(container, stream, turn)
-            return cls(container, stream, turn, info, _end_s(container, stream))
+            return cls(path, container, stream, turn, info, _end_s(container, stream))
         except BaseException:
             container.close()
             raise
 
 
-def _opened(path: Path) -> InputContainer:
+def holds_film(path: Path, byte: int) -> bool:
+    """Return whether a file without an index holds a film from a place on."""
+    with suppress(UnreadableVideo), _opened(path, byte) as rest:
+        packets = islice(packets_of(rest, *_candidates(rest, path.name)), _PACKETS_OF_FILM)
+        return len(list(packets)) == _PACKETS_OF_FILM
+    return False
+
+
+def _opened(path: Path, skipped: int = 0) -> InputContainer:
     if not path.is_file():
         raise UnreadableVideo(f"{path.name} is not there or is not a file.")
     if path.stat().st_size == 0:
@@ -152,6 +163,7 @@ def _opened(path: Path) -> InputContainer:
                 "protocol_whitelist": "file",
                 "format_whitelist": CONTAINERS,
                 "codec_whitelist": ",".join(sorted(CODECS)),
+                "skip_initial_bytes": str(skipped),
             },
         )
     except MemoryError:  # also raised by FFmpeg; it does not mean that the file is damaged
@@ -207,7 +219,14 @@ def _moving(container: InputContainer, name: str) -> VideoStream:
 def packets_of(container: InputContainer, *streams: VideoStream) -> Iterator[Packet[VideoStream]]:
     """Yield the packets up to the end or to the first that cannot be read."""
     with suppress(FFmpegError):
-        yield from (packet for packet in container.demux(streams) if packet.size)
+        yield from (packet for packet in demuxed(container, *streams) if packet.size)
+
+
+def demuxed(container: InputContainer, *streams: VideoStream) -> Iterator[Packet[VideoStream]]:
+    """Yield the packets and what makes each decoder give what it holds back."""
+    # Where a track, such as sound, appears within the file, PyAV may fail to flush it at the end.
+    with suppress(IndexError):
+        yield from container.demux(streams)
 
 
 def _bounded(stream: VideoStream, name: str) -> VideoStream:

@@ -19,19 +19,19 @@ _ROUNDING_S = 1e-5
 """Tolerance of times, which come from track files with six decimals."""
 
 
-def read_frame(path: Path | str, t_s: float, *, begins_anew: bool = False) -> Frame:
+def read_frame(path: Path | str, t_s: float, *, may_begin_anew: bool = False) -> Frame:
     """Read the frame shown at presentation time `t_s`; its number counts from the place of a seek.
 
     Args:
         path: The file.
         t_s: The time of a frame of the whole film, see `VideoFile`.
-        begins_anew: Whether the time stamps of the film begin anew. Where they do, seeking by them
-            leads to another part, so the packets are read up to the place.
+        may_begin_anew: Whether time stamps of the film may begin anew, also after the frame. Where
+            they do, seeking by them leads to another part, so the packets show the place.
     Raises:
         UnreadableVideo: The file cannot be opened, or ends before that time.
     """
     with VideoFile(path) as video:
-        seek = video.seek_part if begins_anew else video.seek
+        seek = video.seek_part if may_begin_anew else video.seek
         for back_s in _SEEK_BACK_S:
             seek(max(t_s - back_s, 0.0))
             if (frame := _from_here(video, t_s)) is not None:
@@ -40,17 +40,17 @@ def read_frame(path: Path | str, t_s: float, *, begins_anew: bool = False) -> Fr
 
 
 def frames_between(
-    path: Path | str, start_s: float, end_s: float, *, begins_anew: bool = False
+    path: Path | str, start_s: float, end_s: float, *, may_begin_anew: bool = False
 ) -> Iterator[Frame]:
     """Yield the frames shown from `start_s` to `end_s` in order; none if there are none.
 
-    Their numbers count from the place of the seek; see `read_frame` for `begins_anew`.
+    Their numbers count from the place of the seek; see `read_frame` for `may_begin_anew`.
 
     Raises:
         UnreadableVideo: The file cannot be opened.
     """
     with VideoFile(path) as video:
-        seek = video.seek_part if begins_anew else video.seek
+        seek = video.seek_part if may_begin_anew else video.seek
         for back_s in _SEEK_BACK_S:
             seek(max(start_s - back_s, 0.0))
             frames = _decodable(video)

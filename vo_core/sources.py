@@ -18,7 +18,16 @@ import numpy as np
 from av.error import FFmpegError
 from av.video.frame import VideoFrame
 
-from vo_core.containers import AS_CODED, MAX_FRAMES, Film, Turn, packets_of, reason
+from vo_core.containers import (
+    AS_CODED,
+    MAX_FRAMES,
+    Film,
+    Turn,
+    demuxed,
+    holds_film,
+    packets_of,
+    reason,
+)
 from vo_core.errors import UnreadableVideo
 from vo_core.timeline import SEAM_S, Timeline
 from vo_core.types import ByteImage
@@ -33,6 +42,8 @@ _SOUGHT_BY_BYTES = ("mpegts", "mpeg")
 """Containers without an index, which are read on from any place."""
 _LONGEST_PACK = 256 * 1024
 """A packet may begin so many bytes before the place that is told: packs hold parts of packets."""
+_PAUSE_S = SEAM_S + 1.0
+"""So long shows a film nothing where it pauses or its clock was set forward; longer than a seam."""
 _MOMENT_S = 1e-3
 """After this time comes a picture whose own time is missing or does not rise."""
 _LUMA_FIRST = ("yuv4", "yuvj4", "nv12", "nv21", "gray")
@@ -186,11 +197,13 @@ class VideoFile:
                 self._film.container.seek(ticks, stream=stream, backward=True)
 
     def seek_part(self, t_s: float) -> None:
-        """Seek like `seek` in a file whose time stamps begin anew; its packets are read once."""
-        base_s = self._film.stream.time_base
-        self._reopen()
-        if base_s is None:
+        """Seek like `seek` where time stamps may begin anew; a file's packets are read once."""
+        stream = self._film.stream
+        if stream.frames or stream.time_base is None:  # an index of all frames has one time axis
+            self.seek(t_s)
             return
+        base_s = stream.time_base
+        self._reopen()
         state = self.path.stat()
         keys = _keys_of(self.path, state.st_size, state.st_mtime_ns)
         before = [key for key in keys if key.pts * base_s <= t_s]
@@ -331,10 +344,16 @@ class _Decoder:
     def __init__(self, film: Film) -> None:
         self._film = film
         self.timeline = Timeline(film.stream)
-        self.packets = self.timeline.placed(film.container.demux(film.stream))
+        self.packets = self.timeline.placed(demuxed(film.container, film.stream))
         self.faults: list[str] = []
         self.damaged_packets = 0
+        self.hidden = 0
+        """Pictures that an edit list leaves out."""
+        self.newest_byte = 0
+        """Place of the newest packet in the file."""
         self.untimed = 0
+        self.pauses_s: list[tuple[float, float]] = []
+        """Times of the pictures before and after each pause."""
 
     def skip_to(self, key: _Key) -> None:
         """Go to a key frame of any part; what cannot be read shows when decoding."""
@@ -357,20 +376,32 @@ class _Decoder:
             if not t_s > last_s:
                 self.untimed += 1
                 t_s = last_s + _MOMENT_S if last_s > -math.inf else 0.0
+            if _PAUSE_S <= t_s - last_s < math.inf:
+                self.pauses_s.append((last_s, t_s))
             last_s = t_s
             yield picture, t_s
+
+    def _is_followed(self) -> bool:
+        """Whether another film follows, on tracks of its own: FFmpeg gives the first only."""
+        film = self._film
+        is_joinable = film.container.format.name in _SOUGHT_BY_BYTES
+        return is_joinable and holds_film(film.path, self.newest_byte + 1)
 
     def _decoded(self) -> Iterator[VideoFrame]:
         while self.damaged_packets < self.MAX_FAULTS:
             try:
                 packet = next(self.packets)
             except StopIteration:
+                if self._is_followed():
+                    self.faults.append("another film follows in the file and is not read")
                 return
             except MemoryError:
                 raise
             except FFmpegError as error:
                 self.faults.append(f"reading stopped: {reason(error)}")
                 return
+            self.hidden += packet.is_discard
+            self.newest_byte = packet.pos or self.newest_byte
             try:
                 yield from packet.decode()
             except MemoryError:  # no damaged packet: a frame must not be left out silently
@@ -384,16 +415,20 @@ def _summary(decoder: _Decoder, frames: int, last_s: float, film: Film) -> str |
     """Describe in a sentence what was wrong with the file; None if nothing was.
 
     A demuxer may skip damage silently.  So the number of frames is compared with the count that the
-    container states, with a margin for frames that an edit list hides on purpose.
+    container states, without those that an edit list hides on purpose.
     """
     parts = list(decoder.faults)
     seams_s = decoder.timeline.seams_s
     if seams_s:
+        ends = _listed([f"{end_s:.2f} s" for end_s in seams_s])
         parts.append(
-            f"the time stamps of this film begin anew after {_listed(seams_s)}; what follows is "
+            f"the time stamps of this film begin anew after {ends}; what follows is "
             f"placed {SEAM_S:g} s later, and what the robot did in between is not shown"
         )
-    stated = film.stream.frames
+    if decoder.pauses_s:
+        named = _listed([f"{before:.2f} s to {after:.2f} s" for before, after in decoder.pauses_s])
+        parts.append(f"nothing is shown from {named}, and what the robot did then is not known")
+    stated = film.stream.frames - decoder.hidden
     if frames < stated - 1 - 0.005 * stated:
         parts.append(f"{frames} of {stated} frames could be decoded")
     if decoder.damaged_packets:
@@ -406,9 +441,9 @@ def _summary(decoder: _Decoder, frames: int, last_s: float, film: Film) -> str |
     return ("; ".join(parts)).capitalize() + "." if parts else None
 
 
-def _listed(times_s: list[float]) -> str:
-    named = ", ".join(f"{time_s:.2f} s" for time_s in times_s[:3])
-    return named if len(times_s) <= 3 else f"{named} and {len(times_s) - 3} times more"
+def _listed(places: list[str]) -> str:
+    named = ", ".join(places[:3])
+    return named if len(places) <= 3 else f"{named} and {len(places) - 3} times more"
 
 
 def _grey(picture: VideoFrame) -> ByteImage:

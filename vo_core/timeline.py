@@ -8,21 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-import numpy as np
 from av.packet import Packet
 from av.video.stream import VideoStream
-from numpy.typing import NDArray
 
 SEAM_S = 10.0
 """Time between the parts of a film whose time stamps begin anew.
 
 Nobody knows how long the film shows nothing there.  In this time a robot may cross the length of a
 culvert, so that the odometry ties the parts together only if they show the same wall."""
-
-
-def begins_anew(times_s: NDArray[np.float64]) -> bool:
-    """Return whether the times of a film's frames show such a gap, which may also be a pause."""
-    return bool((np.diff(times_s) >= SEAM_S).any())
 
 
 _JITTER_S = 0.2

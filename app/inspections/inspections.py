@@ -31,7 +31,6 @@ from app.tracking.runs import Runs, track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
 from vo_core import Estimate, Track
-from vo_core.timeline import begins_anew
 
 logger = logging.getLogger(__name__)
 
@@ -184,8 +183,7 @@ class Inspections:
             FrameNotFound: The frame is not tracked, so its time is unknown.
         """
         row = self.row(inspection_id)
-        track = self._tracks.get(inspection_id)
-        estimate = estimate_at(track, frame)
+        estimate = estimate_at(self._tracks.get(inspection_id), frame)
         if estimate is None:
             raise FrameNotFound(f"Frame {frame} is not tracked, so its picture cannot be found.")
         if not self._tracks.is_recorded(inspection_id, frame):
@@ -195,7 +193,7 @@ class Inspections:
                 video,
                 estimate.time_s,
                 _FRAME_JPEG_QUALITY,
-                begins_anew=begins_anew(track.time_s),
+                may_begin_anew=row.may_begin_anew,
             )
 
     def change(

@@ -33,7 +33,10 @@ def _cut(request: ClipRequest, connection: Connection) -> None:
         stream = None
         first_s = 0.0
         frames = frames_between(
-            request.video, request.start_s, request.end_s, begins_anew=request.begins_anew
+            request.video,
+            request.start_s,
+            request.end_s,
+            may_begin_anew=request.may_begin_anew,
         )
         for frame in itertools.islice(frames, MOST_FRAMES):
             shown = frame.to_square_bgr()

@@ -87,7 +87,7 @@ def _probe(request: ProbeRequest) -> Probed:
 def _picture(request: PictureRequest) -> Picture:
     from vo_core.frames_at import read_frame
 
-    frame = read_frame(request.video, request.t_s, begins_anew=request.begins_anew)
+    frame = read_frame(request.video, request.t_s, may_begin_anew=request.may_begin_anew)
     return Picture(_jpeg(frame.to_square_bgr(), request.jpeg_quality))
 
 

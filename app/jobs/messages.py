@@ -428,8 +428,8 @@ class PictureRequest(msgspec.Struct, frozen=True, tag="picture"):
     video: str
     t_s: float
     jpeg_quality: int
-    begins_anew: bool = False
-    """Whether the time stamps of the film begin anew."""
+    may_begin_anew: bool = False
+    """Whether time stamps of the film may begin anew."""
 
 
 class ReduceRequest(msgspec.Struct, frozen=True, tag="reduce"):
@@ -455,8 +455,8 @@ class ClipRequest(msgspec.Struct, frozen=True, tag="clip"):
     end_s: float
     """Presentation time that no frame of the clip exceeds."""
     limits: Limits
-    begins_anew: bool = False
-    """Whether the time stamps of the film begin anew."""
+    may_begin_anew: bool = False
+    """Whether time stamps of the film may begin anew."""
 
 
 class Clip(msgspec.Struct, frozen=True, tag="clip"):

@@ -147,6 +147,13 @@ class Inspection(Base):
         return self.video_file != ""
 
     @property
+    def may_begin_anew(self) -> bool:
+        """Whether time stamps of its film may begin anew, which is known once all of it was read
+        and nothing about it was odd; a recording has one time axis.
+        """
+        return self.source_sha256 != "" and (self.status != "done" or self.warning is not None)
+
+    @property
     def is_outdated(self) -> bool:
         """Whether its film is here, and today's program might measure it otherwise than the one
         that tracked it.

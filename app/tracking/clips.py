@@ -22,7 +22,6 @@ from app.tracking.film_files import FilmFiles
 from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
 from vo_core.errors import UnreadableVideo
-from vo_core.timeline import begins_anew
 
 logger = logging.getLogger(__name__)
 
@@ -74,15 +73,14 @@ class Clips:
         clip = StoredBlob(self._blobs, key)
         if clip.exists():
             return clip
-        track = self._tracks.get(inspection_id)
-        estimate = estimate_at(track, row.frame)
+        estimate = estimate_at(self._tracks.get(inspection_id), row.frame)
         if estimate is None:
             raise FrameNotFound(f"Frame {row.frame} is not tracked yet.")
         with self._films.of(inspection).local() as video:
             start_s = max(estimate.time_s - BEFORE_S, 0.0)
             end_s = estimate.time_s + AFTER_S
             request = ClipRequest(
-                str(video), start_s, end_s, self._limits, begins_anew(track.time_s)
+                str(video), start_s, end_s, self._limits, inspection.may_begin_anew
             )
             self._cut(clip, request)
         return clip

@@ -85,7 +85,7 @@ class Media:
         t_s: float,
         jpeg_quality: int = PHOTO_JPEG_QUALITY,
         *,
-        begins_anew: bool = False,
+        may_begin_anew: bool = False,
     ) -> bytes:
         """Return the frame shown at presentation time `t_s`, as JPEG with square pixels.
 
@@ -93,9 +93,9 @@ class Media:
             path: The video file.
             t_s: The time of the frame.
             jpeg_quality: 0 to 100.
-            begins_anew: Whether the time stamps of the film begin anew, see `vo_core.timeline`.
+            may_begin_anew: Whether time stamps of the film may begin anew, see `vo_core.timeline`.
         """
-        request = PictureRequest(str(path), t_s, jpeg_quality, begins_anew)
+        request = PictureRequest(str(path), t_s, jpeg_quality, may_begin_anew)
         return self._ask(request, Picture).jpeg
 
     def reduced(self, jpeg: bytes, width: int, jpeg_quality: int) -> bytes:

@@ -37,7 +37,6 @@ from app.tracking.tracks import Tracks
 from app.tracking.videos import NO_FILM
 from app.tracking.worker import Worker
 from vo_core.errors import ChainageError
-from vo_core.timeline import begins_anew
 
 logger = logging.getLogger(__name__)
 
@@ -242,11 +241,10 @@ class Photos(Worker):
 
     def _cut(self, inspection: Inspection, ledger: Ledger[Row], row: Row, time_s: float) -> None:
         # Looked up anew: a recording becomes another file when it ends.
-        film = self._films.of(self._inspections.get(inspection.id))
+        inspection = self._inspections.get(inspection.id)
         try:
-            with film.local() as video:
-                times_s = self._tracks.get(inspection.id).time_s
-                jpeg = self._media.picture(video, time_s, begins_anew=begins_anew(times_s))
+            with self._films.of(inspection).local() as video:
+                jpeg = self._media.picture(video, time_s, may_begin_anew=inspection.may_begin_anew)
             self._blobs.put(keys.photo(inspection.id, row.id, row.frame), jpeg)
         except (DiskFull, StoreUnavailable):
             raise  # it can be made later

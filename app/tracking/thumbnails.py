@@ -23,6 +23,7 @@ from app.tracking.film_files import FilmFiles
 from app.tracking.media import Media
 from app.tracking.photos import photo_of
 from app.tracking.videos import NO_FILM
+from vo_core.errors import UnreadableVideo
 
 WIDTH_PX = 240
 _JPEG_QUALITY = 80
@@ -111,8 +112,14 @@ class Thumbnails:
             return photo_of(self._blobs, shown.photo).read_bytes()
         # The middle of the film: at its beginning the robot is often outside the culvert.
         middle_s = (shown.inspection.video.get("duration_s") or 0.0) / 2
-        with self._films.of(shown.inspection).local() as video:
-            return self._media.picture(video, middle_s)
+        inspection = shown.inspection
+        with self._films.of(inspection).local() as video:
+            try:
+                return self._media.picture(
+                    video, middle_s, may_begin_anew=inspection.may_begin_anew
+                )
+            except UnreadableVideo:  # it begins later than its middle, or is one picture
+                return self._media.first_picture(video, inspection.source_filename).jpeg
 
 
 def worst_photographed(

@@ -11,7 +11,6 @@ from av.stream import Disposition
 
 from vo_core import UnreadableVideo, VideoFile, read_frame
 from vo_core.frames_at import frames_between
-from vo_core.timeline import begins_anew
 
 TIMES_S = [0.0, 0.04, 0.06, 0.16, 0.2, 0.25, 0.31, 0.5, 0.52, 0.6] + [
     0.7 + 0.04 * n for n in range(50)
@@ -107,14 +106,21 @@ REFRESHED = {"x264-params": "intra-refresh=1:keyint=30"}
 
 
 def write_moving(
-    path, *, codec="libx264", frames=230, gop=30, times_s=None, prepare=None, **options
+    path,
+    *,
+    codec="libx264",
+    frames=230,
+    gop=30,
+    times_s=None,
+    prepare=None,
+    container=None,
+    **options,
 ):
     """A film of a passing texture, of which no two pictures are alike."""
     texture = np.random.default_rng(5).integers(0, 256, (12, 4 * frames + 16), np.uint8)
     texture = cv2.resize(texture, None, fx=4, fy=4)
     ticks = 25 if times_s is None else 1000
-    offset = {name: options.pop(name) for name in ("output_ts_offset",) if name in options}
-    with av.open(path, "w", options=offset) as container:
+    with av.open(path, "w", options=container or {}) as container:
         stream = container.add_stream(codec, rate=25, options=options)
         stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
         stream.gop_size = gop
@@ -310,7 +316,6 @@ def test_of_a_film_whose_times_begin_anew_every_picture_is_used(tmp_path, name, 
     path, expected = joined(tmp_path / name, codec)
     with VideoFile(path) as source:
         frames = list(source)
-    assert begins_anew(np.array([frame.t_s for frame in frames]))
     assert f"begin anew after {frames[29].t_s:.2f} s" in source.problem
     assert "not shown" in source.problem
     assert np.array_equal([frame.to_bgr() for frame in frames], expected)
@@ -320,23 +325,62 @@ def test_of_a_film_whose_times_begin_anew_every_picture_is_used(tmp_path, name, 
     # A time leads to its picture in either part.
     for n in (3, 28, 31, 68):
         assert np.array_equal(
-            read_frame(path, frames[n].t_s, begins_anew=True).to_bgr(), expected[n]
+            read_frame(path, frames[n].t_s, may_begin_anew=True).to_bgr(), expected[n]
         )
-    clip = frames_between(path, frames[27].t_s, frames[33].t_s, begins_anew=True)
+    clip = frames_between(path, frames[27].t_s, frames[33].t_s, may_begin_anew=True)
     assert np.array_equal([frame.to_bgr() for frame in clip], expected[27:34])
     with VideoFile(path) as source:
         source.seek_frame(66)
         assert all(frame.t_s == frames[frame.index].t_s for frame in source)
 
 
-def test_a_film_that_names_no_seam_has_none(video):
-    with VideoFile(video) as source:
-        assert not begins_anew(np.array([frame.t_s for frame in source]))
+def problem_of(path):
+    with VideoFile(path) as source:
+        return len(list(source)), source.problem
+
+
+def test_a_pause_that_hides_the_way_is_named(tmp_path):
+    """A recorder paused, or its clock was set forward."""
+    times_s = [n / 25 + 3600 * (n >= 20) for n in range(30)]
+    path = write_moving(tmp_path / "a.mkv", frames=30, times_s=times_s)
+    frames, problem = problem_of(path)
+    assert frames == 30
+    assert problem.startswith("Nothing is shown from 0.76 s to 3600.80 s,")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"mpegts_start_pid": "768"},
+        {"mpegts_start_pid": "768", "mpegts_pmt_start_pid": "512", "mpegts_service_id": "7"},
+    ],
+)
+def test_a_film_on_other_tracks_that_follows_in_the_file_is_named(tmp_path, options):
+    """Chunks of different recorders were joined."""
+    first = write_moving(tmp_path / "first.ts", frames=30)
+    second = write_moving(tmp_path / "second.ts", frames=40, container=options)
+    path = tmp_path / "joined.ts"
+    path.write_bytes(first.read_bytes() + second.read_bytes())
+    assert problem_of(path) == (30, "Another film follows in the file and is not read.")
+
+
+def test_pictures_that_an_edit_list_hides_are_no_fault(tmp_path):
+    """A phone cuts a film so, without coding it again."""
+    path = tmp_path / "cut.mp4"
+    with av.open(write_moving(tmp_path / "whole.mp4")) as source, av.open(path, "w") as target:
+        stream = target.add_stream_from_template(source.streams.video[0])
+        for packet in source.demux(source.streams.video[0]):
+            if packet.size:
+                packet.pts -= round(1 / packet.time_base)
+                packet.dts -= round(1 / packet.time_base)
+                packet.stream = stream
+                target.mux(packet)
+    assert problem_of(path) == (205, None)
 
 
 def test_a_film_across_the_roll_over_of_its_clock_begins_at_zero(tmp_path):
     path = tmp_path / "a.ts"
-    write_moving(path, codec="mpeg2video", frames=60, output_ts_offset="95442")
+    write_moving(path, codec="mpeg2video", frames=60, container={"output_ts_offset": "95442"})
     with VideoFile(path) as source:
         frames = list(source)
     assert [frame.t_s for frame in frames] == pytest.approx([n / 25 for n in range(60)], abs=1e-4)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from builders import Client, assert_error, frame_number
+from builders import Client, assert_error, frame_number, make_clip
+from hostile import write_clip
 
 TAGS = [f"7d444840-9dc0-4d2a-8a6a-00000000000{n}" for n in range(3)]
 
@@ -92,3 +94,25 @@ def test_an_inspection_without_a_film_has_no_thumbnail(shared: Client) -> None:
     made = shared.post("/api/imports", params={"filename": "old.txt"}, content=text)
     (old,) = made.raise_for_status().json()["inspections"]
     assert_error(shared.get(f"/api/inspections/{old['id']}/thumbnail"), 404, "photo_not_found")
+
+
+def test_a_photo_is_of_its_frame_where_other_parts_of_the_film_have_its_time(
+    shared: Client, tmp_path: Path
+) -> None:
+    """The track ends where the size changes, so its times do not show that they begin anew; nor do
+    they while the film is tracked.
+    """
+    parts = make_clip(tmp_path / "a.ts", 40), write_clip(tmp_path / "b.ts", frames=80)
+    joined = tmp_path / "joined.ts"
+    joined.write_bytes(b"".join(part.read_bytes() for part in parts))
+    film = shared.tracked(joined)
+    tag = shared.tag(film, TAGS[0], frame=38).json()
+    photo = shared.get(f"/api/inspections/{film}/observations/{tag['id']}/photo")
+    assert frame_number(photo.content) == 38
+
+
+def test_a_film_of_one_picture_has_a_thumbnail(shared: Client, tmp_path: Path) -> None:
+    """No picture is shown in its middle."""
+    film = shared.tracked(make_clip(tmp_path / "one.mp4", 1))
+    picture = shared.get(f"/api/inspections/{film}/thumbnail")
+    assert (picture.status_code, frame_number(picture.content)) == (200, 0)
