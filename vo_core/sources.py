@@ -44,6 +44,8 @@ _LONGEST_PACK = 256 * 1024
 """A packet may begin so many bytes before the place that is told: packs hold parts of packets."""
 _PAUSE_S = SEAM_S + 1.0
 """So long shows a film nothing where it pauses or its clock was set forward; longer than a seam."""
+_LEAST_READ_S = 64.0
+"""So much of a film is read at least to find its key frames, then twice as much, and so on."""
 _MOMENT_S = 1e-3
 """After this time comes a picture whose own time is missing or does not rise."""
 _LUMA_FIRST = ("yuv4", "yuvj4", "nv12", "nv21", "gray")
@@ -205,7 +207,8 @@ class VideoFile:
         base_s = stream.time_base
         self._reopen()
         state = self.path.stat()
-        keys = _keys_of(self.path, state.st_size, state.st_mtime_ns)
+        until_s = 2.0 ** math.ceil(math.log2(max(t_s, _LEAST_READ_S)))
+        keys = _keys_of(self.path, state.st_size, state.st_mtime_ns, until_s)
         before = [key for key in keys if key.pts * base_s <= t_s]
         if before:
             decoder = _Decoder(self._film)
@@ -251,8 +254,8 @@ class _Announced:
     """Whether the time stamps never begin anew."""
 
     @classmethod
-    def of(cls, path: Path) -> _Announced:
-        """Pass over the packets of a file."""
+    def of(cls, path: Path, until_s: float = math.inf) -> _Announced:
+        """Pass over the packets of a file, up to a time."""
         times: list[int] = []
         keys: list[_Key] = []
         latest = -math.inf
@@ -260,9 +263,12 @@ class _Announced:
         film = Film.open(path)
         timeline = Timeline(film.stream)
         entries = deque([_Entry(shift=timeline.shift)])
+        last = until_s / film.stream.time_base if film.stream.time_base else math.inf
         with film.container:
             packets = packets_of(film.container, film.stream)
             for count, packet in enumerate(timeline.placed(packets)):
+                if latest > last:
+                    break
                 if packet.pts is None or packet.is_corrupt or count > MAX_FRAMES:
                     is_numbered = False
                     continue
@@ -286,10 +292,10 @@ class _Announced:
         return [key for key in reversed(self.keys) if self.numbers.get(key.pts, math.inf) <= index]
 
 
-@lru_cache(maxsize=4)
-def _keys_of(path: Path, size: int, mtime_ns: int) -> list[_Key]:
-    """Return the key frames of a file; it is another one once size or time has changed."""
-    return _Announced.of(path).keys
+@lru_cache(maxsize=8)
+def _keys_of(path: Path, size: int, mtime_ns: int, until_s: float) -> list[_Key]:
+    """Return the key frames up to a time; it is another file once size or time has changed."""
+    return _Announced.of(path, until_s).keys
 
 
 @dataclass(frozen=True)
