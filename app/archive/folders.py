@@ -18,7 +18,8 @@ from app.archive.paths import path_of, text_of
 from app.errors import FolderNotAllowed, NoSuchFilm
 
 SUFFIXES = frozenset(
-    (".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ts", ".mts", ".m2ts", ".mpg", ".mpeg")
+    (".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".mpg", ".mpeg", ".vob")
+    + (".ts", ".mts", ".m2ts", ".m2t")
 )
 """Suffixes of films, in lower case."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)

@@ -13,7 +13,7 @@ import { discardUpload, unfinishedFilms } from '../../core/upload.js';
 import { pieces, t } from '../../core/words.js';
 import { icon } from '../icon/icon.js';
 
-const ACCEPTED = 'video/*,.mp4,.mov,.m4v,.mkv,.avi,.mpg,.mpeg,.ts,.webm';
+const ACCEPTED = 'video/*,.mp4,.mov,.m4v,.mkv,.avi,.mpg,.mpeg,.vob,.ts,.mts,.m2ts,.m2t,.webm';
 
 export class FilmPicker extends Component {
   queue = new FilmQueue();

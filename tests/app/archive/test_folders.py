@@ -31,13 +31,14 @@ def listed(folder: Path, *allowed: Path) -> dict[str, str | None]:
 
 def test_every_file_is_named_with_what_is_wrong_with_it(tmp_path: Path) -> None:
     put(tmp_path / "b" / "2.MKV")
+    put(tmp_path / "VTS_01_1.VOB")
     put(tmp_path / "a.mp4")
     put(tmp_path / "empty.mp4", b"")
     put(tmp_path / "notes.txt")
     put(tmp_path / ".hidden.mp4")
     os.mkfifo(tmp_path / "pipe.mp4")
     assert list(listed(tmp_path).items()) == [
-        ("a.mp4", None), ("empty.mp4", "film_empty"), ("notes.txt", "not_a_film"),
+        ("VTS_01_1.VOB", None), ("a.mp4", None), ("empty.mp4", "film_empty"), ("notes.txt", "not_a_film"),
         ("pipe.mp4", "not_a_film"), ("b/2.MKV", None),
     ]  # fmt: skip
 
