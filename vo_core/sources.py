@@ -42,6 +42,8 @@ _SOUGHT_BY_BYTES = ("mpegts", "mpeg")
 """Containers without an index, which are read on from any place."""
 _LONGEST_PACK = 256 * 1024
 """A packet may begin so many bytes before the place that is told: packs hold parts of packets."""
+_MOST_BLANK = 40
+"""Packets without a picture that a decoder may want before it gives the first, with a margin."""
 _PAUSE_S = SEAM_S + 1.0
 """So long shows a film nothing where it pauses or its clock was set forward; longer than a seam."""
 _LEAST_READ_S = 64.0
@@ -357,6 +359,9 @@ class _Decoder:
         """Pictures that an edit list leaves out."""
         self.newest_byte = 0
         """Place of the newest packet in the file."""
+        self._blank = 0
+        """Packets since the newest picture."""
+        self.longest_blank = 0
         self.untimed = 0
         self.pauses_s: list[tuple[float, float]] = []
         """Times of the pictures before and after each pause."""
@@ -408,12 +413,16 @@ class _Decoder:
                 return
             self.hidden += packet.is_discard
             self.newest_byte = packet.pos or self.newest_byte
+            self._blank += not packet.is_discard
             try:
-                yield from packet.decode()
+                for picture in packet.decode():
+                    self._blank = 0
+                    yield picture
             except MemoryError:  # no damaged packet: a frame must not be left out silently
                 raise
             except FFmpegError:
                 self.damaged_packets += 1
+            self.longest_blank = max(self.longest_blank, self._blank)
         self.faults.append(f"more than {self.MAX_FAULTS} damaged packets")
 
 
@@ -439,6 +448,8 @@ def _summary(decoder: _Decoder, frames: int, last_s: float, film: Film) -> str |
         parts.append(f"{frames} of {stated} frames could be decoded")
     if decoder.damaged_packets:
         parts.append(f"{decoder.damaged_packets} damaged packets were skipped")
+    if decoder.longest_blank > _MOST_BLANK:
+        parts.append(f"{decoder.longest_blank} packets in a row show no picture")
     if decoder.untimed:
         parts.append(f"{decoder.untimed} pictures without a usable time follow the one before")
     slack_s = 0.5 + 2 / (film.info.rate_hz or 10)

@@ -1,5 +1,6 @@
 """Video files: every frame with its exact time, and what is said of files that are not whole."""
 
+import re
 from fractions import Fraction
 
 import av
@@ -362,6 +363,16 @@ def test_a_film_on_other_tracks_that_follows_in_the_file_is_named(tmp_path, opti
     path = tmp_path / "joined.ts"
     path.write_bytes(first.read_bytes() + second.read_bytes())
     assert problem_of(path) == (30, "Another film follows in the file and is not read.")
+
+
+def test_a_part_in_another_coding_is_named(tmp_path):
+    """The track stays the same, and its decoder makes nothing of the second part."""
+    first = write_moving(tmp_path / "first.ts", frames=30, codec="mpeg2video")
+    second = write_moving(tmp_path / "second.ts", frames=60)
+    path = tmp_path / "joined.ts"
+    path.write_bytes(first.read_bytes() + second.read_bytes())
+    _, problem = problem_of(path)
+    assert re.search(r"; \d\d packets in a row show no picture\.$", problem)
 
 
 def test_pictures_that_an_edit_list_hides_are_no_fault(tmp_path):
