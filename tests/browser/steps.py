@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from http.client import HTTPResponse
 from pathlib import Path
 from time import monotonic, sleep
-from typing import Self
+from typing import Protocol, Self
 from urllib.parse import urlsplit
 
 from forks import Fork
@@ -22,6 +22,12 @@ TOKEN = "a-token-for-browser-tests-0123456789"  # noqa: S105
 TRACK_LIMIT_S = 120
 ASK_AGAIN_S = 0.05
 """Polling without a pause would take the polled server's time."""
+
+
+class HasUrl(Protocol):
+    """A server, or a line to one."""
+
+    url: str
 
 
 class Server:
@@ -120,7 +126,7 @@ class Server:
         self.ask("PUT", f"/api/inspections/{inspection}/counter", {"is_present": False})
 
 
-def log_in(page: Page, server: Server, path: str = "/", token: str = TOKEN) -> None:
+def log_in(page: Page, server: HasUrl, path: str = "/", token: str = TOKEN) -> None:
     """Start a session and open a page; the log-in page has its own tests."""
     # The server may close an idle connection just when it is used again.
     headers = {"Origin": server.url, "Connection": "close"}

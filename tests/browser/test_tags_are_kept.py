@@ -70,8 +70,7 @@ def test_changes_are_saved_after_a_line_that_breaks_within_answers(
 ) -> None:
     delete_observations(server, inspection)
     with Line(server) as line:
-        log_in(page, server)
-        page.goto(f"{line.url}/inspections/{inspection}")
+        log_in(page, line, f"/inspections/{inspection}")
         expect_frame(page, 0)
         page.get_by_role("tab", name="Header").click()
         asset = page.get_by_role("textbox", name="Asset", exact=True)

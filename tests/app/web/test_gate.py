@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
 
 import httpx
+import loops
 import pytest
 from builders import PATIENCE_S, TOKEN, Client, LiveServer, assert_error, serving
 from processes import process
@@ -144,14 +144,11 @@ def test_a_body_may_be_slow_but_not_for_ever(
             taken += len(message["body"])
         return taken
 
-    # Playwright's loop runs in this thread once a test of a browser was here.
-    with ThreadPoolExecutor() as other:
-        reading = other.submit(lambda: asyncio.run(read()))
-        if arrives:
-            assert reading.result() == 99 * piece_bytes
-        else:
-            with pytest.raises(HTTPException):
-                reading.result()
+    if arrives:
+        assert loops.run(read) == 99 * piece_bytes
+    else:
+        with pytest.raises(HTTPException):
+            loops.run(read)
 
 
 def test_an_answer_may_take_longer_to_make_than_a_body_may_be_silent(
@@ -179,9 +176,8 @@ def test_an_answer_may_take_longer_to_make_than_a_body_may_be_silent(
         sent.extend(message.get("body", b""))
 
     guarded = middleware.Envelope(made, None)
-    with ThreadPoolExecutor() as other:
-        scope = {"type": "http", "method": "GET", "path": "/api/bundle", "headers": []}
-        other.submit(lambda: asyncio.run(guarded(scope, receive, send))).result()
+    scope = {"type": "http", "method": "GET", "path": "/api/bundle", "headers": []}
+    loops.run(lambda: guarded(scope, receive, send))
     assert len(sent) == sum(map(len, pieces))
 
 

@@ -7,6 +7,7 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+import loops
 import pytest
 from builders import PATIENCE_S, Client, wait_until
 
@@ -115,7 +116,7 @@ def test_one_person_does_not_take_all_turns() -> None:
         assert len(order) == 21
         return begun
 
-    assert asyncio.run(served()) == ["me", "me", "you"]
+    assert loops.run(served) == ["me", "me", "you"]
 
 
 def test_who_reads_a_stream_slowly_holds_only_their_own_turn() -> None:
@@ -128,7 +129,7 @@ def test_who_reads_a_stream_slowly_holds_only_their_own_turn() -> None:
         await mine.aclose()
         assert await more == b"3"
 
-    asyncio.run(read())
+    loops.run(read)
 
 
 def test_a_large_body_is_not_read_before_its_turn(

@@ -1,9 +1,10 @@
-import asyncio
 import re
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import httpx
+import loops
 import pytest
 from builders import PATIENCE_S, TOKEN, Client, assert_error, serving
 from doors import log_in, refusal
@@ -191,7 +192,7 @@ def test_behind_a_proxy_that_speaks_tls_no_page_warns_and_browsers_stay_with_tls
             return await browser.get(path, headers={"Authorization": f"Bearer {TOKEN}"})
 
     for path in ("/", "/login"):
-        plain, encrypted = lan.get(path), asyncio.run(through_tls(path))
+        plain, encrypted = lan.get(path), loops.run(partial(through_tls, path))
         assert [answer.status_code for answer in (plain, encrypted)] == [200, 200]
         assert 'data-insecure="yes"' in plain.text
         assert "data-insecure" not in encrypted.text
