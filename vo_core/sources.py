@@ -369,11 +369,11 @@ class _Decoder:
     def skip_to(self, key: _Key) -> None:
         """Go to a key frame of any part; what cannot be read shows when decoding."""
         container = self._film.container
-        if container.format.name in _SOUGHT_BY_BYTES:
-            container.seek(key.entry.byte, unsupported_byte_offset=True)
-            self.timeline.shift = key.entry.shift
-            return
         with suppress(FFmpegError, StopIteration):
+            if container.format.name in _SOUGHT_BY_BYTES:
+                container.seek(key.entry.byte, unsupported_byte_offset=True)
+                self.timeline.shift = key.entry.shift
+                return
             for _ in range(key.packets_before):
                 next(self.packets)
 
