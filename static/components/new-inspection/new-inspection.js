@@ -370,17 +370,28 @@ const kind = (value, sign, label, isChosen) => html`<label class="new__kind">
   <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;
 
 /**
- * Returns the size of a video in its own pixels. Without VideoFrame, which exists over https and on localhost, a
- * browser tells that of square pixels, until the server has the film.
+ * Returns the size of a video in its own pixels; that of square pixels, until the server has the film, where a browser
+ * tells no more: VideoFrame exists over https and on localhost, and a busy browser may not have drawn a picture yet.
  */
 function sizeOf(video) {
   const { videoWidth: width, videoHeight: height } = video;
-  if (!('VideoFrame' in globalThis)) return { width, height };
-  const picture = new VideoFrame(video);
-  const own = picture.visibleRect;
-  picture.close();
+  const own = ownSize(video);
+  if (!own) return { width, height };
   const isTurned = own.width > own.height !== width > height;
   return isTurned ? { width: own.height, height: own.width } : { width: own.width, height: own.height };
+}
+
+function ownSize(video) {
+  if (!('VideoFrame' in globalThis)) return null;
+  try {
+    const picture = new VideoFrame(video);
+    const own = picture.visibleRect;
+    picture.close();
+    return own;
+  } catch (error) {
+    if (error.name === 'InvalidStateError') return null;
+    throw error;
+  }
 }
 
 customElements.define('new-inspection', NewInspection);
