@@ -127,16 +127,25 @@ class Film:
             UnreadableVideo: The file is missing, container or codec are not accepted, there is no
                 video track, or a picture exceeds `MAX_PIXELS`.
         """
+        with _opened(path) as probed:  # what was read may be missing after seeking back
+            stream = _moving(probed, path.name)
+            index, turn = stream.index, _turn(probed, stream)
+        return cls._at_start(path, index, turn)
+
+    def again(self) -> Self:
+        """Open the same track once more, at its beginning; this one stays open."""
+        return self._at_start(self.path, self.stream.index, self.turn)
+
+    @classmethod
+    def _at_start(cls, path: Path, index: int, turn: Turn) -> Self:
         container = _opened(path)
         try:
-            probed = _moving(container, path.name)
-            turn, index = _turn(container, probed), probed.index
-            container.close()  # what was read may be missing after seeking back
-            container = _opened(path)
             stream = next(each for each in container.streams.video if each.index == index)
             _bounded(stream, path.name)
-            info = _describe(container, stream, turn)
-            return cls(path, container, stream, turn, info, _end_s(container, stream))
+            end_s = _end_s(container, stream)
+            return cls(
+                path, container, stream, turn, _describe(container, stream, turn, end_s), end_s
+            )
         except BaseException:
             container.close()
             raise
@@ -242,13 +251,13 @@ def _bounded(stream: VideoStream, name: str) -> VideoStream:
 
 
 def _turn(container: InputContainer, stream: VideoStream) -> Turn:
-    """Return the turn that the container states, as its decoder tells with the first picture."""
+    """Return the turn that the container states, as its decoder reports with the first picture."""
     packets = list(islice(packets_of(container, stream), _PACKETS_TURNED))
     turn = _first_turn(stream.codec_context, packets)
     if turn == AS_CODED:
         return turn
     # A turn that is stated within the coded pictures does not count: browsers ignore it, and a
-    # decoder that does not know the container tells that one only.
+    # decoder that does not know the container reports that one only.
     bare = CodecContext.create(stream.codec_context.name, "r")
     if not isinstance(bare, VideoCodecContext):
         return turn
@@ -265,14 +274,19 @@ def _first_turn(codec: VideoCodecContext, packets: list[Packet[VideoStream]]) ->
     return AS_CODED
 
 
-def _describe(container: InputContainer, stream: VideoStream, turn: Turn) -> VideoInfo:
+def _describe(
+    container: InputContainer, stream: VideoStream, turn: Turn, end_s: float | None
+) -> VideoInfo:
     codec = stream.codec_context
     size = (codec.height, codec.width) if turn.is_transposed else (codec.width, codec.height)
     aspect = stream.sample_aspect_ratio or Fraction(1)
     if not _NARROWEST <= aspect <= 1 / _NARROWEST:
         aspect = Fraction(1)
-    duration_s = _seconds(stream.duration, stream.time_base) or _end_s(container, stream)
-    duration_s = duration_s or _seconds(container.duration, 1 / av.time_base)
+    duration_s = (
+        _seconds(stream.duration, stream.time_base)
+        or end_s
+        or _seconds(container.duration, 1 / av.time_base)
+    )
     rate_hz = max(float(stream.average_rate or 0), 0.0)
     frames = stream.frames or round((duration_s or 0.0) * rate_hz)
     return VideoInfo(

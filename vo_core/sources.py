@@ -177,7 +177,7 @@ class VideoFile:
         after it must be the ones that the packets announce. Where they are not, or where packets
         have no times, the next loop starts with frame 0.
         """
-        announced = _Announced.of(self.path)
+        announced = _Announced.of(self._film.again())
         keys = announced.keys_until(index - _CHECKED_FRAMES)
         for key in (keys[n] for n in _ENTRIES_TRIED if n < len(keys)):
             self._reopen()
@@ -218,8 +218,9 @@ class VideoFile:
             self._entered = _Entered.at_start(decoder)
 
     def _reopen(self) -> None:
+        film = self._film.again()
         self._film.container.close()
-        self._film = Film.open(self.path)
+        self._film = film
 
 
 @dataclass(frozen=True)
@@ -251,18 +252,17 @@ class _Announced:
     numbers: dict[int, int]
     """Number of the frame with a presentation time on the time axis; empty if unknown."""
     keys: list[_Key]
-    """In order."""
+    """In the order of the file."""
     is_whole: bool
     """Whether the time stamps never begin anew."""
 
     @classmethod
-    def of(cls, path: Path, until_s: float = math.inf) -> _Announced:
-        """Pass over the packets of a file, up to a time."""
+    def of(cls, film: Film, until_s: float = math.inf) -> _Announced:
+        """Pass over the packets of a film at its beginning, up to a time, and close it."""
         times: list[int] = []
         keys: list[_Key] = []
         latest = -math.inf
         is_numbered = True
-        film = Film.open(path)
         timeline = Timeline(film.stream)
         entries = deque([_Entry(shift=timeline.shift)])
         last = until_s / film.stream.time_base if film.stream.time_base else math.inf
@@ -297,7 +297,7 @@ class _Announced:
 @lru_cache(maxsize=8)
 def _keys_of(path: Path, size: int, mtime_ns: int, until_s: float) -> list[_Key]:
     """Return the key frames up to a time; it is another file once size or time has changed."""
-    return _Announced.of(path, until_s).keys
+    return _Announced.of(Film.open(path), until_s).keys
 
 
 @dataclass(frozen=True)

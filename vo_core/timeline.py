@@ -17,7 +17,6 @@ SEAM_S = 10.0
 Nobody knows how long the film shows nothing there.  In this time a robot may cross the length of a
 culvert, so that the odometry ties the parts together only if they show the same wall."""
 
-
 _JITTER_S = 0.2
 """Time stamps of one part may fall by as much: some muxers write them with jitter."""
 
