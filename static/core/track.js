@@ -52,6 +52,9 @@ export class Track extends RunColumns {
   #low = Infinity;
   #high = -Infinity;
   #ranged = 0;
+  /** Whether the time stamps begin anew within the first `#compared` rows. */
+  #beginsAnew = false;
+  #compared = 1;
 
   /** @param {string} inspection */
   constructor(inspection) {
@@ -73,7 +76,11 @@ export class Track extends RunColumns {
   get beginsAnew() {
     const times = this.column('time_s');
     const [least, most] = SEAM_S;
-    return times.some((timeS, i) => i > 0 && timeS - times[i - 1] >= least && timeS - times[i - 1] < most);
+    for (; !this.#beginsAnew && this.#compared < times.length; this.#compared += 1) {
+      const gapS = times[this.#compared] - times[this.#compared - 1];
+      this.#beginsAnew = gapS >= least && gapS < most;
+    }
+    return this.#beginsAnew;
   }
 
   /** @returns {Row|null} @param {number} frame */
@@ -88,6 +95,7 @@ export class Track extends RunColumns {
 
   began() {
     [this.#low, this.#high, this.#ranged] = [Infinity, -Infinity, 0];
+    [this.#beginsAnew, this.#compared] = [false, 1];
   }
 
   /** Returns the frame on screen at this media time; -1 without a track. @param {number} timeS */
