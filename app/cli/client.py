@@ -9,7 +9,6 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import count
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -69,8 +68,8 @@ class Api:
         Raises:
             ServerRefused: As for `ask`, or nothing came for minutes.
         """
-        until_s = time.monotonic() + _PATIENCE_S
-        for failures in count():
+        until_s, failures = time.monotonic() + _PATIENCE_S, 0
+        while True:
             try:
                 return self.ask(method, path, **request)
             except ServerAway as away:
@@ -79,7 +78,7 @@ class Api:
                 if not failures:
                     err.print(f"warning: {away} It is asked again.", style="yellow")
                 time.sleep(max(away.pause_s, _BACK_OFF.pause_s(failures)))
-        raise AssertionError  # it is counted without end
+                failures += 1
 
 
 @contextmanager
