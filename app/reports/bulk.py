@@ -211,7 +211,7 @@ class BulkExports(Worker):
             # Not where temporary files usually go: that may be memory.
             file = tempfile.TemporaryFile(dir=self._sources.scratch)  # noqa: SIM115  (kept open)
             order.file = file
-            watched = _Watched(order, self._changed, lambda: self._stopping)
+            watched = _OrderWatcher(order, self._changed, lambda: self._stopping)
             try:
                 order.made = write(
                     order.wanted, self._sources, cast(IO[bytes], _Guarded(file, watched)), watched
@@ -233,7 +233,7 @@ class BulkExports(Worker):
             order.ended_s = time.monotonic()
 
 
-class _Watched:
+class _OrderWatcher:
     """The order as the one who waits for it sees it; it stops the work."""
 
     def __init__(
@@ -269,7 +269,7 @@ class _Watched:
 class _Guarded:
     """The file of an order: a large film in it stops where the order is cancelled."""
 
-    def __init__(self, file: IO[bytes], watched: _Watched) -> None:
+    def __init__(self, file: IO[bytes], watched: _OrderWatcher) -> None:
         self._file = file
         self._watched = watched
         self.seek, self.tell, self.flush = file.seek, file.tell, file.flush
