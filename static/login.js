@@ -1,10 +1,10 @@
 /** Exchanges the access token for a session cookie; the server knows the next page. */
 
-import { ApiError, get, post } from './core/api.js';
-import { html, render } from './core/html.js';
-import { preferences } from './core/preferences.js';
-import { LANGUAGES, errorText, language, t } from './core/words.js';
-import { showInsecure } from './components/insecure-banner/insecure-banner.js';
+import { ApiError, get, post } from './core/server/api.js';
+import { html, render } from './core/page/html.js';
+import { preferences } from './core/page/preferences.js';
+import { LANGUAGES, errorText, language, t } from './core/page/words.js';
+import { showInsecure } from './components/shared/insecure-banner/insecure-banner.js';
 
 /** Set while the language was chosen here and the server does not know it yet. */
 const CHOSEN_HERE = 'chainage.language-chosen';

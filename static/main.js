@@ -1,33 +1,33 @@
 /** Shows the page that belongs to the address. */
 
-import { session } from './core/api.js';
-import { keepPage } from './core/kept-page.js';
-import { isKeyOn } from './core/keys.js';
-import { preferences } from './core/preferences.js';
-import { keepPresses } from './core/presses.js';
-import { may } from './core/rights.js';
-import { t } from './core/words.js';
-import { showInsecure } from './components/insecure-banner/insecure-banner.js';
-import { showKept } from './components/kept-banner/kept-banner.js';
-import { reopenSettings } from './components/settings-dialog/settings-dialog.js';
-import { toastError } from './components/toast-stack/toast-stack.js';
-import './components/archive-add/archive-add.js';
-import './components/archive-assets/archive-assets.js';
-import './components/archive-defects/archive-defects.js';
-import './components/archive-failures/archive-failures.js';
-import './components/archive-films/archive-films.js';
-import './components/archive-map/archive-map.js';
-import './components/asset-map/asset-map.js';
-import './components/archive-projects/archive-projects.js';
-import './components/archive-quality/archive-quality.js';
-import './components/archive-register/archive-register.js';
-import './components/archive-rules/archive-rules.js';
-import './components/compare-page/compare-page.js';
-import './components/inspection-list/inspection-list.js';
-import './components/new-inspection/new-inspection.js';
-import './components/report-template/report-template.js';
-import './components/users-page/users-page.js';
-import './components/inspection-page/inspection-page.js';
+import { session } from './core/server/api.js';
+import { keepPage } from './core/page/kept-page.js';
+import { isKeyOn } from './core/page/keys.js';
+import { preferences } from './core/page/preferences.js';
+import { keepPresses } from './core/page/presses.js';
+import { may } from './core/page/rights.js';
+import { t } from './core/page/words.js';
+import { showInsecure } from './components/shared/insecure-banner/insecure-banner.js';
+import { showKept } from './components/shared/kept-banner/kept-banner.js';
+import { reopenSettings } from './components/shared/settings-dialog/settings-dialog.js';
+import { toastError } from './components/shared/toast-stack/toast-stack.js';
+import './components/archive/archive-add/archive-add.js';
+import './components/archive/archive-assets/archive-assets.js';
+import './components/archive/archive-defects/archive-defects.js';
+import './components/archive/archive-failures/archive-failures.js';
+import './components/archive/archive-films/archive-films.js';
+import './components/archive/archive-map/archive-map.js';
+import './components/archive/asset-map/asset-map.js';
+import './components/archive/archive-projects/archive-projects.js';
+import './components/archive/archive-quality/archive-quality.js';
+import './components/archive/archive-register/archive-register.js';
+import './components/archive/archive-rules/archive-rules.js';
+import './components/desk/compare-page/compare-page.js';
+import './components/archive/inspection-list/inspection-list.js';
+import './components/intake/new-inspection/new-inspection.js';
+import './components/reports/report-template/report-template.js';
+import './components/shared/users-page/users-page.js';
+import './components/desk/inspection-page/inspection-page.js';
 
 /** @type {[RegExp, string][]} path, element */
 const PAGES = [

@@ -165,7 +165,7 @@ def test_every_refused_correction_has_words() -> None:
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "InvalidCorrection"
     ]
     reasons = {call.args[1].value for call in calls if len(call.args) > 1}
-    table = SOURCES[STATIC / "core" / "evidence.js"].split("const REFUSALS = {")[1]
+    table = SOURCES[STATIC / "core/survey/evidence.js"].split("const REFUSALS = {")[1]
     assert len(reasons) > 10
     assert reasons == set(re.findall(r"^  (\w+): \(", table, re.MULTILINE))
 
@@ -173,7 +173,7 @@ def test_every_refused_correction_has_words() -> None:
 def _worded_by_the_server() -> str:
     found = re.search(
         r"WORDED_BY_THE_SERVER = new Set\(\[(.*?)\]",
-        SOURCES[STATIC / "core" / "words.js"],
+        SOURCES[STATIC / "core/page/words.js"],
         re.DOTALL,
     )
     assert found

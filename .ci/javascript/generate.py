@@ -33,7 +33,7 @@ def page() -> str:
     elements, parts = [], []
     for path in sorted(STATIC.rglob("*.js")):
         text = path.read_text("utf-8")
-        name = path.relative_to(STATIC).with_suffix("").as_posix().removeprefix("components/")
+        name = "/".join(path.relative_to(STATIC).with_suffix("").parts[-2:])
         for tag, of in DEFINED.findall(text):
             elements.append(
                 f"    '{tag}': import('../../../static/{path.relative_to(STATIC)}').{of};"

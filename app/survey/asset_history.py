@@ -9,8 +9,8 @@ matches within its own direction only.
 A survey shows that a defect is gone, or that one is new, only if it covered the place: it reached
 beyond the whole interval in which the defect lies.
 
-`static/components/compare-page/matching.js` has the same rules for two runs, which it also aligns
-by their joints or from both ends; a test compares both.
+`static/components/desk/compare-page/matching.js` has the same rules for two runs, which it also
+aligns by their joints or from both ends; a test compares both.
 """
 
 from __future__ import annotations

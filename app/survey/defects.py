@@ -1,4 +1,7 @@
-"""Which observations are defects, and what counts once; `core/stretches.js` has the same rules."""
+"""Which observations are defects, and what counts once.
+
+`static/core/defects/stretches.js` has the same rules.
+"""
 
 from __future__ import annotations
 

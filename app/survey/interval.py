@@ -1,7 +1,8 @@
 """The interval that people read: one width and one notation wherever a distance is shown.
 
 Its half-width comes from `sigma_distance_mm`, which holds every source of error, and is rounded up:
-an interval may be wider than the error but not narrower. static/core/units.js has the same rule.
+an interval may be wider than the error but not narrower. static/core/wall/units.js has the same
+rule.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ POINTS: dict[str, tuple[int, int]] = {
     "step": (2, 2),
     "depth": (2, 2),
 }
-"""Least and largest number of points of each kind; static/core/measure.js has the same."""
+"""Least and largest number of points of each kind; static/core/wall/measure.js has the same."""
 
 
 class MeasurePoint(Given):

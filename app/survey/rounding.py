@@ -1,8 +1,8 @@
 """The one way to round a figure, so that a distance reads the same wherever it is shown.
 
 A value is rounded half away from zero, as people do, on its decimal form: 3.815 becomes 3.82
-although its binary form is slightly smaller. An interval is rounded up. static/core/rounding.js has
-the same rules.
+although its binary form is slightly smaller. An interval is rounded up.
+static/core/wall/rounding.js has the same rules.
 """
 
 from __future__ import annotations

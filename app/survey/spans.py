@@ -2,8 +2,8 @@
 
 An adjusted or converted distance differs in its last bits from the one that it is compared with,
 and differently on another processor: the joint at the end of 12 m may lie at 12.000000000000013 m.
-So ends are compared up to `SAME_M`; static/core/spans.js does so in the page, up to the rounding of
-what it is sent.
+So ends are compared up to `SAME_M`; static/core/wall/spans.js does so in the page, up to
+the rounding of what it is sent.
 """
 
 from __future__ import annotations

@@ -62,10 +62,11 @@ _PUBLIC = frozenset(
         "/healthz", "/readyz", "/login", "/api/login", "/favicon.ico",
         # parts of the log-in page
         "/static/icon.svg", "/static/login.css", "/static/login.js", "/static/css/tokens.css",
-        "/static/css/base.css", "/static/core/api.js", "/static/core/store.js",
-        "/static/core/html.js", "/static/core/preferences.js", "/static/core/remembered.js",
-        "/static/core/words.js", "/static/core/rights.js",
-        "/static/components/insecure-banner/insecure-banner.js",
+        "/static/css/base.css", "/static/core/server/api.js", "/static/core/page/store.js",
+        "/static/core/page/html.js", "/static/core/page/preferences.js",
+        "/static/core/page/remembered.js", "/static/core/page/words.js",
+        "/static/core/page/rights.js",
+        "/static/components/shared/insecure-banner/insecure-banner.js",
     }
 )  # fmt: skip
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})

@@ -83,7 +83,7 @@ def test_the_counter_is_read_its_faults_are_named_and_its_length_is_used(
     # At the end of the stretch in which it stuck it is as much behind as the camera drove.
     ahead_mm = page.evaluate(
         """async () => {
-          const { deviations } = await import('/static/core/counter.js');
+          const { deviations } = await import('/static/core/survey/counter.js');
           const { counter, track } = document.querySelector('inspection-page').desk;
           const found = deviations(
             track.column('distance_mm'), counter.readings.column('counter_m'), counter.faults,

@@ -21,7 +21,7 @@ def test_text_is_escaped_wherever_it_comes_from(site: Page) -> None:
     evil = "<img src=x onerror=alert(1)>\"'&"
     shown = site.evaluate(
         """async (evil) => {
-          const { html, render } = await import('/static/core/html.js');
+          const { html, render } = await import('/static/core/page/html.js');
           const element = document.createElement('div');
           const nested = [html`<b>${evil}</b>`, null, false];
           render(element, html`<p title="${evil}">${evil}${nested}</p>`);
@@ -37,7 +37,7 @@ def test_a_field_takes_a_key_only_while_it_is_shown(site: Page) -> None:
     """It has the focus of a dialog that has just closed until the page is drawn again."""
     run = site.evaluate(
         """async () => {
-          const { bindKeys } = await import('/static/core/keys.js');
+          const { bindKeys } = await import('/static/core/page/keys.js');
           const field = document.body.appendChild(document.createElement('input'));
           const run = [];
           const bindings = [{ keys: ['1', 'Escape'], run: (_, key) => run.push(key) }];
@@ -59,8 +59,8 @@ def test_a_fault_leaves_once_the_person_goes_on_or_the_server_answers_again(site
     site.clock.install()
     site.evaluate(
         """async () => {
-          const { toast } = await import('/static/components/toast-stack/toast-stack.js');
-          const { get } = await import('/static/core/api.js');
+          const { toast } = await import('/static/components/shared/toast-stack/toast-stack.js');
+          const { get } = await import('/static/core/server/api.js');
           Object.assign(window, { toast, ask: () => get('/healthz') });
           document.body.append(document.createElement('toast-stack'));
         }"""
@@ -82,8 +82,8 @@ def test_a_fault_leaves_once_the_person_goes_on_or_the_server_answers_again(site
 
 
 TWO_DESKS = """async () => {
-  const { DeskWindows, followDesk } = await import('/static/core/desk-windows.js');
-  const { Store } = await import('/static/core/store.js');
+  const { DeskWindows, followDesk } = await import('/static/core/page/desk-windows.js');
+  const { Store } = await import('/static/core/page/store.js');
   const deskOf = () => Object.assign(new EventTarget(), {
     inspection: { id: 'one' },
     playhead: new Store({ frame: 0 }),
@@ -146,7 +146,7 @@ def test_remarks_of_two_tabs_are_kept_for_the_person_who_typed_them(site: Page) 
         return site.evaluate(
             f"""async (name) => {{
               document.documentElement.dataset.person = name;
-              const {{ RemarkDrafts }} = await import('/static/core/remark-drafts.js');
+              const {{ RemarkDrafts }} = await import('/static/core/defects/remark-drafts.js');
               const [here, there] = [new RemarkDrafts('one'), new RemarkDrafts('one')];
               {script}
             }}""",

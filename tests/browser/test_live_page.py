@@ -20,7 +20,8 @@ USER, PASSWORD = "crew", "s3cret/with@signs"
 
 # Picture, number, pose and read-out as they are about to be presented, at each animation frame
 # until so many pictures were seen: size observers run after all animation callbacks of a frame.
-WATCH = """(pictures) => import('/static/core/units.js').then((units) => new Promise((resolve) => {
+WATCH = """(pictures) => import('/static/core/wall/units.js')
+  .then((units) => new Promise((resolve) => {
   const canvas = document.querySelector('.stage__picture');
   const { desk } = document.querySelector('inspection-page');
   const text = (selector) => document.querySelector(selector).textContent;

@@ -25,10 +25,10 @@ def _occurrences(pattern: str, suffixes: tuple[str, ...] = (".js", ".html")) -> 
 @pytest.mark.parametrize(
     ("pattern", "places"),
     [
-        (r"\.(inner|outer)HTML|insertAdjacentHTML|document\.write", ["core/html.js"]),
-        (r"(?<!#)\bfetch\(", ["core/api.js", "service-worker.js"]),
-        (r"new WebSocket\b", ["core/live.js"]),
-        (r"\blocalStorage\.", ["core/remembered.js"]),
+        (r"\.(inner|outer)HTML|insertAdjacentHTML|document\.write", ["core/page/html.js"]),
+        (r"(?<!#)\bfetch\(", ["core/server/api.js", "service-worker.js"]),
+        (r"new WebSocket\b", ["core/server/live.js"]),
+        (r"\blocalStorage\.", ["core/page/remembered.js"]),
         (r"\bstyle=", []),
         (r"<script(?![^>]*\bsrc=)", []),
         (r"\bon(click|load|error|submit|input)=", []),
@@ -41,9 +41,10 @@ def test_only_there(pattern: str, places: list[str]) -> None:
 
 
 def test_core_imports_nothing_from_the_page() -> None:
-    for path in (STATIC / "core").glob("*.js"):
+    module = re.compile(r"\.(/|\./[a-z]+/)[a-z0-9-]+\.js")
+    for path in (STATIC / "core").rglob("*.js"):
         imports = re.findall(r"from '([^']+)'", path.read_text("utf-8"))
-        assert all(re.fullmatch(r"\./[a-z0-9-]+\.js", name) for name in imports), path.name
+        assert all(map(module.fullmatch, imports)), path.name
 
 
 def test_every_style_sheet_is_in_the_shell() -> None:
@@ -68,7 +69,7 @@ def test_a_class_has_its_look_from_one_style_sheet() -> None:
 def test_rig_form_has_the_fields_and_bounds_of_the_rig_file(page: Page, server: Server) -> None:
     log_in(page, server)
     fields = page.evaluate(
-        "async () => (await import('/static/components/rig-form/fields.js')).ALL_FIELDS"
+        "async () => (await import('/static/components/intake/rig-form/fields.js')).ALL_FIELDS"
     )
     schema = Rig.model_json_schema()
     for part, reference in schema["properties"].items():

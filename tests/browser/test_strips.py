@@ -473,7 +473,7 @@ def _mm_at(page: Page, place: Locator, across: float) -> float:
     return float(
         page.evaluate(
             """async ([range, width, x]) => {
-              const { Plot } = await import('/static/core/axis.js');
+              const { Plot } = await import('/static/core/wall/axis.js');
               return new Plot(range, width).toMm(x);
             }""",
             [_axis(page), width, across * width],
@@ -502,7 +502,7 @@ def _x_of(page: Page, place: Locator, mm: float) -> float:
     return float(
         page.evaluate(
             """async ([range, width, mm]) => {
-              const { Plot } = await import('/static/core/axis.js');
+              const { Plot } = await import('/static/core/wall/axis.js');
               return new Plot(range, width).toX(mm);
             }""",
             [_axis(page), _box(place)["width"], mm],

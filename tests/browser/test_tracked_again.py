@@ -21,8 +21,8 @@ PACE = 1.0
 # How the track and the picture health of the page differ from what the server has now.
 DIFFERENCES = """async () => {
   const ROUNDING = 0.001; // of the file of a track that has ended
-  const { Track } = await import('/static/core/track.js');
-  const { Health } = await import('/static/core/health.js');
+  const { Track } = await import('/static/core/survey/track.js');
+  const { Health } = await import('/static/core/survey/health.js');
   const { track, health, inspection } = document.querySelector('inspection-page').desk;
   const stored = { track: new Track(inspection.id), health: new Health(inspection.id) };
   await Promise.all([stored.track.extend(), stored.health.extend()]);

@@ -1,14 +1,14 @@
 /** Pages of the inspection that the server of the tests has tracked, without their elements. */
 
 import { line } from './browser.js';
-import { AttachmentOutbox } from '../../static/core/attachment-outbox.js';
-import { Catalogue } from '../../static/core/codes.js';
-import { Inspection } from '../../static/core/inspection.js';
-import { newId } from '../../static/core/new-id.js';
-import { Operations } from '../../static/core/operations.js';
-import { Outbox } from '../../static/core/outbox.js';
-import { WallGrid } from '../../static/core/wall.js';
-import { Desk } from '../../static/components/inspection-page/desk.js';
+import { AttachmentOutbox } from '../../static/core/server/attachment-outbox.js';
+import { Catalogue } from '../../static/core/defects/codes.js';
+import { Inspection } from '../../static/core/survey/inspection.js';
+import { newId } from '../../static/core/page/new-id.js';
+import { Operations } from '../../static/core/server/operations.js';
+import { Outbox } from '../../static/core/server/outbox.js';
+import { WallGrid } from '../../static/core/wall/wall.js';
+import { Desk } from '../../static/components/desk/inspection-page/desk.js';
 
 export const PATH = `/api/inspections/${process.env.CHAINAGE_INSPECTION}`;
 export const TAG = { frame: 4, pixel: [159.5, 119.5], code: 'BAB', severity: 2 };

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { afterEach, test } from 'node:test';
 import { line } from './browser.js';
 import { change, erase, opened, PATH, question, settled, stateZero, stored, tagged, until } from './desks.js';
-import { Operations } from '../../static/core/operations.js';
+import { Operations } from '../../static/core/server/operations.js';
 
 afterEach(() => {
   line.meet = null;

@@ -3,9 +3,9 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import './browser.js';
-import { Operations } from '../../static/core/operations.js';
-import { recall, recallMembers, remember } from '../../static/core/remembered.js';
-import { unfinishedFilms } from '../../static/core/upload.js';
+import { Operations } from '../../static/core/server/operations.js';
+import { recall, recallMembers, remember } from '../../static/core/page/remembered.js';
+import { unfinishedFilms } from '../../static/core/server/upload.js';
 
 test('broken or foreign memories of a browser count as none', () => {
   const cases = [

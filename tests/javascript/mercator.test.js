@@ -5,8 +5,8 @@ import { test } from 'node:test';
 import './browser.js';
 import {
   fitted, limited, metresPerPx, moved, placeIn, pointAt, scaleBar, toDegrees, toWorld, zoomed,
-} from '../../static/core/mercator.js';
-import { clustersOf, placesOf } from '../../static/components/archive-map/places.js';
+} from '../../static/core/wall/mercator.js';
+import { clustersOf, placesOf } from '../../static/components/archive/archive-map/places.js';
 
 const SIZE = { width: 800, height: 600 };
 const HERE = [101.69, 3.14];

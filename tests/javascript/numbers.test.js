@@ -3,15 +3,15 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import './browser.js';
-import { preferences } from '../../static/core/preferences.js';
-import { errorText, t, wordFor } from '../../static/core/words.js';
+import { preferences } from '../../static/core/page/preferences.js';
+import { errorText, t, wordFor } from '../../static/core/page/words.js';
 
 /** The results of a function, by its only argument. */
 const each = (convert, wanted) =>
   assert.deepEqual(new Map(wanted.map(([value]) => [value, convert(value)])), new Map(wanted));
 
 test('numbers read as people write them, and the other way round', async () => {
-  const units = await import('../../static/core/units.js');
+  const units = await import('../../static/core/wall/units.js');
   each(units.chainage, [
     [3.4244, '3.42 m'], [3.4249, '3.43 m'], [0.705, '0.71 m'], [3.815, '3.82 m'], [3.8149, '3.82 m'], [1.005, '1.01 m'],
     [-0.005, '−0.01 m'], [-0.0004, '0.00 m'], [-1.5, '−1.50 m'], [null, '– m'],
@@ -32,7 +32,7 @@ test('numbers read as people write them, and the other way round', async () => {
 
 test('distances are shown and typed in feet where that is chosen', async () => {
   preferences.keep({ units: 'ft' });
-  const feet = await import('../../static/core/units.js?in=feet'); // the unit is that of when the page is loaded
+  const feet = await import('../../static/core/wall/units.js?in=feet'); // the unit is that of when the page is loaded
   preferences.keep({ units: 'm' });
   each(feet.chainage, [[3.048, '10.0 ft'], [-0.01, '0.0 ft'], [0.381, '1.3 ft'], [null, '– ft']]);
   each(feet.plusMinus, [[0.0004, '± 0.1 ft'], [0.3048, '± 1.0 ft'], [0.3049, '± 1.1 ft']]);

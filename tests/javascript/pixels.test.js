@@ -3,9 +3,9 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import './browser.js';
-import { focalDown, focalOfAngle } from '../../static/core/lens.js';
-import { squareOf, toSquare } from '../../static/core/pixels.js';
-import { changesFor } from '../../static/components/rig-wizard/guess.js';
+import { focalDown, focalOfAngle } from '../../static/core/wall/lens.js';
+import { squareOf, toSquare } from '../../static/core/wall/pixels.js';
+import { changesFor } from '../../static/components/intake/rig-wizard/guess.js';
 
 const PAL = { width: 720, height: 576, pixel_aspect: 16 / 15 };
 

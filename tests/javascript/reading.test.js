@@ -4,14 +4,14 @@ import assert from 'node:assert/strict';
 import { afterEach, test } from 'node:test';
 import { line } from './browser.js';
 import { stateZero, tagged } from './desks.js';
-import { undoOf } from '../../static/core/archive.js';
-import { ApiError } from '../../static/core/api.js';
-import { followChanges } from '../../static/core/changes-elsewhere.js';
-import { parseMessage } from '../../static/core/live.js';
-import { PagedList } from '../../static/core/paged-list.js';
-import { faultsIn } from '../../static/core/rules.js';
-import { Selection } from '../../static/core/selection.js';
-import { Track } from '../../static/core/track.js';
+import { undoOf } from '../../static/core/survey/archive.js';
+import { ApiError } from '../../static/core/server/api.js';
+import { followChanges } from '../../static/core/server/changes-elsewhere.js';
+import { parseMessage } from '../../static/core/server/live.js';
+import { PagedList } from '../../static/core/page/paged-list.js';
+import { faultsIn } from '../../static/core/survey/rules.js';
+import { Selection } from '../../static/core/defects/selection.js';
+import { Track } from '../../static/core/survey/track.js';
 
 afterEach(() => {
   line.meet = null;

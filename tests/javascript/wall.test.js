@@ -5,12 +5,12 @@ import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { line } from './browser.js';
 import { PATH, tagged } from './desks.js';
-import { measured, quantityOf } from '../../static/core/measure.js';
-import { lacking } from '../../static/core/register.js';
-import { WallGrid } from '../../static/core/wall.js';
-import { align } from '../../static/components/compare-page/alignment.js';
-import { match } from '../../static/components/compare-page/matching.js';
-import { arcAt, cutAtCrown } from '../../static/components/wall-strip/rows.js';
+import { measured, quantityOf } from '../../static/core/wall/measure.js';
+import { lacking } from '../../static/core/survey/register.js';
+import { WallGrid } from '../../static/core/wall/wall.js';
+import { align } from '../../static/components/desk/compare-page/alignment.js';
+import { match } from '../../static/components/desk/compare-page/matching.js';
+import { arcAt, cutAtCrown } from '../../static/components/film/wall-strip/rows.js';
 
 /** What the server's own modules answer, from `test_page_modules.py`. */
 const truth = JSON.parse(readFileSync(process.env.CHAINAGE_TRUTH));

@@ -45,7 +45,8 @@ CHECKED = 40
 """Number of frames compared with the recording."""
 
 # What is about to be presented: size observers run after all animation callbacks of a frame.
-WATCH = """(seconds) => import('/static/core/units.js').then((units) => new Promise((resolve) => {
+WATCH = """(seconds) => import('/static/core/wall/units.js')
+  .then((units) => new Promise((resolve) => {
   const canvas = document.querySelector('.stage__picture');
   const { desk } = document.querySelector('inspection-page');
   const probe = document.createElement('div');

@@ -1,7 +1,7 @@
 """Draws on a copy of a photo: arrows, lines and texts of a person, and a burnt-in caption.
 
-The photo as it was taken is never changed. `static/components/attachments/strokes.js` draws the
-same marks on the page.
+The photo as it was taken is never changed. `static/components/defects/attachments/strokes.js`
+draws the same marks on the page.
 """
 
 from __future__ import annotations

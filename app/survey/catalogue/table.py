@@ -104,7 +104,7 @@ class CodeTable:
         return next((row for row in found if row is not None), None)
 
     def named(self, code: str | None, char1: str | None, char2: str | None) -> Code | None:
-        """Return the row that names a code, by the rule of the page (core/codes.js).
+        """Return the row that names a code, by the rule of the page (core/defects/codes.js).
 
         A tag without characters yet, or with characters that the table lacks, takes the name of the
         main code: "Broken wall".

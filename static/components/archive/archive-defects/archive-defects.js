@@ -1,0 +1,236 @@
+/** Defects of all inspections: found by code, severity, words, asset and place; each opens its frame. */
+
+import { Catalogue, labelOf } from '../../../core/defects/codes.js';
+import { html, render } from '../../../core/page/html.js';
+import { bindKeys } from '../../../core/page/keys.js';
+import { PagedList } from '../../../core/page/paged-list.js';
+import { Component } from '../../../core/page/store.js';
+import { chainage, clockHour, count, day, lengthUnit, parseDistance, plusMinus } from '../../../core/wall/units.js';
+import { t, wordFor } from '../../../core/page/words.js';
+import { assetPath } from '../archive-assets/asset-table.js';
+import {
+  archivePage,
+  exportButton,
+  filterChips,
+  followFilters,
+  likeButton,
+  pendingNote,
+  showFault,
+} from '../archive-shell/archive-shell.js';
+import { codeSearch } from '../../defects/code-search/code-search.js';
+import '../../shared/data-table/data-table.js';
+import { showKeys } from '../../desk/key-help/key-help.js';
+import { closesElsewhere } from '../../shared/menu/menu.js';
+import '../../shared/pager/pager.js';
+import { GRADES, severityMark, severityWord } from '../../shared/severity-mark/severity-mark.js';
+import { orToast } from '../../shared/toast-stack/toast-stack.js';
+
+const POLL_S = 10;
+const FILTERS = ['text', 'code', 'severity_from', 'project', 'asset', 'from_m', 'to_m', 'clock', 'after', 'before'];
+const HOURS = [12, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+const CODE = /^[A-Z][A-Z0-9]{0,7}$/;
+
+export class ArchiveDefects extends Component {
+  #list;
+
+  mount() {
+    const { signal } = this;
+    /** @type {Parts<'archive-defects/archive-defects'>} */
+    this.parts = render(
+      this,
+      archivePage({ title: t('archive.defects'), ways: exportButton(), content: contentMarkup() }),
+    );
+    const { parts } = this;
+    const list = new PagedList('/api/archive/defects', { filters: [...FILTERS, 'sort', 'descending'], signal });
+    this.#list = list;
+    for (const name of FILTERS) if (parts[name]) parts[name].value = list.filters[name];
+    parts.more.open = ['from_m', 'to_m', 'clock', 'after', 'before'].some((name) => list.filters[name]);
+    parts.table.fill({ caption: t('archive.defects'), columns: columns(), keyOf: (item) => item.observation_id, list });
+    parts.pager.fill(list);
+    const find = () => orToast(() => this.#find());
+    this.listen(parts.form, 'input', find);
+    this.listen(parts.form, 'submit', (event) => event.preventDefault());
+    this.listen(parts.clear, 'click', () => {
+      for (const name of FILTERS) if (parts[name]) parts[name].value = '';
+      orToast(() => list.want(Object.fromEntries(FILTERS.map((name) => [name, '']))));
+      parts.text.focus();
+    });
+    followFilters(this, list, signal, orToast);
+    closesElsewhere(this.querySelector('.export-all'), signal);
+    this.listen(list, 'change', () => this.#show());
+    this.#offersCodes();
+    this.#bindsKeys();
+    list.follow(
+      () => POLL_S,
+      (error) => showFault(parts.fault, error),
+    );
+  }
+
+  /** Offers the codes of the catalogue; the beginning of one finds all below it. */
+  async #offersCodes() {
+    const { code, codes } = this.parts;
+    const pick = (row) => {
+      code.value = row.code;
+      orToast(() => this.#find());
+    };
+    await orToast(async () => codeSearch(code, codes, await Catalogue.load(this.signal), pick));
+  }
+
+  #find() {
+    const { parts } = this;
+    const code = parts.code.value.trim().toUpperCase();
+    const wanted = {
+      text: parts.text.value,
+      code: CODE.test(code) ? code : '',
+      severity_from: parts.severity_from.value,
+    };
+    for (const name of ['clock', 'after', 'before']) wanted[name] = parts[name].value;
+    let fault = '';
+    for (const name of ['from_m', 'to_m']) {
+      const metres = parts[name].value.trim() === '' ? '' : parseDistance(parts[name].value);
+      const isWrong = metres === null;
+      parts[name].setAttribute('aria-invalid', String(isWrong));
+      if (isWrong) fault = t('search.distance_fault', { example: `12.5 ${lengthUnit}` });
+      else wanted[name] = metres === '' ? '' : String(metres);
+    }
+    parts.distanceFault.textContent = fault;
+    return fault ? null : this.#list.want(wanted);
+  }
+
+  #show() {
+    const { parts } = this;
+    const { defects, total, pending } = this.#list.value;
+    const { filters } = this.#list;
+    parts.table.show(defects);
+    parts.table.hidden = total === 0;
+    const isNarrowed = FILTERS.some((name) => filters[name]);
+    parts.clear.hidden = !isNarrowed;
+    parts.nothing.hidden = total > 0 || !isNarrowed;
+    parts.empty.hidden = total > 0 || isNarrowed;
+    parts.found.textContent = total ? t('search.found', { n: total, count: count(total) }) : '';
+    render(parts.pending, pendingNote(pending));
+    const chosen = [
+      ['project', t('archive.project'), filters.project],
+      ['asset', t('archive.asset'), filters.asset],
+    ];
+    render(parts.chips, filterChips(chosen.filter(([, , value]) => value)));
+  }
+
+  #bindsKeys() {
+    const { parts } = this;
+    const turn = (button) => () => parts.pager.querySelector(`[data-part=${button}]`).click();
+    const bindings = [
+      { keys: ['/'], label: t('search.defects'), run: () => parts.text.focus() },
+      { keys: ['n'], label: t('pager.next'), run: turn('next') },
+      { keys: ['p'], label: t('pager.previous'), run: turn('previous') },
+    ];
+    const shown = [
+      {
+        title: t('archive.defects'),
+        bindings: [...bindings, { keys: ['ArrowUp', 'ArrowDown'], shown: ['↑', '↓'], label: t('table.rows') }],
+      },
+    ];
+    const help = () => showKeys(shown, { hasStage: false });
+    bindKeys(document, [...bindings, { keys: ['?'], label: t('keys.list'), run: help }], this.signal);
+  }
+}
+
+const contentMarkup = () => html`<form class="search-form" role="search" data-part="form">
+    <div class="field search-form__text"><label for="defects-text">${t('search.words')}</label>
+      <input class="input" id="defects-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('search.words_hint')}" data-part="text" /></div>
+    <div class="field code-search"><label for="defects-code">${t('search.code')}</label>
+      <input class="input" id="defects-code" role="combobox" aria-autocomplete="list" aria-expanded="false" aria-controls="defects-codes"
+        autocomplete="off" spellcheck="false" placeholder="${t('form.code_hint')}" data-part="code" />
+      <ul class="code-search__list panel" id="defects-codes" role="listbox" aria-label="${t('form.codes')}" data-part="codes" hidden></ul></div>
+    <div class="field"><label for="defects-severity">${t('search.severity')}</label>
+      <select class="input" id="defects-severity" data-part="severity_from"><option value="">${t('search.any')}</option>
+        ${GRADES.map((grade) => html`<option value="${grade}">${grade} · ${severityWord(grade)}</option>`)}</select></div>
+    <details class="search-form__more" data-part="more"><summary>${t('search.more')}</summary>
+      <div class="search-form__place">
+        <div class="field"><label for="defects-from">${t('search.from')}</label><span class="input-with-unit"><input class="input" id="defects-from" inputmode="decimal" autocomplete="off" aria-describedby="defects-distance" data-part="from_m" /><span class="unit">${lengthUnit}</span></span></div>
+        <div class="field"><label for="defects-to">${t('search.to')}</label><span class="input-with-unit"><input class="input" id="defects-to" inputmode="decimal" autocomplete="off" aria-describedby="defects-distance" data-part="to_m" /><span class="unit">${lengthUnit}</span></span></div>
+        <div class="field"><label for="defects-clock">${t('search.clock')}</label>
+          <select class="input" id="defects-clock" data-part="clock"><option value="">${t('search.any')}</option>
+            ${[
+              ['11-1', t('search.crown')],
+              ['2-4', t('search.right')],
+              ['5-7', t('search.invert')],
+              ['8-10', t('search.left')],
+            ].map(([value, name]) => html`<option value="${value}">${name}</option>`)}
+            ${HOURS.map((hour) => html`<option value="${hour}">${clockHour(hour)}</option>`)}</select></div>
+        <div class="field"><label for="defects-after">${t('search.after')}</label><input class="input" id="defects-after" type="date" data-part="after" /></div>
+        <div class="field"><label for="defects-before">${t('search.before')}</label><input class="input" id="defects-before" type="date" data-part="before" /></div>
+      </div>
+      <span class="fault" id="defects-distance" role="alert" data-part="distanceFault"></span></details>
+  </form>
+  <div class="search-head"><p class="dim number" role="status" data-part="found"></p><span class="find__filters" data-part="chips"></span>
+    <button class="button button--small button--quiet" data-part="clear">${t('list.clear')}</button></div>
+  <div data-part="pending"></div>
+  <data-table class="defects-table" data-part="table"></data-table>
+  <p class="panel find__nothing" data-part="nothing" hidden>${t('search.nothing')}</p>
+  <p class="panel find__nothing" data-part="empty" hidden>${t('search.no_defects')}</p>
+  <list-pager data-part="pager"></list-pager>`;
+
+/** The address of a defect in its inspection: the page opens it at its frame. */
+export const defectPath = ({ inspection_id: inspection, observation_id: defect }) =>
+  `/inspections/${inspection}?${new URLSearchParams({ defect })}`;
+
+const columns = () => [
+  {
+    name: 'severity',
+    title: t('search.severity_column'),
+    sort: 'severity',
+    descends: true,
+    cell: ({ severity }) =>
+      html`<span class="inspection__worst">${severityMark(severity)}<b>${severity ?? ''}</b> <span class="dim">${wordFor('severity', String(severity ?? 'none'))}</span></span>`,
+  },
+  {
+    name: 'defect',
+    title: t('search.defect'),
+    sort: 'code',
+    cell: (
+      item,
+    ) => html`<a href="${defectPath(item)}">${[item.code, item.char1, item.char2].filter(Boolean).join(' ') || t('code.none')}</a>
+      <small>${labelOf(item)}</small>${item.remark && html`<small class="defects-table__remark">“${item.remark}”</small>`}`,
+  },
+  {
+    name: 'distance',
+    title: t('search.distance'),
+    sort: 'distance_m',
+    cell: ({
+      distance_m: m,
+      distance_u95_m: u95,
+      clock,
+    }) => html`${m === null ? html`<span class="dim">–</span>` : html`<b class="number">${chainage(m)}</b> <small class="number">${u95 !== null && plusMinus(u95)}</small>`}
+      ${clock && html`<small>${clockHour(clock)}</small>`}`,
+  },
+  {
+    name: 'asset',
+    title: t('archive.asset'),
+    sort: 'asset',
+    cell: ({ asset }) =>
+      html`${likeButton('asset', asset)}${asset && html`<small><a href="${assetPath(asset)}">${t('assets.history')}</a></small>`}`,
+  },
+  {
+    name: 'project',
+    title: t('archive.project'),
+    sort: 'project',
+    cell: ({ project }) => likeButton('project', project),
+  },
+  {
+    name: 'inspection',
+    title: t('search.inspection'),
+    sort: 'inspection',
+    cell: ({ inspection_id: id, inspection, frame, photo }) =>
+      html`<a href="/inspections/${id}">${inspection}</a><small class="number">${t('search.frame', { frame })}${photo && html` · ${t('search.photo')}`}</small>`,
+  },
+  {
+    name: 'day',
+    title: t('search.day'),
+    sort: 'surveyed_on',
+    descends: true,
+    cell: ({ surveyed_on: on }) => html`<span class="number">${day(on)}</span>`,
+  },
+];
+
+customElements.define('archive-defects', ArchiveDefects);

@@ -1,8 +1,0 @@
-/** Names of observations. */
-
-import { chainage } from '../../core/units.js';
-import { t } from '../../core/words.js';
-
-/** 'BAB at 3.42 m' */
-export const nameOf = ({ code, distance_m }) =>
-  t('desk.at', { what: code || t('desk.tag'), where: chainage(distance_m) });

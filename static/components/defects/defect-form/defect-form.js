@@ -1,0 +1,455 @@
+/** Details of one observation. Every letter is stored as it is typed; there is no Save button. */
+
+import { html, render, setText } from '../../../core/page/html.js';
+import { withKey } from '../../../core/page/keys.js';
+import { mayEdit } from '../../../core/page/rights.js';
+import { Component } from '../../../core/page/store.js';
+import { openStretches, partsOf, stretchNumber, stretchRole } from '../../../core/defects/stretches.js';
+import { chainage, plusMinus, timecode } from '../../../core/wall/units.js';
+import { t } from '../../../core/page/words.js';
+import { codeSearch } from '../code-search/code-search.js';
+import { nameOf } from '../defect-list/names.js';
+import { icon } from '../../shared/icon/icon.js';
+import { copyLink } from '../../desk/inspection-page/links.js';
+import {
+  changeStretch,
+  dissolveStretch,
+  finishStretch,
+  joinPoints,
+  otherEnd,
+  startStretchAt,
+} from '../../desk/inspection-page/stretches.js';
+import '../../film/measure-tool/measure-box.js';
+import { GRADES, severityMark, severityWord } from '../../shared/severity-mark/severity-mark.js';
+import { unitOf } from './units.js';
+import '../attachments/defect-attachments.js';
+import '../../desk/review-panel/defect-review.js';
+import './clock-dial.js';
+import './quick-key.js';
+
+/** Fields for text, and fields for a number of 0 or more. */
+const TEXTS = ['remark', 'recommendation'];
+const NUMBERS = ['quant1', 'quant2', 'cost'];
+const NEEDS = ['code', 'char1', 'char2', 'clock', 'quant1', 'quant2', 'remark'];
+
+export class DefectForm extends Component {
+  /** @type {string} */
+  observationId;
+
+  /** A new object for every visit of a field: everything typed meanwhile is one undo step. */
+  #visit = {};
+  /**
+   * By text field, the stored value that it last showed or stated. The field with the focus does not follow the
+   * store: what is typed there changes this value, not one that somebody else has stored meanwhile.
+   */
+  #seen = {};
+  /** What the proposals on offer depend on. */
+  #proposedFor = [];
+  /** Whether a change of the observation was refused when the form was last filled. */
+  #wasRefused = false;
+
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    /** @type {Parts<'defect-form/defect-form'>} */
+    this.parts = render(
+      this,
+      html`<div class="form__head">
+          <h2 data-part="title"></h2>
+          <button type="button" class="button button--quiet button--small button--icon" data-part="link"
+            title="${withKey(t('link.copy'), 'Y')}" aria-label="${t('link.copy')}">${icon('link')}</button>
+          <button type="button" class="button button--small" data-part="done" title="${t('form.close')}">${icon('check')}${t('form.done')}</button>
+        </div>
+        <p class="form__others" role="status" data-part="others" hidden></p>
+        <form class="form__body" data-part="form">
+          <div class="message message--error form__wide" role="alert" data-part="refused" hidden>${icon('alert')}
+            <div><p data-part="refusal"></p><div class="form__row">
+              <button type="button" class="button button--small" data-part="compare">${icon('swap')}${t('conflict.compare')}</button>
+              <button type="button" class="button button--small" data-part="again">${icon('retry')}${t('form.send_again')}</button>
+              <button type="button" class="button button--small" data-part="giveUp">${icon('undo')}${t('form.give_up')}</button>
+            </div></div></div>
+          <fieldset class="locked" ${!mayEdit() && 'disabled'}>
+          <div class="field form__code code-search">
+            ${head('defect-code', t('form.code'), 'code')}
+            <input class="input" id="defect-code" role="combobox" aria-autocomplete="list" aria-expanded="false"
+              aria-controls="defect-codes" aria-describedby="defect-code-label" autocomplete="off" spellcheck="false"
+              placeholder="${t('form.code_hint')}" data-part="code" />
+            <ul class="code-search__list panel" id="defect-codes" role="listbox" aria-label="${t('form.codes')}" data-part="codes" hidden></ul>
+            <span class="help form__label" id="defect-code-label" data-part="label"></span>
+            <quick-key data-part="quickKey"></quick-key>
+          </div>
+          <div class="field form__kind" data-part="char1Field">${head('defect-char1', t('form.kind'), 'char1')}
+            <select class="input" id="defect-char1" name="char1" aria-describedby="needs-char1" data-part="char1"></select></div>
+          <div class="field" data-part="char2Field">${head('defect-char2', t('form.detail'), 'char2')}
+            <select class="input" id="defect-char2" name="char2" aria-describedby="needs-char2" data-part="char2"></select></div>
+          <fieldset class="form__severity">
+            <legend>${t('form.severity')}</legend>
+            <div class="form__grades">${GRADES.map(
+              (grade) => html`<label
+              title="${withKey(severityWord(grade), `Shift + ${grade}`)}">
+              <input type="radio" name="severity" value="${grade}" />
+              ${severityMark(grade)}<b>${grade}</b></label>`,
+            )}</div>
+            <span class="help" data-part="severityWord"></span>
+          </fieldset>
+          <div class="field form__clock" data-part="clockField">
+            <span class="form__needs"><span class="label">${t('dial.label')}</span>${needed('clock')}</span>
+            <clock-dial data-part="dial"></clock-dial>
+          </div>
+          <div class="form__beside">
+            ${[1, 2].map(
+              (n) => html`<div class="field" data-part="quant${n}Field">
+              ${head(`defect-quant${n}`, n === 1 ? t('form.quantity') : t('form.quantity_2'), `quant${n}`)}
+              <span class="input-with-unit"><input class="input" id="defect-quant${n}" name="quant${n}" inputmode="decimal"
+                autocomplete="off" aria-describedby="needs-quant${n} defect-quant${n}-fault" /><span class="unit" data-part="unit${n}"></span></span>
+              <span class="fault" id="defect-quant${n}-fault" data-part="quant${n}Fault"></span></div>`,
+            )}
+            <div class="field">${head('defect-remark', t('form.remark'), 'remark')}
+              <textarea class="input" id="defect-remark" name="remark" rows="3" maxlength="2000" aria-describedby="needs-remark"></textarea></div>
+          </div>
+          <section class="form__advice form__wide" aria-label="${t('form.advice')}">
+            <div class="field"><label for="defect-recommendation">${t('form.recommendation')}</label>
+              <select class="input" data-part="proposals" aria-label="${t('form.proposals')}" hidden></select>
+              <textarea class="input" id="defect-recommendation" name="recommendation" rows="2" maxlength="1000"></textarea></div>
+            <div class="field form__cost" data-part="costField"><label for="defect-cost">${t('form.cost')}</label>
+              <span class="input-with-unit"><input class="input" id="defect-cost" name="cost" inputmode="decimal"
+                autocomplete="off" aria-describedby="defect-cost-fault" /><span class="unit" data-part="currency"></span></span>
+              <span class="fault" id="defect-cost-fault" data-part="costFault"></span></div>
+          </section>
+          <measure-box class="form__wide" data-part="measures"></measure-box>
+          <section class="form__stretch form__wide" aria-label="${t('stretch.label')}" data-part="stretchField">
+            <p class="number" data-part="stretch"></p>
+            <div class="form__row" data-part="stretchButtons"></div>
+          </section>
+          </fieldset>
+          <section class="form__place form__wide" aria-label="${t('form.place')}">
+            <p class="help number" data-part="anchor"></p>
+            <button type="button" class="button button--small" data-part="move" data-needs="operator" title="${t('form.move_help')}">${icon('move')}${t('form.move')}</button>
+            <defect-attachments data-part="attachments"></defect-attachments>
+          </section>
+          <defect-review class="form__wide"></defect-review>
+        </form>`,
+    );
+    const { parts, desk } = this;
+    this.elements = parts.form.elements;
+    codeSearch(parts.code, parts.codes, desk.catalogue, (row) => this.#pickCode(row));
+    this.listen(parts.done, 'click', () => desk.editing.set(false));
+    this.listen(parts.link, 'click', () => copyLink(desk));
+    this.listen(parts.compare, 'click', () => desk.conflicts.open(desk.conflicts.about(this.observationId)));
+    this.listen(parts.again, 'click', () => desk.observations.sendAgain(this.observationId));
+    this.listen(parts.giveUp, 'click', () => desk.observations.giveUp(this.observationId));
+    this.listen(parts.move, 'click', () => desk.moveHere());
+    this.listen(parts.stretchButtons, 'click', ({ target }) => {
+      const button = target.closest('[data-do]');
+      if (button) this.#stretch(button.dataset.do);
+    });
+    this.listen(parts.proposals, 'change', () => this.#accept(Number(parts.proposals.value)));
+    this.listen(parts.dial, 'pick', ({ detail: { from, to } }) => this.#save({ clock_from: from, clock_to: to }));
+    this.listen(parts.form, 'submit', (event) => {
+      event.preventDefault();
+      desk.editing.set(false);
+    });
+    this.listen(parts.form, 'focusin', () => (this.#visit = {}));
+    this.listen(parts.form, 'input', ({ target }) => this.#typed(target));
+    this.listen(parts.code, 'change', () => this.#leftCode());
+    this.listen(parts.form, 'change', ({ target }) => this.#changed(target));
+    this.listen(parts.form, 'focusout', ({ target }) => isWrong(target) || this.#fill());
+    // While typing, the keys belong to the field; Escape leaves the field and closes the form.
+    this.listen(this, 'keydown', (event) => {
+      if (event.key === 'Escape') desk.editing.set(false);
+    });
+    for (const store of [desk.observations, desk.track, desk.conflicts, desk.proposals]) {
+      this.listen(store, 'change', () => this.#fill());
+    }
+    desk.proposals.loadPatiently();
+    this.listen(desk.people, 'change', () => this.#showOthers());
+    this.#fill();
+    this.#showOthers();
+  }
+
+  /** Focuses the code, and scrolls to the form where it is below the film, as the person opened it. */
+  enter() {
+    this.parts.code.focus({ preventScroll: true });
+    this.parts.code.select();
+    this.scrollIntoView({ block: 'nearest' });
+  }
+
+  get #item() {
+    return this.desk.observations.find(this.observationId);
+  }
+
+  #showOthers() {
+    const { others } = this.parts;
+    const names = this.desk.people.editing(this.observationId);
+    others.hidden = names.length === 0;
+    setText(others, names.length ? t('people.editing', { n: names.length, names: names.join(', ') }) : '');
+  }
+
+  #save(changes) {
+    this.desk.observations.edit(this.observationId, changes, this.#state(changes));
+  }
+
+  /** Notes what the text fields of a change state from now on; returns what they stated before. */
+  #state(changes) {
+    const names = Object.keys(changes).filter((name) => name in this.#seen);
+    const before = Object.fromEntries(names.map((name) => [name, this.#seen[name]]));
+    for (const name of names) this.#seen[name] = changes[name];
+    return before;
+  }
+
+  #pickCode(row) {
+    this.parts.code.value = row.code;
+    this.#save(codeOf(row));
+  }
+
+  /** Handles typing in a field; a choice reports `change` instead. */
+  #typed(field) {
+    const changes = field === this.parts.code ? this.#codeTyped : this.#textTyped(field);
+    if (!changes) return;
+    this.desk.observations.type(this.observationId, changes, this.#visit, this.#state(changes));
+  }
+
+  /** Whether a code is typed in full, 'BAB' or 'bab b a': it counts without being picked from the list. */
+  get #codeTyped() {
+    const text = this.parts.code.value.trim();
+    if ([this.#item.code, this.#seen.code].some((code) => text.toUpperCase() === (code ?? ''))) return null;
+    const row = this.desk.catalogue.typed(text);
+    return row && codeOf(row);
+  }
+
+  #textTyped({ name, value }) {
+    if (TEXTS.includes(name)) return { [name]: value.trim() || null };
+    if (!NUMBERS.includes(name)) return null;
+    const number = quantityIn(value);
+    return number === undefined ? null : { [name]: number };
+  }
+
+  #leftCode() {
+    const { code } = this.parts;
+    const text = code.value.trim();
+    if (text && !this.desk.catalogue.typed(text)) this.desk.fault(t('code.not_found', { text }));
+    if (!text && this.#seen.code !== null) this.#save({ code: null, char1: null, char2: null });
+    this.#put('code', code, this.#item?.code, true);
+  }
+
+  #changed({ name, value }) {
+    if (!name) return;
+    if (NUMBERS.includes(name)) {
+      const number = quantityIn(value);
+      const isFault = number === undefined;
+      this.parts[`${name}Fault`].textContent = isFault ? t('form.quantity_fault') : '';
+      this.elements.namedItem(name).setAttribute('aria-invalid', String(isFault));
+      if (!isFault) this.#left(name, number);
+    } else if (name === 'severity') {
+      this.#save({ severity: Number(value) });
+    } else if (name === 'char1') {
+      this.#save({ char1: value || null, char2: null });
+    } else if (TEXTS.includes(name)) {
+      this.#left(name, value.trim() || null);
+    } else {
+      this.#save({ [name]: value || null });
+    }
+  }
+
+  /** Saves the value of a text field that is left, unless it is what the field stated before. */
+  #left(name, value) {
+    if (value !== this.#seen[name]) this.#save({ [name]: value });
+  }
+
+  #stretch(what) {
+    const { desk } = this;
+    const item = this.#item;
+    const number = stretchNumber(item);
+    if (what === 'start') startStretchAt(desk, item);
+    if (what === 'join') joinPoints(desk, otherEnd(desk, item), item);
+    if (what === 'finish') finishStretch(desk, number);
+    if (what === 'change') changeStretch(desk, number);
+    if (what === 'dissolve') dissolveStretch(desk, item);
+  }
+
+  /** Shows the observation, except in the field in which the person is typing: unless what was typed was discarded. */
+  #fill() {
+    const item = this.#item;
+    if (!item) return;
+    const { parts, elements } = this;
+    const isDiscarded = this.#wasRefused && item.save === 'saved';
+    this.#wasRefused = item.save === 'refused';
+    const { catalogue } = this.desk;
+    parts.title.textContent = `${nameOf(item)} ${plusMinus(item.distance_u95_m)}`;
+    parts.refused.hidden = item.save !== 'refused';
+    const isOvertaken = this.desk.conflicts.about(item.id) !== undefined;
+    parts.compare.hidden = !isOvertaken;
+    parts.again.hidden = parts.giveUp.hidden = isOvertaken; // Compare replaces these two
+    parts.refusal.textContent = item.save === 'refused' ? t('defects.refused', { reason: item.refusal }) : '';
+    this.#put('code', parts.code, item.code, isDiscarded);
+    parts.label.textContent = item.code ? catalogue.label(item.code, item.char1, item.char2) : t('form.no_code');
+    parts.quickKey.show(item);
+    this.#offer('char1', catalogue.firstChars(item.code, item.char1), item.char1);
+    this.#offer('char2', catalogue.secondChars(item.code, item.char1, item.char2), item.char2);
+    const grade = item.severity ?? null;
+    for (const radio of elements.namedItem('severity')) radio.checked = radio.value === String(grade);
+    parts.severityWord.textContent = severityWord(grade);
+    for (const name of [...TEXTS, ...NUMBERS]) this.#put(name, elements.namedItem(name), item[name], isDiscarded);
+    this.#fillNeeds(item, catalogue.row(item.code, item.char1, item.char2));
+    this.#fillAdvice(item);
+    parts.measures.set(item);
+    this.#fillStretch(item);
+    parts.anchor.textContent = anchorText(item);
+  }
+
+  /** Shows only the fields that the code needs; filled ones stay visible. */
+  #fillNeeds(item, rules) {
+    const { parts } = this;
+    const isAsked = (need, ...values) => (need ?? 'no') !== 'no' || values.some((value) => (value ?? null) !== null);
+    parts.clockField.hidden = !isAsked(rules?.needs_clock, item.clock_from, item.clock_to);
+    parts.dial.set(
+      { from: item.clock_from ?? null, to: item.clock_to ?? null },
+      this.desk.measuredHour(item) ?? (item.clock_from ? null : (item.clock ?? null)),
+    );
+    for (const n of /** @type {const} */ ([1, 2])) {
+      const value = item[`quant${n}`] ?? null;
+      parts[`quant${n}Field`].hidden = !isAsked(rules?.[`needs_q${n}`], value);
+      parts[`unit${n}`].textContent = unitOf(rules, n);
+    }
+    const lacks = this.desk.catalogue.missing(item);
+    for (const name of NEEDS) parts[`${name}Needed`].hidden = !lacks.includes(name);
+  }
+
+  /** Offers the proposals for the defect; the cost is asked where the project wants costs. */
+  #fillAdvice(item) {
+    const { parts, desk } = this;
+    const { costs, currency } = desk.proposals.value;
+    parts.costField.hidden = !costs && (item.cost ?? null) === null;
+    parts.currency.textContent = currency;
+    const proposedFor = [item.code, item.char1, item.severity, desk.proposals.value];
+    if (proposedFor.every((value, i) => value === this.#proposedFor[i])) return;
+    this.#proposedFor = proposedFor;
+    const proposals = desk.proposals.of(item);
+    parts.proposals.hidden = proposals.length === 0;
+    render(
+      parts.proposals,
+      html`<option value="">${t('form.propose')}</option>${proposals.map(
+        ({ text, cost }, i) => html`<option value="${i}">
+        ${costs && cost !== null ? `${text} (${cost} ${currency})` : text}</option>`,
+      )}`,
+    );
+  }
+
+  /** Takes a proposal over, as one step that can be undone; the person may go on writing in it. */
+  #accept(number) {
+    const { parts, desk } = this;
+    const { text, cost } = desk.proposals.of(this.#item)[number];
+    parts.proposals.value = '';
+    this.#save({ recommendation: text, ...(desk.proposals.value.costs && cost !== null && { cost }) });
+    this.elements.namedItem('recommendation').focus();
+  }
+
+  #fillStretch(item) {
+    const { parts, desk } = this;
+    const number = stretchNumber(item);
+    const rules = desk.catalogue.row(item.code, item.char1, item.char2);
+    parts.stretchField.hidden = number === null && rules !== null && !rules.continuous_allowed;
+    parts.stretch.textContent = number === null ? t('stretch.is_point') : stretchText(desk, item);
+    const other = otherEnd(desk, item);
+    const isOpen = openStretches(desk.observations.value).some((stretch) => Number(stretch.number) === number);
+    /** @type {[string, import('../../shared/icon/icon.js').IconName, string, string][]} what, sign, label, key */
+    const buttons =
+      number === null
+        ? [
+            ['start', 'stretch', t('stretch.start_at', { where: chainage(item.distance_m) }), ''],
+            other && ['join', 'stretch', t('stretch.join', { where: chainage(other.distance_m) }), ''],
+          ]
+        : [
+            isOpen && ['finish', 'check', t('stretch.finish'), 'F'],
+            isOpen && ['change', 'edit', t('stretch.change'), 'C'],
+            ['dissolve', 'close', t('stretch.dissolve'), ''],
+          ];
+    const shows = JSON.stringify(buttons);
+    if (parts.stretchButtons.dataset.shows === shows) return;
+    parts.stretchButtons.dataset.shows = shows;
+    render(
+      parts.stretchButtons,
+      html`${buttons.filter(Boolean).map(
+        ([what, sign, label, key]) => html`<button type="button"
+        class="button button--small" data-do="${what}" title="${withKey(label, key)}">${icon(sign)}${label}</button>`,
+      )}`,
+    );
+  }
+
+  #offer(name, choices, value) {
+    const select = this.parts[name];
+    this.parts[`${name}Field`].hidden = choices.length === 0;
+    const shows = JSON.stringify(choices);
+    if (select.dataset.shows !== shows) {
+      select.dataset.shows = shows;
+      render(
+        select,
+        html`<option value="">${t('page.not_stated')}</option>${choices.map(
+          (choice) => html`<option value="${choice.value}">
+          ${choice.value} – ${choice.label}</option>`,
+        )}`,
+      );
+    }
+    select.value = value ?? '';
+  }
+
+  /** Shows a stored value in a text field; `isAlways`: even while the person is in it. */
+  #put(name, field, value = null, isAlways = false) {
+    if (field === document.activeElement && !isAlways) return;
+    field.value = value ?? '';
+    this.#seen[name] = value;
+  }
+}
+
+const codeOf = ({ code, char1, char2 }) => ({ code, char1: char1 || null, char2: char2 || null });
+
+/** Whether a field holds a text that is not allowed, for the person to correct. */
+const isWrong = (field) => field.getAttribute('aria-invalid') === 'true';
+
+/** Returns the number of a text, null when it is empty, undefined when it is not allowed. */
+function quantityIn(text) {
+  if (text.trim() === '') return null;
+  const number = Number(text.trim().replace(',', '.'));
+  return Number.isFinite(number) && number >= 0 ? number : undefined;
+}
+
+/** Marks a field that a report needs; an empty one blocks nothing here. */
+const needed = (name) =>
+  html`<span class="form__needed" id="needs-${name}" data-part="${name}Needed" hidden>${t('form.needed')}</span>`;
+
+const head = (id, label, name) =>
+  html`<span class="form__needs"><label for="${id}">${label}</label>${needed(name)}</span>`;
+
+/**
+ * @param {import('../../desk/inspection-page/desk.js').Desk} desk
+ * @param {import('../../../core/defects/observations.js').Observation} item
+ */
+function stretchText({ observations, hereM }, item) {
+  const number = stretchNumber(item);
+  const parts = partsOf(observations.value, item);
+  const [start, finish] = ['A', 'B'].map((role) => parts.find((part) => stretchRole(part) === role));
+  const role = {
+    A: t('stretch.role_start', { number }),
+    B: t('stretch.role_finish', { number }),
+    C: t('stretch.role_change', { number }),
+  }[stretchRole(item)];
+  if (!start) return t('stretch.without_start', { role });
+  if (start.distance_m === null) return role;
+  const end = finish?.distance_m ?? hereM ?? start.distance_m;
+  const length = chainage(Math.abs(end - start.distance_m));
+  return finish ? t('stretch.length', { role, length }) : t('stretch.length_so_far', { role, length });
+}
+
+/** @param {import('../../../core/defects/observations.js').Observation} item */
+function anchorText({ frame, time_s: time, pixel, joint_no: joint, at_joint: isAtJoint, photo_error: photoError }) {
+  return [
+    t('form.frame', { frame }),
+    time !== undefined && time !== null && timecode(time),
+    pixel && t('form.pixel', { pixel: pixel.map(Math.round).join(', ') }),
+    isAtJoint && joint && t('form.at_joint', { joint }),
+    photoError && t('form.no_photo', { reason: photoError }),
+  ]
+    .filter(Boolean)
+    .join(' · ');
+}
+
+customElements.define('defect-form', DefectForm);

@@ -1,0 +1,101 @@
+/** The review of the inspection: its state with who and when, the next step, the open questions. */
+
+import { html, render } from '../../../core/page/html.js';
+import { isForAdmins, nextStates } from '../../../core/defects/review.js';
+import { may } from '../../../core/page/rights.js';
+import { Component } from '../../../core/page/store.js';
+import { date } from '../../../core/wall/units.js';
+import { t, wordFor } from '../../../core/page/words.js';
+import { nameOf } from '../../defects/defect-list/names.js';
+import { icon } from '../../shared/icon/icon.js';
+import { reviewChip } from '../../shared/status-chip/status-chip.js';
+import { orToast } from '../../shared/toast-stack/toast-stack.js';
+import { goToQuestion, pressed, remarkRow } from './remarks.js';
+import { askStep } from './steps.js';
+
+export class ReviewPanel extends Component {
+  mount() {
+    this.desk = this.closest('inspection-page').desk;
+    const { desk } = this;
+    this.classList.add('review');
+    this.listen(this, 'click', (event) => {
+      const { move, next } = event.target.closest('[data-move], [data-next]')?.dataset ?? {};
+      orToast(async () => {
+        if (move) await this.#move(move);
+        else if (next !== undefined) goToQuestion(desk);
+        else await pressed(desk, event);
+      });
+    });
+    for (const store of [desk.review, desk.inspection, desk.observations])
+      this.listen(store, 'change', () => this.#show());
+    this.#show();
+  }
+
+  async #move(state) {
+    const { desk } = this;
+    const blocking = (desk.checks.value ?? []).filter(({ level }) => level === 'block').length;
+    const chosen = await askStep(state, state === 'reopened' ? 0 : blocking);
+    if (chosen === null) return;
+    if (desk.hasRefused) {
+      desk.fault(t('reviewing.undecided'));
+      return;
+    }
+    await desk.whenSent(this.signal);
+    await desk.review.move(state, chosen.reason);
+    await desk.inspection.load();
+    desk.done(t('reviewing.moved', { state: wordFor('review', state) }), { action: null });
+  }
+
+  #show() {
+    const { desk } = this;
+    const { value: review } = desk.review;
+    if (review === null) return;
+    const { value: defects } = desk.observations;
+    const { questions } = desk.review;
+    const accepted = defects.filter((item) => desk.review.isAccepted(item)).length;
+    const shown = JSON.stringify([review, accepted, defects.length, desk.inspection.isUnfinished]);
+    if (this.dataset.shows === shown) return;
+    this.dataset.shows = shown;
+    render(
+      this,
+      html`<div class="review__head">
+          <p role="status">${reviewChip(review.state)} ${review.by && html`<span class="dim">${t('reviewing.by', { who: review.by, when: date(review.at) })}</span>`}</p>
+          ${this.#stepsMarkup(review.state)}
+        </div>
+        <section class="review__part" aria-label="${t('remark.question')}">
+          <p class="review__line"><b>${questions.length ? t('reviewing.questions', { n: questions.length }) : t('reviewing.no_questions')}</b>
+            <span class="dim">${t('reviewing.progress', { accepted, all: defects.length })}</span>
+            ${questions.length > 0 && html`<button type="button" class="button button--small" data-next>${t('reviewing.next')}<kbd>Q</kbd></button>`}</p>
+          <ul class="remarks">${questions.map((remark) => remarkRow(remark, { name: this.#nameOf(remark) }))}</ul>
+        </section>
+        <section class="review__part">
+          <h3>${t('reviewing.steps')}</h3>
+          ${review.steps.length === 0 && html`<p class="dim">${t('reviewing.no_steps')}</p>`}
+          <ol class="remarks">${review.steps.toReversed().map(
+            ({ state, by, at, reason }) => html`<li class="remark">${icon('forward')}
+            <div class="remark__what"><p><b>${wordFor('review', state)}</b></p>${reason && html`<p class="remark__text">${reason}</p>`}
+            <p class="dim remark__who">${t('reviewing.by', { who: by, when: date(at) })}</p></div></li>`,
+          )}</ol>
+        </section>`,
+    );
+  }
+
+  #nameOf({ observation }) {
+    const item = this.desk.observations.find(observation);
+    return item ? nameOf(item) : t('history.deleted_defect');
+  }
+
+  #stepsMarkup(state) {
+    if (!may('operator')) return null;
+    if (this.desk.inspection.isUnfinished) return html`<p class="dim">${t('reviewing.not_ended')}</p>`;
+    const isAllowed = (wanted) => may(isForAdmins(state, wanted) ? 'admin' : 'operator');
+    const steps = nextStates(state);
+    return html`<p class="review__steps">${steps.map(
+      (wanted, i) => html`<button type="button" class="button ${i === 0 && 'button--primary'}"
+        data-move="${wanted}" ${!isAllowed(wanted) && 'disabled'}>${wordFor('review_step', wanted)}</button>`,
+    )}</p>
+      ${!steps.every(isAllowed) && html`<p class="dim">${t('reviewing.for_admins')}</p>`}`;
+  }
+}
+
+customElements.define('review-panel', ReviewPanel);

@@ -1,0 +1,46 @@
+/** Describes how a frame was tracked: a sentence, and its level. */
+
+import { t } from '../../../core/page/words.js';
+
+const percent = (share) => ({ percent: Math.round(100 * share) });
+
+const COMPLAINTS = {
+  too_fast: ({ overlap }) => t('readout.too_fast', percent(overlap)),
+  too_dark: () => t('readout.too_dark'),
+  too_bright: () => t('readout.too_bright'),
+  blurred: () => t('readout.blurred'),
+  lens_dirty: ({ fixed_pattern: share }) => t('readout.lens_dirty', percent(share)),
+};
+/** More complaints do not help the driver. */
+const MOST_NAMED = 2;
+
+/** The levels from good to bad. */
+export const LEVELS = ['none', 'ok', 'weak', 'lost'];
+
+/**
+ * @param {'ok'|'weak'|'lost'|null} status null: not tracked
+ * @param {{overlap: number, fixed_pattern: number, complaints: string[]}|null} health
+ * @param {number} lostS since the last frame that was not lost
+ * @param {boolean} isAround whether the robot stands and its camera looks around
+ * @returns {{level: string, what: string, text: string}} what: changes when the text should be announced
+ */
+export function healthWords(status, health, lostS, isAround) {
+  if (!status) return { level: 'none', what: '', text: t('readout.none') };
+  const names = (health?.complaints ?? []).slice(0, MOST_NAMED);
+  const why = names.map((name) => COMPLAINTS[name](health)).join(' · ');
+  if (isAround && status !== 'lost') return { level: status, what: 'around', text: t('readout.looking_around') };
+  const what = `${status} ${names}`;
+  const level = status === 'ok' && why ? 'weak' : status;
+  return { level, what, text: upperFirst(sentence(status, why, lostS)) };
+}
+
+function sentence(status, why, lostS) {
+  if (status === 'lost') {
+    const lost = t('readout.lost', { s: lostS.toFixed(1) });
+    return why ? t('readout.because', { what: lost, why }) : lost;
+  }
+  if (status === 'weak') return t('readout.weak', { why: why || t('readout.unsure') });
+  return why || t('readout.ok');
+}
+
+const upperFirst = (text) => text.charAt(0).toUpperCase() + text.slice(1);

@@ -1,0 +1,397 @@
+/**
+ * New inspection: films are uploaded while the header and the rig are filled in, or a camera is chosen. Each of
+ * several films becomes an inspection, with the same header and rig.
+ */
+
+import { ApiError, get, poll, post, remove, session } from '../../../core/server/api.js';
+import { html, render, setText } from '../../../core/page/html.js';
+import { preferences } from '../../../core/page/preferences.js';
+import { recall, remember } from '../../../core/page/remembered.js';
+import { Component } from '../../../core/page/store.js';
+import { date } from '../../../core/wall/units.js';
+import { errorText, t } from '../../../core/page/words.js';
+import { icon } from '../../shared/icon/icon.js';
+import { topBar } from '../../shared/top-bar/top-bar.js';
+import '../film-picker/film-picker.js';
+import '../../desk/header-form/header-form.js';
+import '../rig-form/rig-form.js';
+import '../rig-wizard/rig-wizard.js';
+import '../source-picker/source-picker.js';
+
+const REMEMBERED = 'chainage.header';
+
+/** Fields known only after the survey, or filled in by the program. */
+const NOT_YET = new Set(['end_condition', 'abandon_reason', 'video_files']);
+/**
+ * People and equipment, which are proposed for the next inspection. Other fields belong to the asset or the
+ * day.
+ */
+const REMEMBERED_FIELDS = new Set([
+  'client',
+  'contractor',
+  'operator',
+  'operator_certificate',
+  'reviewer',
+  'method',
+  'standard',
+  'edition',
+  'code_pack',
+  'rig_id',
+  'calibration_id',
+  'camera',
+  'lens',
+  'camera_offset_m',
+  'tether',
+]);
+const ASK_CAMERA_EVERY_S = 0.3;
+const STANDARD = { standard: 'EN 13508-2', edition: '2003+A1:2011' };
+
+export class NewInspection extends Component {
+  /** The film whose picture size is compared with the rig's. */
+  #measured = null;
+  /** Id of the upload that the server was asked about. */
+  #described = null;
+  /** The name that was proposed after a film. */
+  #proposed = null;
+  /** Ends the wait for the camera's first picture; null while there is no wait. */
+  #connecting = null;
+
+  mount() {
+    document.title = t('new.page');
+    /** @type {Parts<'new-inspection/new-inspection'>} */
+    this.parts = render(
+      this,
+      html`${topBar(t('new.title'))}
+        <main id="main" class="content new" tabindex="-1">
+          <div class="content__head"><h1>${t('new.title')}</h1></div>
+          <form class="new__form" data-part="form" data-needs="operator" novalidate>
+            <section class="panel new__section" aria-labelledby="new-video">
+              <h2 id="new-video">${t('new.video')}</h2>
+              <fieldset class="new__kinds" data-part="kinds">
+                <legend class="visually-hidden">${t('new.kind')}</legend>
+                ${kind('upload', 'film', t('new.kind_file'), true)}
+                ${kind('live', 'live', t('new.kind_live'), false)}
+              </fieldset>
+              <source-picker data-part="camera" hidden></source-picker>
+              <film-picker data-part="picker"></film-picker>
+              <p class="fault" role="alert" data-part="videoFault"></p>
+            </section>
+
+            <section class="panel new__section" aria-labelledby="new-header">
+              <h2 id="new-header">${t('new.what')}</h2>
+              <p class="help" data-part="namedAlike" hidden>${t('new.named_after_files')}</p>
+              <div class="field" data-part="nameField">
+                <label for="new-name">${t('new.name')}</label>
+                <input class="input" id="new-name" maxlength="200" autocomplete="off" data-part="name"
+                  aria-describedby="new-name-fault" />
+                <span class="fault" id="new-name-fault" data-part="nameFault"></span>
+              </div>
+              <header-form data-part="header"></header-form>
+            </section>
+
+            <section class="panel new__section" aria-labelledby="new-rig">
+              <h2 id="new-rig">${t('new.rig')}</h2>
+              <rig-wizard data-part="wizard"></rig-wizard>
+              <rig-form data-part="rig"></rig-form>
+            </section>
+
+            <div class="new__foot">
+              <p class="fault" role="alert" data-part="fault"></p>
+              <button type="button" class="button" data-part="stop" hidden>${t('page.cancel')}</button>
+              <button class="button button--primary" data-part="start">${t('new.start')}</button>
+            </div>
+          </form>
+        </main>`,
+    );
+    const { picker, form } = this.parts;
+    this.parts.header.without = NOT_YET;
+    this.parts.wizard.rig = this.parts.rig;
+    this.listen(this.parts.kinds, 'change', () => this.#showKind());
+    this.listen(this.parts.camera, 'source', () => (this.parts.rig.video = null));
+    this.listen(this.parts.stop, 'click', () => this.#connecting?.abort());
+    this.listen(picker, 'films', () => this.#showFilms());
+    this.listen(picker.queue, 'change', () => {
+      this.#showStart();
+      this.#showWizard();
+    });
+    this.listen(picker.queue, 'end', () => this.#leave());
+    this.listen(this.parts.name, 'input', () => this.#checkName());
+    this.listen(form, 'submit', (event) => {
+      event.preventDefault();
+      this.#submit();
+    });
+    this.listen(window, 'beforeunload', (event) => {
+      if (picker.queue.sending) event.preventDefault();
+    });
+    // The log-in page is next: the question about leaving would be in its way.
+    this.listen(session, 'signed-out', () => picker.queue.pause());
+    this.listen(this.parts.rig, 'rig', () => this.#suggestPipe());
+    this.listen(this.parts.rig, 'named', ({ detail }) => this.parts.header.suggest({ rig_id: detail }));
+    this.listen(this.parts.wizard, 'shown', ({ detail }) => this.parts.header.propose(detail));
+    this.#recall();
+    this.#showFilms();
+    this.#showWizard();
+  }
+
+  get #queue() {
+    return this.parts.picker.queue;
+  }
+
+  get #isLive() {
+    return this.parts.kinds.querySelector(':checked').value === 'live';
+  }
+
+  #showKind() {
+    const isLive = this.#isLive;
+    const { camera, picker, wizard, name, rig, videoFault } = this.parts;
+    camera.hidden = !isLive;
+    wizard.hidden = isLive;
+    picker.hidden = isLive;
+    videoFault.textContent = '';
+    this.#queue.stopMaking();
+    this.#measured = rig.video = null;
+    if (isLive && !name.value) name.value = t('new.live_name', { time: date(new Date()) });
+    this.#showFilms();
+  }
+
+  #showFilms() {
+    const { name, nameField, namedAlike, picker, videoFault } = this.parts;
+    const { films } = this.#queue;
+    const isMany = films.length > 1 && !this.#isLive;
+    nameField.hidden = isMany;
+    namedAlike.hidden = !isMany;
+    if (films.length) videoFault.textContent = '';
+    if (films.length === 1 && (!name.value || name.value === this.#proposed)) {
+      [this.#proposed] = picker.names;
+      name.value = this.#proposed;
+      this.#checkName();
+    }
+    this.#measure(this.#isLive ? null : (films[0]?.file ?? null));
+    this.#showStart();
+  }
+
+  /** Wizard and rig show the first film that has arrived. */
+  #showWizard() {
+    const { films } = this.#queue;
+    const arrived = films.find(({ upload, inspection }) => upload.state === 'DONE' && !inspection);
+    this.parts.wizard.uploadId = arrived?.upload.id ?? null;
+    this.parts.rig.picture = arrived ? `/api/uploads/${arrived.upload.id}/picture` : null;
+    if (arrived && arrived.upload.id !== this.#described) this.#describe(arrived.upload.id);
+  }
+
+  /** Tells the rig what the film states. A film that the server cannot read is refused with a reason later. */
+  async #describe(id) {
+    this.#described = id;
+    try {
+      const film = await get(`/api/uploads/${id}/axis`, this.signal);
+      if (id === this.#described) this.parts.rig.video = film;
+    } catch (error) {
+      if (error.name !== 'AbortError' && !(error instanceof ApiError)) throw error;
+    }
+  }
+
+  /** Compares the picture size of a film with the rig's, if this browser can open the file. */
+  #measure(file) {
+    if (file === this.#measured) return;
+    this.#measured = file;
+    this.parts.rig.video = null;
+    if (!file) return;
+    const video = document.createElement('video');
+    const url = URL.createObjectURL(file);
+    const finish = (size) => {
+      video.onloadeddata = video.onerror = null;
+      video.removeAttribute('src'); // it would read on
+      video.load();
+      URL.revokeObjectURL(url);
+      if (this.#measured === file) this.parts.rig.video = size;
+    };
+    video.preload = 'auto';
+    video.onloadeddata = () => finish(sizeOf(video));
+    video.onerror = () => finish(null);
+    video.src = url;
+  }
+
+  #submit() {
+    this.parts.fault.textContent = '';
+    const isMany = this.parts.nameField.hidden;
+    const isNamed = isMany || this.#checkName();
+    const isRigGood = this.parts.rig.check();
+    if (this.#isLive) {
+      if (!isNamed) this.parts.name.focus();
+      if (this.parts.camera.check() && isNamed && isRigGood) this.#connect();
+      return;
+    }
+    const hasFilm = this.#queue.films.some(({ inspection }) => !inspection);
+    this.parts.videoFault.textContent = hasFilm ? '' : t('new.choose_first');
+    if (!hasFilm) this.parts.picker.focus();
+    else if (!isNamed) this.parts.name.focus();
+    if (hasFilm && isNamed && isRigGood) this.#make();
+  }
+
+  /** Makes an inspection of each film, with what the form says now. */
+  #make() {
+    const { picker, name, header, rig, fault, wizard } = this.parts;
+    const { counter } = wizard;
+    const stated = { rig: rig.value, header: header.value, ...(counter && { counter }) };
+    this.#remember(stated.header);
+    this.#queue.makeWith(async (film) => {
+      const { films } = this.#queue;
+      const title = films.length === 1 ? name.value.trim() : picker.names[films.indexOf(film)];
+      const source = { kind: 'upload', upload_id: film.upload.id };
+      try {
+        return (await post('/api/inspections', { name: title, source, ...stated })).id;
+      } catch (error) {
+        // It would be refused for each film.
+        if (error.code === 'invalid_rig') {
+          this.#queue.stopMaking();
+          fault.textContent = errorText(error);
+        }
+        throw error;
+      }
+    });
+  }
+
+  /** Opens what has been made, or says what has failed. */
+  #leave() {
+    const { films } = this.#queue;
+    if (!films.length) return;
+    const failed = films.filter(({ inspection }) => !inspection);
+    if (!failed.length) {
+      location.assign(films.length === 1 ? `/inspections/${films[0].inspection}` : '/');
+    } else if (films.length === 1) this.parts.fault.textContent = failed[0].refused ?? failed[0].upload.reason;
+    else this.parts.fault.textContent = t('new.some_failed', { n: failed.length, made: films.length - failed.length });
+  }
+
+  #checkName() {
+    const isNamed = this.parts.name.value.trim() !== '';
+    this.parts.nameFault.textContent = isNamed ? '' : t('new.name_needed');
+    this.parts.name.setAttribute('aria-invalid', String(!isNamed));
+    return isNamed;
+  }
+
+  /** Shows what the button does, or what it waits for; nothing can be started meanwhile. */
+  #showStart() {
+    const waiting = this.#connecting ? t('live.connecting') : this.#queue.isMaking ? t('new.starts_later') : '';
+    this.parts.start.disabled = waiting !== '';
+    setText(this.parts.start, waiting || (this.#isLive ? t('new.record') : t('new.start')));
+  }
+
+  /** Starts the camera and opens its page when it delivers pictures; otherwise deletes the inspection. */
+  async #connect() {
+    const { camera, stop, fault } = this.parts;
+    this.#connecting = new AbortController();
+    this.#showStart();
+    stop.hidden = false;
+    try {
+      const stated = { rig: this.parts.rig.value, header: this.parts.header.value };
+      this.#remember(stated.header);
+      const source = { kind: 'live', url: camera.value };
+      const { id } = await post('/api/inspections', { name: this.parts.name.value.trim(), source, ...stated });
+      const signal = AbortSignal.any([this.#connecting.signal, this.signal]);
+      const refused = await this.#refusal(id, signal);
+      if (!refused && !signal.aborted) {
+        camera.remember();
+        location.assign(`/inspections/${id}`);
+        return;
+      }
+      await remove(`/api/inspections/${id}`);
+      if (refused) this.#showRefusal(refused);
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      if (error.code === 'live_source_refused') camera.fault(errorText(error));
+      else fault.textContent = errorText(error);
+    }
+    this.#connecting = null;
+    stop.hidden = true;
+    this.#showStart();
+  }
+
+  /**
+   * Returns why the camera delivers no pictures, as an error of the API; null when it does, or on `signal`.
+   */
+  async #refusal(id, signal) {
+    let refused = null;
+    await poll(
+      async () => {
+        const { status, error, live } = await get(`/api/inspections/${id}`, signal);
+        refused = status === 'failed' ? error : null;
+        return status === 'running' && !live?.connected ? ASK_CAMERA_EVERY_S : null;
+      },
+      signal,
+      (error) => (refused = { code: error.code, detail: error.message }),
+    );
+    return refused;
+  }
+
+  #showRefusal(error) {
+    const { camera, rig } = this.parts;
+    const size = /(\d+)x(\d+) px/.exec(error.detail);
+    if (error.code === 'rig_video_mismatch' && size) {
+      rig.video = { width: Number(size[1]), height: Number(size[2]) };
+      rig.check();
+    } else camera.fault(errorText(error));
+  }
+
+  #remember(header) {
+    remember(REMEMBERED, rememberedOf(header));
+    this.parts.rig.remember();
+  }
+
+  /** Fills in people and equipment of the last inspection, the present time, and values from the rig. */
+  #recall() {
+    const { header } = this.parts;
+    const now = new Date();
+    const digits = (number) => String(number).padStart(2, '0');
+    header.value = rememberedOf(recall(REMEMBERED, {}));
+    header.suggest({
+      ...STANDARD,
+      date: `${now.getFullYear()}-${digits(now.getMonth() + 1)}-${digits(now.getDate())}`,
+      time: `${digits(now.getHours())}:${digits(now.getMinutes())}`,
+      code_pack: preferences.value.pack ?? undefined,
+    });
+    this.#suggestPipe();
+  }
+
+  #suggestPipe() {
+    const { pipe } = this.parts.rig.value;
+    const length = pipe.segment_length_mm;
+    this.parts.header.suggest({
+      shape: pipe.shape === 'circular' ? 'circular' : 'rectangular',
+      height_mm: pipe.shape === 'circular' ? pipe.diameter_mm : undefined,
+      unit_length_m: length ? length / 1000 : undefined,
+    });
+  }
+}
+
+const rememberedOf = (header) =>
+  Object.fromEntries(Object.entries(header).filter(([name, value]) => REMEMBERED_FIELDS.has(name) && value !== null));
+
+const kind = (value, sign, label, isChosen) => html`<label class="new__kind">
+  <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;
+
+/**
+ * Returns the size of a video in its own pixels; that of square pixels, until the server has the film, where a browser
+ * tells no more: VideoFrame exists over https and on localhost, and a busy browser may not have drawn a picture yet.
+ */
+function sizeOf(video) {
+  const { videoWidth: width, videoHeight: height } = video;
+  const own = ownSize(video);
+  if (!own) return { width, height };
+  const isTurned = own.width > own.height !== width > height;
+  return isTurned ? { width: own.height, height: own.width } : { width: own.width, height: own.height };
+}
+
+function ownSize(video) {
+  if (!('VideoFrame' in globalThis)) return null;
+  try {
+    const picture = new VideoFrame(video);
+    const own = picture.visibleRect;
+    picture.close();
+    return own;
+  } catch (error) {
+    if (error.name === 'InvalidStateError') return null;
+    throw error;
+  }
+}
+
+customElements.define('new-inspection', NewInspection);

@@ -1,0 +1,348 @@
+/**
+ * The rig: presets, a rig.json, or by hand, checked while typing.
+ *
+ * `value` is the rig in the form of the API, `check()` shows every fault and returns whether there is none.
+ * Event `rig`: a value has changed. Event `named`: it has a name in the library, which is the detail.
+ */
+
+import { get } from '../../../core/server/api.js';
+import { html, render } from '../../../core/page/html.js';
+import { resized } from '../../../core/wall/lens.js';
+import { recall, remember } from '../../../core/page/remembered.js';
+import { Component } from '../../../core/page/store.js';
+import { t } from '../../../core/page/words.js';
+import { icon } from '../../shared/icon/icon.js';
+import { ALL_FIELDS, FOLDED, GROUPS, LENS_PX, fault, jointFaults, parse, turned } from './fields.js';
+import { askBoard } from './board-dialog.js';
+import './known-by.js';
+import './lens-fields.js';
+import './rig-picture.js';
+import { openRigLibrary } from './rig-library.js';
+import { rigSketch } from './rig-sketch.js';
+
+const REMEMBERED = 'chainage.rig';
+const REMEMBERED_LENS = 'chainage.rig.lens';
+const OF_A_PIPE = ['pipe.diameter_mm', 'tolerance.diameter_mm'];
+/** fy / fx of a lens may differ from what its film states by this share: digitisers of television round it. */
+const PIXELS_DIFFER = 0.03;
+const idOf = (path) => `rig-${path.replace('.', '-')}`;
+
+export class RigForm extends Component {
+  #touched = new Set();
+  /** @type {[number, number]|null} */
+  /** @type {import('../../../core/wall/pixels.js').Video|null} */
+  #video = null;
+  #presets = [];
+  /** Under which the rig was taken from the library or kept there. */
+  #name = '';
+
+  mount() {
+    /** @type {Parts<'rig-form/rig-form'>} */
+    this.parts = render(
+      this,
+      html`<div class="rig__source">
+          <div class="field">
+            <label for="rig-preset">${t('rig.start_from')}</label>
+            <select class="input" id="rig-preset" data-part="preset"><option value="">${t('rig.choose')}</option></select>
+          </div>
+          <button type="button" class="button" data-part="library">${icon('layers')}${t('library.open')}</button>
+          <button type="button" class="button" data-part="pick">${icon('upload')}${t('rig.load')}</button>
+          <input type="file" accept=".json,application/json" data-part="file" hidden />
+        </div>
+        <p class="fault" role="alert" data-part="loadFault"></p>
+        <div class="rig__body">
+          <div class="rig__fields">
+            ${GROUPS.map(
+              ({ name, title, fields }) => html`<fieldset class="rig__group rig__group--${name}">
+              <legend>${title}</legend>
+              ${
+                name === 'camera' &&
+                html`<lens-fields data-part="lens"></lens-fields>
+                <button type="button" class="button button--small rig__board" data-part="board">${icon('layers')}${t('board.open')}</button>`
+              }
+              <div class="rig__grid">${fields.map(fieldMarkup)}</div>
+            </fieldset>`,
+            )}
+            <p class="message rig__resize" data-part="resize" hidden>${icon('info')}
+              <button type="button" class="button button--small" data-part="take">${t('rig.take_size')}</button></p>
+            <p class="message" role="status" data-part="pixels" hidden></p>
+            <known-by data-part="known"></known-by>
+            ${FOLDED.map(
+              ({ name, title, help, fields }) => html`<details class="rig__fine" data-part="folded_${name}">
+              <summary>${title}</summary>
+              ${help && html`<p class="help">${help}</p>`}
+              <div class="rig__grid">${fields.map(fieldMarkup)}</div>
+            </details>`,
+            )}
+          </div>
+          <div class="rig__side">
+            <rig-picture data-part="picture"></rig-picture>
+            <figure class="rig__sketch">
+              <div data-part="sketch"></div>
+              <figcaption class="help">${t('rig.sketch_help')}</figcaption>
+            </figure>
+          </div>
+        </div>`,
+    );
+    this.listen(this, 'input', (event) => this.#typed(event.target));
+    this.listen(this, 'change', (event) => this.#left(event.target));
+    this.listen(this.parts.preset, 'change', () => this.#choosePreset());
+    this.listen(this.parts.pick, 'click', () => this.parts.file.click());
+    this.listen(this.parts.file, 'change', () => this.#readFile());
+    const { lens, picture, known, take } = this.parts;
+    this.listen(lens, 'lens', ({ detail }) => this.change(detail));
+    this.listen(lens, 'mode', () => this.#showFaults());
+    this.listen(known, 'known', ({ detail }) => this.change(detail));
+    this.listen(picture, 'turn', ({ detail }) => this.#turn(detail));
+    this.listen(this.parts.library, 'click', () => this.#openLibrary());
+    this.listen(this.parts.board, 'click', () => this.#calibrate());
+    this.listen(take, 'click', () => this.#takeSize());
+    this.#fill(recall(REMEMBERED, {}));
+    lens.mode = recall(REMEMBERED_LENS, lens.mode);
+    this.#loadPresets();
+  }
+
+  /** The present rig, without empty fields. @returns {Record<string, any>} */
+  get value() {
+    const rig = { camera: {}, mount: {}, pipe: {}, tolerance: {} };
+    for (const field of ALL_FIELDS) {
+      const [part, name] = field.path.split('.');
+      const value = this.#isUsed(field) ? parse(field, this.#input(field).value) : undefined;
+      if (value !== undefined) rig[part][name] = value;
+    }
+    return rig;
+  }
+
+  set value(rig) {
+    this.#fill(rig);
+  }
+
+  /** Sets some fields by their paths, such as 'pipe.diameter_mm'; '' empties one. */
+  change(values) {
+    for (const [path, value] of Object.entries(values)) this.#input({ path }).value = value;
+    this.#changed();
+  }
+
+  /** The chosen film, whose size is compared with the camera's; null when unknown. */
+  set video(video) {
+    this.#video = video;
+    this.#adoptSize();
+    this.#changed();
+  }
+
+  /** Address of a picture of the film, on which the wall is drawn; null when there is none yet. */
+  set picture(address) {
+    this.parts.picture.source = address;
+  }
+
+  /** Shows every fault; returns whether the rig can be used, and focuses the first fault if not. */
+  check() {
+    for (const { path } of ALL_FIELDS) this.#touched.add(path);
+    const first = this.#showFaults();
+    if (first) {
+      const folded = FOLDED.find(({ fields }) => fields.includes(first));
+      if (folded) this.parts[`folded_${folded.name}`].open = true;
+      if (this.#isShown(first)) this.#input(first).focus();
+      else this.parts.lens.focus();
+    }
+    return !first;
+  }
+
+  /** Stores the rig for the next inspection. */
+  remember() {
+    remember(REMEMBERED, this.value);
+    remember(REMEMBERED_LENS, this.parts.lens.mode);
+  }
+
+  /** A rig is taken from the library, or the present one is kept there. */
+  async #openLibrary() {
+    const taken = await openRigLibrary(this.#showFaults() ? null : this.value, this.#name);
+    if (!taken) return;
+    this.#name = taken.name;
+    if (JSON.stringify(taken.rig) !== JSON.stringify(this.value)) this.#fill(taken.rig);
+    this.dispatchEvent(new CustomEvent('named', { detail: taken.name }));
+  }
+
+  /** The lens is measured with a board. */
+  async #calibrate() {
+    const found = await askBoard(this.value.camera.model);
+    if (!found) return;
+    const { distortion, ...camera } = found.camera;
+    const values = Object.entries(camera).map(([name, value]) => [`camera.${name}`, value]);
+    this.parts.lens.mode = 'px';
+    this.change({
+      ...Object.fromEntries(values),
+      'camera.distortion': distortion.join(', '),
+      'tolerance.focal_percent': found.focal_percent,
+    });
+  }
+
+  async #loadPresets() {
+    const { presets } = await get('/api/presets', this.signal);
+    this.#presets = presets;
+    this.parts.preset.append(...presets.map(({ name }, i) => new Option(name, String(i))));
+  }
+
+  #choosePreset() {
+    const preset = this.#presets[Number(this.parts.preset.value)];
+    if (preset && this.parts.preset.value !== '') this.#fill(preset.rig);
+  }
+
+  async #readFile() {
+    const [file] = this.parts.file.files;
+    this.parts.file.value = '';
+    if (!file) return;
+    let rig;
+    try {
+      rig = JSON.parse(await file.text());
+    } catch (error) {
+      if (!(error instanceof SyntaxError)) throw error;
+      this.parts.loadFault.textContent = t('rig.not_json', { file: file.name });
+      return;
+    }
+    const missing = ['camera', 'mount', 'pipe'].filter((part) => typeof rig?.[part] !== 'object');
+    if (missing.length) {
+      this.parts.loadFault.textContent = t('rig.not_a_rig', {
+        file: file.name,
+        missing: missing.join(t('rig.not_a_rig_and')),
+      });
+      return;
+    }
+    this.parts.preset.value = '';
+    this.#fill(rig);
+    this.check();
+  }
+
+  #fill(rig) {
+    this.parts.loadFault.textContent = '';
+    this.#touched.clear();
+    for (const field of ALL_FIELDS) {
+      const [part, name] = field.path.split('.');
+      const value = rig[part]?.[name];
+      const input = this.#input(field);
+      if (value !== undefined && value !== null) input.value = [value].flat().join(', ');
+      else input.value = field.kind === 'choice' ? field.options[0][0] : '';
+    }
+    this.parts.lens.mode = rig.camera?.fx ? 'px' : 'angle';
+    this.#adoptSize();
+    this.#changed();
+  }
+
+  /** Takes the size of the film's picture over, unless it was stated with a lens in px. */
+  #adoptSize() {
+    const { width, height } = this.value.camera;
+    if (!this.#video || (this.parts.lens.mode === 'px' && (width || height))) return;
+    for (const side of ['width', 'height']) this.#input({ path: `camera.${side}` }).value = this.#video[side];
+  }
+
+  /** Takes the film's size over with a lens in px: a smaller film of the same camera. */
+  #takeSize() {
+    const camera = resized(this.value.camera, this.#video.width, this.#video.height);
+    this.change(Object.fromEntries(Object.entries(camera).map(([name, value]) => [`camera.${name}`, value])));
+  }
+
+  #turn(degrees) {
+    this.change({ 'mount.rotation_deg': turned(this.value.mount.rotation_deg ?? 0, degrees) });
+  }
+
+  #typed(input) {
+    if (!input.dataset.path) return;
+    // A shown fault disappears as soon as it is fixed, not only on leaving the field.
+    this.#changed();
+  }
+
+  #left(input) {
+    if (!input.dataset.path) return;
+    this.#touched.add(input.dataset.path);
+    this.#changed();
+  }
+
+  #changed() {
+    const rig = this.value;
+    this.parts.lens.camera = { ...rig.camera, pixel_aspect: this.#video?.pixel_aspect };
+    this.parts.known.tolerance = rig.tolerance;
+    this.parts.picture.rig = this.#showFaults() ? null : rig;
+    render(this.parts.sketch, rigSketch(rig));
+    this.dispatchEvent(new Event('rig'));
+  }
+
+  /** Shows the faults of touched fields beside them; returns the first faulty field or null. */
+  #showFaults() {
+    const rig = this.value;
+    const faults = new Map(jointFaults(rig));
+    for (const field of ALL_FIELDS) {
+      const [part, name] = field.path.split('.');
+      const reason = this.#isUsed(field) ? fault(field, rig[part][name]) : null;
+      if (reason) faults.set(field.path, reason);
+    }
+    this.#compareWithVideo(rig.camera, faults);
+    this.#comparePixels(rig.camera);
+    for (const field of ALL_FIELDS) {
+      const reason = this.#touched.has(field.path) ? (faults.get(field.path) ?? '') : '';
+      const input = this.#input(field);
+      input.setAttribute('aria-invalid', String(reason !== ''));
+      input.closest('.field').querySelector('.fault').textContent = reason;
+      input.closest('.field').hidden = !this.#isShown(field);
+    }
+    const lensFaults = LENS_PX.filter((path) => this.#touched.has(path)).map((path) => faults.get(path));
+    this.parts.lens.fault = (this.parts.lens.mode !== 'px' && lensFaults.find(Boolean)) || '';
+    return ALL_FIELDS.find(({ path }) => faults.has(path)) ?? null;
+  }
+
+  #compareWithVideo({ width, height }, faults) {
+    this.parts.resize.hidden = true;
+    if (!this.#video || faults.has('camera.width') || faults.has('camera.height')) return;
+    const { width: videoWidth, height: videoHeight } = this.#video;
+    if (width === videoWidth && height === videoHeight) return;
+    faults.set('camera.width', t('rig.video_size', { width: videoWidth, height: videoHeight }));
+    this.#touched.add('camera.width');
+    this.parts.resize.hidden = !isSameShape(width / height, videoWidth / videoHeight);
+  }
+
+  /** A film may state the shape of its pixels; a lens that was measured may know it better. */
+  #comparePixels({ fx, fy }) {
+    const aspect = this.#video?.pixel_aspect ?? 1;
+    const isAsStated = aspect === 1 || !(fx > 0 && fy > 0) || Math.abs(fy / fx / aspect - 1) < PIXELS_DIFFER;
+    this.parts.pixels.hidden = isAsStated;
+    if (isAsStated) return;
+    const found = { aspect: aspect.toFixed(3), ratio: (fy / fx).toFixed(3) };
+    render(this.parts.pixels, html`${icon('info')}<span>${t('rig.pixels', found)}</span>`);
+  }
+
+  #isUsed({ path }) {
+    return !OF_A_PIPE.includes(path) || this.#input({ path: 'pipe.shape' }).value === 'circular';
+  }
+
+  #isShown(field) {
+    return this.#isUsed(field) && (this.parts.lens.mode === 'px' || !LENS_PX.includes(field.path));
+  }
+
+  #input({ path }) {
+    return this.querySelector(`#${idOf(path)}`);
+  }
+}
+
+/** Pixels are whole, so equal shapes differ a little. */
+const isSameShape = (shape, other) => Math.abs(shape / other - 1) < 0.005;
+
+/** @param {import('./fields.js').Field} field */
+function fieldMarkup({ path, kind, label, unit, optional, help, options }) {
+  const id = idOf(path);
+  const described = `${id}-fault${help ? ` ${id}-help` : ''}`;
+  const control =
+    kind === 'choice'
+      ? html`<select class="input" id="${id}" data-path="${path}" aria-describedby="${described}">
+          ${options.map(([value, text]) => html`<option value="${value}">${text}</option>`)}</select>`
+      : html`<span class="input-with-unit">
+          <input class="input" id="${id}" data-path="${path}" aria-describedby="${described}" autocomplete="off"
+            inputmode="${kind === 'numbers' ? 'text' : 'decimal'}" />
+          ${unit && html`<span class="unit">${unit}</span>`}</span>`;
+  return html`<div class="field${kind === 'numbers' && ' field--wide'}">
+    <label for="${id}">${label}${optional && html` <span class="required">${t('page.optional')}</span>`}</label>
+    ${control}
+    <span class="fault" id="${id}-fault"></span>
+    ${help && html`<span class="help" id="${id}-help">${help}</span>`}
+  </div>`;
+}
+
+customElements.define('rig-form', RigForm);

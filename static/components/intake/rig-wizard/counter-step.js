@@ -1,0 +1,81 @@
+/**
+ * The third picture of the wizard: "Is there a counter?". It is searched in the film, drawn, and may be drawn
+ * elsewhere or denied. Fires `answer` with what is stated about it, null for what the search finds, and `shown`
+ * with what else is burnt into the film: {date}.
+ *
+ * Set `film` to {upload, width, height, pixel_aspect}; `open` starts the search.
+ */
+
+import { ApiError, get } from '../../../core/server/api.js';
+import { html, render, setText } from '../../../core/page/html.js';
+import { Component } from '../../../core/page/store.js';
+import { errorText, t } from '../../../core/page/words.js';
+import '../../distance/counter-box/counter-box.js';
+import { icon } from '../../shared/icon/icon.js';
+
+export class CounterStep extends Component {
+  /** @type {{upload: string, width: number, height: number, pixel_aspect: number}} */
+  film;
+
+  /** The box that was found; null if there is none, or while it is searched. */
+  #found = null;
+  #isOpen = false;
+
+  mount() {
+    /** @type {Parts<'rig-wizard/counter-step'>} */
+    this.parts = render(
+      this,
+      html`<counter-box data-part="picture"></counter-box>
+        <p class="number" role="status" data-part="said"></p>
+        <div class="wizard__buttons">
+          <button type="button" class="button button--small" data-part="again" hidden>${icon('retry')}${t('wizard.counter_back')}</button>
+          <button type="button" class="button button--small" data-part="none" aria-pressed="false">${icon('close')}${t('counter.none')}</button>
+        </div>`,
+    );
+    const { picture, again, none } = this.parts;
+    this.listen(picture, 'box', () =>
+      this.#answer({ is_present: true, box: picture.value }, t('wizard.counter_drawn')),
+    );
+    this.listen(again, 'click', () => {
+      picture.value = this.#found;
+      this.#answer(null, t('wizard.counter_found'));
+    });
+    this.listen(none, 'click', () => {
+      picture.value = null;
+      this.#answer({ is_present: false }, t('wizard.counter_none'));
+    });
+  }
+
+  async open() {
+    if (this.#isOpen) return;
+    this.#isOpen = true;
+    const { upload, ...film } = this.film;
+    const { picture, said } = this.parts;
+    picture.draw({ source: `/api/uploads/${upload}/picture`, alt: t('wizard.picture'), ...film }, null);
+    said.textContent = t('counter.searching');
+    try {
+      const { box, film_date: date } = await get(`/api/uploads/${upload}/counter`, this.signal);
+      this.dispatchEvent(new CustomEvent('shown', { detail: { date }, bubbles: true }));
+      this.#found = box;
+      const isAnswered = said.textContent !== t('counter.searching');
+      if (isAnswered) this.parts.again.hidden = box === null;
+      else {
+        picture.value = box;
+        said.textContent = box ? t('wizard.counter_found') : t('wizard.counter_not_found');
+      }
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      said.textContent = errorText(error);
+    }
+  }
+
+  #answer(stated, text) {
+    setText(this.parts.said, text);
+    this.parts.again.hidden = stated === null || this.#found === null;
+    this.parts.none.setAttribute('aria-pressed', String(stated?.is_present === false));
+    this.dispatchEvent(new CustomEvent('answer', { detail: stated }));
+  }
+}
+
+customElements.define('counter-step', CounterStep);

@@ -1,0 +1,78 @@
+/** Modal dialogs: the page beneath is inert until they are closed. */
+
+import { html, render } from '../../../core/page/html.js';
+import { t } from '../../../core/page/words.js';
+import { icon } from '../icon/icon.js';
+
+let opened = 0;
+
+/**
+ * Shows a dialog. It closes by its cross, by Escape, by a click outside it, or by `dialog.close(value)`.
+ *
+ * @typedef {{title: string, text: string, submit: string}} Question submit: the word on the button that goes ahead
+ *
+ * @param {object} options
+ * @param {string} options.title
+ * @param {ReturnType<typeof html>} options.content
+ * @param {'narrow'|'wide'} [options.size]
+ * @param {() => Question|null} [options.question] what is asked before the cross or Escape loses something, null
+ *     while there is nothing to lose; a click outside is ignored until then
+ * @returns {{dialog: HTMLDialogElement, parts: Record<string, any>, closed: Promise<string>}}
+ *     parts: those of the content; closed: the value it was closed with, '' when it was dismissed
+ */
+export function openDialog({ title, content, size = 'narrow', question = () => null }) {
+  opened += 1;
+  const id = `dialog-${opened}`;
+  const dialog = document.createElement('dialog');
+  dialog.className = `dialog dialog--${size}`;
+  dialog.setAttribute('aria-labelledby', id);
+  const parts = render(
+    dialog,
+    html`<div class="dialog__head">
+        <h2 id="${id}">${title}</h2>
+        <button type="button" class="button button--quiet button--icon" data-part="close"
+          aria-label="${t('page.close')}">${icon('close')}</button>
+      </div>
+      <div class="dialog__body">${content}</div>`,
+  );
+  const dismiss = async () => {
+    const asked = question();
+    if (asked === null || (await ask(asked))) dialog.close();
+  };
+  const guard = (event) => {
+    if (question() === null) return;
+    event.preventDefault();
+    dismiss();
+  };
+  parts.close.addEventListener('click', dismiss);
+  dialog.addEventListener('mousedown', ({ target }) => target === dialog && question() === null && dialog.close());
+  // A gesture that goes back is a `cancel` only; of several Escapes in a row browsers let only the first be prevented there.
+  dialog.addEventListener('cancel', (event) => event.target === dialog && guard(event));
+  dialog.addEventListener('keydown', (event) => event.key === 'Escape' && guard(event));
+  const closed = new Promise((resolve) => {
+    dialog.addEventListener('close', () => {
+      dialog.remove();
+      resolve(dialog.returnValue);
+    });
+  });
+  document.body.append(dialog);
+  dialog.showModal();
+  return { dialog, parts, closed };
+}
+
+/**
+ * Asks before something is lost.
+ * @param {Question} question
+ * @returns {Promise<boolean>} whether to go ahead
+ */
+export async function ask({ title, text, submit }) {
+  const { dialog, parts, closed } = openDialog({
+    title,
+    content: html`<form method="dialog" class="confirm"><p>${text}</p><div class="dialog__buttons">
+      <button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
+      <button class="button button--danger" value="yes">${submit}</button></div></form>`,
+  });
+  parts.cancel.focus();
+  parts.cancel.addEventListener('click', () => dialog.close());
+  return (await closed) === 'yes';
+}

@@ -1,0 +1,219 @@
+/** Language, units, the codes on the digit keys and the code pack; stored on the server for each person. */
+
+import { ApiError, get, remove, send } from '../../../core/server/api.js';
+import { Catalogue } from '../../../core/defects/codes.js';
+import { html, render } from '../../../core/page/html.js';
+import { USUAL_CODES, preferences, quickCodesWith } from '../../../core/page/preferences.js';
+import { may } from '../../../core/page/rights.js';
+import { LANGUAGES, errorText, t } from '../../../core/page/words.js';
+import { codeSearch } from '../../defects/code-search/code-search.js';
+import { openDialog } from '../dialog/dialog.js';
+import { icon } from '../icon/icon.js';
+import { toastError } from '../toast-stack/toast-stack.js';
+import { bindKeysSection, keysMarkup } from './keys-section.js';
+
+/** Key in the session storage: the choice at which the redrawn page opens the settings again. */
+const REOPENED = 'chainage.settings';
+/** What the page before this one has left there. */
+const choiceLeft = /** @type {'language'|'units'|null} */ (sessionStorage.getItem(REOPENED));
+
+/**
+ * Saves a choice and redraws the page with it: every word and number of it may change.
+ * @param {Partial<import('../../../core/page/preferences.js').Chosen>} changes
+ * @param {'language'|'units'} [choice] the settings are opened again with the focus on it
+ */
+export async function redrawWith(changes, choice) {
+  try {
+    await preferences.save(changes);
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    toastError(error);
+    return;
+  }
+  if (choice) sessionStorage.setItem(REOPENED, choice);
+  location.reload();
+}
+
+/** Opens the settings again after a change of language or units has redrawn the page. */
+export function reopenSettings() {
+  if (!choiceLeft) return;
+  sessionStorage.removeItem(REOPENED);
+  openSettings(choiceLeft);
+}
+
+/**
+ * Opens the settings; a changed code takes effect when they are closed.
+ * @param {'language'|'units'} [choice] gets the focus
+ */
+export async function openSettings(choice) {
+  const before = JSON.stringify(preferences.value);
+  const { parts, closed } = openDialog({ title: t('settings.title'), content: content(), size: 'wide' });
+  // Compared when it is closed: the lists below may come later, and the next dialog may be open by then.
+  const isChanged = closed.then(() => JSON.stringify(preferences.value) !== before);
+  const report = (text, isFault = false) => {
+    parts.message.textContent = text;
+    parts.message.classList.toggle('fault', isFault);
+  };
+  const save = (changes) => attempt(() => preferences.save(changes), report);
+
+  parts.language.value = preferences.value.language ?? '';
+  parts.units.value = preferences.value.units;
+  parts.language.addEventListener('change', () => redrawWith({ language: parts.language.value || null }, 'language'));
+  parts.units.addEventListener('change', () => redrawWith({ units: parts.units.value }, 'units'));
+  if (choice) parts[choice].focus();
+  bindKeysSection(parts.singleKeys, save);
+  parts.usual.addEventListener('click', async () => {
+    await save({ quick_codes: USUAL_CODES });
+    await showQuickCodes(parts, save, report);
+  });
+  parts.pack.addEventListener('change', async () => {
+    await save({ pack: parts.pack.value || null });
+    showPackButtons(parts);
+    await attempt(() => showQuickCodes(parts, save, report), report);
+  });
+  parts.pick.disabled = !may('admin');
+  parts.pick.addEventListener('click', () => parts.file.click());
+  parts.file.addEventListener('change', () => attempt(() => importPack(parts, report), report));
+  parts.remove.addEventListener('click', () => attempt(() => deletePack(parts, report), report));
+  await attempt(async () => {
+    await showPacks(parts);
+    await showQuickCodes(parts, save, report);
+  }, report);
+  if (await isChanged) location.reload();
+}
+
+const content = () => html`<section class="settings" aria-labelledby="settings-display">
+    <h3 id="settings-display">${t('settings.display')}</h3>
+    <div class="settings__pair">
+      <div class="field"><label for="settings-language">${t('settings.language')}</label>
+        <select class="input" id="settings-language" data-part="language">
+          <option value="">${t('settings.language_auto')}</option>
+          ${LANGUAGES.map(([code, name]) => html`<option value="${code}" lang="${code}">${name}</option>`)}
+        </select></div>
+      <div class="field"><label for="settings-units">${t('settings.units')}</label>
+        <select class="input" id="settings-units" data-part="units">
+          <option value="m">${t('settings.metres')}</option><option value="ft">${t('settings.feet')}</option>
+        </select></div>
+    </div>
+    <p class="help">${t('settings.theme_help')}</p>
+  </section>
+  <section class="settings" aria-labelledby="settings-quick">
+    <div class="settings__head">
+      <h3 id="settings-quick">${t('settings.quick')}</h3>
+      <button type="button" class="button button--small" data-part="usual">${t('settings.quick_reset')}</button>
+    </div>
+    <p class="help">${t('settings.quick_help')}</p>
+    <ol class="settings__codes" data-part="codes"></ol>
+  </section>
+  ${keysMarkup()}
+  <section class="settings" aria-labelledby="settings-packs">
+    <h3 id="settings-packs">${t('settings.packs')}</h3>
+    <div class="settings__pair">
+      <div class="field"><label for="settings-pack">${t('settings.pack')}</label>
+        <select class="input" id="settings-pack" data-part="pack"></select></div>
+      <div class="settings__buttons">
+        <button type="button" class="button" data-part="pick">${icon('upload')}${t('settings.pack_import')}</button>
+        <button type="button" class="button" data-part="remove">${icon('trash')}${t('settings.pack_delete')}</button>
+        <input type="file" accept=".csv,text/csv" data-part="file" hidden />
+      </div>
+    </div>
+    <p class="help">${may('admin') ? t('settings.packs_help') : t('rights.admin')}</p>
+  </section>
+  <p class="settings__message" role="status" data-part="message"></p>`;
+
+/** Runs a request to the server and shows in the dialog why it failed: a toast would be hidden. */
+async function attempt(run, report) {
+  report('');
+  try {
+    await run();
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    report(errorText(error), true);
+  }
+}
+
+/** @param {Record<string, any>} parts of the dialog */
+async function showPacks(parts) {
+  const { pack } = parts;
+  const { packs } = await get('/api/packs');
+  render(
+    pack,
+    html`<option value="">${t('settings.pack_built_in')}</option>
+      ${packs.map(({ id, name }) => html`<option value="${id}">${name}</option>`)}`,
+  );
+  pack.value = preferences.value.pack ?? '';
+  showPackButtons(parts);
+}
+
+/** @param {Record<string, any>} parts of the dialog */
+function showPackButtons({ pack, remove: button }) {
+  button.disabled = pack.value === '' || !may('admin');
+}
+
+async function importPack(parts, report) {
+  const [file] = parts.file.files;
+  parts.file.value = '';
+  if (!file) return;
+  const name = file.name.replace(/\.[^.]+$/, '');
+  await send('POST', `/api/packs?name=${encodeURIComponent(name)}`, {
+    headers: { 'Content-Type': 'text/csv' },
+    body: file,
+  });
+  await showPacks(parts);
+  report(t('settings.pack_imported', { name }));
+}
+
+async function deletePack(parts, report) {
+  const { value: id, selectedOptions } = parts.pack;
+  const name = selectedOptions[0].text;
+  await remove(`/api/packs/${id}`);
+  if (preferences.value.pack === id) await preferences.save({ pack: null });
+  await showPacks(parts);
+  parts.pack.focus();
+  report(t('settings.pack_deleted', { name }));
+}
+
+/**
+ * Shows a row for each digit key: the code, found by its letters or by a word, and its meaning.
+ * @param {Record<string, any>} parts of the dialog
+ * @param {(changes: object) => void} save
+ * @param {(text: string, isFault?: boolean) => void} report
+ */
+async function showQuickCodes({ codes }, save, report) {
+  const catalogue = await Catalogue.load(undefined, preferences.value.pack);
+  const rows = render(codes, html`${USUAL_CODES.map((_, i) => quickRow(i))}`);
+  USUAL_CODES.forEach((usual, i) => {
+    const [input, list, label] = ['input', 'list', 'label'].map((part) => rows[`${part}${i}`]);
+    const show = () => {
+      const { code, char1, char2 } = preferences.value.quick_codes[i] ?? usual;
+      input.value = [code, char1, char2].filter(Boolean).join(' ');
+      label.textContent = catalogue.has(code) ? catalogue.label(code, char1, char2) : t('settings.quick_unknown');
+    };
+    const choose = ({ code, char1, char2 }) => {
+      save({ quick_codes: quickCodesWith(i, { code, char1: char1 || null, char2: char2 || null }) });
+      show(); // at once: the person may be typing another code when the answer comes
+    };
+    codeSearch(input, list, catalogue, choose);
+    // A typed code counts when the field is left; an unknown one is reported first.
+    input.addEventListener('change', () => {
+      const row = catalogue.typed(input.value);
+      if (row) choose(row);
+      else report(t('code.not_found', { text: input.value.trim() }), true);
+    });
+    input.addEventListener('blur', show);
+    show();
+  });
+}
+
+function quickRow(i) {
+  const key = i + 1;
+  return html`<li class="settings__code code-search">
+    <label for="quick-${key}"><kbd>${key}</kbd><span class="visually-hidden">${t('settings.quick_key', { key })}</span></label>
+    <input class="input" id="quick-${key}" role="combobox" aria-autocomplete="list" aria-expanded="false"
+      aria-controls="quick-${key}-codes" aria-describedby="quick-${key}-label" autocomplete="off" spellcheck="false"
+      data-part="input${i}" />
+    <ul class="code-search__list panel" id="quick-${key}-codes" role="listbox"
+      aria-label="${t('settings.quick_codes', { key })}" data-part="list${i}" hidden></ul>
+    <span class="help" id="quick-${key}-label" data-part="label${i}"></span>
+  </li>`;
+}

@@ -1,0 +1,40 @@
+/** The states of an inspection and of its review, or of a film of the archive, as a word and a sign. */
+
+import { html } from '../../../core/page/html.js';
+import { t, wordFor } from '../../../core/page/words.js';
+import { icon } from '../icon/icon.js';
+
+const SIGNS = { queued: 'wait', running: 'live', done: 'check', failed: 'alert', cancelled: 'stop' };
+
+/** States of a film before it is an inspection. */
+const SIGNS_BEFORE = { unassigned: 'help', ready: 'play', waiting: 'wait', paused: 'pause', refused: 'alert' };
+
+const SIGNS_OF_REVIEW = {
+  draft: 'edit',
+  submitted: 'forward',
+  in_review: 'search',
+  approved: 'lock',
+  reopened: 'undo',
+};
+
+export const STATES = Object.keys(SIGNS);
+export const FILM_STATES = [...Object.keys(SIGNS_BEFORE), ...STATES];
+
+export const statusSign = (status) => icon(SIGNS[status] ?? SIGNS_BEFORE[status]);
+
+export const statusChip = (status) =>
+  html`<span class="chip chip--${status}">${statusSign(status)}${wordFor('status', status)}</span>`;
+
+/** Says that an older program tracked a film. @param {boolean} outdated */
+export const outdatedChip = (outdated) =>
+  outdated &&
+  html`<span class="chip chip--outdated" title="${t('outdated.text')}">${icon('alert')}${t('outdated.word')}</span>`;
+
+/** The same on a row of a list: a click narrows the list to all of these. @param {boolean} outdated */
+export const outdatedFilter = (outdated) =>
+  outdated &&
+  html`<button class="chip-button" data-filter="outdated" data-value="true" title="${t('outdated.text')}">${outdatedChip(true)}</button>`;
+
+/** The state of the review of an inspection. */
+export const reviewChip = (state) =>
+  html`<span class="chip chip--${state}">${icon(SIGNS_OF_REVIEW[state])}${wordFor('review', state)}</span>`;

@@ -1,0 +1,83 @@
+/** Dialogs about tokens: make one, show its secret once, end one. */
+
+import { ApiError, post } from '../../../core/server/api.js';
+import { html } from '../../../core/page/html.js';
+import { ROLES } from '../../../core/page/rights.js';
+import { errorText, t, wordFor } from '../../../core/page/words.js';
+import { ask, openDialog } from '../dialog/dialog.js';
+import { icon } from '../icon/icon.js';
+
+/**
+ * Makes a token and shows its secret, which the server keeps nowhere.
+ * @returns {Promise<boolean>} whether one was made
+ */
+export async function makeToken() {
+  const { dialog, parts, closed } = openDialog({
+    title: t('users.add'),
+    content: html`<form method="dialog" class="confirm" data-part="form" novalidate>
+      <div class="field"><label for="token-name">${t('users.name')}</label>
+        <input class="input" id="token-name" maxlength="100" autocomplete="off" aria-describedby="token-help token-fault" data-part="name" />
+        <span class="help" id="token-help">${t('users.name_help')}</span>
+        <span class="fault" id="token-fault" role="alert" data-part="fault"></span></div>
+      <fieldset class="users__roles"><legend class="label">${t('users.role')}</legend>
+        ${ROLES.map(
+          (
+            role,
+          ) => html`<label class="switch"><input type="radio" name="role" value="${role}" ${role === 'operator' && 'checked'} />
+          <span><b>${wordFor('role', role)}</b> <span class="dim">${wordFor('role_help', role)}</span></span></label>`,
+        )}</fieldset>
+      <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
+        <button class="button button--primary" data-part="create">${t('users.create')}</button></div></form>`,
+  });
+  parts.name.focus();
+  parts.cancel.addEventListener('click', () => dialog.close());
+  let made = null;
+  parts.form.addEventListener('submit', async (event) => {
+    event.preventDefault();
+    const name = parts.name.value.trim();
+    parts.create.disabled = true;
+    try {
+      made = { name, ...(await post('/api/tokens', { name, role: new FormData(parts.form).get('role') })) };
+      dialog.close();
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+      parts.fault.textContent = errorText(error);
+      parts.name.setAttribute('aria-invalid', 'true');
+      parts.create.disabled = false;
+      parts.name.focus();
+    }
+  });
+  await closed;
+  if (made) await showSecret(made);
+  return made !== null;
+}
+
+async function showSecret({ name, secret }) {
+  const { parts, closed } = openDialog({
+    title: t('users.secret_title', { name }),
+    content: html`<form method="dialog" class="confirm">
+      <p class="message message--warning">${icon('alert')}<span>${t('users.secret_text')}</span></p>
+      <div class="field"><label for="token-secret">${t('users.secret')}</label>
+        <input class="input users__secret" id="token-secret" readonly value="${secret}" data-part="secret" /></div>
+      <p class="dim" role="status" data-part="note"></p>
+      <div class="dialog__buttons"><button type="button" class="button button--primary" data-part="copy">${icon('link')}${t('users.copy')}</button>
+        <button class="button">${t('page.close')}</button></div></form>`,
+  });
+  parts.secret.select();
+  parts.copy.focus();
+  parts.copy.addEventListener('click', async () => {
+    try {
+      await navigator.clipboard.writeText(secret);
+      parts.note.textContent = t('users.copied');
+    } catch {
+      // refused, or over plain http, where there is no clipboard
+      parts.secret.select();
+      parts.note.textContent = t('users.not_copied');
+    }
+  });
+  await closed;
+}
+
+/** Asks whether a token ends; it cannot be undone. */
+export const askRevoke = (name) =>
+  ask({ title: t('users.revoke_title', { name }), text: t('users.revoke_text', { name }), submit: t('users.revoke') });

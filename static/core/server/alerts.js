@@ -1,0 +1,83 @@
+/** Notifications of the severest defects by the server's webhook. */
+
+import { ApiError, get } from './api.js';
+import { Store } from '../page/store.js';
+import { t } from '../page/words.js';
+
+const WAITING_MS = 2000;
+const SETTLED_MS = 30_000;
+
+/**
+ * The server's reasons why the client was not notified, in our words.
+ * @type {Record<string, (values: Record<string, string>) => string>}
+ */
+const REASONS = {
+  answered: (values) => t('undelivered.answered', values),
+  redirected: (values) => t('undelivered.redirected', values),
+  no_answer: (values) => t('undelivered.no_answer', values),
+  untrusted: (values) => t('undelivered.untrusted', values),
+  tls_failed: (values) => t('undelivered.tls_failed', values),
+  unknown_name: () => t('undelivered.unknown_name'),
+  broken_off: () => t('undelivered.broken_off'),
+  unreachable: (values) => t('undelivered.unreachable', values),
+  no_web_server: () => t('undelivered.no_web_server'),
+  fault: () => t('undelivered.fault'),
+  too_many: (values) => t('undelivered.too_many', values),
+  stopping: () => t('undelivered.stopping'),
+};
+
+/**
+ * Says why the client was not notified.
+ * @param {Api['ReasonOut']|null} reason
+ * @param {string|null} sentence the server's own, for a reason that this page does not know
+ */
+export const reasonText = (reason, sentence) => (reason && REASONS[reason.code]?.(reason.values)) ?? sentence;
+
+/**
+ * A store of the last alert of each observation, by its id; empty where no client is configured.
+ * @extends {Store<Map<string, Api['AlertOut']>>}
+ */
+export class Alerts extends Store {
+  #path;
+  #signal;
+  #timer = 0;
+  #round = 0;
+
+  /**
+   * @param {string} inspection
+   * @param {AbortSignal} signal
+   */
+  constructor(inspection, signal) {
+    super(new Map());
+    this.#path = `/api/inspections/${inspection}/alerts`;
+    this.#signal = signal;
+    signal.addEventListener('abort', () => clearTimeout(this.#timer));
+  }
+
+  /** Whether `follow` was called. */
+  get isFollowed() {
+    return this.#round > 0;
+  }
+
+  /**
+   * Fetches the alerts now, and repeatedly while some are waiting; an unreachable server changes nothing.
+   */
+  async follow() {
+    this.#round += 1;
+    const round = this.#round;
+    clearTimeout(this.#timer);
+    try {
+      /** @type {Api['AlertsOut']} */
+      const { is_configured: isConfigured, alerts } = await get(this.#path, this.#signal);
+      if (round !== this.#round) return;
+      this.set(new Map(alerts.map((alert) => [alert.observation_id, alert])));
+      if (!isConfigured) return;
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      if (!error.isTemporary) return;
+    }
+    const isWaiting = [...this.value.values()].some(({ state }) => state === 'waiting');
+    this.#timer = setTimeout(() => this.follow(), isWaiting ? WAITING_MS : SETTLED_MS);
+  }
+}

@@ -1,0 +1,228 @@
+/**
+ * Statements about the distances of one inspection and their result: the stored ones, and a draft with its
+ * preview, so that the residuals are visible before anything is changed.
+ */
+
+import { ApiError, get, post, put } from '../server/api.js';
+import { ofPerson, recall, remember } from '../page/remembered.js';
+import { Store } from '../page/store.js';
+
+/**
+ * @typedef {Api['LengthIn']} Length
+ * @typedef {Required<Api['StatedIn']>} Stated
+ * @typedef {Record<string, any> & import('../wall/joints.js').Joints} Result
+ * @typedef {{stated: Stated, result: Result|null, error: Api['ErrorOut']|null,
+ *     reason?: import('./evidence.js').Reason|null, version?: string}} Answer
+ */
+
+/** @type {Stated} */
+export const UNSTATED = {
+  zero: null,
+  lengths: [],
+  joints: { use: null, marked: [], left_out: [] },
+  rig_sigma: null,
+  forced: null,
+};
+
+/** The known length of a statement, or undefined. @param {{lengths: Length[]}} stated */
+export const knownLength = ({ lengths }) => lengths.find(({ kind }) => kind === 'known');
+
+/**
+ * A store of the answer for the stored statements; null until it is loaded.
+ * @extends {Store<Answer|null>}
+ */
+export class Corrections extends Store {
+  /** The statements being edited. */
+  draft = new Store(UNSTATED);
+  /** The result of the draft; null while it is computed. */
+  preview = new Store(/** @type {Answer|null} */ (null));
+
+  #path;
+  #signal;
+  /** @type {AbortController|null} */
+  #asking = null;
+  #version = 0;
+  /** Version of the statements on which the draft is based. @type {string|null} */
+  #draftOf = null;
+  /** @type {Waiting|null} */
+  #waiting = null;
+  #kept;
+
+  /**
+   * @param {string} inspection
+   * @param {AbortSignal} signal
+   */
+  constructor(inspection, signal) {
+    super(null);
+    this.#path = `/api/inspections/${inspection}/corrections`;
+    this.#signal = signal;
+    this.#kept = new KeptDraft(inspection);
+  }
+
+  /** Goes on with the draft that waits for a decision since an earlier page. */
+  restore() {
+    this.#waiting = this.#kept.value;
+    if (!this.#waiting) return;
+    this.#draftOf = this.#waiting.version;
+    this.draft.set(this.#waiting.stated);
+  }
+
+  /** Whether the draft differs from the stored statements. */
+  get isEdited() {
+    return this.value !== null && !isSame(this.draft.value, this.value.stated);
+  }
+
+  /** Whether the stored statements are no longer those on which the draft is based. */
+  get isOvertaken() {
+    return this.isEdited && this.#draftOf !== this.value.version;
+  }
+
+  /** The draft that waits for a decision because it was overtaken, or null. */
+  get waiting() {
+    return this.#waiting;
+  }
+
+  /** The version on which the draft is based. */
+  get draftOf() {
+    return this.#draftOf;
+  }
+
+  /** Loads the stored statements; a draft that was begun is kept and compared with them. */
+  async load() {
+    const version = this.#version;
+    const answer = await get(this.#path, this.#signal);
+    if (version !== this.#version) {
+      await this.load(); // statements changed meanwhile: the answer is older than what is shown
+      return;
+    }
+    const hadDraft = this.value === null ? this.#waiting !== null : this.isEdited;
+    this.set(answer);
+    if (!hadDraft || !this.isEdited) this.#begin();
+    this.#ask();
+  }
+
+  /** Begins a draft with the stored statements; the one before it is settled. */
+  #begin() {
+    if (this.#waiting) this.#keep(null);
+    this.#draftOf = this.value.version;
+    this.draft.set(this.value.stated);
+  }
+
+  /** @param {Partial<Stated>} changes */
+  edit(changes) {
+    this.draft.set({ ...this.draft.value, ...changes });
+    if (this.#waiting) this.wait(this.#waiting.remark);
+    this.#ask();
+  }
+
+  /**
+   * Keeps the draft in this browser, with the reason for it, until it is applied or discarded.
+   * @param {string|null} remark
+   */
+  wait(remark) {
+    this.#keep({ stated: this.draft.value, remark, version: this.#draftOf });
+  }
+
+  /** @param {Waiting|null} waiting */
+  #keep(waiting) {
+    this.#waiting = waiting;
+    this.#kept.keep(waiting);
+  }
+
+  discard() {
+    this.#begin();
+    this.#ask();
+  }
+
+  /**
+   * Returns the result of some statements without storing them.
+   * @param {Stated} stated
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<Answer>}
+   */
+  ask(stated, signal = this.#signal) {
+    return post(`${this.#path}/preview`, stated, signal);
+  }
+
+  /**
+   * Replaces the stored statements; applying the earlier ones undoes this. A draft of something else stays.
+   * @param {Stated} stated
+   * @param {string|null} remark why, for the history
+   * @param {string} replaced version of the statements to replace; if another version is stored by now, nothing changes
+   */
+  async apply(stated, remark, replaced) {
+    const draft = this.draft.value;
+    const isApplied = isSame(stated, draft);
+    const isOther = this.isEdited && !isApplied;
+    const answer = await put(this.#path, { ...stated, remark }, undefined, replaced);
+    this.#version += 1;
+    if (isApplied) this.#draftOf = answer.version; // what was added to it meanwhile is based on it
+    this.set(answer);
+    const isSameDraft = this.draft.value === draft;
+    if (isSameDraft && !isOther) this.#begin();
+    this.#ask();
+  }
+
+  /** Previews the draft; a newer draft cancels a pending request. */
+  async #ask() {
+    this.#asking?.abort();
+    if (!this.isEdited) {
+      this.preview.set(this.value);
+      return;
+    }
+    this.#asking = new AbortController();
+    const { signal } = this.#asking;
+    this.preview.set(null);
+    const stated = this.draft.value;
+    try {
+      const answer = await this.ask(stated, AbortSignal.any([signal, this.#signal]));
+      if (!signal.aborted) this.preview.set(answer);
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      this.preview.set({ stated, result: null, error: { code: error.code, detail: error.message } });
+    }
+  }
+}
+
+/**
+ * @typedef {object} Waiting
+ * @property {Stated} stated
+ * @property {string|null} remark
+ * @property {string} version of the statements on which it is based
+ */
+
+/** Keeps the person's waiting draft of one inspection in this browser. */
+class KeptDraft {
+  #key;
+
+  /** @param {string} inspection */
+  constructor(inspection) {
+    this.#key = ofPerson(`chainage.unsent-corrections.${inspection}`);
+  }
+
+  /** @returns {Waiting|null} */
+  get value() {
+    return recall(this.#key, null);
+  }
+
+  /** @param {Waiting|null} waiting null: nothing waits any more */
+  keep(waiting) {
+    remember(this.#key, waiting);
+  }
+}
+
+/**
+ * Whether two JSON values are equal, in any order of keys.
+ * @param {unknown} a
+ * @param {unknown} b
+ * @returns {boolean}
+ */
+function isSame(a, b) {
+  if (a === b) return true;
+  if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return false;
+  const [one, other] = [new Map(Object.entries(a)), new Map(Object.entries(b))];
+  return (
+    one.size === other.size && [...one].every(([name, value]) => other.has(name) && isSame(value, other.get(name)))
+  );
+}
