@@ -77,22 +77,22 @@ from app.storage.runs import RunStore
 from app.storage.tokens import TokenFile
 from app.storage.unfinished import Unfinished
 from app.tracking.cameras import Sources
-from app.tracking.clips import CPU_S as CLIP_CPU_S
-from app.tracking.clips import Clips
-from app.tracking.counter_queue import CounterQueue
-from app.tracking.dask_engine import Cluster, DaskEngine, Store
-from app.tracking.engines import Engine, Pool
-from app.tracking.film_files import FilmFiles
+from app.tracking.films.dask_engine import Cluster, DaskEngine, Store
+from app.tracking.films.engines import Engine, Pool
+from app.tracking.films.queue import Claims, Tracking
+from app.tracking.films.run_files import RunFiles
+from app.tracking.films.runs import Runs
 from app.tracking.live import Live
-from app.tracking.media import Media
-from app.tracking.photos import Photos
-from app.tracking.queue import Claims, Tracking
+from app.tracking.pictures.clips import CPU_S as CLIP_CPU_S
+from app.tracking.pictures.clips import Clips
+from app.tracking.pictures.counter_queue import CounterQueue
+from app.tracking.pictures.film_files import FilmFiles
+from app.tracking.pictures.media import Media
+from app.tracking.pictures.photos import Photos
+from app.tracking.pictures.thumbnails import Thumbnails
 from app.tracking.recorder import Recorder
 from app.tracking.relay import Relay
-from app.tracking.run_files import RunFiles
-from app.tracking.runs import Runs
 from app.tracking.succession import Duties, Succession
-from app.tracking.thumbnails import Thumbnails
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from app.viewer.clicks import Clicks

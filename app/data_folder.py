@@ -37,8 +37,8 @@ from app.storage.report_templates import ReportTemplateStore
 from app.storage.reviews import ReviewStore
 from app.storage.signing_key import SigningKey
 from app.storage.tables import Inspection
-from app.tracking.counter_files import CounterFiles
 from app.tracking.live import Live
+from app.tracking.pictures.counter_files import CounterFiles
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 

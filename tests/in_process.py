@@ -13,8 +13,9 @@ from typing import Any
 import msgspec
 import pytest
 
-from app.jobs import camera, tracker
+from app.jobs.live import camera
 from app.jobs.messages import Checkpoint, FromTracker, LiveRequest, TrackRequest, encode
+from app.jobs.track import tracker
 
 
 class VirtualClock:

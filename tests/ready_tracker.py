@@ -1,9 +1,9 @@
 """A process that has loaded the children's code and forks, to try thousands of files under limits.
 
 Run as a program it reads one request a line and answers each in a line, both JSON.  Every file goes
-through `app.jobs.media` (probe and a picture) and `app.jobs.tracker`, unchanged, in a forked
-process that has set its own limits. Only the second that an interpreter takes to start and load its
-modules is saved.
+through `app.jobs.requests.media` (probe and a picture) and `app.jobs.track.tracker`, unchanged, in
+a forked process that has set its own limits. Only the second that an interpreter takes to start and
+load its modules is saved.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from typing import Any
 
 import msgspec
 
-from app.jobs import limits, media, tracker
+from app.jobs import limits
 from app.jobs.messages import (
     Batch,
     Done,
@@ -38,6 +38,8 @@ from app.jobs.messages import (
     TrackRequest,
     encode,
 )
+from app.jobs.requests import media
+from app.jobs.track import tracker
 from vo_core import Rig
 from vo_core.errors import RigVideoMismatch
 
@@ -94,7 +96,7 @@ class ReadyTracker:
 
 def _serve() -> None:
     media._warm_up()
-    import app.jobs.follow  # noqa: F401
+    import app.jobs.track.follow  # noqa: F401
 
     gc.collect()
     gc.freeze()  # otherwise every fork would copy the memory that it frees

@@ -20,10 +20,10 @@ from app.storage.archive_films import ArchiveFilms
 from app.storage.archive_rules import RuleStore
 from app.storage.archive_selection import ACTIVE, FilmRow, FilmState, Selection
 from app.survey.versions import require_version, version_of
-from app.tracking.engines import Engine, EngineState
+from app.tracking.films.engines import Engine, EngineState
+from app.tracking.films.queue import Tracking
+from app.tracking.films.runs import Runs
 from app.tracking.live import Progress
-from app.tracking.queue import Tracking
-from app.tracking.runs import Runs
 from vo_core.errors import InvalidRig
 
 logger = logging.getLogger(__name__)

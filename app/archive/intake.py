@@ -41,9 +41,9 @@ from app.storage.archive_intake import IntakeStore
 from app.storage.archive_selection import FilmRow
 from app.storage.files import DataFolder
 from app.storage.tables import ENDED, ArchiveFilm, Inspection
-from app.tracking.engines import Engine
+from app.tracking.films.engines import Engine
+from app.tracking.films.queue import Tracking
 from app.tracking.live import Event, Update
-from app.tracking.queue import Tracking
 from app.tracking.worker import Worker
 from vo_core.errors import ChainageError
 

@@ -20,7 +20,7 @@ from app.cli.console import (
 )
 from app.cli.console import out as console
 from app.lab.calibration.intrinsics import read_camera
-from app.tracking.offline import Method, TrackedVideo, track_video
+from app.tracking.films.offline import Method, TrackedVideo, track_video
 from vo_core import Rig, Track, VideoFile
 from vo_core.csv_rows import decoded
 from vo_core.joints.finder import JointFinder, numbered

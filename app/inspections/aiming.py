@@ -11,8 +11,8 @@ import numpy as np
 from app.errors import PixelOutsidePicture
 from app.inspections.uploads import Uploads
 from app.jobs.messages import CounterFound, FirstPicture
-from app.tracking.counter_queue import CounterQueue
-from app.tracking.media import Media
+from app.tracking.pictures.counter_queue import CounterQueue
+from app.tracking.pictures.media import Media
 from vo_core import Pose, Rig
 from vo_core.advice import Advice, advise
 from vo_core.geometry.gaze import gaze

@@ -14,8 +14,8 @@ from app.storage.inspections import InspectionStore, require_unlocked
 from app.storage.observations import ObservationStore
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Picture
 from app.tracking.live import Live
+from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks
-from app.tracking.videos import NO_FILM
 
 
 class Attachments:

@@ -13,9 +13,9 @@ from app.errors import Busy, InvalidImport
 from app.imports import wire
 from app.imports.survey import ImportedFile
 from app.imports.whole_inspection import WholeInspection
-from app.jobs.importer import OUT_OF_MEMORY
 from app.jobs.messages import Failed, Limits
 from app.jobs.process import Child, describe_exit
+from app.jobs.requests.importer import OUT_OF_MEMORY
 
 logger = logging.getLogger(__name__)
 
@@ -49,7 +49,7 @@ class FileReader:
         if not self._turn.acquire(timeout=_WAIT_FOR_TURN_S):
             raise Busy("Other files are being imported; try again in a moment.")
         try:
-            child = Child("app.jobs.importer")
+            child = Child("app.jobs.requests.importer")
             return self._found(self._exchange(child, self._limits, content, _ANSWER_TIMEOUT_S))
         finally:
             self._turn.release()
@@ -68,7 +68,7 @@ class FileReader:
         if not self._archives.acquire(timeout=_WAIT_FOR_TURN_S):
             raise Busy("Other archive files are being imported; try again in a moment.")
         try:
-            child = Child("app.jobs.archive_importer")
+            child = Child("app.jobs.requests.archive_importer")
             patience_s = _ANSWER_TIMEOUT_S + size / _BYTES_A_S
             found = self._found(self._exchange(child, limits, None, patience_s))
         finally:

@@ -26,8 +26,8 @@ from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
 from app.inspections.register import Register
 from app.inspections.uploads import Uploads
-from app.jobs import parts
-from app.jobs.parts import Between, Mark
+from app.jobs.track import parts
+from app.jobs.track.parts import Between, Mark
 from app.settings import MIB
 from app.storage import keys
 from app.storage.blobs import Blobs
@@ -38,13 +38,13 @@ from app.storage.runs import RunStore
 from app.storage.tables import ENDED, Inspection
 from app.survey.stretches import open_stretches
 from app.tracking.cameras import Sources
-from app.tracking.counter_files import SEARCHED, CounterFiles, KeptCounter
-from app.tracking.film_files import FilmFiles
-from app.tracking.media import Media
-from app.tracking.queue import Tracking
+from app.tracking.films.queue import Tracking
+from app.tracking.pictures.counter_files import SEARCHED, CounterFiles, KeptCounter
+from app.tracking.pictures.film_files import FilmFiles
+from app.tracking.pictures.media import Media
+from app.tracking.pictures.videos import file_name, unrecorded_columns, video_columns
 from app.tracking.recorder import Recorder
 from app.tracking.tracks import Tracks
-from app.tracking.videos import file_name, unrecorded_columns, video_columns
 from vo_core import Rig
 from vo_core.geometry.rectify import require_wall_in_view
 

@@ -29,7 +29,7 @@ from app.storage.tables import IMPORTED, Inspection
 from app.survey.records import Event, Observation
 from app.survey.spans import is_same
 from app.survey.tag import StatedTag
-from app.tracking.videos import NO_FILM, unfilmed_columns
+from app.tracking.pictures.videos import NO_FILM, unfilmed_columns
 from vo_core import Rig, Track
 from vo_core.track import Estimate
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.errors import FrameNotFound, NothingRecorded
 from app.inspections.corrections import Corrections
-from app.jobs.parts import NOT_RECORDED
+from app.jobs.track.parts import NOT_RECORDED
 from app.storage import keys
 from app.storage.blobs import Blobs, StoredBlob
 from app.storage.files import DataFolder, delete_tree
@@ -23,13 +23,13 @@ from app.storage.tables import ENDED, Inspection
 from app.survey.search_terms import InspectionFilter, InspectionSort, Page
 from app.survey.track_rows import estimate_at, since
 from app.survey.versions import require_version, version_of
-from app.tracking.film_files import FilmFiles
+from app.tracking.films.queue import Tracking
+from app.tracking.films.runs import Runs, track_metadata
 from app.tracking.live import CameraStatus, Live, Progress
-from app.tracking.media import Media
-from app.tracking.queue import Tracking
-from app.tracking.runs import Runs, track_metadata
+from app.tracking.pictures.film_files import FilmFiles
+from app.tracking.pictures.media import Media
+from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks
-from app.tracking.videos import NO_FILM
 from vo_core import Estimate, Track
 
 logger = logging.getLogger(__name__)

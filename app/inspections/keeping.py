@@ -17,7 +17,7 @@ from app.storage.imports import ImportStore, Rows
 from app.storage.tables import Inspection
 from app.storage.unfinished import Unfinished
 from app.survey.track_rows import estimate_at
-from app.tracking.runs import track_metadata
+from app.tracking.films.runs import track_metadata
 from app.tracking.tracks import Tracks
 from vo_core import Track
 from vo_core.geometry.stance import AS_STATED, Stance

@@ -53,7 +53,7 @@ class Lenses:
             self._turn.release()
 
     def _measured(self, request: CalibrationRequest) -> Calibrated:
-        child = Child("app.jobs.calibrator")
+        child = Child("app.jobs.requests.calibrator")
         try:
             child.send(request)
             answer = self._answers.decode(child.receive(_ANSWER_TIMEOUT_S))

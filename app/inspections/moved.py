@@ -49,10 +49,10 @@ from app.survey.records import BROUGHT_IN, Event, Observation
 from app.survey.review import APPROVED, DRAFT, ReviewState
 from app.survey.stated import Stated
 from app.survey.track_rows import is_unmeasured
-from app.tracking.counter_files import KeptCounter
 from app.tracking.live import Live
-from app.tracking.media import Media
-from app.tracking.videos import NO_FILM, file_name, video_columns
+from app.tracking.pictures.counter_files import KeptCounter
+from app.tracking.pictures.media import Media
+from app.tracking.pictures.videos import NO_FILM, file_name, video_columns
 
 _BLOCK = 4 * 2**20
 _NOT_IN_THE_FILE = "This photo was not in the file that was imported."

@@ -40,8 +40,8 @@ from app.survey.tag import StatedTag, Tag, entered
 from app.survey.track_rows import is_unmeasured
 from app.survey.versions import Require, require_version
 from app.tracking.live import Live
+from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks
-from app.tracking.videos import NO_FILM
 from vo_core import Rig
 
 logger = logging.getLogger(__name__)

@@ -194,7 +194,7 @@ class Samples:
         return target
 
     def _render(self, folder: Path) -> None:
-        child = Child("app.jobs.sample")
+        child = Child("app.jobs.requests.sample")
         try:
             with self._changed:
                 self._child = child

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
-from app.jobs.parts import Between, Mark
+from app.jobs.track.parts import Between, Mark
 
 if TYPE_CHECKING:
     from vo_core.sources import Frame

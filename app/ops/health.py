@@ -11,7 +11,7 @@ from app.errors import NotReady
 from app.storage.blobs import Blobs
 from app.storage.database import Database
 from app.storage.files import DataFolder
-from app.tracking.media import Media
+from app.tracking.pictures.media import Media
 from app.watched import Watched
 from vo_core.errors import ChainageError
 

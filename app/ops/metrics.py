@@ -29,10 +29,10 @@ from app.storage.alerts import AlertStore
 from app.storage.files import DataFolder
 from app.storage.inspections import InspectionStore
 from app.storage.tables import ENDED, STATES
+from app.tracking.films.runs import Runs
 from app.tracking.live import Event, Update
-from app.tracking.media import Media
+from app.tracking.pictures.media import Media
 from app.tracking.recorder import Recorder
-from app.tracking.runs import Runs
 from app.viewer.scenes import Scenes
 
 _SECONDS = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)

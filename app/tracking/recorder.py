@@ -36,8 +36,8 @@ from app.jobs.messages import (
     Row,
     StopCapture,
 )
-from app.jobs.parts import Between, Mark
 from app.jobs.process import Child, describe_exit
+from app.jobs.track.parts import Between, Mark
 from app.logs import about
 from app.settings import MIB
 from app.storage import keys
@@ -49,12 +49,12 @@ from app.storage.runs import Outcome, RunStore
 from app.storage.tables import Inspection
 from app.tracker import tracker
 from app.tracking.cameras import LiveSource
-from app.tracking.film_files import FilmFiles
+from app.tracking.films.queue import Tracking
+from app.tracking.films.runs import Run, Runs, TrackedFilm, track_metadata
 from app.tracking.live import CameraStatus, Live, Progress
-from app.tracking.queue import Tracking
-from app.tracking.runs import Run, Runs, TrackedFilm, track_metadata
+from app.tracking.pictures.film_files import FilmFiles
+from app.tracking.pictures.videos import video_columns
 from app.tracking.tracks import Tracks
-from app.tracking.videos import video_columns
 
 logger = logging.getLogger(__name__)
 
@@ -203,7 +203,7 @@ class Recorder:
         size = video.stat().st_size
         self._folder.require_room(round(_ROOM_TO_REMUX * size))
         limits = Limits(self._memory_bytes, file_bytes=self._folder.disk_bytes())
-        child = Child("app.jobs.reopener")
+        child = Child("app.jobs.live.reopener")
         answer: FromReopener
         try:
             child.send(ReopenRequest(str(video), str(recording), limits))
@@ -260,7 +260,7 @@ class Recorder:
         """Follow one camera process after another until the recording ends."""
         deaths: deque[float] = deque(maxlen=_MOST_DEATHS)
         while True:
-            child = Child("app.jobs.camera")
+            child = Child("app.jobs.live.camera")
             try:
                 return self._drained(run, child)
             except _Died as death:
@@ -461,7 +461,7 @@ class Recorder:
         size = recording.stat().st_size
         has_room = self._folder.free_bytes() > _ROOM_TO_REMUX * size
         limits = Limits(self._memory_bytes, file_bytes=round(_ROOM_TO_REMUX * size) + MIB)
-        child = Child("app.jobs.finaliser")
+        child = Child("app.jobs.live.finaliser")
         try:
             child.send(FinaliseRequest(str(recording), str(mp4) if has_room else None, limits))
             return self._answers.decode(child.receive(_FINALISING_S))

@@ -19,6 +19,7 @@ from app.jobs.messages import Batch, Gauged, Row, Seen, Standing, Tilted
 from app.storage.inspections import InspectionStore
 from app.storage.members import Members
 from app.storage.tables import ENDED
+from app.tracking.films.runs import Run, RunElsewhere, Runs
 from app.tracking.live import (
     CameraStatus,
     DistancesCorrected,
@@ -30,7 +31,6 @@ from app.tracking.live import (
     Update,
     WallChanged,
 )
-from app.tracking.runs import Run, RunElsewhere, Runs
 from app.tracking.tracks import HEALTH, Tracks
 from vo_core.track import Track
 

@@ -14,8 +14,8 @@ from cachetools import LRUCache
 from numpy.typing import NDArray
 
 from app.errors import BlobNotFound, DamagedTrack
-from app.jobs import parts
-from app.jobs.parts import Mark
+from app.jobs.track import parts
+from app.jobs.track.parts import Mark
 from app.storage import keys
 from app.storage.blobs import Blobs, Readable, StoredBlob
 from app.storage.files import Places

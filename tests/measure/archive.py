@@ -50,7 +50,7 @@ from object_stores import moto
 from postgres import PostgresServer, postgres_server
 
 from app.data_folder import reading
-from app.jobs.follow import Follower
+from app.jobs.track.follow import Follower
 from app.lab.markdown_figures import write_figures
 from app.lab.simulation import SCENARIOS
 from app.settings import Settings

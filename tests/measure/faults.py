@@ -46,7 +46,11 @@ PAUSE_S = 0.05
 """Pause between two requests of the same kind."""
 KILL_WITHIN_S = (0.1, 2.0)
 ENDS_WITHIN_S = 120.0
-_WORKERS = {"tracker": "app.jobs.tracker", "camera": "app.jobs.camera", "media": "app.jobs.media"}
+_WORKERS = {
+    "tracker": "app.jobs.track.tracker",
+    "camera": "app.jobs.live.camera",
+    "media": "app.jobs.requests.media",
+}
 _MOST_TRACKER_KILLS = 2
 """Most tracker kills in a row: a third without a checkpoint would rightly count as the video's
 fault."""

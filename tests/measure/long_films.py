@@ -31,9 +31,9 @@ from app.storage.imports import ImportStore, Rows
 from app.storage.tables import Inspection
 from app.survey.records import Event, Observation
 from app.survey.tag import StatedTag
-from app.tracking.runs import track_metadata
+from app.tracking.films.runs import track_metadata
+from app.tracking.pictures.videos import file_name, video_columns
 from app.tracking.tracks import Tracks
-from app.tracking.videos import file_name, video_columns
 from vo_core import Estimate
 from vo_core.geometry.height import scale_sigma
 from vo_core.image.health import Health

@@ -12,7 +12,7 @@ from app.inspections.counters import CounterState, CounterView
 from app.jobs.messages import CornersPx, CounterFound, CounterProgress
 from app.survey.given import Given
 from app.survey.interval import half_width_m
-from app.tracking.counter_files import KeptCounter
+from app.tracking.pictures.counter_files import KeptCounter
 from vo_core.scale.counter import CounterComparison, Unit
 
 _LEAST_PX = 8

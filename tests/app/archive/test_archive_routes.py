@@ -224,7 +224,7 @@ def test_a_paused_film_continues_where_it_was(
         wait_until((client.data / "inspections" / one / "checkpoint").exists)
         assert ask(client, "pause", where={}) == {"changed": 1}
         assert client.inspection(one)["status"] == "cancelled"
-    with serve() as client, caplog.at_level("INFO", "app.tracking.film_run"):
+    with serve() as client, caplog.at_level("INFO", "app.tracking.films.film_run"):
         ask(client, "resume", where={})
         client.wait(one, "done")
         assert rows(client.data, one) == rows(survey.data, survey.id)

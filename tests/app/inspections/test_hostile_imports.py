@@ -120,7 +120,7 @@ _TAKEN_OVER = """
 import sqlite3, sys
 from app.errors import InvalidImport
 from app.imports import wincan
-from app.jobs import importer
+from app.jobs.requests import importer
 
 secret = sys.argv[2]
 

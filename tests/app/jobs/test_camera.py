@@ -15,10 +15,10 @@ from camera_sessions import LIMITS, Session, session
 from cameras import Camera, MjpegCamera, RtspCamera, floor
 from hostile import write_clip
 
-from app.jobs import parts
 from app.jobs.confinement import landlock_version
 from app.jobs.messages import Done, Failed, Limits, Row
 from app.jobs.process import Child
+from app.jobs.track import parts
 from app.tracking.cameras import Sources
 from vo_core.sources import VideoFile
 
@@ -27,7 +27,7 @@ TCP_SINCE = 4
 
 
 def by_itself() -> Child:
-    return Child("app.jobs.camera")
+    return Child("app.jobs.live.camera")
 
 
 def assert_rows_are_frames(rows: Sequence[Row], recording: Path) -> list[float]:
@@ -67,7 +67,7 @@ def test_a_camera_that_falls_silent_is_waited_for(
     kind: type[Camera], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     timeouts = dict.fromkeys(("rtsp", "mjpeg"), (0.5, 0.5))
-    monkeypatch.setattr("app.jobs.cameras._TIMEOUTS_S", timeouts)
+    monkeypatch.setattr("app.jobs.live.cameras._TIMEOUTS_S", timeouts)
     with kind() as camera:
         live = session(camera.url, tmp_path).frames(5)
         camera.fall_silent()
@@ -185,7 +185,7 @@ def test_a_camera_that_changes_to_another_size_is_waited_for(
 def test_a_camera_is_opened_by_its_password_and_a_wrong_one_is_given_up_and_not_shown(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.jobs.capture.UNREACHABLE_AFTER_S", 0.5)
+    monkeypatch.setattr("app.jobs.live.capture.UNREACHABLE_AFTER_S", 0.5)
     with MjpegCamera(login="operator:right") as camera:
         wrong = session(camera.url.replace("right", "wr0ng"), tmp_path).until_end()
         assert not (tmp_path / "recording.mkv").exists()

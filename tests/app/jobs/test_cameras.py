@@ -13,7 +13,7 @@ from builders import HEIGHT, WIDTH
 from camera_sessions import LOOPBACK, session
 from cameras import MJPEG_HEAD, MjpegCamera, RtspCamera, floor, mjpeg_part
 
-from app.jobs.cameras import CameraFault, opened
+from app.jobs.live.cameras import CameraFault, opened
 from app.jobs.messages import Failed
 
 JPEG = cv2.imencode(".jpg", floor(0))[1].tobytes()
@@ -97,7 +97,7 @@ def test_pictures_come_in_whatever_form_a_camera_sends_them(form: str) -> None:
 def test_an_address_without_a_stream_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content_type: str, body: bytes, said: str
 ) -> None:
-    monkeypatch.setattr("app.jobs.capture.UNREACHABLE_AFTER_S", 0.1)
+    monkeypatch.setattr("app.jobs.live.capture.UNREACHABLE_AFTER_S", 0.1)
     head = head_of(content_type, f"Content-Length: {len(body)}")
     with MjpegCamera(head=head, part=lambda _: body) as camera:
         live = session(camera.url, tmp_path).until_end()
@@ -111,7 +111,7 @@ def test_an_address_without_a_stream_is_named(
 def test_a_stream_whose_picture_size_stays_unknown_is_named(
     monkeypatch: pytest.MonkeyPatch, encoding: str, said: str
 ) -> None:
-    monkeypatch.setattr("app.jobs.cameras._TIMEOUTS_S", {"rtsp": (1, 1)})
+    monkeypatch.setattr("app.jobs.live.cameras._TIMEOUTS_S", {"rtsp": (1, 1)})
     with RtspCamera(encoding=encoding) as camera:
         found = LOOPBACK.resolve(camera.url, (WIDTH, HEIGHT)).camera
         with pytest.raises(CameraFault, match=said), opened(found):

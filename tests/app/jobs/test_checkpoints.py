@@ -13,7 +13,6 @@ import numpy as np
 from builders import HEIGHT, RATE, WIDTH, clip_rig, make_clip
 from in_process import track
 
-from app.jobs.follow import Follower
 from app.jobs.messages import (
     Batch,
     Checkpoint,
@@ -28,6 +27,7 @@ from app.jobs.messages import (
     TrackRequest,
     encode,
 )
+from app.jobs.track.follow import Follower
 from vo_core import Rig
 from vo_core.sources import Frame, VideoFile, frame_of
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from films import film, half_sized
 
-from app.jobs import chunks
-from app.jobs.chunks import Chunk, Joined, gather, join, join_walls, mended, plan
-from app.jobs.follow import Follower
 from app.jobs.messages import Batch, FrameRange, Gauged, Row
+from app.jobs.track import chunks
+from app.jobs.track.chunks import Chunk, Joined, gather, join, join_walls, mended, plan
+from app.jobs.track.follow import Follower
 from app.lab.simulation import SCENARIOS, RenderedFrame
 from vo_core.errors import UndeterminedSeam
 from vo_core.sources import Frame, frame_of

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from app.jobs.clocks import FileClock, StreamClock
+from app.jobs.live.clocks import FileClock, StreamClock
 
 
 def test_arrival_counts_where_the_camera_states_no_time() -> None:

@@ -14,8 +14,8 @@ from films import film, half_sized
 from projection import project
 
 from app.inspections.picking import WallPlace, seen_best
-from app.jobs.follow import Follower
 from app.jobs.messages import Batch, Row, Standing
+from app.jobs.track.follow import Follower
 from app.lab.simulation import SCENARIOS, RenderedFrame
 from app.survey.adjustment.adjust import adjust
 from app.survey.place import Course, wall_under

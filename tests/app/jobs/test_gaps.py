@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from app.jobs.gaps import between, place_after
+from app.jobs.live.waiting import MOST, Captured, Waiting
 from app.jobs.messages import Row
-from app.jobs.waiting import MOST, Captured, Waiting
+from app.jobs.track.gaps import between, place_after
 from vo_core.sources import VideoFile
 
 

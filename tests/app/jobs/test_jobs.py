@@ -30,7 +30,7 @@ from app.jobs.messages import (
     TrackRequest,
 )
 from app.jobs.process import Child, describe_exit
-from app.jobs.tracker import Pace
+from app.jobs.track.tracker import Pace
 from vo_core.errors import UnreadableVideo
 
 MOMENT_S = 0.3
@@ -45,7 +45,7 @@ def request(video: Path, limits: Limits = LIMITS, pace: float | None = None) -> 
 def from_child(wanted: TrackRequest) -> list[FromTracker]:
     """All messages of a tracking process, except checkpoints."""
     decoder = msgspec.msgpack.Decoder(FromTracker)
-    child = Child("app.jobs.tracker")
+    child = Child("app.jobs.track.tracker")
     child.send(wanted)
     messages: list[FromTracker] = []
     while not messages or isinstance(messages[-1], Batch):
@@ -101,7 +101,7 @@ def test_a_child_short_of_memory_ends_without_a_hang(clip: Path) -> None:
 
 
 def test_a_child_ends_when_its_parent_does(clip: Path) -> None:
-    child = Child("app.jobs.tracker")
+    child = Child("app.jobs.track.tracker")
     child.send(request(clip, pace=0.5))
     child.receive(PATIENCE_S)
     assert child.end() == 0
@@ -113,7 +113,7 @@ def test_the_media_process_answers_one_request_after_the_other_until_its_parent_
     decoder = msgspec.msgpack.Decoder(FromMedia)
     bad = tmp_path / "bad.mp4"
     bad.write_bytes(b"no video")
-    child = Child("app.jobs.media")
+    child = Child("app.jobs.requests.media")
     child.send(Limits(768 * 2**20))
 
     def answer(asked: msgspec.Struct) -> object:
@@ -136,7 +136,7 @@ def test_the_media_process_answers_one_request_after_the_other_until_its_parent_
 def test_a_child_that_waits_for_a_processor_is_waited_for_and_one_that_hangs_is_not(
     clip: Path,
 ) -> None:
-    child = Child("app.jobs.media")
+    child = Child("app.jobs.requests.media")
     child.send(Limits(768 * 2**20))
     child.send(ProbeRequest(str(clip)))
     child.receive(PATIENCE_S)

@@ -6,7 +6,7 @@ import cv2
 import pytest
 from cameras import floor
 
-from app.jobs.jpegs import JpegReader
+from app.jobs.live.jpegs import JpegReader
 
 
 def jpeg_of(number: int, **options: int) -> bytes:

@@ -18,7 +18,7 @@ from app.errors import MediaTimeout
 from app.jobs.confinement import landlock_version
 from app.jobs.messages import Failed, FromTracker, Limits, TrackRequest
 from app.jobs.process import Child, describe_exit
-from app.tracking import media
+from app.tracking.pictures import media
 from vo_core.errors import UnreadableVideo
 
 MIB = 2**20
@@ -33,7 +33,7 @@ def test_a_film_that_needs_more_memory_than_allowed_says_so(
     film = write_clip(tmp_path / "large.mp4", size_wh=size_wh, frames=6 if is_long else 2)
     rig = clip_rig(width=size_wh[0], height=size_wh[1], fx=7500.0, fy=7500.0, cx=3839.5, cy=2159.5)
     for mebibytes in (600, 768) if is_long else (768,):
-        child = Child("app.jobs.tracker")
+        child = Child("app.jobs.track.tracker")
         child.send(TrackRequest(str(film), rig, Limits(mebibytes * MIB)))
         answer = msgspec.msgpack.decode(child.receive(PATIENCE_S), type=FromTracker)
         child.end()
@@ -43,7 +43,7 @@ def test_a_film_that_needs_more_memory_than_allowed_says_so(
 
 def test_a_film_that_takes_too_much_processor_time_ends_its_tracker(tmp_path: Path) -> None:
     film = make_clip(tmp_path / "film.mp4", 800)
-    child = Child("app.jobs.tracker")
+    child = Child("app.jobs.track.tracker")
     child.send(TrackRequest(str(film), clip_rig(), Limits(768 * MIB, cpu_s=1)))
     with suppress(EOFError):
         while True:
@@ -59,11 +59,11 @@ def test_a_media_process_that_is_killed_or_hangs_is_replaced(
     try:
         assert not service.is_alive()  # nobody has asked
         assert service.probe(clip, "clip.mp4").frames == 16
-        (killed,) = children("app.jobs.media")
+        (killed,) = children("app.jobs.requests.media")
         os.kill(killed, signal.SIGKILL)
         wait_until(lambda: not service.is_alive())
         assert service.probe(clip, "clip.mp4").frames == 16
-        (hanging,) = children("app.jobs.media")
+        (hanging,) = children("app.jobs.requests.media")
         os.kill(hanging, signal.SIGSTOP)
         monkeypatch.setattr(media, "_ANSWER_TIMEOUT_S", 0.5)
         with pytest.raises(MediaTimeout):
@@ -93,14 +93,14 @@ def test_a_probe_reads_nothing_but_where_videos_are(tmp_path: Path) -> None:
 
 _REACH = """
 import os, signal, socket, sys
-import app.jobs.camera, app.jobs.media, app.jobs.tracker
+import app.jobs.live.camera, app.jobs.requests.media, app.jobs.track.tracker
 from app.jobs.confinement import confine
 
 assert not {"av", "cv2", "numpy"} & set(sys.modules), "they are to be loaded under the limits"
 folder, port, other = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
 confine(reads=[folder + "/film"], writes=[folder + "/inspection"], port=port)
 
-import cv2, app.jobs.follow, vo_core.sources  # what is loaded afterwards
+import cv2, app.jobs.track.follow, vo_core.sources  # what is loaded afterwards
 
 def attempt(name, action):
     try:

@@ -17,8 +17,8 @@ import pytest
 from builders import PATIENCE_S, frame_number, make_clip
 from numpy.typing import NDArray
 
-from app.jobs import nal
-from app.jobs.recording import Coding, Recording
+from app.jobs.live import nal
+from app.jobs.live.recording import Coding, Recording
 from vo_core.errors import UnreadableVideo
 from vo_core.frames_at import read_frame
 from vo_core.sources import VideoFile
@@ -136,7 +136,7 @@ _FILL = """
 import resource, sys
 sys.path.insert(0, sys.argv[2])
 from pathlib import Path
-from app.jobs.recording import Coding, Recording
+from app.jobs.live.recording import Coding, Recording
 resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))
 with Recording(Path(sys.argv[1]), Coding("mjpeg", 64, 64, b"")) as recording:
     for n in range(1000):
@@ -180,7 +180,7 @@ _WRITE_ON = """
 import sys
 sys.path.insert(0, sys.argv[2])
 from pathlib import Path
-from app.jobs.recording import Coding, Recording
+from app.jobs.live.recording import Coding, Recording
 with Recording(Path(sys.argv[1]), Coding("mjpeg", 64, 64, b"")) as recording:
     recording.append(0, True, bytes(5000))
     print("begun", flush=True)

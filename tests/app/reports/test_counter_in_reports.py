@@ -20,7 +20,7 @@ from app.reports import pdf
 from app.reports.exchange import chainage_json
 from app.reports.html import web_page
 from app.reports.report import Report
-from app.tracking.counter_files import KeptCounter
+from app.tracking.pictures.counter_files import KeptCounter
 
 SCALE = 0.98
 STUCK = slice(200, 240)

@@ -19,7 +19,7 @@ from app.imports import any_file
 from app.inspections.file_reader import FileReader
 from app.reports.exchange import en13508
 from app.storage.backup import back_up
-from app.tracking.videos import NO_FILM
+from app.tracking.pictures.videos import NO_FILM
 
 
 @pytest.fixture(scope="module", autouse=True)

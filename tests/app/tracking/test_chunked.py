@@ -12,11 +12,11 @@ import pytest
 from builders import Client, children, clip_rig, make_clip, send_signal, serving, wait_until
 from in_process import track
 
-from app.jobs import chunks
 from app.jobs.messages import Batch, Limits, TrackRequest
+from app.jobs.track import chunks
 from vo_core import Estimate, Track
 
-TRACKER = "app.jobs.tracker"
+TRACKER = "app.jobs.track.tracker"
 FRAMES, SHARED, PACE = 240, 140, 4.0
 
 

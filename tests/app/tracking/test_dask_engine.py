@@ -57,7 +57,7 @@ def busy_workers(workers: Cluster) -> list[int]:
         n
         for n, worker in enumerate(workers.workers)
         if worker.poll() is None
-        and any("app.jobs.tracker" in command for command in children_of(worker.pid).values())
+        and any("app.jobs.track.tracker" in command for command in children_of(worker.pid).values())
     ]
 
 

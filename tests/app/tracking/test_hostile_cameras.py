@@ -19,7 +19,7 @@ from cameras import MjpegCamera
 
 from app.jobs.messages import Failed
 
-CAMERA = "app.jobs.camera"
+CAMERA = "app.jobs.live.camera"
 MEMORY_BYTES = 768 * 2**20
 """The least that an operator may set."""
 _PIECE, _PAUSE_S = 2**16, 0.005
@@ -150,7 +150,9 @@ def detail(client: Client, inspection_id: str) -> str | None:
 def test_a_camera_that_sends_rubbish_gives_a_plain_reason(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_long: bool
 ) -> None:
-    monkeypatch.setattr("app.jobs.cameras._TIMEOUTS_S", dict.fromkeys(("rtsp", "mjpeg"), (1, 1)))
+    monkeypatch.setattr(
+        "app.jobs.live.cameras._TIMEOUTS_S", dict.fromkeys(("rtsp", "mjpeg"), (1, 1))
+    )
     begun = {}
     for name, (scheme, answer) in list(RUBBISH.items())[:: 1 if is_long else 3]:
         (tmp_path / name).mkdir()

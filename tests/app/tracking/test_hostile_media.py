@@ -22,9 +22,9 @@ from builders import Client, assert_error, serving, wait_until
 from hostile import FRAMES, RIG, SIZE_WH, copy_packets, write_clip
 from ready_tracker import ReadyTracker
 
+from app.jobs.live.recording import Coding, Recording
 from app.jobs.messages import Limits
-from app.jobs.recording import Coding, Recording
-from app.tracking.media import Media
+from app.tracking.pictures.media import Media
 from vo_core.errors import UnreadableVideo
 
 _IN_OPEN = 0x20

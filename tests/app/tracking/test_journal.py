@@ -13,7 +13,7 @@ from app.jobs.messages import Batch, Checkpoint, Gauged, KeptCheckpoint, Row, Se
 from app.storage.files import DataFolder
 from app.storage.folder_blobs import FolderBlobs
 from app.storage.tables import Inspection
-from app.tracking.journal import Journal
+from app.tracking.films.journal import Journal
 from app.tracking.live import Live
 from app.tracking.unrolled import Unrolled
 
@@ -110,7 +110,7 @@ def test_without_room_the_checkpoint_before_holds_and_the_next_one_has_all(
 ) -> None:
     of_run = kept(folder)
     with monkeypatch.context() as full:
-        full.setattr("app.tracking.journal.write_durably", raise_no_room)
+        full.setattr("app.tracking.films.journal.write_durably", raise_no_room)
         of_run.keep(Checkpoint(4, 2.0, b"state"))
     resumption = journal(folder).read()
     assert resumption is not None

@@ -29,7 +29,7 @@ from websockets.sync.client import ClientConnection
 
 from vo_core.sources import VideoFile
 
-CAMERA = "app.jobs.camera"
+CAMERA = "app.jobs.live.camera"
 LOOPBACK = ("127.0.0.0/8",)
 OPEN = "6f1c2a34-0000-4000-8000-00000000000c"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from builders import Client, assert_error, children, clip_rig, make_clip, serving, wait_until
 
-TRACKER = "app.jobs.tracker"
+TRACKER = "app.jobs.track.tracker"
 FRAMES, PACE = 150, 0.25
 """A film that takes 24 s, so that it is still on its way when a slow test looks."""
 

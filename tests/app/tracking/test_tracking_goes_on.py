@@ -21,8 +21,8 @@ from builders import (
     wait_until,
 )
 
-TRACKER = "app.jobs.tracker"
-GOES_ON = "app.tracking.film_run"
+TRACKER = "app.jobs.track.tracker"
+GOES_ON = "app.tracking.films.film_run"
 FRAMES, PACE = 120, 3.0
 STALL_S = 15.0
 """A child on a busy machine starts in less."""

@@ -16,7 +16,7 @@ import pytest
 from builders import clip_rig, make_clip, serving, wait_until
 
 from app.storage.folder_blobs import FolderBlobs
-from app.tracking.work import Report, Spec, run
+from app.tracking.films.work import Report, Spec, run
 
 FRAMES = 300
 MIB = 2**20
@@ -24,7 +24,7 @@ RUN = """
 import msgspec, sys
 from pathlib import Path
 from app.storage.folder_blobs import FolderBlobs
-from app.tracking.work import Spec, run
+from app.tracking.films.work import Spec, run
 run(msgspec.json.decode(sys.argv[1], type=Spec), FolderBlobs(Path(sys.argv[2])))
 """
 
@@ -107,7 +107,7 @@ def test_a_run_that_is_killed_is_continued_by_another(
     wait_until(lambda: any(place.glob("*/checkpoint")))
     killed.send_signal(signal.SIGKILL)
     killed.wait()
-    with caplog.at_level("INFO", "app.tracking.film_run"):
+    with caplog.at_level("INFO", "app.tracking.films.film_run"):
         manifest = ran(given, blobs)
     (message,) = [record.getMessage() for record in caplog.records if "on." in record.msg]
     assert not message.endswith("from frame 0 on.")

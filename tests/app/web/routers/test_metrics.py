@@ -102,15 +102,17 @@ def test_a_run_shows_while_it_lasts_and_a_replaced_process_is_counted(
         assert value(client, "inspections", status="running") == 2
         assert value(client, "live_frames_dropped_total") >= 0
         assert value(client, "child_processes") >= 3
-        before = set(children("app.jobs.media"))
-        send_signal("app.jobs.media", signal.SIGKILL)
+        before = set(children("app.jobs.requests.media"))
+        send_signal("app.jobs.requests.media", signal.SIGKILL)
         frame = f"/api/inspections/{first}/frames/0.jpg"
-        wait_until(lambda: client.get(frame) and before.isdisjoint(children("app.jobs.media")))
+        wait_until(
+            lambda: client.get(frame) and before.isdisjoint(children("app.jobs.requests.media"))
+        )
         # Who asks next finds that it has ended; on a busy machine the new one may hang, too.
         wait_until(
             lambda: client.get(frame) and value(client, "child_restarts_total", kind="media") >= 1
         )
-        send_signal("app.jobs.camera", signal.SIGKILL)
+        send_signal("app.jobs.live.camera", signal.SIGKILL)
         wait_until(lambda: value(client, "child_restarts_total", kind="camera") >= 1)
         for inspection_id in (first, second, live):
             client.post(f"/api/inspections/{inspection_id}/cancel")

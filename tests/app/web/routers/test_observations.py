@@ -208,7 +208,7 @@ def test_a_tag_is_kept_when_its_photo_cannot_be_made(shared: Client, own: str) -
 
 def test_a_media_process_that_dies_is_replaced(shared: Client, done: str) -> None:
     shared.tag(done, frame=2)
-    send_signal("app.jobs.media", signal.SIGKILL)
+    send_signal("app.jobs.requests.media", signal.SIGKILL)
     tag = shared.tag(done, frame=3).json()
     again = shared.tag(done, frame=4).json()
     assert tag["photo_error"] is None or "SIGKILL" in tag["photo_error"]

@@ -10,7 +10,7 @@ from builders import Client, assert_error, children, send_signal, serving, wait_
 from app.inspections import samples
 from app.lab.simulation.sample import SAMPLE, tags
 
-CHILD = "app.jobs.sample"
+CHILD = "app.jobs.requests.sample"
 
 
 def ended(client: Client) -> dict[str, Any]:

@@ -12,9 +12,9 @@ import threading
 from collections.abc import Sequence
 from pathlib import Path
 
-from app.jobs import parts
-from app.jobs.parts import Mark
-from app.jobs.recording import Coding, Recording
+from app.jobs.live.recording import Coding, Recording
+from app.jobs.track import parts
+from app.jobs.track.parts import Mark
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 ROOM_TO_GO_ON = 32 * 2**20

@@ -21,7 +21,7 @@ from app.errors import (
     PhotoNotFound,
     StoreUnavailable,
 )
-from app.jobs.parts import NOT_RECORDED
+from app.jobs.track.parts import NOT_RECORDED
 from app.logs import about
 from app.storage import keys
 from app.storage.attachments import AttachmentStore
@@ -30,11 +30,11 @@ from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.storage.tables import ENDED, Inspection
 from app.survey.track_rows import estimate_at
-from app.tracking.film_files import FilmFiles
 from app.tracking.live import Event, Live, Update, WallChanged
-from app.tracking.media import Media
+from app.tracking.pictures.film_files import FilmFiles
+from app.tracking.pictures.media import Media
+from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks
-from app.tracking.videos import NO_FILM
 from app.tracking.worker import Worker
 from vo_core.errors import ChainageError
 

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from app.jobs import limits, parts
+from app.jobs import limits
 from app.jobs.confinement import confine
-from app.jobs.importer import answer
 from app.jobs.messages import Limits
 from app.jobs.process import connection_from_arguments
+from app.jobs.requests.importer import answer
+from app.jobs.track import parts
 
 if TYPE_CHECKING:
     from app.imports.whole_inspection import WholeInspection

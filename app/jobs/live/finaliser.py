@@ -20,7 +20,7 @@ _PLAYED_IN_MP4 = "h264"
 
 
 def _finalise(request: FinaliseRequest, connection: Connection) -> None:
-    from app.jobs.recording import Recording
+    from app.jobs.live.recording import Recording
     from vo_core.sources import VideoFile
 
     path = Path(request.recording)

@@ -18,7 +18,6 @@ from typing import TypeVar
 import msgspec
 import numpy as np
 
-from app.jobs.follow import wall_tile
 from app.jobs.messages import (
     Batch,
     FrameRange,
@@ -31,6 +30,7 @@ from app.jobs.messages import (
     Tilted,
     WallTile,
 )
+from app.jobs.track.follow import wall_tile
 from vo_core import Estimate, Rig, Track
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt

@@ -13,12 +13,12 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 
 from app.errors import MediaFailed, MediaTimeout
-from app.jobs.chunks import mended, plan
 from app.jobs.messages import FrameRange
-from app.tracking.engines import Engine
-from app.tracking.run_files import RunFiles
-from app.tracking.runs import Run, Runs
-from app.tracking.work import Manifest, Report
+from app.jobs.track.chunks import mended, plan
+from app.tracking.films.engines import Engine
+from app.tracking.films.run_files import RunFiles
+from app.tracking.films.runs import Run, Runs
+from app.tracking.films.work import Manifest, Report
 
 logger = logging.getLogger(__name__)
 

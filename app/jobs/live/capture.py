@@ -22,13 +22,13 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from app.back_off import BackOff
-from app.jobs import nal
-from app.jobs.cameras import CameraFault, Opened, WrongPictures, opened, plain_errors
-from app.jobs.clocks import PAUSE_MS, FileClock, StreamClock
-from app.jobs.film import NO_ROOM, Film
+from app.jobs.live import nal
+from app.jobs.live.cameras import CameraFault, Opened, WrongPictures, opened, plain_errors
+from app.jobs.live.clocks import PAUSE_MS, FileClock, StreamClock
+from app.jobs.live.film import NO_ROOM, Film
+from app.jobs.live.recording import Coding
+from app.jobs.live.waiting import Captured, Waiting
 from app.jobs.messages import CameraInput
-from app.jobs.recording import Coding
-from app.jobs.waiting import Captured, Waiting
 from vo_core.containers import MAX_FRAMES, MAX_PIXELS
 from vo_core.sources import frame_of
 

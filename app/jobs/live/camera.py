@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import msgspec
 
-from app.jobs import limits, parts
+from app.jobs import limits
 from app.jobs.confinement import confine
 from app.jobs.failures import failure_of
 from app.jobs.messages import (
@@ -27,11 +27,12 @@ from app.jobs.messages import (
     encode,
 )
 from app.jobs.process import connection_from_arguments
+from app.jobs.track import parts
 
 if TYPE_CHECKING:
-    from app.jobs.capture import Capture
-    from app.jobs.follow import Follower
-    from app.jobs.parts import Mark
+    from app.jobs.live.capture import Capture
+    from app.jobs.track.follow import Follower
+    from app.jobs.track.parts import Mark
 
 PREVIEW_WIDTH_PX = 640
 """Every frame of a camera is shown; encoding a small picture takes half a millisecond."""
@@ -90,9 +91,9 @@ class _Commands:
 
 def _run(request: LiveRequest, connection: Connection) -> None:
     # Imported here so that the decoders are loaded under the limits.
-    from app.jobs.capture import Capture
-    from app.jobs.film import Film
-    from app.jobs.follow import Follower
+    from app.jobs.live.capture import Capture
+    from app.jobs.live.film import Film
+    from app.jobs.track.follow import Follower
     from vo_core import Rig
 
     rig = Rig.parse(request.rig)

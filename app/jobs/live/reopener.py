@@ -15,7 +15,7 @@ from app.jobs.messages import Done, ReopenRequest, encode
 def _reopen(request: ReopenRequest, connection: Connection) -> None:
     import av
 
-    from app.jobs.recording import Coding, Recording
+    from app.jobs.live.recording import Coding, Recording
     from vo_core.containers import checked_stream
 
     target = Path(request.recording)

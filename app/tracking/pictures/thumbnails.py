@@ -19,10 +19,10 @@ from app.storage.observations import ObservationStore
 from app.storage.tables import Inspection
 from app.survey.attachments import Attachment
 from app.survey.records import Observation
-from app.tracking.film_files import FilmFiles
-from app.tracking.media import Media
-from app.tracking.photos import photo_of
-from app.tracking.videos import NO_FILM
+from app.tracking.pictures.film_files import FilmFiles
+from app.tracking.pictures.media import Media
+from app.tracking.pictures.photos import photo_of
+from app.tracking.pictures.videos import NO_FILM
 from vo_core.errors import UnreadableVideo
 
 WIDTH_PX = 240

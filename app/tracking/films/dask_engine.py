@@ -20,10 +20,10 @@ import msgspec
 from app.errors import EngineUnavailable, WorkerLost
 from app.storage.blob_stores import blobs_at
 from app.storage.blobs import Blobs
-from app.tracking.engines import EngineState
-from app.tracking.run_files import RunFiles
-from app.tracking.runs import Run, Runs
-from app.tracking.work import IsStopped, Manifest, OnReport, Report, Spec, run
+from app.tracking.films.engines import EngineState
+from app.tracking.films.run_files import RunFiles
+from app.tracking.films.runs import Run, Runs
+from app.tracking.films.work import IsStopped, Manifest, OnReport, Report, Spec, run
 
 if TYPE_CHECKING:
     from distributed import Client, Future

@@ -23,23 +23,23 @@ from typing import Any, Protocol, TypeVar
 
 import msgspec
 
-from app.jobs import parts
-from app.jobs.chunks import gather, join
 from app.jobs.messages import Batch, FrameRange, JoinWallsRequest, KeptCheckpoint, Limits
-from app.jobs.parts import Mark
+from app.jobs.track import parts
+from app.jobs.track.chunks import gather, join
+from app.jobs.track.parts import Mark
 from app.storage import keys
 from app.storage.blobs import Blobs
 from app.storage.files import Places
 from app.storage.folder_blobs import FolderBlobs
 from app.storage.runs import Outcome
 from app.tracker import tracker
-from app.tracking.film_run import FilmTracker
-from app.tracking.journal import batches_of, stamp_of
+from app.tracking.films.film_run import FilmTracker
+from app.tracking.films.journal import batches_of, stamp_of
+from app.tracking.films.runs import Run, Runs, track_metadata
+from app.tracking.films.walls import joined_walls
 from app.tracking.live import Event, Live, Update, WallChanged
-from app.tracking.runs import Run, Runs, track_metadata
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
-from app.tracking.walls import joined_walls
 from vo_core import Rig
 from vo_core.errors import UndeterminedSeam
 from vo_core.track import Estimate

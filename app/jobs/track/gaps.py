@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import msgspec
 
 from app.jobs.messages import Row
-from app.jobs.parts import Between
+from app.jobs.track.parts import Between
 from vo_core.bridge import BRIDGE_ACCELERATION_MM_S2
 
 _UNKNOWN_MOVE_MM = 10_000.0

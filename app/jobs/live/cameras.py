@@ -33,9 +33,9 @@ from av.packet import Packet
 from av.video.codeccontext import VideoCodecContext
 from av.video.stream import VideoStream
 
-from app.jobs.jpegs import JpegReader
+from app.jobs.live.jpegs import JpegReader
+from app.jobs.live.recording import CODECS
 from app.jobs.messages import CameraInput
-from app.jobs.recording import CODECS
 from vo_core.containers import MAX_PIXELS, checked_stream
 from vo_core.errors import UnreadableVideo
 

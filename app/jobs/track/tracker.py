@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from app.jobs import one_request, parts
+from app.jobs import one_request
 from app.jobs.messages import (
     MAX_MESSAGE_BYTES,
     Checkpoint,
@@ -25,10 +25,11 @@ from app.jobs.messages import (
     TrackRequest,
     encode,
 )
-from app.jobs.parts import Numbered
+from app.jobs.track import parts
+from app.jobs.track.parts import Numbered
 
 if TYPE_CHECKING:
-    from app.jobs.follow import Follower
+    from app.jobs.track.follow import Follower
     from vo_core.sources import VideoFile
 
 BATCH_S = 1 / 15
@@ -47,7 +48,7 @@ _MOST_STATE_BYTES = MAX_MESSAGE_BYTES - 1024
 
 def _track(request: TrackRequest, connection: Connection) -> None:
     # Imported here so that the decoders are loaded under the limits.
-    from app.jobs.follow import Follower
+    from app.jobs.track.follow import Follower
     from vo_core import Rig, VideoFile
 
     chunk = request.frames

@@ -9,12 +9,12 @@ from app.jobs.messages import Limits
 from app.storage.blobs import Blobs
 from app.storage.files import DataFolder
 from app.tracker import tracker
-from app.tracking.film_files import FilmFiles
-from app.tracking.film_run import FilmTracker
-from app.tracking.runs import Run, Runs
+from app.tracking.films.film_run import FilmTracker
+from app.tracking.films.runs import Run, Runs
+from app.tracking.films.work import IsStopped, Manifest, OnReport, Spec, run
+from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
-from app.tracking.work import IsStopped, Manifest, OnReport, Spec, run
 
 
 @dataclass(frozen=True)

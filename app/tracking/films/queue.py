@@ -35,15 +35,15 @@ from app.storage import keys
 from app.storage.inspections import InspectionStore
 from app.storage.runs import Outcome, RunStore
 from app.storage.tables import ENDED, Inspection
-from app.tracking.chunked import ChunkedTracking, Pieces
-from app.tracking.engines import Engine, EngineState
-from app.tracking.film_files import FilmFiles
+from app.tracking.films.chunked import ChunkedTracking, Pieces
+from app.tracking.films.engines import Engine, EngineState
+from app.tracking.films.run_files import RunFiles
+from app.tracking.films.runs import Run, Runs
+from app.tracking.films.work import Manifest
 from app.tracking.live import Event, Live, Progress, Update
-from app.tracking.run_files import RunFiles
-from app.tracking.runs import Run, Runs
+from app.tracking.pictures.film_files import FilmFiles
+from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks
-from app.tracking.videos import NO_FILM
-from app.tracking.work import Manifest
 from app.watched import Watched
 
 logger = logging.getLogger(__name__)

@@ -158,7 +158,7 @@ class Media:
         return code
 
     def _start(self) -> Child:
-        child = Child("app.jobs.media")
+        child = Child("app.jobs.requests.media")
         child.send(self._limits)
         return child
 

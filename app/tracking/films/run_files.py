@@ -11,9 +11,9 @@ from app.jobs.messages import FrameRange, Limits
 from app.storage import keys
 from app.storage.blobs import Blobs
 from app.storage.files import Places
-from app.tracking.runs import Run, track_metadata
+from app.tracking.films.runs import Run, track_metadata
+from app.tracking.films.work import Manifest, Spec, Stored
 from app.tracking.tracks import Tracks
-from app.tracking.work import Manifest, Spec, Stored
 
 _WHOLE, _JOINED, _PLAN = "whole", "joined", "plan.json"
 

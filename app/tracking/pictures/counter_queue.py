@@ -43,16 +43,16 @@ from app.storage.blobs import StoredBlob
 from app.storage.inspections import InspectionStore, require_unlocked
 from app.storage.tables import ENDED
 from app.survey.review import APPROVED
-from app.tracking.counter_files import SEARCHED, CounterFiles, KeptCounter
-from app.tracking.film_files import FilmFiles
 from app.tracking.live import Event, Update
-from app.tracking.videos import NO_FILM
+from app.tracking.pictures.counter_files import SEARCHED, CounterFiles, KeptCounter
+from app.tracking.pictures.film_files import FilmFiles
+from app.tracking.pictures.videos import NO_FILM
 from app.tracking.worker import Worker
 from vo_core.errors import ChainageError, UnreadableVideo
 
 logger = logging.getLogger(__name__)
 
-CHILD = "app.jobs.counter"
+CHILD = "app.jobs.requests.counter"
 """Module of the process that finds and reads counters."""
 
 _STOP_TIMEOUT_S = 10.0

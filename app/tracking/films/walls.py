@@ -25,7 +25,7 @@ def joined_walls(request: JoinWallsRequest, stall_s: float) -> Iterator[WallTile
         MediaTimeout: It hung.
     """
     decoder: msgspec.msgpack.Decoder[FromWallJoiner] = msgspec.msgpack.Decoder(FromWallJoiner)
-    child = Child("app.jobs.wall_joiner")
+    child = Child("app.jobs.track.wall_joiner")
     try:
         child.send(request)
         while True:

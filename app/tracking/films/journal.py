@@ -23,7 +23,7 @@ import vo_core
 from app.errors import DiskFull, StoreUnavailable
 from app.jobs.messages import Batch, Checkpoint, KeptCheckpoint, encode
 from app.storage.files import Places, append_durably, write_durably
-from app.tracking.runs import TrackedFilm
+from app.tracking.films.runs import TrackedFilm
 from app.tracking.unrolled import Unrolled
 
 logger = logging.getLogger(__name__)

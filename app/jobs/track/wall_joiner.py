@@ -11,7 +11,7 @@ from app.jobs.messages import Batch, Done, JoinWallsRequest, encode
 
 def _join(request: JoinWallsRequest, connection: Connection) -> None:
     # Imported here so that the decoders are loaded under the limits.
-    from app.jobs.chunks import join_walls
+    from app.jobs.track.chunks import join_walls
     from vo_core import Rig
 
     folders = [Path(folder) for folder in request.folders]

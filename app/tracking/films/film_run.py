@@ -25,8 +25,8 @@ from app.jobs.messages import (
 from app.jobs.process import Child, describe_exit
 from app.storage.files import Places
 from app.storage.runs import Outcome
-from app.tracking.journal import Journal, Resumption
-from app.tracking.runs import Run, Runs
+from app.tracking.films.journal import Journal, Resumption
+from app.tracking.films.runs import Run, Runs
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 
@@ -128,7 +128,7 @@ class FilmTracker:
         Raises:
             _Died: The child ended or hung without a result and was not asked to stop.
         """
-        child = Child("app.jobs.tracker")
+        child = Child("app.jobs.track.tracker")
         try:
             self._runs.give_child(run, child)
             outcome = self._drain(run, child, journal, request)

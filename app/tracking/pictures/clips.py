@@ -18,9 +18,9 @@ from app.storage.blobs import Blobs, StoredBlob
 from app.storage.inspections import InspectionStore
 from app.storage.observations import ObservationStore
 from app.survey.track_rows import estimate_at
-from app.tracking.film_files import FilmFiles
+from app.tracking.pictures.film_files import FilmFiles
+from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks
-from app.tracking.videos import NO_FILM
 from vo_core.errors import UnreadableVideo
 
 logger = logging.getLogger(__name__)
@@ -99,7 +99,7 @@ class Clips:
             self._turn.release()
 
     def _exchange(self, request: ClipRequest) -> bytes:
-        child = Child("app.jobs.clipper")
+        child = Child("app.jobs.requests.clipper")
         try:
             child.send(request)
             return child.receive(_ANSWER_TIMEOUT_S)

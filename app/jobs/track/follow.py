@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Self
 import cv2
 import msgspec
 
-from app.jobs.gaps import between, place_after
 from app.jobs.messages import (
     Batch,
     FrameRange,
@@ -24,6 +23,7 @@ from app.jobs.messages import (
     WallLayer,
     WallTile,
 )
+from app.jobs.track.gaps import between, place_after
 from vo_core import Odometry, Rig
 from vo_core.joints.finder import JointFinder
 from vo_core.mosaic.layers import png_of
@@ -33,7 +33,7 @@ from vo_core.odometry import Traits
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.jobs.parts import Between
+    from app.jobs.track.parts import Between
     from vo_core.geometry.stance import Stance
     from vo_core.image.health import Health
     from vo_core.joints.finder import Sighting

@@ -1,0 +1,1 @@
+"""Child processes that answer single requests about films and files."""

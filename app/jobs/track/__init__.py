@@ -1,0 +1,1 @@
+"""What the tracking process does with the frames of a film, or of one chunk of it."""

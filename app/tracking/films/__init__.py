@@ -1,0 +1,1 @@
+"""Has films tracked: the queue, its engines, and what a run leaves."""

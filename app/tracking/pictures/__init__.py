@@ -1,0 +1,1 @@
+"""Pictures, clips and burnt-in counters of films, read by child processes."""
