@@ -55,27 +55,27 @@ from app.search.export import ArchiveExport
 from app.search.indexer import IndexWorker
 from app.search.search import Search
 from app.settings import Settings
-from app.storage.access import AccessStore
-from app.storage.alerts import AlertStore
-from app.storage.archive_changes import ArchiveChanges
-from app.storage.archive_films import ArchiveFilms
-from app.storage.archive_intake import IntakeStore
-from app.storage.archive_rules import RuleStore
-from app.storage.asset_index import AssetIndex
-from app.storage.asset_places import AssetPlaces
-from app.storage.assets import AssetStore
-from app.storage.blob_stores import blobs_at
-from app.storage.blobs import Blobs
-from app.storage.database import Database, stored_of
-from app.storage.files import DataFolder
-from app.storage.imports import ImportStore
-from app.storage.inspection_list import InspectionList
+from app.storage.archive.changes import ArchiveChanges
+from app.storage.archive.films import ArchiveFilms
+from app.storage.archive.intake import IntakeStore
+from app.storage.archive.rules import RuleStore
+from app.storage.blobs.blobs import Blobs
+from app.storage.blobs.stores import blobs_at
+from app.storage.database.database import Database, stored_of
+from app.storage.folder.files import DataFolder
+from app.storage.folder.tokens import TokenFile
+from app.storage.folder.unfinished import Unfinished
+from app.storage.index.asset_index import AssetIndex
+from app.storage.index.asset_places import AssetPlaces
+from app.storage.index.inspection_list import InspectionList
 from app.storage.members import Hooks, members_of
-from app.storage.preferences import PreferenceStore
-from app.storage.rigs import RigStore
-from app.storage.runs import RunStore
-from app.storage.tokens import TokenFile
-from app.storage.unfinished import Unfinished
+from app.storage.records.access import AccessStore
+from app.storage.records.alerts import AlertStore
+from app.storage.records.assets import AssetStore
+from app.storage.records.imports import ImportStore
+from app.storage.records.preferences import PreferenceStore
+from app.storage.records.rigs import RigStore
+from app.storage.records.runs import RunStore
 from app.tracking.cameras import Sources
 from app.tracking.films.dask_engine import Cluster, DaskEngine, Store
 from app.tracking.films.engines import Engine, Pool

@@ -33,10 +33,10 @@ from app.errors import (
 )
 from app.ops.memory import keep_little
 from app.settings import Settings
-from app.storage.address import Address, AddressFile
-from app.storage.blob_stores import blobs_at
-from app.storage.database import migrate, stored_of
-from app.storage.files import DataFolder, Places
+from app.storage.blobs.stores import blobs_at
+from app.storage.database.database import migrate, stored_of
+from app.storage.folder.address import Address, AddressFile
+from app.storage.folder.files import DataFolder, Places
 from app.web import answers
 from app.web.deps import enforce_role
 from app.web.http_protocol import PromptProtocol

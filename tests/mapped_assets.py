@@ -11,8 +11,8 @@ from uuid import UUID
 from builders import clip_rig
 from sqlalchemy import insert
 
-from app.storage.database import Database
-from app.storage.tables import Base, Inspection, ObservationRow, RegisteredAsset
+from app.storage.database.database import Database
+from app.storage.database.tables import Base, Inspection, ObservationRow, RegisteredAsset
 from app.survey.folding import folded, spelling
 
 MADE_AT = datetime(2026, 1, 1, tzinfo=UTC)

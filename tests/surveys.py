@@ -19,9 +19,9 @@ import pytest
 from builders import Client, serving
 from locks import alone
 
-from app.storage.database import FILE, Database, stored_at
-from app.storage.inspections import InspectionStore
-from app.storage.tables import Inspection
+from app.storage.database.database import FILE, Database, stored_at
+from app.storage.database.tables import Inspection
+from app.storage.records.inspections import InspectionStore
 
 
 @dataclass(frozen=True)

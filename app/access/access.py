@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 
 from app.errors import Busy, DiskFull, Forbidden, TooManyAttempts, Unauthenticated
-from app.storage.access import AccessStore
-from app.storage.tokens import Role, TokenFile
+from app.storage.folder.tokens import Role, TokenFile
+from app.storage.records.access import AccessStore
 
 logger = logging.getLogger(__name__)
 

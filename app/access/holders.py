@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from app.access.access import SERVER, SESSION_IDLE, SESSION_LIFETIME, create_token
-from app.storage.access import AccessStore
-from app.storage.tokens import Role, TokenFile
+from app.storage.folder.tokens import Role, TokenFile
+from app.storage.records.access import AccessStore
 
 logger = logging.getLogger(__name__)
 

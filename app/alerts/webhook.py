@@ -35,8 +35,8 @@ from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.logs import about
-from app.storage.alerts import EMERGENCY, AlertStore
-from app.storage.tables import Alert, Inspection
+from app.storage.database.tables import Alert, Inspection
+from app.storage.records.alerts import EMERGENCY, AlertStore
 from app.survey.place import ObservationView
 from app.survey.rounding import metres
 from app.survey.undelivered import Undelivered

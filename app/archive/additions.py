@@ -14,7 +14,7 @@ from app.archive.assignment import Assigned, Assignment
 from app.archive.folders import Found, found_in
 from app.archive.rules import Rules
 from app.archive.tables import Table
-from app.storage.archive_films import ArchiveFilms
+from app.storage.archive.films import ArchiveFilms
 
 MOST_FILES = 100_000
 """Files that one request looks at."""

@@ -15,10 +15,10 @@ from app.archive.reasons import Group, grouped, reason_of
 from app.archive.rules import Rules, checked_rig, require_usable
 from app.archive.throughput import LOOKED_AT, throughput
 from app.errors import NotRunning
-from app.storage.archive_changes import ArchiveChanges
-from app.storage.archive_films import ArchiveFilms
-from app.storage.archive_rules import RuleStore
-from app.storage.archive_selection import ACTIVE, FilmRow, FilmState, Selection
+from app.storage.archive.changes import ArchiveChanges
+from app.storage.archive.films import ArchiveFilms
+from app.storage.archive.rules import RuleStore
+from app.storage.archive.selection import ACTIVE, FilmRow, FilmState, Selection
 from app.survey.versions import require_version, version_of
 from app.tracking.films.engines import Engine, EngineState
 from app.tracking.films.queue import Tracking

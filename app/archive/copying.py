@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 from app.archive.folders import modified_at
 from app.errors import FilmChanged, FilmMissing
-from app.storage.files import full_disk_reported
+from app.storage.folder.files import full_disk_reported
 
 _BLOCK = 4 * 2**20
 

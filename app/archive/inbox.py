@@ -25,9 +25,9 @@ from app.archive.assignment import Assignment
 from app.archive.folders import Found, files_below, is_film, looked_at
 from app.archive.intake import Intake
 from app.archive.paths import path_of
-from app.storage.archive_changes import ArchiveChanges
-from app.storage.archive_films import ArchiveFilms
-from app.storage.archive_rules import RuleStore
+from app.storage.archive.changes import ArchiveChanges
+from app.storage.archive.films import ArchiveFilms
+from app.storage.archive.rules import RuleStore
 from app.tracking.worker import Worker
 
 logger = logging.getLogger(__name__)

@@ -36,11 +36,11 @@ from app.errors import (
 from app.inspections.films import Films
 from app.inspections.packs import Packs
 from app.logs import about
-from app.storage.archive_changes import header_of
-from app.storage.archive_intake import IntakeStore
-from app.storage.archive_selection import FilmRow
-from app.storage.files import DataFolder
-from app.storage.tables import ENDED, ArchiveFilm, Inspection
+from app.storage.archive.changes import header_of
+from app.storage.archive.intake import IntakeStore
+from app.storage.archive.selection import FilmRow
+from app.storage.database.tables import ENDED, ArchiveFilm, Inspection
+from app.storage.folder.files import DataFolder
 from app.tracking.films.engines import Engine
 from app.tracking.films.queue import Tracking
 from app.tracking.live import Event, Update

@@ -9,7 +9,7 @@ from pathlib import PurePosixPath
 from typing import Literal
 
 from app.archive.paths import line_of
-from app.storage.archive_films import Failure
+from app.storage.archive.films import Failure
 
 Repair = Literal["rig", "retry", "film"]
 

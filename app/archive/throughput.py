@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from app.storage.archive_films import Ended
+from app.storage.archive.films import Ended
 
 LOOKED_AT = 100
 """Films that ended last, of which the rate is taken."""

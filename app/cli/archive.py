@@ -27,7 +27,7 @@ State = Literal[
     "unassigned", "ready", "waiting", "paused", "refused",
     "queued", "running", "done", "failed", "cancelled",
 ]  # fmt: skip
-"""As `app.storage.archive_selection.FilmState`, which is slow to import."""
+"""As `app.storage.archive.selection.FilmState`, which is slow to import."""
 Search = Annotated[
     str | None, typer.Option(help="Only films with this text in name, path, project or asset.")
 ]

@@ -80,7 +80,7 @@ def export(
 
 def _without_track(records: Records) -> list[str]:
     """Return the names of inspections that were tracked, and whose track is gone or damaged."""
-    from app.storage.tables import ENDED
+    from app.storage.database.tables import ENDED
 
     return [
         one.row.name

@@ -19,8 +19,8 @@ from app.back_off import BackOff
 from app.cli.console import err
 from app.errors import NotReady, ServerAway, ServerRefused
 from app.settings import Settings
-from app.storage.address import Address, AddressFile
-from app.storage.files import Places
+from app.storage.folder.address import Address, AddressFile
+from app.storage.folder.files import Places
 
 _START_S = 60.0
 """Longest start of a server, such as one that migrates a large database."""

@@ -21,7 +21,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from app.storage.files import Places
+from app.storage.folder.files import Places
 
 if TYPE_CHECKING:
     from app.settings import Settings  # slow to import, and few commands need it

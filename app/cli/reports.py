@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from app.reports.bulk_archive import NotMade
     from app.reports.content.translator import Translator
     from app.reports.report import Extras, Loss
-    from app.storage.tables import Inspection
+    from app.storage.database.tables import Inspection
 
 
 def export(
@@ -255,7 +255,7 @@ def verify(
 def own_fingerprint(data: Path) -> str:
     """Return the fingerprint of a data folder's signing key, which is made if missing."""
     from app.reports.bundle.signing import fingerprint
-    from app.storage.signing_key import SigningKey
+    from app.storage.folder.signing_key import SigningKey
 
     return fingerprint(SigningKey(data).public_key)
 

@@ -26,7 +26,7 @@ from app.cli.reports import own_fingerprint
 from vo_core import ChainageError
 
 if TYPE_CHECKING:
-    from app.storage.backup import Summary  # slow to import, and few commands need it
+    from app.storage.database.backup import Summary  # slow to import, and few commands need it
 
 Port = Annotated[int, typer.Option(min=0, max=65535, help="Port to listen on; 0: any free port.")]
 Host = Annotated[str, typer.Option(help="Address to listen on.")]
@@ -98,7 +98,7 @@ def backup(
 
     The server's own token and uploads without an inspection are left out.
     """
-    from app.storage import backup as archives
+    from app.storage.database import backup as archives
 
     require_folder(file, "FILE")
     settings = settings_of(data)
@@ -118,7 +118,7 @@ def restore(
     data: Data = None,
 ) -> None:
     """Restore a data folder and its database from an archive, after checking every file in it."""
-    from app.storage import backup as archives
+    from app.storage.database import backup as archives
 
     settings = settings_of(data)
     require_folder(settings.data, "--data")

@@ -17,7 +17,7 @@ from app.cli.console import (
 )
 
 if TYPE_CHECKING:
-    from app.storage.tokens import TokenFile  # slow to import, and few commands need it
+    from app.storage.folder.tokens import TokenFile  # slow to import, and few commands need it
 
 commands = typer.Typer(
     help="Named access tokens of a data folder, also while a server uses it.", no_args_is_help=True
@@ -39,7 +39,7 @@ def create_token(
     """Make a token and print it once."""
     from app.access.access import create_token as create
     from app.access.access import fault_of_name
-    from app.storage.tokens import Role
+    from app.storage.folder.tokens import Role
 
     if fault := fault_of_name(name):
         raise typer.BadParameter(fault, param_hint="NAME")
@@ -69,7 +69,7 @@ def revoke_token(
 
 
 def _token_file(data: Path | None) -> TokenFile:
-    from app.storage.tokens import TokenFile
+    from app.storage.folder.tokens import TokenFile
 
     return TokenFile(data_folder(data))
 

@@ -7,11 +7,11 @@ from datetime import UTC, datetime
 
 from app.errors import AttachmentNotFound, FrameNotFound, InvalidRequest, WrongContentType
 from app.inspections.observations import check_frame
-from app.storage import keys
-from app.storage.attachments import AttachmentStore
-from app.storage.blobs import Blobs, StoredBlob, as_stored
-from app.storage.inspections import InspectionStore, require_unlocked
-from app.storage.observations import ObservationStore
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs, StoredBlob, as_stored
+from app.storage.records.attachments import AttachmentStore
+from app.storage.records.inspections import InspectionStore, require_unlocked
+from app.storage.records.observations import ObservationStore
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Picture
 from app.tracking.live import Live
 from app.tracking.pictures.videos import NO_FILM

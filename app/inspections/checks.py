@@ -5,9 +5,9 @@ from __future__ import annotations
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
-from app.storage import keys
-from app.storage.blobs import Blobs
-from app.storage.inspections import InspectionStore
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
+from app.storage.records.inspections import InspectionStore
 from app.survey.checks import Case, Issue, run
 from app.survey.place import ObservationView
 from app.tracking.tracks import Tracks

@@ -17,9 +17,9 @@ from typing import Any
 from cachetools import LRUCache
 
 from app.errors import Busy, ChangedMeanwhile, DiskFull, described
-from app.storage.corrections import CorrectionStore, Rescaling
-from app.storage.inspections import InspectionStore
-from app.storage.tables import ENDED, Inspection
+from app.storage.database.tables import ENDED, Inspection
+from app.storage.records.corrections import CorrectionStore, Rescaling
+from app.storage.records.inspections import InspectionStore
 from app.survey.adjustment.adjust import adjust
 from app.survey.adjustment.adjusted_track import Adjusted, Refusal
 from app.survey.corrected import Corrected

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from app.burnt_in.comparison import with_track
 from app.burnt_in.counter import HEADER, CounterReadings
-from app.storage.inspections import InspectionStore
+from app.storage.records.inspections import InspectionStore
 from app.tracking.pictures.counter_files import CounterFiles, KeptCounter
 from app.tracking.tracks import Tracks
 from vo_core.errors import InvalidCorrection

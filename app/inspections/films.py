@@ -29,13 +29,13 @@ from app.inspections.uploads import Uploads
 from app.jobs.track import parts
 from app.jobs.track.parts import Between, Mark
 from app.settings import MIB
-from app.storage import keys
-from app.storage.blobs import Blobs
-from app.storage.files import DataFolder, copy_durably, sha256_of, sync_folder, write_durably
-from app.storage.inspections import InspectionStore, require_unlocked
-from app.storage.observations import ObservationStore
-from app.storage.runs import RunStore
-from app.storage.tables import ENDED, Inspection
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
+from app.storage.database.tables import ENDED, Inspection
+from app.storage.folder.files import DataFolder, copy_durably, sha256_of, sync_folder, write_durably
+from app.storage.records.inspections import InspectionStore, require_unlocked
+from app.storage.records.observations import ObservationStore
+from app.storage.records.runs import RunStore
 from app.survey.stretches import open_stretches
 from app.tracking.cameras import Sources
 from app.tracking.films.queue import Tracking

@@ -24,8 +24,8 @@ from app.inspections.file_reader import FileReader
 from app.inspections.keeping import Imported, Keeper, Run
 from app.inspections.moved import MovedInspections
 from app.inspections.uploads import Uploads
-from app.storage.imports import Rows
-from app.storage.tables import IMPORTED, Inspection
+from app.storage.database.tables import IMPORTED, Inspection
+from app.storage.records.imports import Rows
 from app.survey.records import Event, Observation
 from app.survey.spans import is_same
 from app.survey.tag import StatedTag

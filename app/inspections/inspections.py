@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from app.errors import FrameNotFound, NothingRecorded
 from app.inspections.corrections import Corrections
 from app.jobs.track.parts import NOT_RECORDED
-from app.storage import keys
-from app.storage.blobs import Blobs, StoredBlob
-from app.storage.files import DataFolder, delete_tree
-from app.storage.inspection_list import Found, InspectionList
-from app.storage.inspections import InspectionStore, Summary, require_unlocked
-from app.storage.labels import LabelStore
-from app.storage.tables import ENDED, Inspection
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs, StoredBlob
+from app.storage.database.tables import ENDED, Inspection
+from app.storage.folder.files import DataFolder, delete_tree
+from app.storage.index.inspection_list import Found, InspectionList
+from app.storage.records.inspections import InspectionStore, Summary, require_unlocked
+from app.storage.records.labels import LabelStore
 from app.survey.search_terms import InspectionFilter, InspectionSort, Page
 from app.survey.track_rows import estimate_at, since
 from app.survey.versions import require_version, version_of

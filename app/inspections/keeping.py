@@ -10,12 +10,12 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 from app.imports.survey import Caveat
-from app.storage import keys
-from app.storage.blobs import Blobs
-from app.storage.files import DataFolder
-from app.storage.imports import ImportStore, Rows
-from app.storage.tables import Inspection
-from app.storage.unfinished import Unfinished
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
+from app.storage.database.tables import Inspection
+from app.storage.folder.files import DataFolder
+from app.storage.folder.unfinished import Unfinished
+from app.storage.records.imports import ImportStore, Rows
 from app.survey.track_rows import estimate_at
 from app.tracking.films.runs import track_metadata
 from app.tracking.tracks import Tracks

@@ -36,13 +36,13 @@ from app.imports.whole_inspection import (
 )
 from app.inspections.keeping import Imported, Keeper, Run
 from app.inspections.packs import Packs
-from app.storage import keys
-from app.storage.attachments import AttachmentRow
-from app.storage.blobs import Blobs
-from app.storage.files import DataFolder, full_disk_reported
-from app.storage.imports import Rows
-from app.storage.tables import ENDED, Base, CodePack, Inspection, RemarkRow
-from app.storage.tokens import Role
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
+from app.storage.database.tables import ENDED, Base, CodePack, Inspection, RemarkRow
+from app.storage.folder.files import DataFolder, full_disk_reported
+from app.storage.folder.tokens import Role
+from app.storage.records.attachments import AttachmentRow
+from app.storage.records.imports import Rows
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
 from app.survey.catalogue.header import project_of
 from app.survey.records import BROUGHT_IN, Event, Observation

@@ -17,9 +17,9 @@ from app.errors import (
     PixelOutsidePicture,
 )
 from app.inspections.corrections import Corrections
-from app.storage.inspections import InspectionStore
-from app.storage.observations import ObservationStore
-from app.storage.tables import IMPORTED, Inspection
+from app.storage.database.tables import IMPORTED, Inspection
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.observations import ObservationStore
 from app.survey.measure import Figure, Measure
 from app.survey.measuring import figure_of, figures_of
 from app.survey.place import (

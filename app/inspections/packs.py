@@ -11,8 +11,8 @@ from functools import lru_cache
 from typing import Any
 
 from app.errors import PackNotFound
-from app.storage.packs import PackStore
-from app.storage.tables import CodePack
+from app.storage.database.tables import CodePack
+from app.storage.records.packs import PackStore
 from app.survey.catalogue import built_in
 from app.survey.catalogue.table import CodeTable, read_table
 

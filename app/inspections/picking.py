@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.errors import IncompleteWallPoint
 from app.inspections.corrections import Corrections
-from app.storage.inspections import InspectionStore
+from app.storage.records.inspections import InspectionStore
 from app.survey.measure import Figure, Measure, MeasurePoint
 from app.survey.measuring import figure_of
 from app.survey.place import Course

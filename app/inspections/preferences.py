@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from app.storage.preferences import PreferenceStore
+from app.storage.records.preferences import PreferenceStore
 
 _QUICK_CODES = ("BAB", "BAC", "BAF", "BAJ", "BBA", "BBB", "BBC", "BBF", "BDD")
 """Codes on the digit keys 1 to 9: the most frequent ones, from cracks to the water level."""

@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from app.errors import AssetNotFound, InvalidRequest
-from app.storage.assets import AssetStore, asset_of
-from app.storage.tables import RegisteredAsset
+from app.storage.database.tables import RegisteredAsset
+from app.storage.records.assets import AssetStore, asset_of
 from app.survey import register_table
 from app.survey.catalogue.header import Value
 from app.survey.catalogue.header import asset_of as asset_id_of

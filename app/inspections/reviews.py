@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.access.access import Principal
-from app.storage.inspections import InspectionStore
-from app.storage.reviews import ReviewStore
-from app.storage.tables import Inspection, RemarkRow
-from app.storage.tokens import Role
+from app.storage.database.tables import Inspection, RemarkRow
+from app.storage.folder.tokens import Role
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.reviews import ReviewStore
 from app.survey.records import Event
 from app.survey.review import RemarkKind, ReviewState
 from app.tracking.live import Live

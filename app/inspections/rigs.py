@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
-from app.storage.rigs import RigStore, RigUser
-from app.storage.tables import LibraryRig
+from app.storage.database.tables import LibraryRig
+from app.storage.records.rigs import RigStore, RigUser
 from vo_core import Rig
 
 

@@ -23,9 +23,9 @@ from app.inspections.observations import Observations
 from app.jobs.messages import Done, Failed, FromSample, Limits, Rendered, SampleRequest
 from app.jobs.process import Child, describe_exit
 from app.lab.simulation.sample import SAMPLE, tags
-from app.storage import keys
-from app.storage.blobs import Blobs
-from app.storage.files import DataFolder
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
+from app.storage.folder.files import DataFolder
 from vo_core import Rig
 from vo_core.errors import ChainageError
 

@@ -13,8 +13,8 @@ from typing import Any
 
 from app.errors import Busy, DiskFull, InspectionNotFound, StoreUnavailable
 from app.inspections.corrections import Corrections
-from app.storage.corrections import CorrectionStore, Rescaling
-from app.storage.tables import ENDED
+from app.storage.database.tables import ENDED
+from app.storage.records.corrections import CorrectionStore, Rescaling
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.corrected import reason_of
 from app.survey.interval import LEAST_M, U95

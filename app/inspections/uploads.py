@@ -28,8 +28,8 @@ from app.errors import (
     UploadIncomplete,
     UploadTooLarge,
 )
-from app.storage.files import DataFolder, full_disk_reported
-from app.storage.uploads import UploadInfo, UploadStore, sync, write_all
+from app.storage.folder.files import DataFolder, full_disk_reported
+from app.storage.folder.uploads import UploadInfo, UploadStore, sync, write_all
 
 logger = logging.getLogger(__name__)
 

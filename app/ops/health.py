@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.errors import NotReady
-from app.storage.blobs import Blobs
-from app.storage.database import Database
-from app.storage.files import DataFolder
+from app.storage.blobs.blobs import Blobs
+from app.storage.database.database import Database
+from app.storage.folder.files import DataFolder
 from app.tracking.pictures.media import Media
 from app.watched import Watched
 from vo_core.errors import ChainageError

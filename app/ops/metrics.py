@@ -25,10 +25,10 @@ from prometheus_client import (
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
-from app.storage.alerts import AlertStore
-from app.storage.files import DataFolder
-from app.storage.inspections import InspectionStore
-from app.storage.tables import ENDED, STATES
+from app.storage.database.tables import ENDED, STATES
+from app.storage.folder.files import DataFolder
+from app.storage.records.alerts import AlertStore
+from app.storage.records.inspections import InspectionStore
 from app.tracking.films.runs import Runs
 from app.tracking.live import Event, Update
 from app.tracking.pictures.media import Media

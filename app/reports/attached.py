@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from app.reports.content.marked_photo import MarkedPhoto
 from app.reports.report import Entry, Photo, Taken, VoiceNote
-from app.storage import keys
-from app.storage.blobs import Blobs, Readable, StoredBlob
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs, Readable, StoredBlob
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
 from app.survey.records import Observation
 

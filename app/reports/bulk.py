@@ -22,8 +22,8 @@ from app.errors import BulkExportNotFound, Busy
 from app.reports.bulk_archive import Made, NotMade, Sources, Stopped, Wanted, write
 from app.reports.report import Phrase, failure
 from app.reports.reports import Reports
-from app.storage.files import DataFolder, full_disk_reported
-from app.storage.inspections import InspectionStore
+from app.storage.folder.files import DataFolder, full_disk_reported
+from app.storage.records.inspections import InspectionStore
 from app.tracking.worker import Worker
 from vo_core.errors import ChainageError
 

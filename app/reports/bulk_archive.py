@@ -28,9 +28,9 @@ from app.reports.formats import FORMATS
 from app.reports.pdf.collection import document
 from app.reports.report import CsvStyle, Extras, Report, Units, failure
 from app.reports.reports import Reports
-from app.storage.files import raise_if_full
-from app.storage.inspections import InspectionStore
-from app.storage.tables import Inspection
+from app.storage.database.tables import Inspection
+from app.storage.folder.files import raise_if_full
+from app.storage.records.inspections import InspectionStore
 from app.survey.catalogue.header import asset_of, project_of
 from vo_core.csv_rows import plain
 from vo_core.errors import ChainageError

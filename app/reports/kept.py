@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from app.imports import archive_manifest
 from app.inspections.packs import Packs
 from app.reports.report import Kept
-from app.storage import keys
-from app.storage.blobs import Blobs, StoredBlob
-from app.storage.reviews import ReviewStore
-from app.storage.tables import Inspection
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs, StoredBlob
+from app.storage.database.tables import Inspection
+from app.storage.records.reviews import ReviewStore
 from app.survey.attachments import Attachment
 
 _BESIDE_THE_FILM = {

@@ -18,8 +18,8 @@ from app.inspections.counters import NO_COUNTER, CounterView
 from app.reports.bundle.signing import Signer
 from app.reports.content.words import Language
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
-from app.storage.blobs import Readable, StoredBlob, as_stored
-from app.storage.tables import RemarkRow
+from app.storage.blobs.blobs import Readable, StoredBlob, as_stored
+from app.storage.database.tables import RemarkRow
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.attachments import Attachment

@@ -41,15 +41,15 @@ from app.reports.report import (
     Written,
 )
 from app.reports.templates import ReportTemplates, company_of
-from app.storage import keys
-from app.storage.assets import AssetStore
-from app.storage.assets import asset_of as registered_asset
-from app.storage.attachments import AttachmentStore
-from app.storage.blobs import Blobs, StoredBlob
-from app.storage.inspections import InspectionStore
-from app.storage.labels import LabelStore
-from app.storage.reviews import ReviewStore
-from app.storage.tables import ENDED, IMPORTED, Inspection
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs, StoredBlob
+from app.storage.database.tables import ENDED, IMPORTED, Inspection
+from app.storage.records.assets import AssetStore
+from app.storage.records.assets import asset_of as registered_asset
+from app.storage.records.attachments import AttachmentStore
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.labels import LabelStore
+from app.storage.records.reviews import ReviewStore
 from app.survey.alignment import Alignment, alignment_of
 from app.survey.catalogue.header import asset_of, number_of, project_of
 from app.survey.catalogue.table import CodeTable

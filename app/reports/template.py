@@ -1,6 +1,6 @@
 """The template of a project's reports: texts, colour, sections, grades and recommendations.
 
-It is stored as JSON (`app.storage.tables.ReportTemplateRow`). Every field has a default, so that a
+It is stored as JSON (`tables.ReportTemplateRow`). Every field has a default, so that a
 stored template stays valid when fields are added.
 """
 

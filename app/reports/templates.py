@@ -15,9 +15,9 @@ from app.errors import InvalidImport, InvalidRequest
 from app.pictures import MOST_LOGO_PX, UnusablePicture, require_picture
 from app.reports.report import Company
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
-from app.storage.inspections import InspectionStore
-from app.storage.report_templates import EVERY_OTHER, ReportTemplateStore
-from app.storage.tables import ReportTemplateRow
+from app.storage.database.tables import ReportTemplateRow
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.report_templates import EVERY_OTHER, ReportTemplateStore
 from app.survey.catalogue.header import project_of
 from app.survey.versions import require_version, version_of
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import date
 
-from app.storage.asset_places import AssetPlaces, RegisteredPlace, SurveyedPlace
+from app.storage.index.asset_places import AssetPlaces, RegisteredPlace, SurveyedPlace
 from app.survey.folding import spelling
 
 MOST_ASSETS = 20_000

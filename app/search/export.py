@@ -18,7 +18,7 @@ from typing import Any, Literal
 
 from app.errors import ExportNotAvailable
 from app.search.tables import SCHEMA, TABLES, TRACKS, Rows, Table
-from app.storage.defect_index import DefectIndex
+from app.storage.index.defect_index import DefectIndex
 
 Format = Literal["parquet", "json"]
 

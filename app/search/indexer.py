@@ -17,9 +17,15 @@ from app.errors import Busy, DiskFull, InspectionNotFound, StoreUnavailable
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
-from app.storage.defect_index import DefectFacts, DefectIndex, InspectionFacts, Position, Token
-from app.storage.inspections import InspectionStore
-from app.storage.tables import ENDED, Inspection
+from app.storage.database.tables import ENDED, Inspection
+from app.storage.index.defect_index import (
+    DefectFacts,
+    DefectIndex,
+    InspectionFacts,
+    Position,
+    Token,
+)
+from app.storage.records.inspections import InspectionStore
 from app.survey.catalogue.header import asset_of, number_of, project_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.clock_hours import hour_bits

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.search.indexer import IndexWorker
-from app.storage.asset_index import Asset, AssetIndex, Project
-from app.storage.defect_index import DefectIndex, FoundDefect
-from app.storage.index_queries import FoundInspection
-from app.storage.labels import LabelStore
-from app.storage.tables import IndexedInspection
+from app.storage.database.tables import IndexedInspection
+from app.storage.index.asset_index import Asset, AssetIndex, Project
+from app.storage.index.defect_index import DefectIndex, FoundDefect
+from app.storage.index.queries import FoundInspection
+from app.storage.records.labels import LabelStore
 from app.survey.asset_history import (
     Change,
     Seen,

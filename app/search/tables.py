@@ -13,8 +13,8 @@ from typing import Any, Literal
 
 from app.errors import DamagedTrack, InspectionNotFound
 from app.inspections.corrections import Corrections
-from app.storage.defect_index import DefectIndex, FoundDefect
-from app.storage.index_queries import FoundInspection
+from app.storage.index.defect_index import DefectIndex, FoundDefect
+from app.storage.index.queries import FoundInspection
 from app.survey.film_quality import problems_of
 from app.survey.folding import storable
 from app.tracking.tracks import Tracks

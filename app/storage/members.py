@@ -20,8 +20,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 from uuid import uuid4
 
-from app.storage.dialect import Dialect
-from app.storage.postgres import WRITING, Postgres
+from app.storage.database.dialect import Dialect
+from app.storage.database.postgres import WRITING, Postgres
 from app.watched import Watched
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from app.storage.tables import ENDED
+from app.storage.database.tables import ENDED
 from vo_core.image.health import Health
 from vo_core.track import Estimate
 

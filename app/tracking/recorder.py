@@ -40,13 +40,13 @@ from app.jobs.process import Child, describe_exit
 from app.jobs.track.parts import Between, Mark
 from app.logs import about
 from app.settings import MIB
-from app.storage import keys
-from app.storage.blobs import Blobs
-from app.storage.files import DataFolder, sha256_of, sync_folder
-from app.storage.inspections import InspectionStore
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
+from app.storage.database.tables import Inspection
+from app.storage.folder.files import DataFolder, sha256_of, sync_folder
 from app.storage.members import Members
-from app.storage.runs import Outcome, RunStore
-from app.storage.tables import Inspection
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.runs import Outcome, RunStore
 from app.tracker import tracker
 from app.tracking.cameras import LiveSource
 from app.tracking.films.queue import Tracking

@@ -16,9 +16,9 @@ import msgspec
 
 from app.errors import InspectionNotFound
 from app.jobs.messages import Batch, Gauged, Row, Seen, Standing, Tilted
-from app.storage.inspections import InspectionStore
+from app.storage.database.tables import ENDED
 from app.storage.members import Members
-from app.storage.tables import ENDED
+from app.storage.records.inspections import InspectionStore
 from app.tracking.films.runs import Run, RunElsewhere, Runs
 from app.tracking.live import (
     CameraStatus,

@@ -10,7 +10,7 @@ from typing import Protocol
 
 from app.errors import Busy, DiskFull
 from app.storage.members import Members
-from app.storage.runs import RunStore
+from app.storage.records.runs import RunStore
 from app.tracking.worker import Worker
 
 logger = logging.getLogger(__name__)

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from app.errors import BlobNotFound, DamagedTrack
 from app.jobs.track import parts
 from app.jobs.track.parts import Mark
-from app.storage import keys
-from app.storage.blobs import Blobs, Readable, StoredBlob
-from app.storage.files import Places
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs, Readable, StoredBlob
+from app.storage.folder.files import Places
 from app.tracking.columns import GrowingColumns
 from vo_core.errors import InvalidTrack
 from vo_core.geometry.stance import AS_STATED, Stance

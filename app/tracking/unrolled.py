@@ -13,8 +13,8 @@ from functools import lru_cache
 from pathlib import PurePath
 
 from app.errors import AppError, BlobNotFound, TileNotFound
-from app.storage import keys
-from app.storage.blobs import Blobs
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
 from app.tracking.live import Live
 from vo_core import Rig
 from vo_core.mosaic.mosaic import Layout

@@ -8,7 +8,7 @@ from starlette.requests import HTTPConnection
 
 from app.access.access import Principal
 from app.container import Services
-from app.storage.tokens import Role
+from app.storage.folder.tokens import Role
 from app.web.middleware import is_public
 
 Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse, Response, StreamingResponse
 
-from app.storage.blobs import StoredBlob
+from app.storage.blobs.blobs import StoredBlob
 
 PRIVATE = {"Cache-Control": "private, no-cache", "Content-Security-Policy": "sandbox"}
 """Headers of films, photos and voice notes."""

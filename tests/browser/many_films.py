@@ -11,8 +11,8 @@ from typing import Any
 from builders import clip_rig
 from sqlalchemy import insert
 
-from app.storage.database import Database
-from app.storage.tables import ArchiveFilm, Inspection
+from app.storage.database.database import Database
+from app.storage.database.tables import ArchiveFilm, Inspection
 
 FILMS = 10_000
 TRACKED = 120

@@ -18,7 +18,7 @@ from mapped_assets import Inspected, Registered, fill
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
-from app.storage.database import Database
+from app.storage.database.database import Database
 
 MIDDLE = [101.69, 3.14]
 REGISTER = [

@@ -21,8 +21,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from app.storage import keys
-from app.storage.tables import Inspection
+from app.storage.blobs import keys
+from app.storage.database.tables import Inspection
 
 INSPECTIONS = 100
 DEFECTS = 14
@@ -35,13 +35,13 @@ def surveys(data: Path, count: int) -> list[str]:
     """Store many inspections of 12.5 m, copies of one with other headers and photos; return their
     ids.
     """
-    from app.storage.blobs import Blobs
-    from app.storage.database import Database
-    from app.storage.files import DataFolder
-    from app.storage.folder_blobs import FolderBlobs
-    from app.storage.imports import ImportStore, Rows
-    from app.storage.inspections import InspectionStore
-    from app.storage.observations import ObservationStore
+    from app.storage.blobs.blobs import Blobs
+    from app.storage.blobs.folder import FolderBlobs
+    from app.storage.database.database import Database
+    from app.storage.folder.files import DataFolder
+    from app.storage.records.imports import ImportStore, Rows
+    from app.storage.records.inspections import InspectionStore
+    from app.storage.records.observations import ObservationStore
     from measure.long_films import add_long_survey
 
     first = add_long_survey(data, DEFECTS, FRAMES)

@@ -23,12 +23,12 @@ import numpy as np
 from app.jobs.messages import Probed
 from app.lab.simulation.render import render
 from app.lab.simulation.sample import SAMPLE
-from app.storage import keys
-from app.storage.database import Database
-from app.storage.files import DataFolder, sha256_of
-from app.storage.folder_blobs import FolderBlobs
-from app.storage.imports import ImportStore, Rows
-from app.storage.tables import Inspection
+from app.storage.blobs import keys
+from app.storage.blobs.folder import FolderBlobs
+from app.storage.database.database import Database
+from app.storage.database.tables import Inspection
+from app.storage.folder.files import DataFolder, sha256_of
+from app.storage.records.imports import ImportStore, Rows
 from app.survey.records import Event, Observation
 from app.survey.tag import StatedTag
 from app.tracking.films.runs import track_metadata

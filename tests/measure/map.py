@@ -24,9 +24,9 @@ from playwright.sync_api import Page
 from sqlalchemy import insert
 from steps import Server, log_in
 
-from app.storage.database import Database
-from app.storage.defect_index import INDEX_VERSION
-from app.storage.tables import IndexedInspection, Inspection, RegisteredAsset
+from app.storage.database.database import Database
+from app.storage.database.tables import IndexedInspection, Inspection, RegisteredAsset
+from app.storage.index.defect_index import INDEX_VERSION
 from app.survey.folding import folded, spelling
 from measure.chromium import chromium
 

@@ -29,10 +29,10 @@ from postgres import postgres_server
 from sqlalchemy import text
 from sqlalchemy.orm import Session
 
-from app.storage.asset_index import AssetIndex
-from app.storage.database import Database, stored_at
-from app.storage.defect_index import DefectFacts, DefectIndex, InspectionFacts
-from app.storage.tables import EventRow, Inspection, ObservationRow
+from app.storage.database.database import Database, stored_at
+from app.storage.database.tables import EventRow, Inspection, ObservationRow
+from app.storage.index.asset_index import AssetIndex
+from app.storage.index.defect_index import DefectFacts, DefectIndex, InspectionFacts
 from app.survey.catalogue import built_in
 from app.survey.clock_hours import hour_bits
 from app.survey.film_quality import FilmQuality

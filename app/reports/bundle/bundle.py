@@ -21,7 +21,7 @@ from app.reports.report import (
     format_name,
     why_lost,
 )
-from app.storage.blobs import Readable
+from app.storage.blobs.blobs import Readable
 from vo_core import Track
 from vo_core.errors import ChainageError
 

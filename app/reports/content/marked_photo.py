@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from PIL import Image, ImageDraw, ImageFont
 
 from app.reports.content.typesetting import lines_of, one_line, visual_pieces
-from app.storage.blobs import Readable
+from app.storage.blobs.blobs import Readable
 from app.survey.attachments import Stroke
 
 QUALITY = 92

@@ -9,7 +9,7 @@ from functools import lru_cache
 from PIL import Image
 
 from app.reports.report import Photo, why_lost
-from app.storage.blobs import Readable
+from app.storage.blobs.blobs import Readable
 
 _QUALITY = 76
 

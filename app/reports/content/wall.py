@@ -12,7 +12,7 @@ from PIL import Image
 
 from app.reports.content.translator import Translator
 from app.reports.report import Entry, Report
-from app.storage.blobs import Readable
+from app.storage.blobs.blobs import Readable
 from app.survey.spans import SAME_M, Span, begins_within, is_within, overlap
 from vo_core.geometry.measure import developed_points
 from vo_core.mosaic.mosaic import UNSEEN_GREY, Layout

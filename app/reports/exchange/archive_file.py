@@ -32,7 +32,7 @@ from app.reports.content.text import iso
 from app.reports.exchange import chainage_json
 from app.reports.exchange.media_files import media_of
 from app.reports.report import Entry, Loss, Report, WhyLost, Written, why_lost
-from app.storage.blobs import Readable
+from app.storage.blobs.blobs import Readable
 
 
 def write(report: Report) -> Written:

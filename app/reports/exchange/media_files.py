@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from app.imports.archive_manifest import PHOTOS, VOICE
 from app.reports.report import Entry, Report
-from app.storage.blobs import Readable
+from app.storage.blobs.blobs import Readable
 
 
 @dataclass(frozen=True)

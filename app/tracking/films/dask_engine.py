@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from app.errors import EngineUnavailable, WorkerLost
-from app.storage.blob_stores import blobs_at
-from app.storage.blobs import Blobs
+from app.storage.blobs.blobs import Blobs
+from app.storage.blobs.stores import blobs_at
 from app.tracking.films.engines import EngineState
 from app.tracking.films.run_files import RunFiles
 from app.tracking.films.runs import Run, Runs

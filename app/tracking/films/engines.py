@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from app.jobs.messages import Limits
-from app.storage.blobs import Blobs
-from app.storage.files import DataFolder
+from app.storage.blobs.blobs import Blobs
+from app.storage.folder.files import DataFolder
 from app.tracker import tracker
 from app.tracking.films.film_run import FilmTracker
 from app.tracking.films.runs import Run, Runs

@@ -23,8 +23,8 @@ from app.jobs.messages import (
     TrackRequest,
 )
 from app.jobs.process import Child, describe_exit
-from app.storage.files import Places
-from app.storage.runs import Outcome
+from app.storage.folder.files import Places
+from app.storage.records.runs import Outcome
 from app.tracking.films.journal import Journal, Resumption
 from app.tracking.films.runs import Run, Runs
 from app.tracking.tracks import Tracks

@@ -22,7 +22,7 @@ import app.jobs
 import vo_core
 from app.errors import DiskFull, StoreUnavailable
 from app.jobs.messages import Batch, Checkpoint, KeptCheckpoint, encode
-from app.storage.files import Places, append_durably, write_durably
+from app.storage.folder.files import Places, append_durably, write_durably
 from app.tracking.films.runs import TrackedFilm
 from app.tracking.unrolled import Unrolled
 

@@ -31,10 +31,10 @@ from app.errors import (
     code_of,
 )
 from app.logs import about
-from app.storage import keys
-from app.storage.inspections import InspectionStore
-from app.storage.runs import Outcome, RunStore
-from app.storage.tables import ENDED, Inspection
+from app.storage.blobs import keys
+from app.storage.database.tables import ENDED, Inspection
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.runs import Outcome, RunStore
 from app.tracking.films.chunked import ChunkedTracking, Pieces
 from app.tracking.films.engines import Engine, EngineState
 from app.tracking.films.run_files import RunFiles

@@ -8,9 +8,9 @@ import msgspec
 
 from app.errors import BlobNotFound, WorkerLost
 from app.jobs.messages import FrameRange, Limits
-from app.storage import keys
-from app.storage.blobs import Blobs
-from app.storage.files import Places
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
+from app.storage.folder.files import Places
 from app.tracking.films.runs import Run, track_metadata
 from app.tracking.films.work import Manifest, Spec, Stored
 from app.tracking.tracks import Tracks

@@ -27,11 +27,11 @@ from app.jobs.messages import Batch, FrameRange, JoinWallsRequest, KeptCheckpoin
 from app.jobs.track import parts
 from app.jobs.track.chunks import gather, join
 from app.jobs.track.parts import Mark
-from app.storage import keys
-from app.storage.blobs import Blobs
-from app.storage.files import Places
-from app.storage.folder_blobs import FolderBlobs
-from app.storage.runs import Outcome
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
+from app.storage.blobs.folder import FolderBlobs
+from app.storage.folder.files import Places
+from app.storage.records.runs import Outcome
 from app.tracker import tracker
 from app.tracking.films.film_run import FilmTracker
 from app.tracking.films.journal import batches_of, stamp_of

@@ -13,10 +13,10 @@ import msgspec
 from app.errors import Busy, FrameNotFound, MediaFailed, MediaTimeout, NothingRecorded
 from app.jobs.messages import Clip, ClipRequest, FromClipper, Limits
 from app.jobs.process import Child, describe_exit
-from app.storage import keys
-from app.storage.blobs import Blobs, StoredBlob
-from app.storage.inspections import InspectionStore
-from app.storage.observations import ObservationStore
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs, StoredBlob
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.observations import ObservationStore
 from app.survey.track_rows import estimate_at
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.videos import NO_FILM

@@ -13,8 +13,8 @@ from app.burnt_in.counter import CounterReadings
 from app.burnt_in.finder import CounterPlace
 from app.errors import BlobNotFound, PixelOutsidePicture
 from app.jobs.messages import CornersPx
-from app.storage import keys
-from app.storage.blobs import Blobs
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
 from vo_core.scale.counter import Unit
 
 _READINGS_KEPT = 8

@@ -39,9 +39,9 @@ from app.jobs.messages import (
 )
 from app.jobs.process import Child, describe_exit
 from app.logs import about
-from app.storage.blobs import StoredBlob
-from app.storage.inspections import InspectionStore, require_unlocked
-from app.storage.tables import ENDED
+from app.storage.blobs.blobs import StoredBlob
+from app.storage.database.tables import ENDED
+from app.storage.records.inspections import InspectionStore, require_unlocked
 from app.survey.review import APPROVED
 from app.tracking.live import Event, Update
 from app.tracking.pictures.counter_files import SEARCHED, CounterFiles, KeptCounter

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from app.storage import keys
-from app.storage.blobs import Blobs, StoredBlob
-from app.storage.files import Places
-from app.storage.folder_blobs import FolderBlobs
-from app.storage.tables import Inspection
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs, StoredBlob
+from app.storage.blobs.folder import FolderBlobs
+from app.storage.database.tables import Inspection
+from app.storage.folder.files import Places
 
 
 class FilmFiles:

@@ -23,12 +23,12 @@ from app.errors import (
 )
 from app.jobs.track.parts import NOT_RECORDED
 from app.logs import about
-from app.storage import keys
-from app.storage.attachments import AttachmentStore
-from app.storage.blobs import Blobs, Readable, StoredBlob, as_stored
-from app.storage.inspections import InspectionStore
-from app.storage.observations import ObservationStore
-from app.storage.tables import ENDED, Inspection
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs, Readable, StoredBlob, as_stored
+from app.storage.database.tables import ENDED, Inspection
+from app.storage.records.attachments import AttachmentStore
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.observations import ObservationStore
 from app.survey.track_rows import estimate_at
 from app.tracking.live import Event, Live, Update, WallChanged
 from app.tracking.pictures.film_files import FilmFiles

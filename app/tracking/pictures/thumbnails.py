@@ -11,12 +11,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from app.errors import BlobNotFound, DiskFull, InspectionNotFound, PhotoNotFound
-from app.storage import keys
-from app.storage.attachments import AttachmentStore
-from app.storage.blobs import Blobs
-from app.storage.inspections import InspectionStore
-from app.storage.observations import ObservationStore
-from app.storage.tables import Inspection
+from app.storage.blobs import keys
+from app.storage.blobs.blobs import Blobs
+from app.storage.database.tables import Inspection
+from app.storage.records.attachments import AttachmentStore
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.observations import ObservationStore
 from app.survey.attachments import Attachment
 from app.survey.records import Observation
 from app.tracking.pictures.film_files import FilmFiles

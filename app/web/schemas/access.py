@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, field_validator
 from app.access.access import fault_of_name
 from app.access.holders import Holder
 from app.reports.content.words import Language
-from app.storage.tokens import Role
+from app.storage.folder.tokens import Role
 from app.survey.given import Clock, CodeName, Given, Letter, PackId
 from app.survey.tag import Quantity, Severity
 

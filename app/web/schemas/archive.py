@@ -12,7 +12,7 @@ from app.archive.archive import ArchiveProgress, Change, FilmView, Where
 from app.archive.reasons import Group
 from app.archive.rules import Line, Priority, Rules
 from app.archive.tables import read_table
-from app.storage.archive_selection import FilmState, Selection
+from app.storage.archive.selection import FilmState, Selection
 from app.survey.given import Given, Header
 from app.web.schemas.failures import ErrorOut
 from app.web.schemas.figures import metres, rounded

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from app.inspections.presence import Person
-from app.storage.tables import ENDED
+from app.storage.database.tables import ENDED
 from app.survey.notices import Notice
 from app.tracking.live import Update
 from app.tracking.tracks import HealthColumns

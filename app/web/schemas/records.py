@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from app.reports.content.translator import Translator
 from app.reports.report import Loss
-from app.storage.tables import Alert
+from app.storage.database.tables import Alert
 from app.survey.checks import Issue
 from app.survey.records import NOT_NOTIFIED, Event
 from app.survey.undelivered import Undelivered

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BaseModel, Field
 
 from app.inspections.register import Alike, Import, version_of_asset
-from app.storage.tables import RegisteredAsset
+from app.storage.database.tables import RegisteredAsset
 from app.survey.catalogue.header import ASSET_FIELDS, Value
 from app.survey.given import Given, Header, Name
 from app.survey.register import (

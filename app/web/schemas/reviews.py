@@ -8,7 +8,7 @@ from typing import Annotated, Self
 from pydantic import BaseModel, Field, StringConstraints, model_validator
 
 from app.inspections.reviews import ReviewView
-from app.storage.tables import Inspection, RemarkRow
+from app.storage.database.tables import Inspection, RemarkRow
 from app.survey.given import TEXT, Given
 from app.survey.records import Event
 from app.survey.review import REOPENED, RemarkKind, ReviewState

@@ -7,8 +7,8 @@ from typing import Any, Self
 
 from pydantic import BaseModel, Field
 
-from app.storage.rigs import RigUser
-from app.storage.tables import LibraryRig
+from app.storage.database.tables import LibraryRig
+from app.storage.records.rigs import RigUser
 from app.survey.given import Given, PackName
 
 

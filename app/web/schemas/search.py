@@ -8,9 +8,9 @@ from datetime import date, datetime
 from pydantic import BaseModel
 
 from app.search.search import Followed, History, Past
-from app.storage.asset_index import Asset, Project
-from app.storage.defect_index import FoundDefect
-from app.storage.tables import IndexedDefect, IndexedInspection
+from app.storage.database.tables import IndexedDefect, IndexedInspection
+from app.storage.index.asset_index import Asset, Project
+from app.storage.index.defect_index import FoundDefect
 from app.survey.asset_history import Change, Trace
 from app.survey.catalogue import labels_of
 from app.survey.film_quality import problems_of

@@ -21,7 +21,7 @@ from receivers import Receiver, certificate, receiving
 from surveys import Survey
 
 from app.alerts.webhook import next_try
-from app.storage.tables import Alert
+from app.storage.database.tables import Alert
 
 SECRET = "a secret of sixteen or more"  # noqa: S105
 NOW = datetime(2026, 9, 14, 9, 42, tzinfo=UTC)

@@ -16,7 +16,7 @@ from builders import Client, assert_error, clip_rig, make_clip, serving, wait_un
 from processes import process
 from surveys import Survey
 
-from app.storage.database import FILE
+from app.storage.database.database import FILE
 
 API = "/api/archive"
 ROADS = {"name": "roads", "pattern": "{project}/{asset}_{date}.mp4", "rig": "floor"}

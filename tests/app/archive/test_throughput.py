@@ -6,7 +6,7 @@ import pytest
 
 from app.archive.reasons import grouped
 from app.archive.throughput import throughput
-from app.storage.archive_films import Ended, Failure
+from app.storage.archive.films import Ended, Failure
 
 BEGIN = datetime(2026, 11, 1, tzinfo=UTC)
 

@@ -18,8 +18,8 @@ from receivers import receiving
 
 from app.cli.client import Api
 from app.errors import ServerRefused
-from app.storage.address import Address, AddressFile
-from app.storage.files import DataFolder, Places
+from app.storage.folder.address import Address, AddressFile
+from app.storage.folder.files import DataFolder, Places
 
 Command = Callable[..., Any]
 

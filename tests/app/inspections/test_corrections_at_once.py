@@ -15,13 +15,13 @@ from reports import track_of
 
 from app.errors import ChangedMeanwhile
 from app.inspections.corrections import Corrections
-from app.storage.corrections import CorrectionStore, Rescaling
-from app.storage.database import Database
-from app.storage.files import DataFolder, Places
-from app.storage.folder_blobs import FolderBlobs
-from app.storage.inspections import InspectionStore
-from app.storage.runs import RunStore
-from app.storage.tables import Inspection
+from app.storage.blobs.folder import FolderBlobs
+from app.storage.database.database import Database
+from app.storage.database.tables import Inspection
+from app.storage.folder.files import DataFolder, Places
+from app.storage.records.corrections import CorrectionStore, Rescaling
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.runs import RunStore
 from app.survey.stated import Joints, RigSigma, Stated, Zero
 from app.survey.track_rows import estimate_at
 from app.tracking.live import Live

@@ -24,9 +24,9 @@ from surveys import Survey
 from app.access.access import create_token
 from app.errors import InvalidImport
 from app.imports import archive_file, chainage_json
-from app.storage.backup import back_up, restore
-from app.storage.database import FILE, Database
-from app.storage.tokens import Role, TokenFile
+from app.storage.database.backup import back_up, restore
+from app.storage.database.database import FILE, Database
+from app.storage.folder.tokens import Role, TokenFile
 
 VOICE = b"\x1aE\xdf\xa3 as a browser's recorder gives it"
 ARROW = {"kind": "arrow", "points": [[40.0, 130.0], [90.0, 60.0]], "colour": "red"}

@@ -15,13 +15,13 @@ from reports import track_of
 
 from app.inspections.corrections import Corrections
 from app.inspections.scaling import WHO, Scaling
-from app.storage.corrections import CorrectionStore
-from app.storage.database import Database
-from app.storage.files import DataFolder
-from app.storage.folder_blobs import FolderBlobs
-from app.storage.inspections import InspectionStore
-from app.storage.runs import Outcome, RunStore
-from app.storage.tables import Inspection
+from app.storage.blobs.folder import FolderBlobs
+from app.storage.database.database import Database
+from app.storage.database.tables import Inspection
+from app.storage.folder.files import DataFolder
+from app.storage.records.corrections import CorrectionStore
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.runs import Outcome, RunStore
 from app.survey.records import RESCALED
 from app.survey.stated import Joints, Stated
 from app.survey.track_rows import estimate_at

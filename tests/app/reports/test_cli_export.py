@@ -13,7 +13,7 @@ from surveys import another
 
 from app import main
 from app.reports.bundle.signing import fingerprint
-from app.storage.signing_key import SigningKey
+from app.storage.folder.signing_key import SigningKey
 
 
 @pytest.fixture(scope="module")

@@ -26,8 +26,8 @@ from app.reports.content.translator import Translator
 from app.reports.formats import EXCHANGE, FORMATS
 from app.reports.report import Extras, VoiceNote
 from app.reports.template import ReportTemplate
-from app.storage.blobs import StoredBlob
-from app.storage.folder_blobs import FolderBlobs
+from app.storage.blobs.blobs import StoredBlob
+from app.storage.blobs.folder import FolderBlobs
 
 KEY = Key()
 FILM = b"a film " * 1000

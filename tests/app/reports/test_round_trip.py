@@ -18,7 +18,7 @@ from surveys import Survey, another
 from app.imports import any_file
 from app.inspections.file_reader import FileReader
 from app.reports.exchange import en13508
-from app.storage.backup import back_up
+from app.storage.database.backup import back_up
 from app.tracking.pictures.videos import NO_FILM
 
 

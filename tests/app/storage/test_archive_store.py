@@ -13,12 +13,12 @@ from builders import clip_rig
 from postgres import ON_BOTH
 
 from app.errors import ClaimLost, InspectionLocked, NoLongerWanted
-from app.storage.archive_changes import ArchiveChanges
-from app.storage.archive_films import ArchiveFilms
-from app.storage.archive_intake import IntakeStore
-from app.storage.archive_selection import Selection
-from app.storage.database import Database, stored_at
-from app.storage.tables import Inspection
+from app.storage.archive.changes import ArchiveChanges
+from app.storage.archive.films import ArchiveFilms
+from app.storage.archive.intake import IntakeStore
+from app.storage.archive.selection import Selection
+from app.storage.database.database import Database, stored_at
+from app.storage.database.tables import Inspection
 
 NOW = datetime(2026, 11, 1, tzinfo=UTC)
 LATER, LAPSED = (datetime.now(UTC) + timedelta(hours=hours) for hours in (1, -1))

@@ -14,14 +14,14 @@ from postgres import ON_BOTH
 from sqlalchemy.orm import Session
 
 from app.search.asset_map import assets_of
-from app.storage.asset_index import Asset, AssetIndex, Project
-from app.storage.asset_places import AssetPlaces
-from app.storage.database import Database, stored_at
-from app.storage.defect_index import DefectFacts, DefectIndex, InspectionFacts
-from app.storage.inspection_list import InspectionList
-from app.storage.inspections import InspectionStore
-from app.storage.labels import LabelStore
-from app.storage.tables import Inspection, RegisteredAsset
+from app.storage.database.database import Database, stored_at
+from app.storage.database.tables import Inspection, RegisteredAsset
+from app.storage.index.asset_index import Asset, AssetIndex, Project
+from app.storage.index.asset_places import AssetPlaces
+from app.storage.index.defect_index import DefectFacts, DefectIndex, InspectionFacts
+from app.storage.index.inspection_list import InspectionList
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.labels import LabelStore
 from app.survey.folding import folded, spelling
 from app.survey.search_terms import AssetFilter, InspectionFilter, Page, ProjectFilter
 

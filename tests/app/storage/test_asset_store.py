@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from app.storage.assets import AssetStore
-from app.storage.database import Database
+from app.storage.database.database import Database
+from app.storage.records.assets import AssetStore
 from app.survey.register import Asset, registered
 from app.survey.register_table import Stated, read_table
 

@@ -21,7 +21,7 @@ from small_disk import small_disk
 from surveys import Survey
 
 from app.errors import DiskFull, UnusableBackup, UnusableDatabase
-from app.storage.backup import back_up, restore
+from app.storage.database.backup import back_up, restore
 
 
 def quietly(_done: int, _total: int) -> None:

@@ -14,8 +14,8 @@ from postgres import PostgresServer
 from surveys import Survey, served
 
 from app.errors import UnusableBackup
-from app.storage.backup import back_up, restore
-from app.storage.database import stored_at
+from app.storage.database.backup import back_up, restore
+from app.storage.database.database import stored_at
 
 Command = Callable[..., Any]
 

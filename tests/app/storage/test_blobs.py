@@ -14,8 +14,8 @@ import pytest
 from object_stores import Line
 
 from app.errors import BlobNotFound, DiskFull, InvalidSettings, StoreUnavailable
-from app.storage.blob_stores import blobs_at
-from app.storage.blobs import blocks
+from app.storage.blobs.blobs import blocks
+from app.storage.blobs.stores import blobs_at
 
 FILM = "inspections/00ff/video.mp4"
 LARGE = 19 * 2**20
@@ -202,7 +202,7 @@ def test_a_full_disk_is_reported_as_one(tmp_path, monkeypatch):
     def full(*_args):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.storage.files.os.fsync", full)
+    monkeypatch.setattr("app.storage.folder.files.os.fsync", full)
     source = file_of(tmp_path / "film.bin", b"film")
     for write in (lambda: blobs.put(FILM, b"x"), lambda: blobs.put_file(FILM, source)):
         with pytest.raises(DiskFull):
@@ -254,7 +254,7 @@ def test_a_copy_is_fetched_once_for_all_threads(object_store, line, tmp_path):
 HOLDER = """
 import sys
 from pathlib import Path
-from app.storage.blob_stores import blobs_at
+from app.storage.blobs.stores import blobs_at
 with blobs_at(sys.argv[1], Path(sys.argv[2]), scratch_bytes=100).local("a.mp4") as path:
     print(path.name, flush=True)
     sys.stdin.read()

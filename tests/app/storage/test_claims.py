@@ -13,10 +13,10 @@ from builders import clip_rig
 from postgres import ON_BOTH
 
 from app.errors import ClaimLost
-from app.storage.database import Database, stored_at
-from app.storage.inspections import InspectionStore
-from app.storage.runs import Outcome, RunStore
-from app.storage.tables import Inspection
+from app.storage.database.database import Database, stored_at
+from app.storage.database.tables import Inspection
+from app.storage.records.inspections import InspectionStore
+from app.storage.records.runs import Outcome, RunStore
 
 DONE = Outcome("done")
 LONG_S, LAPSED_S = 3600.0, -1.0

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from app.storage.files import delete_tree
+from app.storage.folder.files import delete_tree
 
 
 def test_a_file_that_comes_during_the_deletion_goes_too(

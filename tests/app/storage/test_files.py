@@ -5,7 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from app.storage.files import replace_file
+from app.storage.folder.files import replace_file
 
 
 def test_a_file_may_be_replaced_by_several_at_once(tmp_path: Path) -> None:

@@ -19,12 +19,12 @@ from builders import TOKEN, clip_rig, make_clip, serving
 from postgres import ON_BOTH
 from sqlalchemy import create_engine, inspect
 
-import app.storage
+import app.storage.database
 from app.errors import UnusableDatabase
-from app.storage.database import Database, stored_at, stored_of
-from app.storage.dialect import Dialect
-from app.storage.files import Places
-from app.storage.sqlite import Sqlite, revision_of
+from app.storage.database.database import Database, stored_at, stored_of
+from app.storage.database.dialect import Dialect
+from app.storage.database.sqlite import Sqlite, revision_of
+from app.storage.folder.files import Places
 
 Command = Callable[..., Any]
 
@@ -41,7 +41,7 @@ PACK_TABLE = (
 
 def config() -> alembic.config.Config:
     made = alembic.config.Config()
-    folder = Path(app.storage.__file__).parent / "migrations"
+    folder = Path(app.storage.database.__file__).parent / "migrations"
     made.set_main_option("script_location", str(folder))
     return made
 

@@ -21,8 +21,8 @@ from surveys import Survey, served
 
 from app.errors import Busy, DiskFull, InvalidSettings, UnusableDatabase
 from app.settings import Settings
-from app.storage.database import Database, stored_at
-from app.storage.tables import LoginSession, Preference
+from app.storage.database.database import Database, stored_at
+from app.storage.database.tables import LoginSession, Preference
 
 
 @pytest.fixture

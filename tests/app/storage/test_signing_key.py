@@ -8,7 +8,7 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 
 from app.errors import UnreadableKey
-from app.storage.signing_key import FILE, SigningKey
+from app.storage.folder.signing_key import FILE, SigningKey
 
 
 def test_it_is_made_on_first_use_and_stays(tmp_path):

@@ -20,9 +20,9 @@ from sqlalchemy.orm import Session
 from surveys import Survey
 
 from app.errors import DataFolderInUse
-from app.storage.database import Database, stored_at
-from app.storage.files import DataFolder, write_durably
-from app.storage.tables import Base, EventRow, LoginSession
+from app.storage.database.database import Database, stored_at
+from app.storage.database.tables import Base, EventRow, LoginSession
+from app.storage.folder.files import DataFolder, write_durably
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.errors import TokenNameTaken, TokenNotFound, UnreadableTokens
-from app.storage.tokens import Role, TokenFile
+from app.storage.folder.tokens import Role, TokenFile
 
 
 def test_changes_of_several_processes_are_all_kept_and_seen_at_once(tmp_path: Path) -> None:

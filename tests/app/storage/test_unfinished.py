@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from app.errors import Busy, DiskFull
-from app.storage import keys
-from app.storage.files import Places
-from app.storage.folder_blobs import FolderBlobs
-from app.storage.unfinished import Unfinished
+from app.storage.blobs import keys
+from app.storage.blobs.folder import FolderBlobs
+from app.storage.folder.files import Places
+from app.storage.folder.unfinished import Unfinished
 
 NAME = "0123456789abcdef0123456789abcdef"
 

@@ -11,10 +11,10 @@ import pytest
 from app.access import access
 from app.access.access import Access
 from app.inspections.uploads import Uploads
-from app.storage.access import AccessStore
-from app.storage.database import Database
-from app.storage.files import DataFolder
-from app.storage.tokens import TokenFile
+from app.storage.database.database import Database
+from app.storage.folder.files import DataFolder
+from app.storage.folder.tokens import TokenFile
+from app.storage.records.access import AccessStore
 
 DAY_S = 24 * 3600.0
 TOKEN = "a-token-for-tests-0123456789abcdef"  # noqa: S105

@@ -10,9 +10,9 @@ import pytest
 from builders import clip_rig
 
 from app.jobs.messages import Batch, Checkpoint, Gauged, KeptCheckpoint, Row, Seen, WallTile, encode
-from app.storage.files import DataFolder
-from app.storage.folder_blobs import FolderBlobs
-from app.storage.tables import Inspection
+from app.storage.blobs.folder import FolderBlobs
+from app.storage.database.tables import Inspection
+from app.storage.folder.files import DataFolder
 from app.tracking.films.journal import Journal
 from app.tracking.live import Live
 from app.tracking.unrolled import Unrolled

@@ -10,8 +10,8 @@ import pytest
 from builders import PATIENCE_S
 
 from app.errors import DamagedTrack
-from app.storage.files import Places
-from app.storage.folder_blobs import FolderBlobs
+from app.storage.blobs.folder import FolderBlobs
+from app.storage.folder.files import Places
 from app.tracking.tracks import HealthColumns, Tracks
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt

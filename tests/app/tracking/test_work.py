@@ -15,7 +15,7 @@ import msgspec
 import pytest
 from builders import clip_rig, make_clip, serving, wait_until
 
-from app.storage.folder_blobs import FolderBlobs
+from app.storage.blobs.folder import FolderBlobs
 from app.tracking.films.work import Report, Spec, run
 
 FRAMES = 300
@@ -23,7 +23,7 @@ MIB = 2**20
 RUN = """
 import msgspec, sys
 from pathlib import Path
-from app.storage.folder_blobs import FolderBlobs
+from app.storage.blobs.folder import FolderBlobs
 from app.tracking.films.work import Spec, run
 run(msgspec.json.decode(sys.argv[1], type=Spec), FolderBlobs(Path(sys.argv[2])))
 """

@@ -18,7 +18,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from app.access.access import create_token
 from app.errors import Busy
-from app.storage.tokens import Role, TokenFile
+from app.storage.folder.tokens import Role, TokenFile
 from app.survey.rounding import metres
 from app.survey.track_rows import estimate_at
 from app.tracking.live import Progress

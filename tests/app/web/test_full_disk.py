@@ -29,10 +29,10 @@ from surveys import Survey
 
 from app.main import in_background
 from app.settings import Settings
-from app.storage import revisions
-from app.storage.database import Database
-from app.storage.sqlite import revision_of
-from app.storage.tables import Heartbeat
+from app.storage.database import revisions
+from app.storage.database.database import Database
+from app.storage.database.sqlite import revision_of
+from app.storage.database.tables import Heartbeat
 
 PACK = (
     "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"

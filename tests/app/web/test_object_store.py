@@ -14,7 +14,7 @@ from cameras import MjpegCamera
 from object_stores import Line
 
 from app.errors import UnusableBackup
-from app.storage.backup import back_up, restore
+from app.storage.database.backup import back_up, restore
 
 RANGES = {
     "bytes=0-99": [(0, 100)],

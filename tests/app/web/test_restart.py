@@ -14,7 +14,7 @@ from reports import DEFECTS, report
 from surveys import Survey
 
 from app.reports.exchange import en13508
-from app.storage.backup import back_up, restore
+from app.storage.database.backup import back_up, restore
 
 DATABASE = "chainage.db"
 

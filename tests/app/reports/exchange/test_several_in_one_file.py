@@ -24,8 +24,8 @@ from app.reports.bundle.delivery import Delivery
 from app.reports.formats import EXCHANGE, FORMATS
 from app.reports.report import Extras
 from app.reports.template import ReportTemplate
-from app.storage.blobs import StoredBlob
-from app.storage.folder_blobs import FolderBlobs
+from app.storage.blobs.blobs import StoredBlob
+from app.storage.blobs.folder import FolderBlobs
 
 READERS = {
     "en13508": read_en13508, "en13508xml": read_en13508_xml, "ribx": read_ribx,

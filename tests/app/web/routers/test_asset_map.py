@@ -9,7 +9,7 @@ import pytest
 from builders import Client, assert_error, serving, wait_until
 from mapped_assets import Inspected, Registered, fill
 
-from app.storage.database import FILE, Database
+from app.storage.database.database import FILE, Database
 
 TILES = "https://tiles.example:8443/roads/{z}/{x}/{y}.png?key=k"
 ENDS = {"start_lat": 3.1, "start_lon": 101.6, "end_lat": 3.2, "end_lon": 101.7}

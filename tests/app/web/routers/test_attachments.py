@@ -28,7 +28,7 @@ from app.reports.pdf import emergency
 from app.reports.report import Extras
 from app.reports.tables import spreadsheet
 from app.settings import Settings
-from app.storage.backup import back_up, restore
+from app.storage.database.backup import back_up, restore
 from app.survey.track_rows import estimate_at
 
 VOICE = b"\x1aE\xdf\xa3 as a browser's recorder gives it"
@@ -122,7 +122,7 @@ def test_a_voice_note_is_kept_whole_and_may_be_sent_again(shared: Client, done: 
 def test_an_observation_has_a_bounded_number_of_attachments(
     shared: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.storage.attachments.MOST", 2)
+    monkeypatch.setattr("app.storage.records.attachments.MOST", 2)
     tag = shared.tag(done, frame=15).json()["id"]
     for _ in range(2):
         assert say(shared, done, tag, str(uuid.uuid4())).status_code == 200

@@ -21,7 +21,7 @@ from builders import PATIENCE_S, Client, assert_error, wait_until
 from app.reports.bundle.verify import verify
 from app.reports.formats import FORMATS
 from app.reports.report import Report, Written
-from app.storage.blobs import StoredBlob
+from app.storage.blobs.blobs import StoredBlob
 
 NOBODY = 32 * "0"
 

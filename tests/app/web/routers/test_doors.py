@@ -25,7 +25,7 @@ from websockets.sync.client import ClientConnection, connect
 from app.access.access import create_token
 from app.main import create_app
 from app.settings import Settings
-from app.storage.tokens import Role, TokenFile
+from app.storage.folder.tokens import Role, TokenFile
 from app.web.routers.pages import static_folder
 
 PUBLIC = {

@@ -11,9 +11,9 @@ from urllib.parse import quote
 import pytest
 from builders import Client, assert_error, serving, wait_until
 
-from app.storage.assets import AssetStore
-from app.storage.backup import back_up, restore
-from app.storage.database import Database
+from app.storage.database.backup import back_up, restore
+from app.storage.database.database import Database
+from app.storage.records.assets import AssetStore
 from app.survey.register import registered
 
 API = "/api/register"

@@ -14,9 +14,9 @@ from builders import Client, assert_error
 from lxml import html
 from PIL import Image
 
-from app.storage.backup import back_up, restore
-from app.storage.database import Database
-from app.storage.report_templates import ReportTemplateStore
+from app.storage.database.backup import back_up, restore
+from app.storage.database.database import Database
+from app.storage.records.report_templates import ReportTemplateStore
 
 API = "/api/report-templates"
 

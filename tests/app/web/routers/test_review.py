@@ -9,7 +9,7 @@ import pytest
 from builders import Client, assert_error, clip_rig
 
 from app.access.access import create_token
-from app.storage.tokens import Role, TokenFile
+from app.storage.folder.tokens import Role, TokenFile
 
 QUESTION = "11111111-2222-4333-8444-000000000001"
 ACCEPTANCE = "11111111-2222-4333-8444-000000000002"

@@ -12,7 +12,7 @@ from films import half_sized
 
 from app.lab.simulation import SCENARIOS
 from app.lab.simulation.write import simulate
-from app.storage.folder_blobs import FolderBlobs
+from app.storage.blobs.folder import FolderBlobs
 from app.tracking.live import Live, WallChanged
 from app.tracking.tracks import HealthColumns
 from app.tracking.unrolled import Unrolled

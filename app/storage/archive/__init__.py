@@ -1,0 +1,1 @@
+"""The films of the archive that wait to become inspections."""

@@ -1,0 +1,41 @@
+"""The rules of the archive: one row."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from app.storage.database.database import Database
+from app.storage.database.tables import ArchiveRules
+from app.survey.versions import Require
+
+
+class RuleStore:
+    """Keeps the rules as people stated them last."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def get(self) -> dict[str, Any] | None:
+        """Return the stored rules; None if there never were any."""
+        with self._database.read() as session:
+            row = session.get(ArchiveRules, 1)
+            return None if row is None else row.content
+
+    def put(self, content: dict[str, Any], who: str, require: Require) -> None:
+        """Replace the rules.
+
+        Raises:
+            Exception: Whatever `require` raises for the stored content, None if there is none.
+        """
+
+        def apply(session: Session) -> None:
+            row = session.get(ArchiveRules, 1)
+            require(None if row is None else row.content)
+            session.merge(
+                ArchiveRules(id=1, content=content, changed_at=datetime.now(UTC), changed_by=who)
+            )
+
+        self._database.write(apply)

@@ -1,0 +1,1 @@
+"""Files of the data folder itself: its lock, tokens, uploads and unfinished imports."""

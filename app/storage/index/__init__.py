@@ -1,0 +1,1 @@
+"""Questions about all inspections: the index of defects, the assets, the list."""

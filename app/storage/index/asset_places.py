@@ -1,0 +1,89 @@
+"""Where the assets are by the register and by the headers of their inspections."""
+
+from __future__ import annotations
+
+from datetime import date
+from typing import NamedTuple
+
+from sqlalchemy import select
+
+from app.storage.database.database import Database
+from app.storage.database.tables import IndexedInspection, Inspection, RegisteredAsset
+from app.storage.index.queries import HAS_RUN, NEWEST_LAST
+
+
+class RegisteredPlace(NamedTuple):
+    """An asset of the register."""
+
+    asset: str
+    spelling: str
+    project: str | None
+    line: list[list[float]]
+    """Longitude and latitude in degrees from start to end; may be empty."""
+
+
+class SurveyedPlace(NamedTuple):
+    """What an inspection says of its asset."""
+
+    asset: str
+    spelling: str
+    project: str | None
+    has_run: bool
+    surveyed_on: date
+    worst_severity: int | None
+    start_lon: float | None
+    start_lat: float | None
+    end_lon: float | None
+    end_lat: float | None
+
+    @property
+    def line(self) -> list[list[float]]:
+        """Longitude and latitude in degrees of the ends that the header states."""
+        ends = ((self.start_lon, self.start_lat), (self.end_lon, self.end_lat))
+        return [[lon, lat] for lon, lat in ends if lon is not None and lat is not None]
+
+
+class AssetPlaces:
+    """Reads the register and the index for the map."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def read(self, spelling: str | None) -> tuple[list[RegisteredPlace], list[SurveyedPlace]]:
+        """Return the register by id, and the inspections from the oldest to the newest; those that
+        were not tracked yet come before all others.
+
+        Args:
+            spelling: Of the only assets that are wanted; None for all.
+        """
+        registered = select(
+            RegisteredAsset.asset_id,
+            RegisteredAsset.spelling,
+            RegisteredAsset.project,
+            RegisteredAsset.line,
+        ).order_by(RegisteredAsset.asset_id)
+        surveyed = (
+            select(
+                IndexedInspection.asset,
+                IndexedInspection.asset_spelling,
+                IndexedInspection.project,
+                HAS_RUN,
+                IndexedInspection.surveyed_on,
+                IndexedInspection.worst_severity,
+                IndexedInspection.start_lon,
+                IndexedInspection.start_lat,
+                IndexedInspection.end_lon,
+                IndexedInspection.end_lat,
+            )
+            .join(Inspection, Inspection.id == IndexedInspection.inspection_id)
+            .where(IndexedInspection.asset_spelling.is_not(None))
+            .order_by(*NEWEST_LAST, Inspection.created_at)
+        )
+        if spelling is not None:
+            registered = registered.where(RegisteredAsset.spelling == spelling)
+            surveyed = surveyed.where(IndexedInspection.asset_spelling == spelling)
+        with self._database.read() as session:
+            return (
+                [RegisteredPlace._make(row) for row in session.execute(registered)],
+                [SurveyedPlace._make(row) for row in session.execute(surveyed)],
+            )

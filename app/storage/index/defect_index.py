@@ -1,0 +1,345 @@
+"""The index of the search: what is derived of each inspection, and the queries over all of them.
+
+Distances are never stored with a defect, so that they follow every correction. A search over all
+inspections cannot derive them all, so it reads these tables: copies that say from which state of
+the inspection they were made. They can be deleted at any time; `app.search.indexer` makes them
+again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from datetime import date, datetime
+
+from sqlalchemy import ColumnElement, Select, and_, delete, func, or_, select, tuple_
+from sqlalchemy.orm import Session
+
+from app.storage.database.database import Database
+from app.storage.database.tables import (
+    Base,
+    EventRow,
+    IndexedDefect,
+    IndexedInspection,
+    Inspection,
+    ObservationRow,
+)
+from app.storage.index.queries import (
+    WITH_INSPECTION,
+    FoundInspection,
+    counted,
+    ordered,
+    with_words,
+)
+from app.survey.defects import NO_DEFECTS, is_defect, part_of
+from app.survey.film_quality import PROBLEMS, FilmQuality
+from app.survey.folding import folded, spelling
+from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
+
+INDEX_VERSION = 4
+"""Version of how rows are derived: rows of another version are made again."""
+
+_PAGE = 2_000
+"""Rows that are read at a time where all are wanted."""
+
+
+@dataclass(frozen=True)
+class Token:
+    """A state of an inspection: another one after every change of what the index holds of it."""
+
+    revision: int
+    finished_at: datetime | None
+    newest_event: int | None
+
+
+@dataclass(frozen=True)
+class Position:
+    """A place on earth in degrees."""
+
+    lat: float
+    lon: float
+
+
+@dataclass(frozen=True)
+class InspectionFacts:
+    """What the index holds of an inspection."""
+
+    name: str
+    project: str | None
+    asset: str | None
+    surveyed_on: date
+    distance_m: float | None
+    distance_u95_m: float | None
+    quality: FilmQuality | None
+    start: Position | None
+    end: Position | None
+
+
+@dataclass(frozen=True)
+class DefectFacts:
+    """What the index holds of an observation."""
+
+    observation_id: str
+    seq: int
+    frame: int
+    code: str | None
+    char1: str | None
+    char2: str | None
+    label: str | None
+    label_ms: str | None
+    labels: tuple[str, ...]
+    """In all languages: only searched, and not kept one by one."""
+    quant1: float | None
+    unit1: str | None
+    quant2: float | None
+    unit2: str | None
+    severity: int | None
+    continuous: str | None
+    distance_m: float | None
+    distance_u95_m: float | None
+    clock: int | None
+    clock_to: int | None
+    clock_hours: int
+    remark: str | None
+    created_at: datetime
+
+
+@dataclass(frozen=True)
+class FoundDefect:
+    """An indexed defect with what is read afresh."""
+
+    row: IndexedDefect
+    has_photo: bool
+
+
+class DefectIndex:
+    """Writes the index of one inspection at a time, and answers from all of it."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def token(self, inspection_id: str) -> Token | None:
+        """Return the present state of an inspection; None if there is none."""
+        with self._database.read() as session:
+            found = session.execute(_TOKEN.where(Inspection.id == inspection_id)).one_or_none()
+        return None if found is None else Token(*found[1:])
+
+    def stale(self, limit: int) -> dict[str, Token]:
+        """Return inspections that are not indexed in their present state, the oldest."""
+        query = _STALE.order_by(Inspection.created_at, Inspection.id).limit(limit)
+        with self._database.read() as session:
+            return {found[0]: Token(*found[1:]) for found in session.execute(query)}
+
+    def pending(self) -> int:
+        """Return how many inspections are not indexed in their present state."""
+        with self._database.read() as session:
+            return counted(session, _STALE)
+
+    def put(
+        self,
+        inspection_id: str,
+        token: Token,
+        facts: InspectionFacts,
+        defects: Sequence[DefectFacts],
+    ) -> None:
+        """Replace all that is indexed of an inspection, unless it was deleted meanwhile.
+
+        Args:
+            inspection_id: The inspection.
+            token: Its state from before the facts were derived: whatever changed since makes the
+                rows stale.
+            facts: The inspection.
+            defects: Its observations that are not deleted.
+        """
+        named = (facts.name, facts.project, facts.asset)
+        quality = asdict(facts.quality) if facts.quality is not None else {}
+        inspection = IndexedInspection(
+            inspection_id=inspection_id,
+            index_version=INDEX_VERSION,
+            **asdict(token),
+            name=facts.name,
+            project=facts.project,
+            asset=facts.asset,
+            asset_spelling=None if facts.asset is None else spelling(facts.asset),
+            surveyed_on=facts.surveyed_on,
+            folded=folded(*named),
+            start_lat=None if facts.start is None else facts.start.lat,
+            start_lon=None if facts.start is None else facts.start.lon,
+            end_lat=None if facts.end is None else facts.end.lat,
+            end_lon=None if facts.end is None else facts.end.lon,
+            distance_m=facts.distance_m,
+            distance_u95_m=facts.distance_u95_m,
+            defects=len(
+                {
+                    part_of(d.observation_id, d.continuous)
+                    for d in defects
+                    if is_defect(d.code, d.severity)
+                }
+            ),
+            worst_severity=max(
+                (d.severity for d in defects if d.severity is not None), default=None
+            ),
+            **quality,
+        )
+        rows = [
+            IndexedDefect(
+                inspection_id=inspection_id,
+                revision=token.revision,
+                inspection=facts.name,
+                project=facts.project,
+                asset=facts.asset,
+                surveyed_on=facts.surveyed_on,
+                folded=folded(defect.remark, defect.code, *defect.labels, *named),
+                **{name: value for name, value in asdict(defect).items() if name != "labels"},
+            )
+            for defect in defects
+        ]
+
+        def replace(session: Session) -> None:
+            # The lock orders two servers that index the same inspection; SQLite has one writer.
+            held = select(Inspection.id).where(Inspection.id == inspection_id).with_for_update()
+            if session.scalar(held) is None:
+                return
+            for table in (IndexedDefect, IndexedInspection):
+                session.execute(delete(table).where(table.inspection_id == inspection_id))
+            session.add(inspection)
+            session.flush()
+            session.add_all(rows)
+
+        self._database.write(replace)
+
+    def defects(
+        self, wanted: DefectFilter, page: Page[DefectSort]
+    ) -> tuple[int, list[FoundDefect]]:
+        """Return the number of defects that fit, and a page of them."""
+        conditions = list(_conditions(wanted))
+        order = tuple(
+            ordered(column, page) for column in (_DEFECTS.c[page.sort], *_DEFECTS.primary_key)
+        )
+        # Only the keys are sorted: whole rows would be copied for every row that fits.
+        keys = (
+            select(*_KEY)
+            .where(*conditions)
+            .order_by(*order)
+            .offset(page.offset)
+            .limit(page.limit)
+            .subquery()
+        )
+        is_wanted = and_(*(column == keys.c[column.key] for column in _KEY))
+        with self._database.read() as session:
+            total = counted(session, select(IndexedDefect.inspection_id).where(*conditions))
+            if total <= page.offset:
+                return total, []  # without a second search through all of them
+            return total, _found(session, _WITH_PHOTO.join(keys, is_wanted).order_by(*order))
+
+    def defects_of(self, inspection_ids: Sequence[str]) -> list[FoundDefect]:
+        """Return the defects of some inspections, each in the order of its numbers."""
+        query = _WITH_PHOTO.where(IndexedDefect.inspection_id.in_(inspection_ids)).order_by(
+            IndexedDefect.inspection_id, IndexedDefect.seq
+        )
+        with self._database.read() as session:
+            return _found(session, query)
+
+    def films(
+        self, problem: Problem | None, page: Page[QualitySort]
+    ) -> tuple[int, list[IndexedInspection]]:
+        """Return the number of measured films, or of those with a problem, and a page of them."""
+        conditions: list[ColumnElement[bool]] = [IndexedInspection.frames.is_not(None)]
+        if problem is not None:
+            name, most = PROBLEMS[problem]
+            conditions.append(getattr(IndexedInspection, name) > most)
+        query = (
+            select(IndexedInspection)
+            .where(*conditions)
+            .order_by(ordered(_INSPECTIONS.c[page.sort], page), IndexedInspection.inspection_id)
+        )
+        with self._database.read() as session:
+            total = counted(session, select(IndexedInspection.inspection_id).where(*conditions))
+            return total, list(session.scalars(query.offset(page.offset).limit(page.limit)))
+
+    def every_inspection(self) -> Iterator[list[FoundInspection]]:
+        """Yield all indexed inspections, by id, some at a time."""
+        last = ""
+        while True:
+            query = (
+                WITH_INSPECTION.where(IndexedInspection.inspection_id > last)
+                .order_by(IndexedInspection.inspection_id)
+                .limit(_PAGE)
+            )
+            with self._database.read() as session:
+                found = [FoundInspection(*row) for row in session.execute(query)]
+            if not found:
+                return
+            yield found
+            last = found[-1].row.inspection_id
+
+    def every_defect(self) -> Iterator[list[FoundDefect]]:
+        """Yield all indexed defects, by inspection and id, some at a time."""
+        last = ("", "")
+        while True:
+            query = _WITH_PHOTO.where(tuple_(*_KEY) > last).order_by(*_KEY).limit(_PAGE)
+            with self._database.read() as session:
+                found = _found(session, query)
+            if not found:
+                return
+            yield found
+            last = (found[-1].row.inspection_id, found[-1].row.observation_id)
+
+
+_INSPECTIONS = Base.metadata.tables[IndexedInspection.__tablename__]
+_DEFECTS = Base.metadata.tables[IndexedDefect.__tablename__]
+_KEY = (IndexedDefect.inspection_id, IndexedDefect.observation_id)
+_NEWEST = (
+    select(func.max(EventRow.id)).where(EventRow.inspection_id == Inspection.id).scalar_subquery()
+)
+_TOKEN = select(Inspection.id, Inspection.revision, Inspection.finished_at, _NEWEST)
+_STALE = _TOKEN.outerjoin(
+    IndexedInspection, IndexedInspection.inspection_id == Inspection.id
+).where(
+    or_(
+        IndexedInspection.inspection_id.is_(None),
+        IndexedInspection.index_version != INDEX_VERSION,
+        IndexedInspection.revision != Inspection.revision,
+        IndexedInspection.finished_at.is_distinct_from(Inspection.finished_at),
+        IndexedInspection.newest_event.is_distinct_from(_NEWEST),
+    )
+)
+_WITH_PHOTO = select(
+    IndexedDefect,
+    and_(ObservationRow.photo_frame == ObservationRow.frame, ObservationRow.photo_error.is_(None)),
+).join(
+    ObservationRow,
+    and_(
+        ObservationRow.inspection_id == IndexedDefect.inspection_id,
+        ObservationRow.id == IndexedDefect.observation_id,
+    ),
+)
+
+
+def _found(session: Session, query: Select[IndexedDefect, bool]) -> list[FoundDefect]:
+    return [FoundDefect(row, bool(has_photo)) for row, has_photo in session.execute(query)]
+
+
+def _conditions(wanted: DefectFilter) -> Iterator[ColumnElement[bool]]:
+    if wanted.code:
+        yield IndexedDefect.code.startswith(wanted.code, autoescape=True)
+    else:
+        is_other = func.coalesce(IndexedDefect.code, "").not_in(NO_DEFECTS)
+        yield or_(is_other, IndexedDefect.severity > 0)
+    if wanted.severity_from is not None:
+        yield IndexedDefect.severity >= wanted.severity_from
+    if wanted.project is not None:
+        yield IndexedDefect.project == wanted.project
+    if wanted.asset is not None:
+        yield IndexedDefect.asset == wanted.asset
+    if wanted.from_m is not None:
+        yield IndexedDefect.distance_m >= wanted.from_m
+    if wanted.to_m is not None:
+        yield IndexedDefect.distance_m <= wanted.to_m
+    if wanted.clock_hours is not None:
+        yield IndexedDefect.clock_hours.bitwise_and(wanted.clock_hours) != 0
+    if wanted.after is not None:
+        yield IndexedDefect.surveyed_on >= wanted.after
+    if wanted.before is not None:
+        yield IndexedDefect.surveyed_on <= wanted.before
+    yield from with_words(IndexedDefect.folded, wanted.text)

@@ -1,0 +1,1 @@
+"""Stores of what people state and what tracking found, a module for each kind."""

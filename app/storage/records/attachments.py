@@ -1,0 +1,252 @@
+"""Attachments in the database; every change writes an event of their observation."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from datetime import UTC, datetime
+from typing import Any, cast
+
+from sqlalchemy import Float, ForeignKey, Index, String, Text, func, select
+from sqlalchemy.orm import Mapped, Session, mapped_column
+
+from app.errors import AttachmentNotFound, ObservationNotFound, TooManyAttachments
+from app.storage.database.database import Database
+from app.storage.database.tables import Base, EventRow, ObservationRow
+from app.storage.records.inspections import unlocked
+from app.survey.attachments import MOST, Attachment, Kind, Stroke, in_order
+
+
+class AttachmentRow(Base):
+    """A row of `app.survey.attachments.Attachment`; its file is a blob."""
+
+    __tablename__ = "attachments"
+    __table_args__ = (Index("ix_attachments_observation", "inspection_id", "observation_id"),)
+
+    inspection_id: Mapped[str] = mapped_column(
+        String(32), ForeignKey("inspections.id", ondelete="CASCADE"), primary_key=True
+    )
+    id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    observation_id: Mapped[str] = mapped_column(String(36))
+    kind: Mapped[str] = mapped_column(String(10))
+    rank: Mapped[int]
+    frame: Mapped[int]
+    drawing: Mapped[dict[str, Any] | None]
+    """`{"strokes": [...]}` of a drawing."""
+    media_type: Mapped[str | None] = mapped_column(String(20))
+    duration_s: Mapped[float | None] = mapped_column(Float)
+    size: Mapped[int | None]
+    sha256: Mapped[str | None] = mapped_column(String(64))
+    photo_error: Mapped[str | None] = mapped_column(Text)
+    created_at: Mapped[datetime]
+    created_by: Mapped[str] = mapped_column(String(100))
+    deleted_at: Mapped[datetime | None]
+
+    @classmethod
+    def of(cls, attachment: Attachment) -> AttachmentRow:
+        """Make a row to add to a session."""
+        return cls(
+            inspection_id=attachment.inspection_id,
+            id=attachment.id,
+            observation_id=attachment.observation_id,
+            kind=attachment.kind,
+            rank=attachment.rank,
+            frame=attachment.frame,
+            drawing=_drawing_of(attachment),
+            media_type=attachment.media_type,
+            duration_s=attachment.duration_s,
+            size=attachment.size,
+            sha256=attachment.sha256,
+            photo_error=attachment.photo_error,
+            created_at=attachment.created_at,
+            created_by=attachment.created_by,
+        )
+
+    def record(self) -> Attachment:
+        """Return the record, detached from the session."""
+        strokes = self.drawing["strokes"] if self.drawing else ()
+        return Attachment(
+            inspection_id=self.inspection_id,
+            id=self.id,
+            observation_id=self.observation_id,
+            kind=cast(Kind, self.kind),
+            rank=self.rank,
+            frame=self.frame,
+            strokes=tuple(Stroke.model_construct(**stroke) for stroke in strokes),
+            media_type=self.media_type,
+            duration_s=self.duration_s,
+            size=self.size,
+            sha256=self.sha256,
+            photo_error=self.photo_error,
+            created_at=self.created_at,
+            created_by=self.created_by,
+            deleted_at=self.deleted_at,
+        )
+
+
+Key = tuple[str, str]
+"""Ids of inspection and attachment."""
+
+
+class AttachmentStore:
+    """Reads and writes attachments; returned records are independent of the database."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def get(self, inspection_id: str, attachment_id: str) -> Attachment:
+        """Return an attachment, deleted or not.
+
+        Raises:
+            AttachmentNotFound: No attachment ever had this id.
+        """
+        with self._database.read() as session:
+            return _existing(session, (inspection_id, attachment_id)).record()
+
+    def listed(self, inspection_id: str) -> list[Attachment]:
+        """Return the attachments of an inspection that are not deleted, in their order."""
+        query = select(AttachmentRow).where(
+            AttachmentRow.inspection_id == inspection_id, AttachmentRow.deleted_at.is_(None)
+        )
+        with self._database.read() as session:
+            return in_order([row.record() for row in session.scalars(query)])
+
+    def state(self, inspection_id: str) -> Hashable:
+        """Return what differs once another picture is made; all other changes are events."""
+        query = select(func.count(AttachmentRow.sha256), func.count(AttachmentRow.photo_error))
+        with self._database.read() as session:
+            made = session.execute(query.where(AttachmentRow.inspection_id == inspection_id))
+            return tuple(made.one())
+
+    def put(self, attachment: Attachment, who: str) -> bool:
+        """Create, change or restore an attachment; return whether anything changed.
+
+        Raises:
+            InspectionLocked: It is approved.
+            ObservationNotFound: No observation ever had this id.
+            TooManyAttachments: The observation has as many as it may have.
+        """
+
+        def apply(session: Session) -> bool:
+            unlocked(session, attachment.inspection_id)
+            key = (attachment.inspection_id, attachment.id)
+            row = session.get(AttachmentRow, key)
+            drawing = _drawing_of(attachment)
+            if row is None:
+                _require_room(session, attachment)
+                session.add(AttachmentRow.of(attachment))
+                _log(session, attachment, "attached", who)
+                return True
+            stored = (row.rank, row.drawing, row.deleted_at)
+            if stored == (attachment.rank, drawing, None):
+                return False
+            row.rank, row.drawing, row.deleted_at = attachment.rank, drawing, None
+            _log(session, row.record(), "attached", who)
+            return True
+
+        return self._database.write(apply)
+
+    def delete(self, inspection_id: str, attachment_id: str, who: str) -> bool:
+        """Mark an attachment as deleted; return whether it was listed.
+
+        Raises:
+            AttachmentNotFound: No attachment ever had this id.
+            InspectionLocked: It is approved.
+        """
+        return self._mark((inspection_id, attachment_id), who, is_deleted=True)
+
+    def restore(self, inspection_id: str, attachment_id: str, who: str) -> bool:
+        """Undo a deletion; return whether there was one.
+
+        Raises:
+            AttachmentNotFound: No attachment ever had this id.
+            InspectionLocked: It is approved.
+        """
+        return self._mark((inspection_id, attachment_id), who, is_deleted=False)
+
+    def _mark(self, key: Key, who: str, *, is_deleted: bool) -> bool:
+        def mark(session: Session) -> bool:
+            unlocked(session, key[0])
+            row = _existing(session, key)
+            if (row.deleted_at is not None) == is_deleted:
+                return False
+            row.deleted_at = datetime.now(UTC) if is_deleted else None
+            _log(session, row.record(), "detached" if is_deleted else "attached", who)
+            return True
+
+        return self._database.write(mark)
+
+    def inspections_without_photos(self) -> list[str]:
+        """Return the ids of inspections that lack a picture."""
+        with self._database.read() as session:
+            query = _WITHOUT_PHOTO.with_only_columns(AttachmentRow.inspection_id).distinct()
+            return list(session.scalars(query))
+
+    def without_photo(self, inspection_id: str) -> list[Attachment]:
+        """Return the attachments whose picture is neither made nor given up."""
+        with self._database.read() as session:
+            query = _WITHOUT_PHOTO.where(AttachmentRow.inspection_id == inspection_id)
+            return [row.record() for row in session.scalars(query)]
+
+    def record_photo(self, shown: Attachment, sha256: str) -> None:
+        """Record that the picture is stored."""
+
+        def record(session: Session) -> None:
+            _existing(session, (shown.inspection_id, shown.id)).sha256 = sha256
+
+        self._database.write(record)
+
+    def record_photo_error(self, shown: Attachment, error: str) -> None:
+        """Record why there is no picture."""
+
+        def record(session: Session) -> None:
+            _existing(session, (shown.inspection_id, shown.id)).photo_error = error
+
+        self._database.write(record)
+
+
+_WITHOUT_PHOTO = select(AttachmentRow).where(
+    AttachmentRow.kind != "voice",
+    AttachmentRow.deleted_at.is_(None),
+    AttachmentRow.photo_error.is_(None),
+    AttachmentRow.sha256.is_(None),
+)
+
+
+def _existing(session: Session, key: Key) -> AttachmentRow:
+    row = session.get(AttachmentRow, key)
+    if row is None:
+        raise AttachmentNotFound("There is no such attachment.")
+    return row
+
+
+def _require_room(session: Session, attachment: Attachment) -> None:
+    """Require that the observation exists, deleted or not, and may have one more."""
+    if session.get(ObservationRow, (attachment.inspection_id, attachment.observation_id)) is None:
+        raise ObservationNotFound("There is no such observation.")
+    count = select(func.count()).where(
+        AttachmentRow.inspection_id == attachment.inspection_id,
+        AttachmentRow.observation_id == attachment.observation_id,
+    )
+    if (session.scalar(count) or 0) >= MOST:
+        raise TooManyAttachments(f"An observation may have at most {MOST} attachments.")
+
+
+def _drawing_of(attachment: Attachment) -> dict[str, object] | None:
+    if attachment.kind != "drawing":
+        return None
+    return {"strokes": [stroke.model_dump(exclude_none=True) for stroke in attachment.strokes]}
+
+
+def _log(session: Session, attachment: Attachment, action: str, who: str) -> None:
+    is_there = action == "attached"
+    session.add(
+        EventRow(
+            inspection_id=attachment.inspection_id,
+            observation_id=attachment.observation_id,
+            action=action,
+            who=who,
+            at=datetime.now(UTC),
+            before=None if is_there else attachment.stated(),
+            after=attachment.stated() if is_there else None,
+        )
+    )

@@ -1,0 +1,398 @@
+"""Runs in the database: the queue of films, the recordings, and how each run ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+from sqlalchemy import ColumnElement, and_, select, update
+from sqlalchemy.orm import Session
+
+from app.errors import ClaimLost, StillRunning
+from app.storage.database.database import Database
+from app.storage.database.tables import ENDED, ArchiveFilm, EventRow, Inspection, ObservationRow
+from app.storage.records.attachments import AttachmentRow
+from app.storage.records.inspections import existing, require_unlocked, unlocked
+from app.survey.records import RIG_CHANGED
+from vo_core.track import Estimate
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The result of tracking an inspection."""
+
+    status: str
+    """done, failed or cancelled."""
+    error_code: str | None = None
+    error_detail: str | None = None
+    warning: str | None = None
+
+
+class RunStore:
+    """Queues, claims and ends runs; it returns detached rows."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def queue_interrupted(self, *, lapsed_only: bool) -> int:
+        """Queue again the inspections whose tracking was interrupted; return their number.
+
+        Recordings must be finalised first: see `adopt_recordings`.
+
+        Args:
+            lapsed_only: Leave those that another server may still be tracking.
+        """
+
+        def queue(session: Session) -> int:
+            query = select(Inspection).where(_IS_TRACKED)
+            if lapsed_only:
+                query = query.where(_has_lapsed())
+            rows = session.scalars(query).all()
+            for row in rows:
+                _unclaim(row)
+            return len(rows)
+
+        return self._database.write(queue)
+
+    def release(self, owner: str) -> list[str]:
+        """Queue again what a server has claimed, as it stops or has died; return the ids."""
+
+        def queue(session: Session) -> list[str]:
+            query = select(Inspection).where(_IS_TRACKED, Inspection.claimed_by == owner)
+            rows = session.scalars(query).all()
+            for row in rows:
+                _unclaim(row)
+            return [row.id for row in rows]
+
+        return self._database.write(queue)
+
+    def owners(self) -> set[str]:
+        """Return the servers that track or record an inspection."""
+        query = select(Inspection.claimed_by).where(Inspection.status == "running").distinct()
+        with self._database.read() as session:
+            return {owner for owner in session.scalars(query) if owner is not None}
+
+    def adopt_recordings(self, owner: str, is_alive: Callable[[str], bool]) -> list[Inspection]:
+        """Claim the recordings whose server has ended, and return them.
+
+        Args:
+            owner: Who recovers them.
+            is_alive: Whether the server of a name runs.
+        """
+
+        def adopt(session: Session) -> list[Inspection]:
+            query = select(Inspection).where(
+                Inspection.status == "running", Inspection.source_sha256 == ""
+            )
+            rows = [
+                row
+                for row in session.scalars(query)
+                if row.claimed_by is None or not is_alive(row.claimed_by)
+            ]
+            for row in rows:
+                row.claimed_by = owner
+            return rows
+
+        return self._database.write(adopt)
+
+    def are_queued(self) -> bool:
+        """Return whether inspections wait to be tracked."""
+        with self._database.read() as session:
+            return session.scalar(_FIRST_QUEUED) is not None
+
+    def claim_next(self, owner: str, claim_s: float) -> Inspection | None:
+        """Claim the queued inspection that is first in order, or one whose claim has lapsed.
+
+        Args:
+            owner: Who claims it.
+            claim_s: How long the claim holds unless it is renewed.
+        Returns:
+            The inspection, which is `running` now, with the number of this attempt; None if there
+            is nothing to track.
+        """
+        with self._database.read() as session:
+            if _next_id(session) is None:
+                return None  # read first, as a write costs a sync of the disk
+
+        def claim(session: Session) -> Inspection | None:
+            inspection_id = _next_id(session)
+            row = session.get(Inspection, inspection_id) if inspection_id else None
+            if row is not None:
+                row.status = "running"
+                row.attempt += 1
+                row.claimed_by = owner
+                row.claimed_until = datetime.now(UTC) + timedelta(seconds=claim_s)
+            return row
+
+        return self._database.write(claim)
+
+    def renew(
+        self, owner: str, claim_s: float, progress: Mapping[str, tuple[int, float | None]]
+    ) -> set[str]:
+        """Renew the claims of an owner and store the progress; return the ids that are still its.
+
+        Args:
+            owner: Who has claimed them.
+            claim_s: How long the claims hold from now on.
+            progress: Frames done and frames per second, by inspection.
+        """
+
+        def apply(session: Session) -> set[str]:
+            query = select(Inspection).where(_IS_TRACKED, Inspection.claimed_by == owner)
+            until = datetime.now(UTC) + timedelta(seconds=claim_s)
+            rows = {row.id: row for row in session.scalars(query)}
+            for inspection_id in rows.keys() & progress.keys():
+                row = rows[inspection_id]
+                row.claimed_until = until
+                row.frames_done, row.fps = progress[inspection_id]
+            return set(rows)
+
+        return self._database.write(apply)
+
+    def has_outcome(self, inspection_id: str, attempt: int | None, outcome: Outcome) -> bool:
+        """Return whether this outcome of an attempt is stored already."""
+        with self._database.read() as session:
+            row = existing(session, inspection_id)
+            return (row.attempt, row.status) == (attempt, outcome.status)
+
+    def require_claim(self, inspection_id: str, attempt: int | None) -> None:
+        """Raise ClaimLost unless this attempt is the newest; InspectionNotFound without a row."""
+        with self._database.read() as session:
+            _require_claim(existing(session, inspection_id), attempt)
+
+    def cancel_unless_ended(self, inspection_id: str) -> str:
+        """Set an inspection that is not running to `cancelled`; return its previous status.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+
+        def cancel(session: Session) -> str:
+            row = existing(session, inspection_id)
+            before = row.status
+            if before not in ENDED:
+                row.status = "cancelled"
+                row.finished_at = datetime.now(UTC)
+            return before
+
+        return self._database.write(cancel)
+
+    def queue_again(self, inspection_id: str) -> None:
+        """Queue an ended inspection as if it were new.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
+            StillRunning: The inspection is queued or running.
+        """
+
+        def queue(session: Session) -> None:
+            row = existing(session, inspection_id)
+            _queue_again(session, row)
+
+        self._database.write(queue)
+
+    def change_rig(self, inspection_id: str, who: str, rig: Mapping[str, Any]) -> None:
+        """Queue an ended inspection again with this rig; record the differences as event
+        "rig_changed".
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
+            StillRunning: The inspection is queued or running.
+        """
+
+        def apply(session: Session) -> None:
+            row = existing(session, inspection_id)
+            _queue_again(session, row)
+            before, after = _differences(_flat(row.rig), _flat(rig))
+            if after != before:
+                row.rig = dict(rig)
+                row.revision += 1
+                session.add(EventRow.now(row, RIG_CHANGED, who, before, after))
+
+        self._database.write(apply)
+
+    def queue_recording(self, inspection_id: str, warning: str) -> None:
+        """Queue a finalised recording to be tracked as a file; `warning` says why.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+
+        def queue(session: Session) -> None:
+            row = existing(session, inspection_id)
+            row.status, row.warning = "queued", warning
+            row.queued_at = datetime.now(UTC)
+
+        self._database.write(queue)
+
+    def record_on(
+        self, inspection_id: str, who: str, between: str, values: Mapping[str, Any]
+    ) -> Inspection:
+        """Continue an ended recording as the event "continued"; its end is withdrawn.
+
+        Args:
+            inspection_id: The inspection.
+            who: Name for the history.
+            between: The robot's movement between the parts.
+            values: Its columns, as for a recording that has not ended.
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
+            StillRunning: The inspection is queued or running.
+        """
+
+        def apply(session: Session) -> Inspection:
+            row = unlocked(session, inspection_id)
+            _require_ended(row)
+            before = row.editable()
+            row.header = {
+                name: value
+                for name, value in row.header.items()
+                if name not in ("end_condition", "abandon_reason")
+            }
+            for name, value in values.items():
+                setattr(row, name, value)
+            row.status = "running"
+            row.source_sha256 = ""
+            row.finished_at = None
+            row.error_code = row.error_detail = row.warning = None
+            row.corrected_mm = row.sigma_corrected_mm = None
+            after = {**row.editable(), "robot": between}
+            session.add(EventRow.now(row, "continued", who, before, after))
+            return row
+
+        return self._database.write(apply)
+
+    def record_video(
+        self, inspection_id: str, video_file: str, video: Mapping[str, Any], size: int, sha256: str
+    ) -> None:
+        """Store the video that a recording became.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+
+        def record(session: Session) -> None:
+            row = existing(session, inspection_id)
+            row.video_file, row.video = video_file, dict(video)
+            row.source_size, row.source_sha256 = size, sha256
+
+        self._database.write(record)
+
+    def record_outcome(
+        self,
+        inspection_id: str,
+        outcome: Outcome,
+        *,
+        attempt: int | None = None,
+        frames_done: int,
+        fps: float | None,
+        last: Estimate | None,
+        tracked_with: str | None = None,
+    ) -> None:
+        """Store the result of a run, its number of frames and the place of the last tracked frame.
+
+        Args:
+            inspection_id: The inspection.
+            outcome: How the run ended.
+            attempt: Number of its claim; None for a recording, which nobody claims.
+            frames_done, fps, last: Of the run.
+            tracked_with: Program that tracked it, as `app.tracker` names it.
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            ClaimLost: The inspection has been claimed again since.
+        """
+
+        def record(session: Session) -> None:
+            row = existing(session, inspection_id)
+            if attempt is not None:
+                _require_claim(row, attempt)
+            row.claimed_by = row.claimed_until = None
+            row.status = outcome.status
+            row.error_code = outcome.error_code
+            row.error_detail = outcome.error_detail
+            # A queued recording keeps the warning that says why it was queued.
+            row.warning = " ".join(filter(None, (row.warning, outcome.warning))) or None
+            row.frames_done = frames_done
+            row.fps = fps
+            row.tracked_with = tracked_with
+            row.finished_at = datetime.now(UTC)
+            if last is not None:
+                row.distance_mm = last.distance_mm
+                row.sigma_distance_mm = last.sigma_distance_mm
+
+        self._database.write(record)
+
+
+_IS_TRACKED = and_(Inspection.status == "running", Inspection.source_sha256 != "")
+_FIRST_QUEUED = (
+    select(Inspection.id)
+    .where(Inspection.status == "queued")
+    .order_by(Inspection.priority.desc(), Inspection.queued_at, Inspection.id)
+    .limit(1)
+)
+
+
+def _has_lapsed() -> ColumnElement[bool]:
+    return Inspection.claimed_until < datetime.now(UTC)
+
+
+def _next_id(session: Session) -> str | None:
+    """Return the inspection to track next: interrupted ones first, as they were first before."""
+    lapsed = select(Inspection.id).where(_IS_TRACKED, _has_lapsed()).limit(1)
+    return session.scalar(lapsed) or session.scalar(_FIRST_QUEUED)
+
+
+def _unclaim(row: Inspection) -> None:
+    row.status = "queued"
+    row.claimed_by = row.claimed_until = None
+
+
+def _require_claim(row: Inspection, attempt: int | None) -> None:
+    if row.attempt != attempt or row.status != "running":
+        raise ClaimLost(
+            f"Attempt {attempt} of inspection {row.id} ended after another had begun; its result "
+            "is not used."
+        )
+
+
+def _require_ended(row: Inspection) -> None:
+    if row.status not in ENDED:
+        raise StillRunning(f"The inspection is {row.status}; stop it first.")
+
+
+def _queue_again(session: Session, row: Inspection) -> None:
+    require_unlocked(row)
+    _require_ended(row)
+    row.status = "queued"
+    row.queued_at = datetime.now(UTC)
+    row.finished_at = None
+    row.error_code = row.error_detail = row.warning = None
+    row.frames_done = 0
+    row.fps = row.distance_mm = row.sigma_distance_mm = None
+    row.corrected_mm = row.sigma_corrected_mm = None
+    # A film of the archive that was refused, as its inspection was locked, is so no more.
+    refused = (ArchiveFilm.id == row.id, ArchiveFilm.state == "refused")
+    session.execute(update(ArchiveFilm).where(*refused).values(state="idle"))
+    # A photo that was missing for want of a track gets another try.
+    for table in (ObservationRow, AttachmentRow):
+        session.execute(update(table).where(table.inspection_id == row.id).values(photo_error=None))
+
+
+def _flat(rig: Mapping[str, Any]) -> dict[str, Any]:
+    """Flatten a rig: `mount.height_mm` and so on."""
+    return {
+        f"{group}.{name}": value for group, fields in rig.items() for name, value in fields.items()
+    }
+
+
+def _differences(
+    before: Mapping[str, Any], after: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the values that differ."""
+    names = [n for n in {**before, **after} if before.get(n) != after.get(n)]
+    return {n: before.get(n) for n in names}, {n: after.get(n) for n in names}
