@@ -23,10 +23,10 @@ from app.storage.records.inspections import InspectionStore
 from app.survey.adjustment.adjust import adjust
 from app.survey.adjustment.adjusted_track import Adjusted, Refusal
 from app.survey.corrected import Corrected
-from app.survey.makeup import Makeup, makeup_of
 from app.survey.notices import Notice, notices_of
 from app.survey.stated import Joints, Stated
 from app.survey.track_rows import estimate_at
+from app.survey.uncertainty_budget import UncertaintyBudget, budget_of
 from app.survey.versions import require_version
 from app.tracking.live import Live
 from app.tracking.tracks import Tracks
@@ -247,8 +247,8 @@ class Corrections:
         """Return where picture and rig disagree, by the last solution, without solving."""
         return notices_of(self.newest(inspection_id), self._tracks.tilt(inspection_id))
 
-    def makeup(self, inspection_id: str, frame: int | None) -> Makeup | None:
-        """Return the sources of the interval of a frame, by default the furthest; see `makeup_of`.
+    def budget(self, inspection_id: str, frame: int | None) -> UncertaintyBudget | None:
+        """Return the sources of the interval of a frame, by default the furthest; see `budget_of`.
 
         Raises:
             InspectionNotFound: No inspection has this id.
@@ -257,7 +257,7 @@ class Corrections:
         if not len(raw):
             return None
         far = int(adjusted.extended(raw).distance_mm.argmax())
-        return makeup_of(adjusted, raw, far if frame is None else frame)
+        return budget_of(adjusted, raw, far if frame is None else frame)
 
     def forget(self, inspection_id: str | None) -> None:
         """Drop what is held in memory: the rig or the run is another one.

@@ -12,8 +12,8 @@ from app.reports.report import Report
 from app.survey.adjustment.joints import FittedJoint
 from app.survey.catalogue.header import number_of
 from app.survey.interval import LEAST_M, U95, half_width_m
-from app.survey.makeup import makeup_of
 from app.survey.rounding import metres, signed
+from app.survey.uncertainty_budget import budget_of
 from vo_core.scale.counter import Fault
 
 _MOST_FAULTS = 20
@@ -35,7 +35,7 @@ def result_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
         text += " " + t("measurement.class_open")
     rows = [
         (t("measurement.far_end"), f"{t.length(report.distance_m)}{half}"),
-        *makeup_rows(report, t),
+        *budget_rows(report, t),
         (t("measurement.raw"), t.length(report.raw_distance_m)),
         (t("measurement.class"), text),
         (t("measurement.closure"), _closure(report, t)),
@@ -57,30 +57,30 @@ def result_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     return rows
 
 
-def makeup_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
+def budget_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     """Return the sources of the interval at the far end, and what would reduce it most."""
     track = report.track
-    makeup = (
-        makeup_of(report.adjusted, report.raw_track, int(track.distance_mm.argmax()))
+    budget = (
+        budget_of(report.adjusted, report.raw_track, int(track.distance_mm.argmax()))
         if report.adjusted and len(track)
         else None
     )
-    if makeup is None or not makeup.parts:
+    if budget is None or not budget.parts:
         return []
 
     def half(half_m: float) -> str:
         return f"± {t.half_width(half_m)} {t.units}"
 
-    causes = [t(f"cause.{part.name}") for part in makeup.parts]
-    widths = [half(part.half_width_m) for part in makeup.parts]
-    if makeup.taped is not None:
+    causes = [t(f"cause.{part.name}") for part in budget.parts]
+    widths = [half(part.half_width_m) for part in budget.parts]
+    if budget.taped is not None:
         advice = t(
             "measurement.shrink_tape",
-            length=t.length(makeup.taped.length_m),
-            now=half(makeup.half_width_m),
-            then=half(makeup.taped.half_width_m),
+            length=t.length(budget.taped.length_m),
+            now=half(budget.half_width_m),
+            then=half(budget.taped.half_width_m),
         )
-    elif makeup.half_width_m <= LEAST_M:
+    elif budget.half_width_m <= LEAST_M:
         advice = t("measurement.shrink_nothing")
     else:
         advice = t("measurement.shrink_part", part=causes[0])

@@ -9,7 +9,12 @@ from fastapi import APIRouter, Query, Response
 from app.errors import ChangedMeanwhile, InspectionLocked, InspectionNotFound
 from app.survey.stated import StatedIn
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
-from app.web.schemas.corrections import CorrectionsIn, CorrectionsOut, IntervalOut, MakeupOut
+from app.web.schemas.corrections import (
+    CorrectionsIn,
+    CorrectionsOut,
+    IntervalOut,
+    UncertaintyBudgetOut,
+)
 from app.web.schemas.failures import failures
 from app.web.schemas.records import AlertOut, AlertsOut, EventOut, EventsOut, IssueOut, IssuesOut
 from app.web.versions import Replaced, tag_with
@@ -63,8 +68,8 @@ def interval(
     frame: Annotated[int | None, Query(ge=0, le=2**31)] = None,
 ) -> IntervalOut:
     """Return the sources of the interval of a frame, by default the furthest."""
-    makeup = services.corrections.makeup(inspection_id, frame)
-    return IntervalOut(interval=MakeupOut.of(makeup) if makeup else None)
+    budget = services.corrections.budget(inspection_id, frame)
+    return IntervalOut(interval=UncertaintyBudgetOut.of(budget) if budget else None)
 
 
 @router.get("/checks", responses=failures(InspectionNotFound))

@@ -8,8 +8,8 @@ from pydantic import BaseModel
 
 from app.survey.corrected import Corrected, reason_of, result_of
 from app.survey.given import Remark
-from app.survey.makeup import Makeup, PartName
 from app.survey.stated import StatedIn
+from app.survey.uncertainty_budget import PartName, UncertaintyBudget
 from app.web.schemas.failures import ErrorOut
 
 
@@ -57,7 +57,7 @@ class TapedOut(BaseModel):
     u95_m: float
 
 
-class MakeupOut(BaseModel):
+class UncertaintyBudgetOut(BaseModel):
     """The sources of the interval of a frame, the largest first."""
 
     frame: int
@@ -68,14 +68,14 @@ class MakeupOut(BaseModel):
     """None if a tape would not help much."""
 
     @classmethod
-    def of(cls, makeup: Makeup) -> MakeupOut:
+    def of(cls, budget: UncertaintyBudget) -> UncertaintyBudgetOut:
         """Convert the service's result."""
-        taped = makeup.taped
+        taped = budget.taped
         return cls(
-            frame=makeup.frame,
-            distance_m=makeup.distance_m,
-            distance_u95_m=makeup.half_width_m,
-            parts=[PartOut(name=part.name, u95_m=part.half_width_m) for part in makeup.parts],
+            frame=budget.frame,
+            distance_m=budget.distance_m,
+            distance_u95_m=budget.half_width_m,
+            parts=[PartOut(name=part.name, u95_m=part.half_width_m) for part in budget.parts],
             taped=TapedOut(length_m=taped.length_m, u95_m=taped.half_width_m) if taped else None,
         )
 
@@ -83,4 +83,4 @@ class MakeupOut(BaseModel):
 class IntervalOut(BaseModel):
     """The interval of a frame; null where it is unknown."""
 
-    interval: MakeupOut | None
+    interval: UncertaintyBudgetOut | None

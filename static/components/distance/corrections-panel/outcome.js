@@ -9,7 +9,7 @@ import { ApiError } from '../../../core/server/api.js';
 import { chainage, plusMinus } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
-import { loadMakeup, makeupMarkup } from '../interval-detail/interval-detail.js';
+import { loadBudget, budgetMarkup } from '../interval-detail/interval-detail.js';
 import { withSign } from './known-length.js';
 
 const U95 = 1.96;
@@ -33,8 +33,8 @@ export class CorrectionOutcome extends Component {
         </dl>
         <div data-part="notices"></div>
         <div data-part="class"></div>
-        <details class="evidence" data-part="makeupBox" open hidden><summary>${t('interval.made_of')}</summary>
-          <div class="makeup__body" data-part="makeup"></div></details>
+        <details class="evidence" data-part="budgetBox" open hidden><summary>${t('interval.made_of')}</summary>
+          <div class="budget__body" data-part="budget"></div></details>
         <details class="evidence" data-part="details" hidden><summary>${t('corrections.how')}</summary>
           <div data-part="evidence"></div></details>`,
     );
@@ -72,9 +72,9 @@ export class CorrectionOutcome extends Component {
   async #explain() {
     const { parts, desk } = this;
     try {
-      const makeup = await loadMakeup(desk.inspection.value.id, null, this.signal);
-      parts.makeupBox.hidden = makeup === null;
-      if (makeup) render(parts.makeup, makeupMarkup(makeup));
+      const budget = await loadBudget(desk.inspection.value.id, null, this.signal);
+      parts.budgetBox.hidden = budget === null;
+      if (budget) render(parts.budget, budgetMarkup(budget));
     } catch (error) {
       if (error.name === 'AbortError') return;
       if (!(error instanceof ApiError)) throw error;

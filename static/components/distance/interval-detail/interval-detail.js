@@ -8,7 +8,7 @@ import { openDialog } from '../../shared/dialog/dialog.js';
 import { icon } from '../../shared/icon/icon.js';
 
 /**
- * @typedef {object} Makeup
+ * @typedef {object} UncertaintyBudget
  * @property {number} frame
  * @property {number} distance_m
  * @property {number} distance_u95_m
@@ -19,25 +19,25 @@ import { icon } from '../../shared/icon/icon.js';
 /**
  * @param {string} inspection
  * @param {number|null} frame null: the furthest one
- * @returns {Promise<Makeup|null>} null where the interval is unknown
+ * @returns {Promise<UncertaintyBudget|null>} null where the interval is unknown
  */
-export async function loadMakeup(inspection, frame, signal) {
+export async function loadBudget(inspection, frame, signal) {
   const query = frame === null ? '' : `?frame=${frame}`;
   return (await get(`/api/inspections/${inspection}/interval${query}`, signal)).interval;
 }
 
-/** @param {Makeup} makeup */
-export function makeupMarkup({ distance_u95_m: u95M, parts, taped }) {
+/** @param {UncertaintyBudget} budget */
+export function budgetMarkup({ distance_u95_m: u95M, parts, taped }) {
   const most = parts[0]?.u95_m || 1;
-  return html`<table class="makeup number">
+  return html`<table class="budget number">
       <caption class="visually-hidden">${t('interval.made_of')}</caption>
       <tbody>${parts.map(
         ({ name, u95_m: part }) => html`<tr><th scope="row">${wordFor('interval.part', name)}</th>
-        <td>${plusMinus(part)}</td><td class="makeup__bar"><meter min="0" max="${most}" value="${part}"
+        <td>${plusMinus(part)}</td><td class="budget__bar"><meter min="0" max="${most}" value="${part}"
           aria-hidden="true"></meter></td></tr>`,
       )}</tbody>
     </table>
-    <p class="makeup__advice">${icon('stretch')}<span>${advice(u95M, parts, taped)}</span></p>`;
+    <p class="budget__advice">${icon('stretch')}<span>${advice(u95M, parts, taped)}</span></p>`;
 }
 
 function advice(u95M, parts, taped) {
@@ -64,15 +64,15 @@ export async function openIntervalDetail(desk) {
   const { frame, row } = desk.playhead.value;
   const { dialog, parts } = openDialog({
     title: t('interval.title'),
-    content: html`<div class="makeup__body" data-part="body" aria-busy="true"><p class="dim">${t('interval.loading')}</p></div>`,
+    content: html`<div class="budget__body" data-part="body" aria-busy="true"><p class="dim">${t('interval.loading')}</p></div>`,
   });
   const closing = new AbortController();
   dialog.addEventListener('close', () => closing.abort());
   try {
-    const makeup = row && (await loadMakeup(desk.inspection.value.id, frame, closing.signal));
+    const budget = row && (await loadBudget(desk.inspection.value.id, frame, closing.signal));
     render(
       parts.body,
-      makeup ? bodyMarkup(makeup, desk.corrections.value?.result) : html`<p>${t('interval.unknown')}</p>`,
+      budget ? bodyMarkup(budget, desk.corrections.value?.result) : html`<p>${t('interval.unknown')}</p>`,
     );
   } catch (error) {
     if (error.name === 'AbortError') return;
@@ -82,8 +82,8 @@ export async function openIntervalDetail(desk) {
   parts.body.removeAttribute('aria-busy');
 }
 
-const bodyMarkup = (makeup, result) => html`<p class="makeup__whole number"><b>${chainage(makeup.distance_m)}</b>
-    ${plusMinus(makeup.distance_u95_m)} <span class="dim">(95 %)</span></p>
-  ${makeupMarkup(makeup)}
+const bodyMarkup = (budget, result) => html`<p class="budget__whole number"><b>${chainage(budget.distance_m)}</b>
+    ${plusMinus(budget.distance_u95_m)} <span class="dim">(95 %)</span></p>
+  ${budgetMarkup(budget)}
   ${result?.by_joints && html`<p>${jointsText(result.by_joints)}</p>`}
   <p class="help">${t('interval.help')}</p>`;

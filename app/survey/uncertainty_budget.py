@@ -43,7 +43,7 @@ class Taped:
 
 
 @dataclass(frozen=True)
-class Makeup:
+class UncertaintyBudget:
     """The interval of the distance of a frame."""
 
     frame: int
@@ -55,7 +55,7 @@ class Makeup:
     """None if a tape would not help much; then the first of the parts is what to improve."""
 
 
-def makeup_of(adjusted: Adjusted, raw: Track, frame: int) -> Makeup | None:
+def budget_of(adjusted: Adjusted, raw: Track, frame: int) -> UncertaintyBudget | None:
     """Return the sources of the interval of a frame.
 
     Args:
@@ -80,7 +80,7 @@ def makeup_of(adjusted: Adjusted, raw: Track, frame: int) -> Makeup | None:
         for name, sigma_mm in named
         if sigma_mm**2 >= _LEAST_SHARE * parts.sigma_mm**2 and sigma_mm > 0
     ]
-    return Makeup(
+    return UncertaintyBudget(
         frame=frame,
         distance_m=round(float(adjusted.extended(raw).distance_mm[frame]) / 1000, 4),
         half_width_m=half_width_m(parts.sigma_mm),

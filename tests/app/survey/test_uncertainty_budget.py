@@ -9,8 +9,8 @@ from reports import track_of
 
 from app.survey.adjustment.adjust import adjust
 from app.survey.interval import U95
-from app.survey.makeup import Makeup, makeup_of
 from app.survey.stated import Length, RigSigma, Stated, Zero
+from app.survey.uncertainty_budget import UncertaintyBudget, budget_of
 from vo_core import Rig
 from vo_core.geometry.height import scale_effects
 
@@ -19,8 +19,8 @@ RIG = Rig.parse(clip_rig())
 LAST = len(RAW) - 1
 
 
-def made_of(stated: Stated, frame: int = LAST) -> Makeup:
-    found = makeup_of(adjust(RAW, RIG, stated, []), RAW, frame)
+def made_of(stated: Stated, frame: int = LAST) -> UncertaintyBudget:
+    found = budget_of(adjust(RAW, RIG, stated, []), RAW, frame)
     assert found is not None
     return found
 
