@@ -24,9 +24,9 @@ from app.survey.measure import Figure, Measure
 from app.survey.measuring import figure_of, figures_of
 from app.survey.place import (
     Anchor,
-    Course,
     ObservationView,
     Place,
+    Trajectory,
     WallGrid,
     WallUnder,
     place_of,
@@ -46,8 +46,8 @@ from vo_core import Rig
 
 logger = logging.getLogger(__name__)
 
-_COURSES_KEPT = 8
-"""Courses held in memory, with the places of their observations."""
+_TRAJECTORIES_KEPT = 8
+"""Trajectories held in memory, with the places of their observations."""
 
 
 class Observations:
@@ -68,7 +68,7 @@ class Observations:
         self._live = live
         self._lock = threading.Lock()
         """Guards the next field."""
-        self._courses: LRUCache[str, Course] = LRUCache(_COURSES_KEPT)
+        self._trajectories: LRUCache[str, Trajectory] = LRUCache(_TRAJECTORIES_KEPT)
 
     def put(
         self,
@@ -139,10 +139,10 @@ class Observations:
     def all(self, inspection_id: str) -> list[ObservationView]:
         """Return the observations in the order of their numbers."""
         self._inspections.get(inspection_id)
-        rows, course = self._store.listed(inspection_id), self._course(inspection_id)
-        places = places_of(course, [row.tag for row in rows])
+        rows, trajectory = self._store.listed(inspection_id), self._trajectory(inspection_id)
+        places = places_of(trajectory, [row.tag for row in rows])
         return [
-            ObservationView(row, place, figures_of(course, row.tag))
+            ObservationView(row, place, figures_of(trajectory, row.tag))
             for row, place in zip(rows, places, strict=True)
         ]
 
@@ -151,8 +151,8 @@ class Observations:
         row = self._store.get(inspection_id, observation_id)
         if row.deleted_at is not None:
             raise ObservationNotFound("This observation was deleted; it can be restored.")
-        course = self._course(inspection_id)
-        return ObservationView(row, place_of(course, row.tag), figures_of(course, row.tag))
+        trajectory = self._trajectory(inspection_id)
+        return ObservationView(row, place_of(trajectory, row.tag), figures_of(trajectory, row.tag))
 
     def wall_at(self, inspection_id: str, frame: int, pixel: tuple[float, float]) -> WallUnder:
         """Return the wall point that a pixel of a tracked frame shows.
@@ -163,7 +163,7 @@ class Observations:
         """
         inspection = self._inspections.get(inspection_id)
         check_pixel(inspection, *pixel)
-        found = wall_under(self._course(inspection_id), frame, pixel)
+        found = wall_under(self._trajectory(inspection_id), frame, pixel)
         if found is None:
             raise FrameNotFound(
                 f"Frame {frame} is not tracked yet, or shows no wall at this pixel."
@@ -177,9 +177,10 @@ class Observations:
             FrameOutsideVideo, PixelOutsidePicture: The film has no such frame or pixel.
             FrameNotFound: A frame is not tracked, or the picture cannot show this.
         """
-        inspection, course = self._inspections.get(inspection_id), self._course(inspection_id)
-        _check_points(inspection, len(course.raw), measure)
-        figure = figure_of(course, measure)
+        inspection = self._inspections.get(inspection_id)
+        trajectory = self._trajectory(inspection_id)
+        _check_points(inspection, len(trajectory.raw), measure)
+        figure = figure_of(trajectory, measure)
         if figure is None:
             raise FrameNotFound(
                 f"No {measure.kind} can be derived: a frame is not tracked yet, a pixel shows no "
@@ -208,19 +209,21 @@ class Observations:
         self._inspections.get(inspection_id)
         return self._inspections.events(inspection_id, observation_id)
 
-    def _course(self, inspection_id: str) -> Course:
-        """Return the current course, from which places are derived."""
+    def _trajectory(self, inspection_id: str) -> Trajectory:
+        """Return the current trajectory, from which places are derived."""
         adjusted = self._corrections.adjusted(inspection_id)
         raw, stance = self._tracks.get(inspection_id), self._tracks.stance(inspection_id)
         with self._lock:
-            known = self._courses.get(inspection_id)
+            known = self._trajectories.get(inspection_id)
             # During a run rows are only added; existing ones stay.
             places: MutableMapping[Anchor, Place] = {}
             figures: MutableMapping[str, Figure] = {}
             if known is not None and known.adjusted is adjusted and known.stance == stance:
                 places, figures = known.places, known.figures
-            course = self._courses[inspection_id] = Course(adjusted, raw, places, stance, figures)
-        return course
+            trajectory = self._trajectories[inspection_id] = Trajectory(
+                adjusted, raw, places, stance, figures
+            )
+        return trajectory
 
 
 def _required(yours: Mapping[str, Any] | None, replaced: str | None) -> Require:

@@ -13,7 +13,7 @@ from app.inspections.corrections import Corrections
 from app.storage.records.inspections import InspectionStore
 from app.survey.measure import Figure, Measure, MeasurePoint
 from app.survey.measuring import figure_of
-from app.survey.place import Course
+from app.survey.place import Trajectory
 from app.tracking.tracks import Tracks
 from vo_core import Rig, Track
 from vo_core.geometry.rectify import Rectifier
@@ -64,7 +64,7 @@ class Picking:
             InspectionNotFound: No inspection has this id.
             IncompleteWallPoint: A pipe needs a clock position, a floor a lateral one.
         """
-        return seen_best(self._course(inspection_id), place, near_frame)
+        return seen_best(self._trajectory(inspection_id), place, near_frame)
 
     def length_between(self, inspection_id: str, start: WallPlace, end: WallPlace) -> Figure | None:
         """Return the length of the line between two places; None where it cannot be measured.
@@ -73,18 +73,18 @@ class Picking:
             InspectionNotFound: No inspection has this id.
             IncompleteWallPoint: A pipe needs clock positions, a floor lateral ones.
         """
-        return length_between(self._course(inspection_id), start, end)
+        return length_between(self._trajectory(inspection_id), start, end)
 
-    def _course(self, inspection_id: str) -> Course:
+    def _trajectory(self, inspection_id: str) -> Trajectory:
         self.inspections.get(inspection_id)
-        return Course(
+        return Trajectory(
             self.corrections.adjusted(inspection_id),
             self.tracks.get(inspection_id),
             stance=self.tracks.stance(inspection_id),
         )
 
 
-def length_between(course: Course, start: WallPlace, end: WallPlace) -> Figure | None:
+def length_between(trajectory: Trajectory, start: WallPlace, end: WallPlace) -> Figure | None:
     """Return the length of the shortest line on the wall between two places, by the same rules as
     if they had been clicked in the frames that show them best.
 
@@ -94,15 +94,15 @@ def length_between(course: Course, start: WallPlace, end: WallPlace) -> Figure |
     Raises:
         IncompleteWallPoint: A pipe needs clock positions, a floor lateral ones.
     """
-    first = seen_best(course, start, None)
-    last = None if first is None else seen_best(course, end, first.frame)
+    first = seen_best(trajectory, start, None)
+    last = None if first is None else seen_best(trajectory, end, first.frame)
     if first is None or last is None:
         return None
     points = [MeasurePoint(frame=seen.frame, pixel=list(seen.pixel)) for seen in (first, last)]
-    return figure_of(course, Measure(kind="length", points=points))
+    return figure_of(trajectory, Measure(kind="length", points=points))
 
 
-def seen_best(course: Course, place: WallPlace, near_frame: int | None) -> SeenAt | None:
+def seen_best(trajectory: Trajectory, place: WallPlace, near_frame: int | None) -> SeenAt | None:
     """Return the frame and pixel that show the place best; None if none does.
 
     Frames with status ok are preferred to weak ones, and those to lost ones. Then the pass nearest
@@ -114,13 +114,13 @@ def seen_best(course: Course, place: WallPlace, near_frame: int | None) -> SeenA
         IncompleteWallPoint: A pipe needs a clock position, a floor a lateral one.
     """
     # The inverse of `observations.wall_under`: rays belong to the raw track and its scale.
-    rig, raw, scale = course.adjusted.rig, course.raw, course.adjusted.scale
-    corrected = course.adjusted.extended(raw)
+    rig, raw, scale = trajectory.adjusted.rig, trajectory.raw, trajectory.adjusted.scale
+    corrected = trajectory.adjusted.extended(raw)
     ahead_mm = (place.distance_mm - corrected.distance_mm) / scale
     low_mm, high_mm = _well_seen_mm(rig)
     margin_mm = _MARGIN * (high_mm - low_mm)
     near = np.flatnonzero((ahead_mm > low_mm - margin_mm) & (ahead_mm < high_mm + margin_mm))
-    in_pipe = course.stance.added_to(raw)
+    in_pipe = trajectory.stance.added_to(raw)
     pixels = _pixels(rig, in_pipe, near, ahead_mm[near], _raw_arc_mm(rig, place, scale))
     camera = rig.camera
     with np.errstate(invalid="ignore"):

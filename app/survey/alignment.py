@@ -1,4 +1,4 @@
-"""The course of a culvert on the map: places by distance, along a line of any number of points."""
+"""The line of a culvert on the map: places by distance, along a line of any number of points."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class Alignment:
 def alignment_of(
     header: Mapping[str, Value], line: Line, surveyed_m: float | None
 ) -> Alignment | None:
-    """Return the course of a culvert; None unless its ends and its length are known.
+    """Return the line of a culvert; None unless its ends and its length are known.
 
     Args:
         header: Of the survey, whose stated ends and length count.
@@ -108,9 +108,9 @@ def alignment_of(
     start, end = (_stated(header, name) for name in ("start", "end"))
     if start is None or end is None:
         return Alignment(line, length_m) if len(line) > 1 else None
-    for course in (line, line[::-1]):
-        if len(course) > 2 and _is_near(course, start, end):
-            return Alignment((start, *course[1:-1], end), length_m)
+    for way in (line, line[::-1]):
+        if len(way) > 2 and _is_near(way, start, end):
+            return Alignment((start, *way[1:-1], end), length_m)
     return Alignment((start, end), length_m)
 
 
@@ -124,11 +124,11 @@ def missing_of(header: Mapping[str, Value]) -> list[str]:
     ]
 
 
-def _is_near(course: Line, start: Point, end: Point) -> bool:
+def _is_near(way: Line, start: Point, end: Point) -> bool:
     length_m = _distance_m(start, end)
     return all(
         _distance_m(*pair) <= max(_NEAR_M, _NEAR_SHARE * length_m)
-        for pair in ((course[0], start), (course[-1], end))
+        for pair in ((way[0], start), (way[-1], end))
     )
 
 

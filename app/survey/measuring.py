@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from app.survey.interval import U95
 from app.survey.measure import Figure, Measure, MeasureKind
-from app.survey.place import Course
+from app.survey.place import Trajectory
 from app.survey.tag import Tag
 from vo_core import Rig
 from vo_core.geometry.measure import area_mm2, fill_share, gap_mm, length_mm, step_mm
@@ -61,29 +61,29 @@ _SIZE: dict[str, Callable[[_Sight], float]] = {
 
 
 _FIGURES_KEPT = 5_000
-"""Figures kept for each course, about a kilobyte each with their points."""
+"""Figures kept for each trajectory, about a kilobyte each with their points."""
 
 
-def figures_of(course: Course, tag: Tag) -> tuple[Figure | None, ...]:
+def figures_of(trajectory: Trajectory, tag: Tag) -> tuple[Figure | None, ...]:
     """Derive the figures of a stored tag, in its order; known ones are not computed again."""
     stored: Sequence[Mapping[str, Any]] = tag.measures or ()  # type: ignore[assignment]
-    return tuple(_known_figure(course, fields) for fields in stored)
+    return tuple(_known_figure(trajectory, fields) for fields in stored)
 
 
-def _known_figure(course: Course, fields: Mapping[str, Any]) -> Figure | None:
+def _known_figure(trajectory: Trajectory, fields: Mapping[str, Any]) -> Figure | None:
     key = json.dumps(fields)
-    known = course.figures.get(key)
+    known = trajectory.figures.get(key)
     if known is not None:
         return known
-    found = figure_of(course, Measure.model_validate(fields))
+    found = figure_of(trajectory, Measure.model_validate(fields))
     if found is not None:
-        if len(course.figures) >= _FIGURES_KEPT:
-            course.figures.clear()
-        course.figures[key] = found
+        if len(trajectory.figures) >= _FIGURES_KEPT:
+            trajectory.figures.clear()
+        trajectory.figures[key] = found
     return found
 
 
-def figure_of(course: Course, measure: Measure) -> Figure | None:
+def figure_of(trajectory: Trajectory, measure: Measure) -> Figure | None:
     """Derive the figure of a measure.
 
     Lengths have the scale of the corrected track, in both directions of the wall: what makes a
@@ -94,12 +94,12 @@ def figure_of(course: Course, measure: Measure) -> Figure | None:
         None where a frame is not tracked, a pixel shows no wall, or the picture cannot show this:
         a depth on a floor, a step straight below the camera.
     """
-    estimates = [course.estimates(point.frame) for point in measure.points]
+    estimates = [trajectory.estimates(point.frame) for point in measure.points]
     tracked = [both for both in estimates if both is not None]
-    if len(tracked) < len(estimates) or course.is_unmeasured:
+    if len(tracked) < len(estimates) or trajectory.is_unmeasured:
         return None
     raw, corrected = zip(*tracked, strict=True)
-    rig, pixels = course.adjusted.rig, np.array([point.pixel for point in measure.points])
+    rig, pixels = trajectory.adjusted.rig, np.array([point.pixel for point in measure.points])
     path = _Path(
         rig=rig,
         pixels=pixels,
@@ -107,10 +107,10 @@ def figure_of(course: Course, measure: Measure) -> Figure | None:
         poses=Poses.of([estimate.pose for estimate in raw]),
         distance_mm=np.array([estimate.distance_mm for estimate in corrected]),
         registration_mm=np.array([estimate.sigma_registration_mm for estimate in corrected]),
-        scale=course.adjusted.scale,
-        scale_sigma=course.adjusted.scale_sigma or 0.0,
+        scale=trajectory.adjusted.scale,
+        scale_sigma=trajectory.adjusted.scale_sigma or 0.0,
     )
-    is_corrected = course.adjusted.source != "odometry"
+    is_corrected = trajectory.adjusted.source != "odometry"
     found = (
         _depth(path)
         if measure.kind == "depth"

@@ -28,11 +28,11 @@ from vo_core.geometry.wall import (
 )
 
 Anchor = tuple[int, tuple[float, ...] | None]
-"""Frame and pixel of a tag: with the course, they determine its place."""
+"""Frame and pixel of a tag: with the trajectory, they determine its place."""
 
 
 _PLACES_KEPT = 20_000
-"""Places kept for each course, some 400 bytes each."""
+"""Places kept for each trajectory, some 400 bytes each."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class WallUnder:
 
 
 @dataclass(frozen=True)
-class Course:
+class Trajectory:
     """The path of the camera: the raw track and its correction."""
 
     adjusted: Adjusted
@@ -130,7 +130,7 @@ class Course:
         return None if raw is None else (self.stance.added_to(raw), self.adjusted.estimate(raw))
 
 
-def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUnder | None:
+def wall_under(trajectory: Trajectory, frame: int, pixel: tuple[float, float]) -> WallUnder | None:
     """Find the wall point under a pixel, by ray casting from the pose of the frame.
 
     Rays are cast from the poses of the raw track, which agree with the rig. The wall points have
@@ -139,28 +139,28 @@ def wall_under(course: Course, frame: int, pixel: tuple[float, float]) -> WallUn
     Returns:
         None if the frame is not tracked or no wall is seen.
     """
-    estimates = course.estimates(frame)
+    estimates = trajectory.estimates(frame)
     if estimates is None:
         return None
-    (seen,) = wall_points(course.adjusted.rig, [pixel], estimates[0].pose)
-    return _wall_under(course, estimates, seen)
+    (seen,) = wall_points(trajectory.adjusted.rig, [pixel], estimates[0].pose)
+    return _wall_under(trajectory, estimates, seen)
 
 
 def _wall_under(
-    course: Course, estimates: tuple[Estimate, Estimate], seen: WallPoint | None
+    trajectory: Trajectory, estimates: tuple[Estimate, Estimate], seen: WallPoint | None
 ) -> WallUnder | None:
     """Find and correct the wall point under a pixel, from the pose of its raw estimate."""
     if seen is None:
         return None
-    (raw, corrected), diameter_mm = estimates, course.adjusted.rig.pipe.diameter_mm
+    (raw, corrected), diameter_mm = estimates, trajectory.adjusted.rig.pipe.diameter_mm
     if diameter_mm is None:
-        lateral_mm = course.adjusted.scale * seen.arc_mm
+        lateral_mm = trajectory.adjusted.scale * seen.arc_mm
     else:
         radius_mm = diameter_mm / 2
         lateral_mm = radius_mm * math.sin(seen.arc_mm / radius_mm)
     ahead_mm = seen.distance_mm - raw.x_mm
     return WallUnder(
-        distance_mm=corrected.distance_mm + course.adjusted.scale * ahead_mm,
+        distance_mm=corrected.distance_mm + trajectory.adjusted.scale * ahead_mm,
         raw_mm=raw.distance_mm + ahead_mm,
         clock_h=seen.clock_h,
         lateral_mm=lateral_mm,
@@ -201,55 +201,57 @@ def wall_grid(
     )
 
 
-def place_of(course: Course, tag: Tag) -> Place | None:
+def place_of(trajectory: Trajectory, tag: Tag) -> Place | None:
     """Derive the place of a tag; None until its frame is tracked."""
-    (place,) = places_of(course, [tag])
+    (place,) = places_of(trajectory, [tag])
     return place
 
 
-def places_of(course: Course, tags: Sequence[Tag]) -> list[Place | None]:
-    """Derive the places of many tags together; places that the course knows are not computed
+def places_of(trajectory: Trajectory, tags: Sequence[Tag]) -> list[Place | None]:
+    """Derive the places of many tags together; places that the trajectory knows are not computed
     again.
     """
     anchors = [(tag.frame, tuple(tag.pixel) if tag.pixel else None) for tag in tags]
     # Other requests may clear the shared places at any time.
-    known = {anchor: place for anchor in anchors if (place := course.places.get(anchor))}
-    new = dict(_derived(course, [anchor for anchor in anchors if anchor not in known]))
-    if len(course.places) + len(new) > _PLACES_KEPT:
-        course.places.clear()
-    course.places.update(new)
+    known = {anchor: place for anchor in anchors if (place := trajectory.places.get(anchor))}
+    new = dict(_derived(trajectory, [anchor for anchor in anchors if anchor not in known]))
+    if len(trajectory.places) + len(new) > _PLACES_KEPT:
+        trajectory.places.clear()
+    trajectory.places.update(new)
     found = known | new
     return [found.get(anchor) for anchor in anchors]
 
 
-def _derived(course: Course, anchors: Iterable[Anchor]) -> Iterator[tuple[Anchor, Place]]:
+def _derived(trajectory: Trajectory, anchors: Iterable[Anchor]) -> Iterator[tuple[Anchor, Place]]:
     tracked = [
         (anchor, estimates)
         for anchor in dict.fromkeys(anchors)
-        if (estimates := course.estimates(anchor[0])) is not None
+        if (estimates := trajectory.estimates(anchor[0])) is not None
     ]
     with_pixel = [(pixel, raw.pose) for (_, pixel), (raw, _) in tracked if pixel is not None]
     seen = iter(
         wall_points(
-            course.adjusted.rig,
+            trajectory.adjusted.rig,
             np.reshape([pixel for pixel, _ in with_pixel], (-1, 2)),
             Poses.of([pose for _, pose in with_pixel]),
         )
     )
     for anchor, estimates in tracked:
-        wall = _wall_under(course, estimates, next(seen)) if anchor[1] is not None else None
-        yield anchor, _place(course, estimates, wall)
+        wall = _wall_under(trajectory, estimates, next(seen)) if anchor[1] is not None else None
+        yield anchor, _place(trajectory, estimates, wall)
 
 
-def _place(course: Course, estimates: tuple[Estimate, Estimate], wall: WallUnder | None) -> Place:
+def _place(
+    trajectory: Trajectory, estimates: tuple[Estimate, Estimate], wall: WallUnder | None
+) -> Place:
     raw, corrected = estimates
     distance_mm = wall.distance_mm if wall else corrected.distance_mm
     return Place(
         distance_mm=distance_mm,
         raw_mm=wall.raw_mm if wall else raw.distance_mm,
-        u95_m=None if course.is_unmeasured else half_width_m(corrected.sigma_distance_mm),
-        source="typed" if course.is_unmeasured else course.adjusted.source,
+        u95_m=None if trajectory.is_unmeasured else half_width_m(corrected.sigma_distance_mm),
+        source="typed" if trajectory.is_unmeasured else trajectory.adjusted.source,
         time_s=raw.time_s,
         wall=wall,
-        joint=None if course.is_unmeasured else course.adjusted.joint_near(distance_mm),
+        joint=None if trajectory.is_unmeasured else trajectory.adjusted.joint_near(distance_mm),
     )

@@ -20,7 +20,7 @@ from app.survey.adjustment.adjust import adjust
 from app.survey.asset_history import Seen, Survey, changes_of, traces_of
 from app.survey.measure import Measure
 from app.survey.measuring import figure_of
-from app.survey.place import Course, wall_grid
+from app.survey.place import Trajectory, wall_grid
 from app.survey.register import completed, fields_of, registered
 from app.survey.stated import Stated
 from app.web.schemas.observations import WallGridOut
@@ -100,12 +100,12 @@ def _outlined(pose: Pose) -> dict[str, Any]:
 def _measured() -> dict[str, Any]:
     rig, pose = SCENARIOS["forward"].rig, Pose(900.0)
     row = straight_track(np.array([pose.x_mm]))
-    course = Course(adjust(row, rig, Stated(), []), row)
+    trajectory = Trajectory(adjust(row, rig, Stated(), []), row)
     clicks = [(180.0, 400.0), (420.0, 420.0), (400.0, 330.0), (250.0, 100.0)]
     figures = []
     for kind, count in CLICKS.items():
         points = [{"frame": 0, "pixel": list(click)} for click in clicks[:count]]
-        figure = figure_of(course, Measure.model_validate({"kind": kind, "points": points}))
+        figure = figure_of(trajectory, Measure.model_validate({"kind": kind, "points": points}))
         assert figure is not None
         size = {"value": figure.value, "percent": figure.percent}
         figures.append({"kind": kind, "count": count} | size)

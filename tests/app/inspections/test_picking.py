@@ -15,7 +15,7 @@ from textures import make_rig
 from app.errors import IncompleteWallPoint
 from app.inspections.picking import SeenAt, WallPlace, length_between, seen_best
 from app.survey.adjustment.adjust import adjust
-from app.survey.place import Course, wall_under
+from app.survey.place import Trajectory, wall_under
 from app.survey.stated import Length, Stated
 from vo_core import Rig, Track
 
@@ -49,17 +49,17 @@ def make_track(x_mm: ArrayLike, **columns: Any) -> Track:
     return Track(**fields | columns)
 
 
-def make_course(rig: Rig, track: Track, stated: Stated = Stated()) -> Course:  # noqa: B008
-    return Course(adjust(track, rig, stated, []), track)
+def make_trajectory(rig: Rig, track: Track, stated: Stated = Stated()) -> Trajectory:  # noqa: B008
+    return Trajectory(adjust(track, rig, stated, []), track)
 
 
-def drive(rig: Rig, stated: Stated = Stated()) -> Course:  # noqa: B008
+def drive(rig: Rig, stated: Stated = Stated()) -> Trajectory:  # noqa: B008
     """2 m forward, 5 mm a frame."""
-    return make_course(rig, make_track(5.0 * np.arange(FRAMES)), stated)
+    return make_trajectory(rig, make_track(5.0 * np.arange(FRAMES)), stated)
 
 
-def place_of(course: Course, frame: int, pixel: tuple[float, float]) -> WallPlace:
-    seen = wall_under(course, frame, pixel)
+def place_of(trajectory: Trajectory, frame: int, pixel: tuple[float, float]) -> WallPlace:
+    seen = wall_under(trajectory, frame, pixel)
     assert seen is not None
     return WallPlace(
         seen.distance_mm, seen.clock_h, seen.lateral_mm if seen.clock_h is None else None
@@ -70,7 +70,7 @@ RIGS = {"down": DOWN, "floor": FLOOR, "turned": TURNED, "forward": FORWARD}
 
 
 @cache
-def course_of(name: str, stated: Stated) -> Course:
+def trajectory_of(name: str, stated: Stated) -> Trajectory:
     """Adjusted once for all examples."""
     return drive(RIGS[name], stated)
 
@@ -85,16 +85,16 @@ def course_of(name: str, stated: Stated) -> Course:
 def test_pixel_that_is_found_shows_the_place_that_was_asked_for(
     name: str, stated: Stated, frame: int, across: float, along: float
 ) -> None:
-    rig, course = RIGS[name], course_of(name, stated)
+    rig, trajectory = RIGS[name], trajectory_of(name, stated)
     pixel = (across * (rig.camera.width - 1), along * (rig.camera.height - 1))
     # Nearer to the middle a camera that looks ahead shows wall too far away to be seen well.
     assume(rig is not FORWARD or np.hypot(pixel[0] - 319.5, pixel[1] - 239.5) >= 180)
-    asked = place_of(course, frame, pixel)
+    asked = place_of(trajectory, frame, pixel)
 
-    seen = seen_best(course, asked, None)
+    seen = seen_best(trajectory, asked, None)
 
     assert seen is not None
-    found = place_of(course, seen.frame, seen.pixel)
+    found = place_of(trajectory, seen.frame, seen.pixel)
     assert found.distance_mm == pytest.approx(asked.distance_mm, abs=0.01)
     if asked.clock_h is None:
         assert found.lateral_mm == pytest.approx(asked.lateral_mm, abs=0.01)
@@ -104,8 +104,8 @@ def test_pixel_that_is_found_shows_the_place_that_was_asked_for(
 
 
 def test_camera_that_looks_down_shows_it_best_in_the_middle() -> None:
-    course = drive(DOWN)
-    seen = seen_best(course, place_of(course, 200, (30.0, 240.0)), None)
+    trajectory = drive(DOWN)
+    seen = seen_best(trajectory, place_of(trajectory, 200, (30.0, 240.0)), None)
 
     assert seen is not None
     assert abs(seen.pixel[0] - 319.5) < 1194 / 230 * 5  # a frame further is 5 mm on
@@ -121,10 +121,10 @@ def test_camera_that_looks_ahead_shows_it_best_from_near() -> None:
     assert seen.pixel[0] < 319.5
 
 
-def passes(**columns: Any) -> Course:
+def passes(**columns: Any) -> Trajectory:
     """Forward, back and forward again over the same metre."""
     once = 5.0 * np.arange(200)
-    return make_course(DOWN, make_track([*once, *once[::-1], *once], **columns))
+    return make_trajectory(DOWN, make_track([*once, *once[::-1], *once], **columns))
 
 
 @pytest.mark.parametrize(("near_frame", "first"), [(0, 0), (260, 200), (599, 400), (2**31, 400)])
@@ -157,8 +157,8 @@ def test_place_that_no_frame_shows_is_not_found(distance_mm: float, clock: float
 
 
 def test_nothing_is_found_in_an_empty_track() -> None:
-    course = make_course(DOWN, Track.from_estimates(()))
-    assert seen_best(course, WallPlace(0.0, 6.0, None), 5) is None
+    trajectory = make_trajectory(DOWN, Track.from_estimates(()))
+    assert seen_best(trajectory, WallPlace(0.0, 6.0, None), 5) is None
 
 
 @pytest.mark.parametrize(
@@ -171,20 +171,22 @@ def test_place_needs_the_coordinate_around_its_wall(rig: Rig, place: WallPlace) 
 
 
 def test_standing_robot_is_one_pass() -> None:
-    course = make_course(DOWN, make_track(np.full(50_000, 100.0), y_mm=np.zeros(50_000)))
-    assert isinstance(seen_best(course, WallPlace(100.0, 6.0, None), 40_000), SeenAt)
+    trajectory = make_trajectory(DOWN, make_track(np.full(50_000, 100.0), y_mm=np.zeros(50_000)))
+    assert isinstance(seen_best(trajectory, WallPlace(100.0, 6.0, None), 40_000), SeenAt)
 
 
 @pytest.mark.parametrize("tape_m", [1.995, 2.1])
 def test_a_line_between_two_places_has_the_length_of_the_corrected_wall(tape_m: float) -> None:
-    course = course_of("down", Stated(lengths=(Length(0, FRAMES - 1, tape_m, 3.0, "tape"),)))
+    trajectory = trajectory_of(
+        "down", Stated(lengths=(Length(0, FRAMES - 1, tape_m, 3.0, "tape"),))
+    )
     radius_mm = DOWN.pipe.diameter_mm / 2 * tape_m / 1.995  # type: ignore[operator]
     start = WallPlace(1000.0, 6.0, None)
-    along = length_between(course, start, WallPlace(1400.0, 6.0, None))
-    around = length_between(course, start, WallPlace(1000.0, 6.4, None))
+    along = length_between(trajectory, start, WallPlace(1400.0, 6.0, None))
+    around = length_between(trajectory, start, WallPlace(1000.0, 6.4, None))
     assert along is not None
     assert around is not None
     assert along.value == pytest.approx(400, rel=1e-3)
     assert around.value == pytest.approx(radius_mm * np.radians(12), rel=1e-3)
     assert 0 < min(around.u95, along.u95) < 5
-    assert length_between(course, start, WallPlace(9000.0, 6.0, None)) is None
+    assert length_between(trajectory, start, WallPlace(9000.0, 6.0, None)) is None

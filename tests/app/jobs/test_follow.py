@@ -18,7 +18,7 @@ from app.jobs.messages import Batch, Row, Standing
 from app.jobs.track.follow import Follower
 from app.lab.simulation import SCENARIOS, RenderedFrame
 from app.survey.adjustment.adjust import adjust
-from app.survey.place import Course, wall_under
+from app.survey.place import Trajectory, wall_under
 from app.survey.stated import Stated
 from vo_core import Estimate, Pose, Track
 from vo_core.geometry.stance import Stance
@@ -66,11 +66,11 @@ def batch() -> Batch:
 
 
 @pytest.fixture(scope="module")
-def course(batch: Batch) -> Course:
+def trajectory(batch: Batch) -> Trajectory:
     track = track_of(batch)
     assert batch.stance is not None
     stance = Stance(*msgspec.structs.astuple(batch.stance))
-    return Course(adjust(track, CROOKED.rig, Stated(), []), track, stance=stance)
+    return Trajectory(adjust(track, CROOKED.rig, Stated(), []), track, stance=stance)
 
 
 def true_pixel(frame: RenderedFrame, x_mm: float, clock_h: float) -> tuple[float, float]:
@@ -84,38 +84,40 @@ def true_pixel(frame: RenderedFrame, x_mm: float, clock_h: float) -> tuple[float
     return float(u[0]), float(v[0])
 
 
-def test_the_stance_is_that_of_the_real_camera(course: Course) -> None:
-    assert course.stance.y_mm == pytest.approx(TRUE.y_mm, abs=2)
-    assert course.stance.z_mm == pytest.approx(TRUE.z_mm, abs=2)
+def test_the_stance_is_that_of_the_real_camera(trajectory: Trajectory) -> None:
+    assert trajectory.stance.y_mm == pytest.approx(TRUE.y_mm, abs=2)
+    assert trajectory.stance.z_mm == pytest.approx(TRUE.z_mm, abs=2)
     for turn in ("yaw_deg", "pitch_deg", "roll_deg"):
-        assert getattr(course.stance, turn) == pytest.approx(getattr(TRUE, turn), abs=1), turn
+        assert getattr(trajectory.stance, turn) == pytest.approx(getattr(TRUE, turn), abs=1), turn
 
 
-def test_a_pixel_shows_its_wall_point_at_the_right_clock_and_distance(course: Course) -> None:
+def test_a_pixel_shows_its_wall_point_at_the_right_clock_and_distance(
+    trajectory: Trajectory,
+) -> None:
     frames = film(CROOKED)
-    after_a_metre = np.flatnonzero(course.raw.distance_mm > 1000)[::6].tolist()
+    after_a_metre = np.flatnonzero(trajectory.raw.distance_mm > 1000)[::6].tolist()
     assert len(after_a_metre) > 4
     for n in after_a_metre:
         for clock_h in CLOCKS_H:
             x_mm = frames[n].x_mm + AHEAD_MM
-            seen = wall_under(course, n, true_pixel(frames[n], x_mm, clock_h))
+            seen = wall_under(trajectory, n, true_pixel(frames[n], x_mm, clock_h))
             assert seen is not None
             assert seen.clock_h is not None
             assert seen.distance_mm == pytest.approx(x_mm, abs=5), (n, clock_h)
             assert 30 * seen.clock_h == pytest.approx(30 * clock_h, abs=2), (n, clock_h)
 
 
-def test_a_place_on_the_wall_is_found_in_the_picture_where_it_is(course: Course) -> None:
+def test_a_place_on_the_wall_is_found_in_the_picture_where_it_is(trajectory: Trajectory) -> None:
     for clock_h in CLOCKS_H:
-        seen = seen_best(course, WallPlace(1400.0, clock_h, None), None)
+        seen = seen_best(trajectory, WallPlace(1400.0, clock_h, None), None)
         assert seen is not None
         truth = true_pixel(film(CROOKED)[seen.frame], 1400.0, clock_h)
         assert seen.pixel == pytest.approx(truth, abs=5)
 
 
-def test_a_joint_is_a_ring_at_one_distance(batch: Batch, course: Course) -> None:
+def test_a_joint_is_a_ring_at_one_distance(batch: Batch, trajectory: Trajectory) -> None:
     sightings = [Sighting(*msgspec.structs.astuple(seen)) for seen in batch.sightings]
-    assert places_mm(course.raw, sightings) == pytest.approx([1100.0], abs=3)
+    assert places_mm(trajectory.raw, sightings) == pytest.approx([1100.0], abs=3)
 
 
 def test_the_unrolled_wall_shows_a_joint_as_a_straight_line(batch: Batch) -> None:

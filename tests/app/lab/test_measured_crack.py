@@ -16,7 +16,7 @@ from app.lab.simulation.defects import Defect, draw_defects
 from app.survey.adjustment.adjust import adjust
 from app.survey.measure import Figure, Measure
 from app.survey.measuring import figure_of
-from app.survey.place import Course
+from app.survey.place import Trajectory
 from app.survey.stated import Stated
 from vo_core import Track
 
@@ -27,8 +27,8 @@ PAST = 6
 Pixels = NDArray[np.float64]
 
 
-def seen(name: str, crack: Defect) -> tuple[Pixels, Course]:
-    """Return how much a crack darkens each pixel of a picture, 0 to 1, with the true course."""
+def seen(name: str, crack: Defect) -> tuple[Pixels, Trajectory]:
+    """Return how much a crack darkens each pixel of a picture, 0 to 1, with the true trajectory."""
     clean = replace(
         SCENARIOS[name],
         noise_grey=0.0,
@@ -47,12 +47,12 @@ def seen(name: str, crack: Defect) -> tuple[Pixels, Course]:
     }
     track: Track = replace(truth, **fields)
     darker = (sound - cracked.image) / sound
-    return darker, Course(adjust(track, clean.rig, Stated(), []), track)
+    return darker, Trajectory(adjust(track, clean.rig, Stated(), []), track)
 
 
-def figure(course: Course, kind: str, *pixels: Sequence[float]) -> Figure:
+def figure(trajectory: Trajectory, kind: str, *pixels: Sequence[float]) -> Figure:
     points = [{"frame": PAST, "pixel": [float(u), float(v)]} for u, v in pixels]
-    found = figure_of(course, Measure.model_validate({"kind": kind, "points": points}))
+    found = figure_of(trajectory, Measure.model_validate({"kind": kind, "points": points}))
     assert found is not None
     return found
 
@@ -81,8 +81,8 @@ def edges(profile: NDArray[np.floating]) -> tuple[float, float] | None:
 
 @pytest.mark.parametrize(("name", "arc_mm"), [("nominal", 12.0), ("wide_lens", -20.0)])
 def test_length_of_a_rendered_crack_is_measured_within_3_percent(name: str, arc_mm: float) -> None:
-    darker, course = seen(name, Defect("crack", 10.0, arc_mm, LENGTH_MM, 8.0))
-    found = figure(course, "length", *ends(darker))
+    darker, trajectory = seen(name, Defect("crack", 10.0, arc_mm, LENGTH_MM, 8.0))
+    found = figure(trajectory, "length", *ends(darker))
     assert found.value == pytest.approx(LENGTH_MM, rel=0.03)
     assert abs(found.value - LENGTH_MM) <= found.u95
 
@@ -96,10 +96,10 @@ def test_width_of_a_rendered_crack_is_measured_within_3_percent() -> None:
         for column in range(60, 340)
         if (found := edges(1 - drawn[:, column])) is not None
     ]
-    darker, course = seen("nominal", replace(crack, x_mm=10.0, arc_mm=12.0))
+    darker, trajectory = seen("nominal", replace(crack, x_mm=10.0, arc_mm=12.0))
     columns = range(*(round(end[0]) for end in ends(darker)))
     measured_mm = [
-        figure(course, "width", (column, found[0]), (column, found[1])).value
+        figure(trajectory, "width", (column, found[0]), (column, found[1])).value
         for column in columns[3:-3]
         if (found := edges(darker[:, column])) is not None
     ]

@@ -16,7 +16,7 @@ from app.survey.adjustment.adjust import adjust
 from app.survey.catalogue import built_in
 from app.survey.checks import Case, Issue, run
 from app.survey.corrected import Corrected
-from app.survey.place import Course, ObservationView, place_of
+from app.survey.place import ObservationView, Trajectory, place_of
 from app.survey.records import Observation
 from app.survey.stated import Joints, Stated, Zero
 from app.survey.tag import StatedTag
@@ -57,13 +57,13 @@ def case(
 ) -> Case:
     """A run with start and finish and everything else that a report needs, and tags."""
     adjusted = adjust(raw, RIG, stated, look(raw, joints_mm))
-    course = Course(adjusted, raw)
+    trajectory = Trajectory(adjusted, raw)
     rows = [
         row(seq, tag, is_photographed) for seq, tag in enumerate((START, FINISH, *tags), start=1)
     ]
     return Case(
         header=header,
-        views=[ObservationView(row, place_of(course, row.tag)) for row in rows],
+        views=[ObservationView(row, place_of(trajectory, row.tag)) for row in rows],
         table=built_in(),
         corrected=Corrected(stated, adjusted, None),
         track=adjusted.track,

@@ -1,4 +1,4 @@
-"""Places of observations, derived together and kept for a course."""
+"""Places of observations, derived together and kept for a trajectory."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from builders import clip_rig
 from reports import track_of
 
 from app.survey.adjustment.adjust import adjust
-from app.survey.place import Anchor, Course, Place, place_of, places_of
+from app.survey.place import Anchor, Place, Trajectory, place_of, places_of
 from app.survey.stated import Stated
 from app.survey.tag import StatedTag
 from vo_core import Rig
@@ -31,21 +31,21 @@ def tags(count: int) -> Iterator[StatedTag]:
 
 def test_places_come_whatever_other_requests_do_to_the_kept_ones() -> None:
     asked = list(tags(20))
-    expected = [place_of(Course(ADJUSTED, RAW), tag) for tag in asked]
+    expected = [place_of(Trajectory(ADJUSTED, RAW), tag) for tag in asked]
     assert None not in expected
-    assert places_of(Course(ADJUSTED, RAW, Cleared()), asked) == expected
+    assert places_of(Trajectory(ADJUSTED, RAW, Cleared()), asked) == expected
 
 
 def test_a_survey_of_very_many_tags_is_derived_once() -> None:
-    course, asked = Course(ADJUSTED, RAW), list(tags(12_000))
-    first = places_of(course, asked)
-    again = places_of(course, asked)
+    trajectory, asked = Trajectory(ADJUSTED, RAW), list(tags(12_000))
+    first = places_of(trajectory, asked)
+    again = places_of(trajectory, asked)
     assert all(one is other for one, other in zip(first, again, strict=True))
 
 
-def test_a_course_keeps_a_limited_number_of_places() -> None:
-    place = place_of(Course(ADJUSTED, RAW), next(tags(1)))
+def test_a_trajectory_keeps_a_limited_number_of_places() -> None:
+    place = place_of(Trajectory(ADJUSTED, RAW), next(tags(1)))
     assert place is not None
-    course = Course(ADJUSTED, RAW, {(frame, None): place for frame in range(20_000)})
-    places_of(course, list(tags(10)))
-    assert len(course.places) == 10
+    trajectory = Trajectory(ADJUSTED, RAW, {(frame, None): place for frame in range(20_000)})
+    places_of(trajectory, list(tags(10)))
+    assert len(trajectory.places) == 10
