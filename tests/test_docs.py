@@ -28,7 +28,7 @@ LINK = re.compile(r"\]\(([^)#]+)[^)]*\)")
 def test_each_setting_error_code_and_format_is_in_its_page():
     wanted = {
         "docs/operating.md": [f"| `CHAINAGE_{name.upper()}` |" for name in Settings.model_fields],
-        "ARCHITECTURE.md": [f"`{code_of(kind)}`" for kind in STATUS],
+        "docs/http_errors.md": [f"`{code_of(kind)}`" for kind in STATUS],
         "docs/reports.md": [f"| `{kind}` |" for kind in FORMATS],
     }
     missing = [

@@ -147,9 +147,8 @@ def in_each_source(find: Callable[[str], list[str]]) -> dict[str, list[str]]:
 
 
 def test_every_error_code_has_words() -> None:
-    text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
-    section = text.split("## Errors of the API")[1]
-    codes = set(re.findall(r"`([a-z0-9]+(?:_[a-z0-9]+)+|busy)`", section))
+    text = (ROOT / "docs/http_errors.md").read_text("utf-8")
+    codes = set(re.findall(r"`([a-z0-9]+(?:_[a-z0-9]+)+|busy)`", text))
     by_the_server = set(re.findall(r"'(\w+)'", _worded_by_the_server()))
     known = {key.removeprefix("error.") for key in ENGLISH if key.startswith("error.")}
     assert codes - known - by_the_server == set()
