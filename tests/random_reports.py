@@ -11,7 +11,7 @@ from reports import LENGTH_M, entry, report, track_of
 from app.reports.content.words import LANGUAGES
 from app.reports.report import Entry, Report, Source
 from app.survey.catalogue import built_in
-from app.survey.catalogue.header import FIELDS, HeaderField, faults
+from app.survey.fields.header import FIELDS, HeaderField, faults
 from app.survey.records import Event
 
 TEXTS = st.one_of(

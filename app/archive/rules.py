@@ -12,8 +12,8 @@ from pydantic import Field, StringConstraints, field_validator, model_validator
 
 from app.archive.paths import line_of
 from app.archive.patterns import InvalidPattern, Pattern, compiled
-from app.survey.catalogue.header import FIELDS
-from app.survey.catalogue.values import InvalidValue, value_of
+from app.survey.fields.header import FIELDS
+from app.survey.fields.values import InvalidValue, value_of
 from app.survey.given import LINE, Given, Header
 from vo_core import Rig
 from vo_core.errors import InvalidRig

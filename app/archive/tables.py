@@ -9,8 +9,8 @@ from pathlib import PurePosixPath
 from app.archive.paths import line_of
 from app.archive.rules import MOST_PRIORITY, Stated
 from app.errors import InvalidTable
-from app.survey.catalogue.header import FIELDS, LONGEST_TEXT
-from app.survey.catalogue.values import InvalidValue, value_of
+from app.survey.fields.header import FIELDS, LONGEST_TEXT
+from app.survey.fields.values import InvalidValue, value_of
 from vo_core.csv_rows import records
 
 _HEADER = frozenset(known.name for known in FIELDS)

@@ -130,7 +130,7 @@ def export(
 
 
 def _of_project(reader: Records, project: str | None) -> list[Inspection]:
-    from app.survey.catalogue.header import project_of
+    from app.survey.fields.header import project_of
 
     if project is None:
         return []

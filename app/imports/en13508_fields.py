@@ -20,8 +20,8 @@ from app.imports.survey import (
     severity_of,
     time_of_day,
 )
-from app.survey.catalogue.header import faults
-from app.survey.catalogue.in_words import taken_from_remarks
+from app.survey.fields.header import faults
+from app.survey.fields.in_words import taken_from_remarks
 
 _OTHER = "Z"
 _NOTHING: Mapping[str, str] = {}

@@ -32,7 +32,7 @@ from app.imports.survey import (
     without_empty,
 )
 from app.imports.xml_file import NOTHING, Element, note_unread, unknown_parts
-from app.survey.catalogue.in_words import taken_from_remarks
+from app.survey.fields.in_words import taken_from_remarks
 
 _DIRECTIONS = {"O": "with_flow", "U": "against_flow"}
 _PURPOSES = {

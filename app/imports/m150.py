@@ -26,7 +26,7 @@ from app.imports.survey import (
     without_empty,
 )
 from app.imports.xml_file import Element, note_unread, unknown_parts
-from app.survey.catalogue.in_words import taken_from_remarks
+from app.survey.fields.in_words import taken_from_remarks
 
 _DIRECTIONS = {"I": "with_flow", "O": "with_flow", "G": "against_flow", "U": "against_flow"}
 """Programs write I and G, or O and U."""

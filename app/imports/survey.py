@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from datetime import date
 from typing import Any
 
-from app.survey.catalogue.header import FIELDS, LONGEST_TEXT, faults
+from app.survey.fields.header import FIELDS, LONGEST_TEXT, faults
 from app.survey.tag import LONGEST_IMPORTED_REMARK, StatedTag
 
 MOST_SURVEYS = 200
@@ -111,7 +111,7 @@ class ImportedSurvey:
 
     name: str
     header: Mapping[str, Any]
-    """Values by the names of `app.survey.catalogue.header.FIELDS` and others; known fields are
+    """Values by the names of `app.survey.fields.header.FIELDS` and others; known fields are
     valid."""
     observations: tuple[ImportedObservation, ...]
     """Observations in the order of the file."""

@@ -33,7 +33,7 @@ from app.imports.survey import (
     time_of_day,
     too_many_surveys,
 )
-from app.survey.catalogue.header import LONGEST_TEXT
+from app.survey.fields.header import LONGEST_TEXT
 
 _MAGIC = b"SQLite format 3\0"
 _MOST_ROWS = 50_000

@@ -44,7 +44,7 @@ from app.storage.folder.tokens import Role
 from app.storage.records.attachments import AttachmentRow
 from app.storage.records.imports import Rows
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
-from app.survey.catalogue.header import project_of
+from app.survey.fields.header import project_of
 from app.survey.records import BROUGHT_IN, Event, Observation
 from app.survey.review import APPROVED, DRAFT, ReviewState
 from app.survey.stated import Stated

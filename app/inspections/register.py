@@ -11,8 +11,8 @@ from app.errors import AssetNotFound, InvalidRequest
 from app.storage.database.tables import RegisteredAsset
 from app.storage.records.assets import AssetStore, asset_of
 from app.survey import register_table
-from app.survey.catalogue.header import Value
-from app.survey.catalogue.header import asset_of as asset_id_of
+from app.survey.fields.declaration import Value
+from app.survey.fields.header import asset_of as asset_id_of
 from app.survey.folding import spelling
 from app.survey.register import Asset, completed, fields_of, one_line
 from app.survey.register_table import Step, Table, fault_of_id, read_table

@@ -31,7 +31,7 @@ from app.reports.reports import Reports
 from app.storage.database.tables import Inspection
 from app.storage.folder.files import raise_if_full
 from app.storage.records.inspections import InspectionStore
-from app.survey.catalogue.header import asset_of, project_of
+from app.survey.fields.header import asset_of, project_of
 from vo_core.csv_rows import plain
 from vo_core.errors import ChainageError
 

@@ -265,7 +265,7 @@ class Report:
     revision: int
     """Rises whenever a published distance changes."""
     header: Mapping[str, Any]
-    """Values by the names of `app.survey.catalogue.header.FIELDS`; other names may occur too."""
+    """Values by the names of `app.survey.fields.header.FIELDS`; other names may occur too."""
     pack: str
     """Name of the table of codes."""
     rig: Rig

@@ -51,8 +51,8 @@ from app.storage.records.inspections import InspectionStore
 from app.storage.records.labels import LabelStore
 from app.storage.records.reviews import ReviewStore
 from app.survey.alignment import Alignment, alignment_of
-from app.survey.catalogue.header import asset_of, number_of, project_of
 from app.survey.catalogue.table import CodeTable
+from app.survey.fields.header import asset_of, number_of, project_of
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView
 from app.survey.register import Line, one_line

@@ -18,7 +18,7 @@ from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
 from app.storage.database.tables import ReportTemplateRow
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.report_templates import EVERY_OTHER, ReportTemplateStore
-from app.survey.catalogue.header import project_of
+from app.survey.fields.header import project_of
 from app.survey.versions import require_version, version_of
 
 logger = logging.getLogger(__name__)

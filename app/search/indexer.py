@@ -26,9 +26,9 @@ from app.storage.index.defect_index import (
     Token,
 )
 from app.storage.records.inspections import InspectionStore
-from app.survey.catalogue.header import asset_of, number_of, project_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.clock_hours import hour_bits
+from app.survey.fields.header import asset_of, number_of, project_of
 from app.survey.film_quality import quality_of
 from app.survey.folding import storable
 from app.survey.interval import half_width_m

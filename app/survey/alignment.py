@@ -10,7 +10,8 @@ from itertools import accumulate
 
 from pyproj import Geod
 
-from app.survey.catalogue.header import Value, number_of
+from app.survey.fields.declaration import Value
+from app.survey.fields.header import number_of
 from app.survey.register import Line, Point
 
 DEGREE_DECIMALS = 8

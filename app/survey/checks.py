@@ -16,10 +16,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from app.survey.catalogue.header import required_to_issue
 from app.survey.catalogue.table import Code, CodeTable
 from app.survey.corrected import Corrected
 from app.survey.defects import END_CODES, START_CODE
+from app.survey.fields.header import required_to_issue
 from app.survey.film_quality import LOST_PERCENT, POOR_PERCENT, share
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView

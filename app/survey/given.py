@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
-from app.survey.catalogue.header import LONGEST_TEXT, faults
+from app.survey.fields.header import LONGEST_TEXT, faults
 
 
 class Given(BaseModel):

@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from app.survey.catalogue.header import ASSET_FIELDS, Value, is_empty, project_of
+from app.survey.fields.declaration import Value
+from app.survey.fields.header import ASSET_FIELDS, is_empty, project_of
 
 Point = tuple[float, float]
 """Longitude and latitude in degrees (WGS 84)."""

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from app.errors import InvalidTable
-from app.survey.catalogue.header import ASSET_FIELDS, FIELDS, Value
-from app.survey.catalogue.values import InvalidValue, value_of
+from app.survey.fields.declaration import Value
+from app.survey.fields.header import ASSET_FIELDS, FIELDS
+from app.survey.fields.values import InvalidValue, value_of
 from app.survey.register import (
     LONGEST_ID,
     LONGEST_REGISTERED,

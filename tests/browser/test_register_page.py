@@ -11,7 +11,7 @@ from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
-from app.survey.catalogue.header import ASSET_FIELDS
+from app.survey.fields.header import ASSET_FIELDS
 
 HEAD = "asset_id;project;shape;height_mm;known_length_m;start_lat;start_lon;owner"
 GOOD = "CV-01;North;circular;600;12,5;3,139;101,6869;x"

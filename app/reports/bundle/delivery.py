@@ -31,7 +31,7 @@ from app.reports.content.naming import file_stem
 from app.reports.exchange.survey_file import SurveyFile
 from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, WhyLost, Written, why_lost
 from app.storage.blobs.blobs import Readable, StoredBlob
-from app.survey.catalogue.header import project_of
+from app.survey.fields.header import project_of
 
 SUMS, INDEX, README = "SHA256SUMS", "index.html", "README.txt"
 _FIRST = "en13508"

@@ -11,7 +11,7 @@ from typing import Any
 from app.reports.content.condition import is_defect
 from app.reports.content.grades import grade_of
 from app.reports.report import Entry, Report
-from app.survey.catalogue.header import number_of, project_of
+from app.survey.fields.header import number_of, project_of
 
 _YEAR = re.compile(r"(\d{4})-\d{2}-\d{2}")
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from app.reports.content.translator import Translator
 from app.reports.report import Report
-from app.survey.catalogue.header import is_empty
+from app.survey.fields.header import is_empty
 
 GROUPS: Sequence[tuple[str, Sequence[str]]] = (
     ("asset", (

@@ -10,7 +10,7 @@ from app.inspections.counters import CounterView
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.report import Report
 from app.survey.adjustment.joints import FittedJoint
-from app.survey.catalogue.header import number_of
+from app.survey.fields.header import number_of
 from app.survey.interval import LEAST_M, U95, half_width_m
 from app.survey.rounding import metres, signed
 from app.survey.uncertainty_budget import budget_of

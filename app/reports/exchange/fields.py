@@ -9,8 +9,8 @@ from typing import Any
 
 from app.reports.content.ascii import one_line
 from app.reports.report import Loss, Phrase
-from app.survey.catalogue.header import FIELDS, is_empty, number_of
-from app.survey.catalogue.in_words import TECHNICAL, in_words
+from app.survey.fields.header import FIELDS, is_empty, number_of
+from app.survey.fields.in_words import TECHNICAL, in_words
 from app.survey.rounding import decimals
 
 _DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")

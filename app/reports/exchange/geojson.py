@@ -20,7 +20,7 @@ from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Stretch
 from app.reports.tables import table
 from app.reports.tables.table import Cell
 from app.survey.alignment import Alignment, alignment_of, missing_of
-from app.survey.catalogue.header import number_of
+from app.survey.fields.header import number_of
 from app.survey.register import Point
 from app.survey.rounding import decimals, rounded
 

@@ -43,7 +43,7 @@ from app.reports.html.pipe_strip import pipe_strip
 from app.reports.html.wall_strip import wall_strips
 from app.reports.report import Loss, Report, Written, failure
 from app.reports.template import Section
-from app.survey.catalogue.header import is_empty, required_to_issue
+from app.survey.fields.header import is_empty, required_to_issue
 from vo_core.errors import ChainageError
 
 ENOUGH_PX = 1280

@@ -25,7 +25,7 @@ from app.reports.pdf.styles import (
 )
 from app.reports.pdf.text import draw, shortened
 from app.reports.report import Report
-from app.survey.catalogue.header import is_empty, required_to_issue
+from app.survey.fields.header import is_empty, required_to_issue
 
 
 def header_sheet(report: Report, t: Translator) -> list[Flowable]:

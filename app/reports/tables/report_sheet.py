@@ -19,7 +19,7 @@ from app.reports.content.translator import NOTHING, Translator
 from app.reports.content.typesetting import one_line
 from app.reports.report import Entry, Photo, Report
 from app.reports.tables.cells import LINE_PT, Cells, lines_of
-from app.survey.catalogue.header import project_of
+from app.survey.fields.header import project_of
 from app.survey.rounding import rounded
 
 _A4 = 9

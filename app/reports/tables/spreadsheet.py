@@ -22,7 +22,7 @@ from app.reports.report import Loss, Report, Written
 from app.reports.tables import report_sheet, statistics_sheet, table
 from app.reports.tables.cells import LONGEST_TEXT, Cells, cell_text
 from app.reports.tables.table import DICTIONARY, Cell, Column
-from app.survey.catalogue.header import FIELDS
+from app.survey.fields.header import FIELDS
 from app.survey.interval import half_width_m
 from app.survey.records import RESCALED, RIG_CHANGED
 from app.survey.rounding import decimals, metres, rounded

@@ -13,8 +13,8 @@ from app.errors import InspectionLocked, InspectionNotFound
 from app.storage.database.database import Database
 from app.storage.database.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
 from app.storage.records.packs import require_pack_of
-from app.survey.catalogue.header import project_of
 from app.survey.defects import NO_DEFECTS
+from app.survey.fields.header import project_of
 from app.survey.records import Event
 from app.survey.review import APPROVED
 from app.survey.versions import Require

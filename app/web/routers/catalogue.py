@@ -7,8 +7,8 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from app.errors import PackNotFound
-from app.survey.catalogue.header import FIELDS
 from app.survey.catalogue.presets import PRESETS
+from app.survey.fields.header import FIELDS
 from app.survey.given import PackId
 from app.web.deps import ServicesDep, viewer
 from app.web.schemas.catalogue import (

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from datetime import datetime
 from typing import Any, Literal
 
 from pydantic import BaseModel
 
 from app.inspections.packs import PackView
-from app.survey.catalogue.header import HeaderField
 from app.survey.catalogue.table import Code
+from app.survey.fields.header import HeaderField
 
 
 class CodeOut(BaseModel):
@@ -83,7 +82,8 @@ class HeaderFieldOut(BaseModel):
     @classmethod
     def of(cls, field: HeaderField) -> HeaderFieldOut:
         """Convert the catalogue's field."""
-        return cls(**asdict(field) | {"choices": list(field.choices)})
+        names = (name for name in cls.model_fields if name != "choices")
+        return cls(**{name: getattr(field, name) for name in names}, choices=list(field.choices))
 
 
 class HeaderFieldsOut(BaseModel):

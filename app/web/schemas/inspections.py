@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, StringConstraints, model_validator
 from app.inspections.inspections import InspectionView
 from app.storage.database.tables import IMPORTED, Inspection
 from app.storage.index.inspection_list import Found
-from app.survey.catalogue.header import asset_of, project_of
+from app.survey.fields.header import asset_of, project_of
 from app.survey.given import TEXT, Given, Header, Name
 from app.survey.interval import half_width_m
 from app.survey.labels import Labels

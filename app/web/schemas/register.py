@@ -10,7 +10,8 @@ from pydantic import AfterValidator, BaseModel, Field
 
 from app.inspections.register import Alike, Import, version_of_asset
 from app.storage.database.tables import RegisteredAsset
-from app.survey.catalogue.header import ASSET_FIELDS, Value
+from app.survey.fields.declaration import Value
+from app.survey.fields.header import ASSET_FIELDS
 from app.survey.given import Given, Header, Name
 from app.survey.register import (
     LONGEST_REGISTERED,

@@ -15,7 +15,7 @@ from app.reports.content.words import LANGUAGES, words_of
 from app.reports.report import Loss, Phrase, WhyLost, failure
 from app.survey import checks
 from app.survey.adjustment.adjusted_track import Refusal
-from app.survey.catalogue.header import FIELDS
+from app.survey.fields.header import FIELDS
 from app.survey.records import Event
 from app.survey.undelivered import CODES
 from vo_core.errors import InvalidTrack

@@ -15,7 +15,7 @@ from reports import EVERY_FIELD, HEADER, LENGTH_M, codes, report
 from app.reports.exchange import geojson
 from app.reports.formats import FORMATS
 from app.reports.report import Report, Source
-from app.survey.catalogue.header import FIELDS
+from app.survey.fields.header import FIELDS
 
 
 def features(made: Report) -> list[dict[str, Any]]:

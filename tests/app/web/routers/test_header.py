@@ -2,7 +2,7 @@
 
 from builders import Client, assert_error
 
-from app.survey.catalogue.header import FIELDS
+from app.survey.fields.header import FIELDS
 
 
 def test_the_fields_are_listed_in_the_order_of_the_form(shared: Client) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from app.survey.catalogue.header import FIELDS, HeaderField, Value, faults
+from app.survey.fields.declaration import Value
+from app.survey.fields.header import FIELDS, HeaderField, faults
 
 _BY_NAME = {field.name: field for field in FIELDS}
 _SHORT_DATE = re.compile(r"([0-9]{4})[-_.]?([0-9]{2})[-_.]?([0-9]{2})")

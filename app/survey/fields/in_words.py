@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 
-from app.survey.catalogue.header import FIELDS, HeaderField, Value, faults, number_of
+from app.survey.fields.declaration import Value
+from app.survey.fields.header import FIELDS, HeaderField, faults, number_of
 
 TECHNICAL = frozenset(
     {

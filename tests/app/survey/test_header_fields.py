@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from app.survey.catalogue.header import FIELDS, faults, required_to_issue
+from app.survey.fields.header import FIELDS, faults, required_to_issue
 
 WORDS = Path(__file__).parents[3] / "static" / "words"
 COMPLETE = {
