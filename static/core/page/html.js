@@ -52,6 +52,20 @@ export function render(element, markup) {
   return /** @type {Named} */ (parts);
 }
 
+/** What each element shows, of those that `renderNew` has filled. @type {WeakMap<Element, string>} */
+const shown = new WeakMap();
+
+/**
+ * Renders only what differs from what the element shows: else focus, selection and half-typed text would go.
+ * @param {Element} element
+ * @param {Markup} markup
+ */
+export function renderNew(element, markup) {
+  if (shown.get(element) === markup.text) return;
+  shown.set(element, markup.text);
+  render(element, markup);
+}
+
 /**
  * Returns the elements of the page's own markup that a selector finds.
  * @template {Element} [Found=HTMLElement]

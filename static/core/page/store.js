@@ -48,13 +48,15 @@ export class Component extends HTMLElement {
 
   /**
    * @template {string} Name
-   * @param {EventTarget} target
+   * @param {EventTarget|EventTarget[]} targets
    * @param {Name} type
    * @param {(event: EventOf<Name>) => unknown} handler
    * @param {AddEventListenerOptions} [options]
    */
-  listen(target, type, handler, options = {}) {
-    target.addEventListener(type, /** @type {EventListener} */ (handler), { ...options, signal: this.signal });
+  listen(targets, type, handler, options = {}) {
+    for (const target of [targets].flat()) {
+      target.addEventListener(type, /** @type {EventListener} */ (handler), { ...options, signal: this.signal });
+    }
   }
 
   /** Calls `paint` before the next frame, once for any number of calls. */

@@ -76,12 +76,15 @@ const WITH_CAPITALS = ['de', 'lb'];
 export const withinSentence = (word) => (WITH_CAPITALS.includes(language) ? word : word.toLowerCase());
 
 /**
- * Returns the word for a name from the server, wordFor('status', 'done'), or null where there is none.
+ * Returns the word for a name from the server, wordFor('status', 'done'), or its sentence,
+ * wordFor('notice', code, params); null where there is none.
  * @param {string} area
  * @param {string} name
+ * @param {Record<string, any>|null} [values] those of its placeholders, among others
  */
-export function wordFor(area, name) {
+export function wordFor(area, name, values = null) {
   const found = entry(area)?.[name];
+  if (values && found) return t(`${area}.${name}`, values);
   return typeof found === 'string' ? found : null;
 }
 

@@ -36,6 +36,17 @@ export class ApiError extends Error {
 }
 
 /**
+ * Returns the refusal of a request, null where nobody waits for the answer any more; throws every other error again.
+ * @param {any} error
+ * @returns {ApiError|null}
+ */
+export function refusalIn(error) {
+  if (error instanceof ApiError) return error;
+  if (error.name === 'AbortError') return null;
+  throw error;
+}
+
+/**
  * When the server sent this page, if it was opened from what this browser has kept (`service-worker.js`): then
  * what the page reads may be kept too.
  * @type {string|undefined}

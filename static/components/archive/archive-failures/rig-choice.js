@@ -28,7 +28,6 @@ export async function askOtherRig(n, rigs) {
   });
   parts.choice.focus();
   parts.choice.addEventListener('change', () => (parts.rig.hidden = parts.choice.value !== ''));
-  parts.cancel.addEventListener('click', () => dialog.close());
   let chosen = null;
   parts.form.addEventListener('submit', (event) => {
     event.preventDefault();

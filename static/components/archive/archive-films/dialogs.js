@@ -28,7 +28,7 @@ export const askTakeOff = (n) =>
  */
 export async function askChange(n, signal) {
   const { rigs } = await get('/api/archive/rules', signal);
-  const { dialog, parts, closed } = openDialog({
+  const { parts, closed } = openDialog({
     title: t('archive.change_title', { n, count: count(n) }),
     content: html`<form method="dialog" class="confirm" data-part="form" novalidate>
       <p class="help">${t('archive.change_help')}</p>
@@ -45,7 +45,6 @@ export async function askChange(n, signal) {
         <button class="button button--primary" value="yes">${t('archive.change_submit')}</button></div></form>`,
   });
   parts.rig.focus();
-  parts.cancel.addEventListener('click', () => dialog.close());
   parts.form.addEventListener('submit', (event) => {
     if (parts.priority.checkValidity()) return;
     event.preventDefault();

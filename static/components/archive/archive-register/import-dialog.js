@@ -77,7 +77,6 @@ export async function importAssets() {
         tryOut(event.dataTransfer.files[0]);
     });
   }
-  parts.cancel.addEventListener('click', () => dialog.close());
   parts.take.addEventListener('click', () =>
     during(async () => {
       parts.state.textContent = t('register.importing');

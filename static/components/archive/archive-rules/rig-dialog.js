@@ -25,7 +25,6 @@ export async function askRig(name, rigs) {
   });
   if (name !== null) parts.rig.value = rigs[name];
   parts.name.focus();
-  parts.cancel.addEventListener('click', () => dialog.close());
   let taken = null;
   parts.form.addEventListener('submit', (event) => {
     event.preventDefault();

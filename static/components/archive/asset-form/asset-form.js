@@ -56,7 +56,6 @@ export async function editAsset(assetId = '') {
     );
   }
   (stored ? parts.project : parts.id).focus();
-  parts.cancel.addEventListener('click', () => dialog.close());
 
   /** Returns the header as typed, null where a field has a fault, which is shown. */
   const typed = () => {

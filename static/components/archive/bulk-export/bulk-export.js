@@ -52,7 +52,6 @@ class BulkExport {
     this.#signal = signal;
     parts.choice.addEventListener('change', () => this.#showChoice());
     parts.make.addEventListener('click', () => this.#make());
-    parts.cancel.addEventListener('click', () => dialog.close());
     // The archive is for this dialog only; one that is read at this moment is sent to its end.
     signal.addEventListener('abort', () => this.#path && discard(this.#path));
     this.#showChoice();

@@ -76,7 +76,6 @@ export async function importArchive(file) {
   };
 
   upload.addEventListener('change', show);
-  parts.cancel.addEventListener('click', () => dialog.close());
   parts.again.addEventListener('click', run);
   parts.cancel.focus();
   run();

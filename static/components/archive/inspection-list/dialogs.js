@@ -19,7 +19,6 @@ export async function askName(name) {
   parts.name.value = name;
   parts.name.select();
   parts.name.focus();
-  parts.cancel.addEventListener('click', () => dialog.close());
   parts.form.addEventListener('submit', (event) => {
     event.preventDefault();
     const wanted = parts.name.value.trim();
@@ -40,7 +39,6 @@ export async function askDelete({ name, defects }) {
       ${buttons(t('confirm.delete_submit'), 'button--danger')}</form>`,
   });
   parts.cancel.focus();
-  parts.cancel.addEventListener('click', () => dialog.close());
   parts.form.addEventListener('submit', (event) => {
     event.preventDefault();
     dialog.close('yes');

@@ -95,7 +95,6 @@ async function askLabels(name, labels) {
       show();
     }
   });
-  parts.cancel.addEventListener('click', () => dialog.close());
   parts.form.addEventListener('submit', (event) => {
     event.preventDefault();
     if (add()) dialog.close('stored');

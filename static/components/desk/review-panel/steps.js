@@ -24,7 +24,6 @@ export async function askStep(state, blocking) {
         <button class="button button--primary">${wordFor('review_step', state)}</button></div></form>`,
   });
   parts.reason.focus();
-  parts.cancel.addEventListener('click', () => dialog.close());
   parts.form.addEventListener('submit', (event) => {
     event.preventDefault();
     const isMissing = isNeeded && !parts.reason.value.trim();

@@ -111,7 +111,6 @@ export async function openTurn(inspection, degrees) {
 
 /** Closes the dialog as 'done' once the server has accepted the request of `send`; else shows the reason. */
 function answered(dialog, parts, send) {
-  parts.cancel.addEventListener('click', () => dialog.close());
   parts.form.addEventListener('submit', async (event) => {
     event.preventDefault();
     render(parts.fault, html``);

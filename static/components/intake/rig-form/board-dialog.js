@@ -80,7 +80,6 @@ export async function askBoard(model) {
 
   showKind();
   parts.kind.addEventListener('change', showKind);
-  parts.cancel.addEventListener('click', () => dialog.close());
   parts.take.addEventListener('click', () => {
     isTaken = true;
     dialog.close();

@@ -70,7 +70,7 @@ class ExportDialog {
       else if (button) this.#showLosses(Infinity);
     });
     on(parts.fault, 'click', ({ target }) => target.closest('[data-open]') && this.#leaveTo('header'));
-    on(parts.cancel, 'click', () => (this.#making ? this.#making.abort() : dialog.close()));
+    on(parts.leave, 'click', () => (this.#making ? this.#making.abort() : dialog.close()));
     on(parts.download, 'click', () => this.#download());
     this.#showChecks();
     desk.checks.loadSoon();
@@ -225,13 +225,13 @@ class ExportDialog {
   }
 
   #showMaking(isMaking) {
-    const { making, download, cancel, announced, seconds } = this.#parts;
+    const { making, download, leave, announced, seconds } = this.#parts;
     making.hidden = !isMaking;
     download.disabled = isMaking;
     seconds.textContent = '';
     announced.textContent = isMaking ? t('export.making') : '';
-    cancel.textContent = isMaking ? t('export.stop') : t('page.cancel');
-    (isMaking ? cancel : download).focus();
+    leave.textContent = isMaking ? t('export.stop') : t('page.cancel');
+    (isMaking ? leave : download).focus();
   }
 
   #showFault(error) {
@@ -277,6 +277,6 @@ const markup = ({ help, extras = [], isOrdered }, inspection) => html`<div class
     <p class="number"><span role="status" data-part="announced"></span> <span class="dim" data-part="seconds"></span></p>
   </div>
   <div class="dialog__buttons">
-    <button class="button" data-part="cancel">${t('page.cancel')}</button>
+    <button class="button" data-part="leave">${t('page.cancel')}</button>
     <button class="button button--primary" data-part="download">${icon('download')}<span data-part="word">${t('export.download')}</span></button>
   </div></div>`;

@@ -1,13 +1,16 @@
 /** Modal dialogs: the page beneath is inert until they are closed. */
 
 import { html, render } from '../../../core/page/html.js';
-import { t } from '../../../core/page/words.js';
+import { refusalIn } from '../../../core/server/api.js';
+import { errorText, t } from '../../../core/page/words.js';
 import { icon } from '../icon/icon.js';
+import { message } from '../message/message.js';
 
 let opened = 0;
 
 /**
- * Shows a dialog. It closes by its cross, by Escape, by a click outside it, or by `dialog.close(value)`.
+ * Shows a dialog. It closes by its cross, its part `cancel`, by Escape, by a click outside it, or by
+ * `dialog.close(value)`.
  *
  * @typedef {{title: string, text: string, submit: string}} Question submit: the word on the button that goes ahead
  *
@@ -45,6 +48,7 @@ export function openDialog({ title, content, size = 'narrow', question = () => n
     dismiss();
   };
   parts.close.addEventListener('click', dismiss);
+  parts.cancel?.addEventListener('click', () => dialog.close());
   dialog.addEventListener('mousedown', ({ target }) => target === dialog && question() === null && dialog.close());
   // A gesture that goes back is a `cancel` only; of several Escapes in a row browsers let only the first be prevented there.
   dialog.addEventListener('cancel', (event) => event.target === dialog && guard(event));
@@ -66,13 +70,46 @@ export function openDialog({ title, content, size = 'narrow', question = () => n
  * @returns {Promise<boolean>} whether to go ahead
  */
 export async function ask({ title, text, submit }) {
-  const { dialog, parts, closed } = openDialog({
+  const { parts, closed } = openDialog({
     title,
     content: html`<form method="dialog" class="confirm"><p>${text}</p><div class="dialog__buttons">
       <button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
       <button class="button button--danger" value="yes">${submit}</button></div></form>`,
   });
   parts.cancel.focus();
-  parts.cancel.addEventListener('click', () => dialog.close());
   return (await closed) === 'yes';
+}
+
+/** The foot of a form in a dialog: its refusal, a way out, and the button that sends it. @param {string} submit */
+export const formFoot = (submit) => html`<div role="alert" data-part="fault"></div>
+  <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
+    <button class="button button--primary" data-part="submit">${submit}</button></div>`;
+
+/**
+ * Shows a refusal of the server in the part `fault` of a dialog, whose part `submit` waits for the answer.
+ * @param {Record<string, any>} parts
+ * @param {() => Promise<unknown>} send
+ */
+export async function orFault({ fault, submit }, send) {
+  render(fault, html``);
+  if (submit) submit.disabled = true;
+  try {
+    await send();
+  } catch (error) {
+    const refusal = refusalIn(error);
+    if (refusal) render(fault, message('error', errorText(refusal)));
+  }
+  if (submit) submit.disabled = false;
+}
+
+/**
+ * Closes a dialog as 'done' once the server has accepted what the part `form` sends.
+ * @param {ReturnType<typeof openDialog>} opened
+ * @param {() => Promise<unknown>} send false: the form itself shows a fault
+ */
+export function closesWhenSent({ dialog, parts }, send) {
+  parts.form.addEventListener('submit', (event) => {
+    event.preventDefault();
+    orFault(parts, async () => (await send()) !== false && dialog.close('done'));
+  });
 }

@@ -30,7 +30,6 @@ export async function makeToken() {
         <button class="button button--primary" data-part="create">${t('users.create')}</button></div></form>`,
   });
   parts.name.focus();
-  parts.cancel.addEventListener('click', () => dialog.close());
   let made = null;
   parts.form.addEventListener('submit', async (event) => {
     event.preventDefault();
