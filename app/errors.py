@@ -17,7 +17,7 @@
         ├── ServerRefused, ServerAway                                     `chainage archive`
         └── UnreadableKey, UnusableBundle                                 bundles, `chainage verify`
 
-Each has a code, which programs rely on; `app.web.answers` knows the HTTP status of each.
+Each has a code, which programs rely on, and states its HTTP status where it reaches a client.
 """
 
 from __future__ import annotations
@@ -27,58 +27,75 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from vo_core.errors import ChainageError
+from vo_core.errors import (
+    ChainageError,
+    InvalidCorrection,
+    InvalidRig,
+    RigVideoMismatch,
+    ShapeMismatch,
+    UnreadableVideo,
+)
+
+STATUS: dict[type[Exception], int] = dict.fromkeys(
+    (InvalidCorrection, InvalidRig, RigVideoMismatch, ShapeMismatch, UnreadableVideo), 422
+)
+"""HTTP status of each error; a class without one is answered as its nearest base that has one."""
 
 
 class AppError(ChainageError):
     """Base of the server's own errors; its text is a sentence for a person."""
 
+    def __init_subclass__(cls, status: int | None = None) -> None:
+        super().__init_subclass__()
+        if status is not None:
+            STATUS[cls] = status
 
-class InspectionNotFound(AppError):
+
+class InspectionNotFound(AppError, status=404):
     """No inspection has this id."""
 
 
-class ObservationNotFound(AppError):
+class ObservationNotFound(AppError, status=404):
     """The inspection has no observation with this id."""
 
 
-class UploadNotFound(AppError):
+class UploadNotFound(AppError, status=404):
     """No upload has this id: never made, expired, or already an inspection."""
 
 
-class PhotoNotFound(AppError):
+class PhotoNotFound(AppError, status=404):
     """The observation has no photo."""
 
 
-class AttachmentNotFound(AppError):
+class AttachmentNotFound(AppError, status=404):
     """The observation has no attachment with this id, or its file is missing."""
 
 
-class TooManyAttachments(AppError):
+class TooManyAttachments(AppError, status=409):
     """The observation has as many attachments as it may have."""
 
 
-class BulkExportNotFound(AppError):
+class BulkExportNotFound(AppError, status=404):
     """No bulk export has this id, or its archive is not made yet."""
 
 
-class TileNotFound(AppError):
+class TileNotFound(AppError, status=404):
     """The part of the wall was not seen."""
 
 
-class FrameNotFound(AppError):
+class FrameNotFound(AppError, status=404):
     """The inspection has no picture with this number, or it is not tracked yet."""
 
 
-class BlobNotFound(AppError, FileNotFoundError):
+class BlobNotFound(AppError, FileNotFoundError, status=404):
     """The store of films, photos, tiles and tracks has nothing under this key."""
 
 
-class BlobChanged(BlobNotFound):
+class BlobChanged(BlobNotFound, status=404):
     """What lies in the store is not what was stored there, which is thereby lost."""
 
 
-class DamagedTrack(AppError):
+class DamagedTrack(AppError, status=409):
     """A file of the track cannot be read, or is missing."""
 
     def __init__(self, reason: str) -> None:
@@ -88,55 +105,55 @@ class DamagedTrack(AppError):
         )
 
 
-class IncompleteWallPoint(AppError):
+class IncompleteWallPoint(AppError, status=422):
     """A place on the wall lacks its coordinate around the wall."""
 
 
-class Unauthenticated(AppError):
+class Unauthenticated(AppError, status=401):
     """The request has no valid token or session."""
 
 
-class Forbidden(AppError):
+class Forbidden(AppError, status=403):
     """The role of the token is not sufficient."""
 
 
-class UnreadableTokens(AppError):
+class UnreadableTokens(AppError, status=500):
     """The file of the named tokens is damaged."""
 
 
-class CrossOrigin(AppError):
+class CrossOrigin(AppError, status=403):
     """The request was made by a page of another site."""
 
 
-class UnknownHost(AppError):
+class UnknownHost(AppError, status=400):
     """The request names the server by a host name that it does not accept."""
 
 
-class TooManyAttempts(AppError):
+class TooManyAttempts(AppError, status=429):
     """Too many failed log-ins from one address."""
 
 
-class InvalidUpload(AppError):
+class InvalidUpload(AppError, status=400):
     """A tus request lacks a header or has an unreadable one."""
 
 
-class UnsupportedTusVersion(AppError):
+class UnsupportedTusVersion(AppError, status=412):
     """Tus-Resumable is missing or names another version."""
 
 
-class WrongContentType(AppError):
+class WrongContentType(AppError, status=415):
     """The body is of another type than the route accepts."""
 
 
-class TooManyUploads(AppError):
+class TooManyUploads(AppError, status=429):
     """A token has announced too many uploads that it has not used."""
 
 
-class UploadTooLarge(AppError):
+class UploadTooLarge(AppError, status=413):
     """More bytes than announced, or than the server accepts."""
 
 
-class OffsetConflict(AppError):
+class OffsetConflict(AppError, status=409):
     """The offsets of client and disk differ."""
 
     def __init__(self, offset: int) -> None:
@@ -144,7 +161,7 @@ class OffsetConflict(AppError):
         self.offset = offset
 
 
-class ChangedMeanwhile(AppError):
+class ChangedMeanwhile(AppError, status=412):
     """The stored version is no longer the one that the change was based on."""
 
     def __init__(self, current: Mapping[str, Any] | None, yours: Mapping[str, Any] | None) -> None:
@@ -155,11 +172,11 @@ class ChangedMeanwhile(AppError):
         self.current, self.yours = current, yours
 
 
-class UploadBusy(AppError):
+class UploadBusy(AppError, status=423):
     """Another request is using the upload."""
 
 
-class ChecksumMismatch(AppError):
+class ChecksumMismatch(AppError, status=460):
     """The received bytes differ from the checksum."""
 
 
@@ -167,7 +184,7 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 """Errors of a write when the disk or the quota is full."""
 
 
-class DiskFull(AppError):
+class DiskFull(AppError, status=507):
     """There is not enough room on the server's disk."""
 
     def __init__(
@@ -176,55 +193,55 @@ class DiskFull(AppError):
         super().__init__(detail)
 
 
-class StoreUnavailable(AppError):
+class StoreUnavailable(AppError, status=503):
     """The object store does not answer, refuses the credentials, or has no such bucket."""
 
 
-class UploadIncomplete(AppError):
+class UploadIncomplete(AppError, status=409):
     """The upload is not complete."""
 
 
-class FrameOutsideVideo(AppError):
+class FrameOutsideVideo(AppError, status=422):
     """The video has no such frame."""
 
 
-class PixelOutsidePicture(AppError):
+class PixelOutsidePicture(AppError, status=422):
     """The pixel is not in the picture."""
 
 
-class LiveSourceRefused(AppError):
+class LiveSourceRefused(AppError, status=422):
     """The server does not open this live source."""
 
 
-class OpenStretches(AppError):
+class OpenStretches(AppError, status=409):
     """A continuous defect was started and not finished."""
 
 
-class NothingRecorded(AppError):
+class NothingRecorded(AppError, status=409):
     """The live inspection has ended without a recording that could be tracked."""
 
 
-class ExportNotAvailable(AppError):
+class ExportNotAvailable(AppError, status=409):
     """The inspection, or the server, lacks what the format needs; the text says what."""
 
 
-class InvalidRequest(AppError):
+class InvalidRequest(AppError, status=422):
     """The request has a value that does not fit what is stored."""
 
 
-class InvalidImport(AppError):
+class InvalidImport(AppError, status=422):
     """The file contains no inspection that can be read; the text says what is wrong and where."""
 
 
-class InvalidTable(AppError):
+class InvalidTable(AppError, status=422):
     """A table of films or assets cannot be read; the text says what is wrong in which line."""
 
 
-class FolderNotAllowed(AppError):
+class FolderNotAllowed(AppError, status=422):
     """The path is not in a folder from which films may be added."""
 
 
-class NoSuchFilm(AppError):
+class NoSuchFilm(AppError, status=422):
     """There is nothing at the path, or it cannot be read."""
 
 
@@ -240,109 +257,109 @@ class NoLongerWanted(AppError):
     """The film was paused, cancelled or taken off the list while it was being taken in."""
 
 
-class PackNotFound(AppError):
+class PackNotFound(AppError, status=404):
     """No code pack has this id."""
 
 
-class InvalidPack(AppError):
+class InvalidPack(AppError, status=422):
     """The file is not a table of codes; the text says what is wrong in which line."""
 
 
-class PackNameTaken(AppError):
+class PackNameTaken(AppError, status=409):
     """Another code pack has this name."""
 
 
-class AssetNotFound(AppError):
+class AssetNotFound(AppError, status=404):
     """The register has no asset with this id."""
 
 
-class RigNotFound(AppError):
+class RigNotFound(AppError, status=404):
     """No rig of the library has this id."""
 
 
-class RigNameTaken(AppError):
+class RigNameTaken(AppError, status=409):
     """Another rig of the library has this name."""
 
 
-class InvalidCalibration(AppError):
+class InvalidCalibration(AppError, status=422):
     """A film of a board does not determine a camera; the text says what to do."""
 
 
-class PackInUse(AppError):
+class PackInUse(AppError, status=409):
     """An inspection uses the pack."""
 
 
-class SampleBeingMade(AppError):
+class SampleBeingMade(AppError, status=409):
     """The sample inspection is being made already."""
 
 
-class SampleFailed(AppError):
+class SampleFailed(AppError, status=500):
     """The sample inspection could not be rendered."""
 
 
-class NotAllTracked(AppError):
+class NotAllTracked(AppError, status=409):
     """The track ends before the film, so the recording cannot be continued."""
 
 
-class StillRunning(AppError):
+class StillRunning(AppError, status=409):
     """The inspection is still running."""
 
 
-class InspectionLocked(AppError):
+class InspectionLocked(AppError, status=409):
     """The inspection is approved, so nobody changes it until it is reopened."""
 
 
-class WrongReviewState(AppError):
+class WrongReviewState(AppError, status=409):
     """The state of the review cannot directly follow the present one."""
 
 
-class OpenQuestions(AppError):
+class OpenQuestions(AppError, status=409):
     """A reviewer's question about a defect is not settled."""
 
 
-class RemarkNotFound(AppError):
+class RemarkNotFound(AppError, status=404):
     """The inspection has no remark with this id."""
 
 
-class NotRunning(AppError):
+class NotRunning(AppError, status=409):
     """The inspection is not running, so there is nothing to stop."""
 
 
-class MediaTimeout(AppError):
+class MediaTimeout(AppError, status=504):
     """The media process took too long over one picture."""
 
 
-class MediaFailed(AppError):
+class MediaFailed(AppError, status=422):
     """The media process died over this file."""
 
 
-class NoScene(AppError):
+class NoScene(AppError, status=503):
     """The 3D view could not be started."""
 
     code = "no_3d_view"
 
 
-class Busy(AppError):
+class Busy(AppError, status=503):
     """Too many requests are already waiting."""
 
 
-class EngineUnavailable(AppError):
+class EngineUnavailable(AppError, status=503):
     """The cluster that tracks films cannot be reached."""
 
 
-class WorkerLost(AppError):
+class WorkerLost(AppError, status=503):
     """A worker of the cluster was lost with its run, which another worker can do again."""
 
 
-class ClaimLost(AppError):
+class ClaimLost(AppError, status=409):
     """Another server has claimed the inspection meanwhile, so this result is not used."""
 
 
-class NotReady(AppError):
+class NotReady(AppError, status=503):
     """A part of the server is not working; the text says which."""
 
 
-class UnreadableKey(AppError):
+class UnreadableKey(AppError, status=500):
     """The signing key of bundles is damaged or not readable."""
 
 
@@ -387,11 +404,11 @@ class ServerAway(ServerRefused):
         self.pause_s = pause_s
 
 
-class TokenNameTaken(AppError):
+class TokenNameTaken(AppError, status=409):
     """A valid token has this name."""
 
 
-class TokenNotFound(AppError):
+class TokenNotFound(AppError, status=404):
     """No valid token has this name."""
 
 

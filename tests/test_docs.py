@@ -8,10 +8,9 @@ import typer
 import yaml
 
 from app.cli.main import app
-from app.errors import code_of
+from app.errors import STATUS, code_of
 from app.reports.formats import FORMATS
 from app.settings import Settings
-from app.web.answers import STATUS
 
 ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"

@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from app.errors import (
+    STATUS,
     ChangedMeanwhile,
     FrameNotFound,
     MediaFailed,
@@ -16,7 +17,7 @@ from app.errors import (
     NothingRecorded,
     code_of,
 )
-from app.web.answers import EVERYWHERE, STATUS
+from app.web.answers import EVERYWHERE
 from vo_core.errors import UnreadableVideo
 
 READING_A_FILM = (FrameNotFound, NothingRecorded, UnreadableVideo, MediaFailed, MediaTimeout)

@@ -2,10 +2,9 @@ from pathlib import Path
 
 from builders import TOKEN, Client, LiveServer, assert_error
 
-from app.errors import code_of
+from app.errors import STATUS, code_of
 from app.main import create_app
 from app.settings import Settings
-from app.web.answers import STATUS
 
 
 def test_nothing_here_and_no_such_method_have_the_one_body(shared: Client) -> None:
