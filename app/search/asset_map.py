@@ -34,7 +34,7 @@ class MappedAsset:
     worst_severity: int | None
     """Of its newest inspection: what was repaired since an older one does not count."""
     inspections: int
-    last_on: date | None
+    last_at: date | None
     """Day of its newest inspection; None if it was never inspected."""
     line: list[list[float]]
     """Longitude and latitude in degrees from start to end; empty if unknown."""
@@ -130,7 +130,7 @@ def _asset(
             (one.worst_severity for one in newest if one.worst_severity is not None), default=None
         ),
         inspections=len(surveys),
-        last_on=newest[0].surveyed_on if newest else None,
+        last_at=newest[0].surveyed_on if newest else None,
         line=line,
     )
 

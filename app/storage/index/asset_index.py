@@ -7,7 +7,7 @@ they write its id alike. It belongs to the project of the register and to those 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import date
 from typing import Any
 
@@ -48,14 +48,14 @@ class Asset:
     project: str | None
     """Of the register, else of its newest survey."""
     inspections: int
-    last_on: date | None
+    last_at: date | None
     """Day of its newest survey; None if it was never inspected, like the next ones."""
     worst_severity: int | None
     """Of its newest survey."""
     filmed_id: str | None
     """That survey, if its film is here."""
     is_registered: bool
-    also_written: tuple[str, ...] = ()
+    also_written: tuple[str, ...]
     """Other ids with the same letters and digits: probably the same asset."""
 
 
@@ -69,7 +69,7 @@ class Project:
     inspections: int
     done: int
     approved: int
-    last_on: date | None
+    last_at: date | None
     worst_severity: int | None
     """Of the newest survey of each of its assets."""
 
@@ -85,12 +85,11 @@ class AssetIndex:
         """Return the number of assets that fit, and a page of them."""
         rows = _ASSETS
         query = select(rows).where(*_fitting_assets(rows.c.asset, wanted))
-        order = (unknown_last(rows.c[page.sort], page), rows.c.asset)
+        order = (unknown_last(_column_of(rows, page.sort), page), rows.c.asset)
         with self._database.read() as session:
             total, found = a_page(session, query, order, page)
-        assets = [Asset(*row) for row in found]
-        alike = self._register.spelt_alike(one.asset for one in assets)
-        return total, [replace(one, also_written=_others(alike, one.asset)) for one in assets]
+        alike = self._register.spelt_alike(row[0] for row in found)
+        return total, [Asset(*(*row, _others(alike, row[0]))) for row in found]
 
     def projects(
         self, text: str, wanted: ProjectFilter, page: Page[ProjectSort]
@@ -106,7 +105,7 @@ class AssetIndex:
         query = select(rows).where(*of_project(rows.c.project, wanted))
         if text:
             query = query.where(or_(*_projects_with_words(rows.c.project, text)))
-        order = (unknown_last(rows.c[page.sort], page), rows.c.project.asc().nulls_last())
+        order = (unknown_last(_column_of(rows, page.sort), page), rows.c.project.asc().nulls_last())
         with self._database.read() as session:
             total, found = a_page(session, query, order, page)
             return total, [Project(*row) for row in found]
@@ -147,6 +146,10 @@ def _ranked(of: Any) -> Subquery:
     )
 
 
+def _column_of(rows: Subquery, sort: AssetSort | ProjectSort) -> ColumnElement[Any]:
+    return rows.c["last_at" if sort == "last_on" else sort]
+
+
 def _of_newest(inspections: Subquery, column: ColumnElement[Any]) -> ColumnElement[Any]:
     return func.max(case((inspections.c.rank == 1, column)))
 
@@ -163,7 +166,7 @@ def _all_assets() -> Subquery:
         select(
             ranked.c.asset,
             func.count().label("inspections"),
-            _of_newest(ranked, ranked.c.surveyed_on).label("last_on"),
+            _of_newest(ranked, ranked.c.surveyed_on).label("last_at"),
             _of_newest(ranked, ranked.c.worst_severity).label("worst_severity"),
             _of_newest(ranked, ranked.c.project).label("project"),
             _of_newest(ranked, filmed).label("filmed_id"),
@@ -176,7 +179,7 @@ def _all_assets() -> Subquery:
             known.c.asset,
             func.coalesce(RegisteredAsset.project, inspected.c.project).label("project"),
             func.coalesce(inspected.c.inspections, 0).label("inspections"),
-            inspected.c.last_on,
+            inspected.c.last_at,
             inspected.c.worst_severity,
             inspected.c.filmed_id,
             RegisteredAsset.asset_id.is_not(None).label("is_registered"),
@@ -224,7 +227,7 @@ def _all_projects() -> Subquery:
             func.count().label("inspections"),
             func.sum(case((ranked.c.status == "done", 1), else_=0)).label("done"),
             func.sum(case((ranked.c.review_state == APPROVED, 1), else_=0)).label("approved"),
-            func.max(ranked.c.surveyed_on).label("last_on"),
+            func.max(ranked.c.surveyed_on).label("last_at"),
             _of_newest(ranked, ranked.c.worst_severity).label("worst_severity"),
         )
         .group_by(ranked.c.project)
@@ -239,7 +242,7 @@ def _all_projects() -> Subquery:
             func.coalesce(inspected.c.inspections, 0).label("inspections"),
             func.coalesce(inspected.c.done, 0).label("done"),
             func.coalesce(inspected.c.approved, 0).label("approved"),
-            inspected.c.last_on,
+            inspected.c.last_at,
             inspected.c.worst_severity,
         )
         .outerjoin(assets, same(assets.c.project))

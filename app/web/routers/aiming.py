@@ -96,4 +96,4 @@ def advice(body: RigIn, services: ServicesDep) -> AdviceOut:
 @slow
 def lens(upload_id: str, body: BoardIn, services: ServicesDep) -> CalibratedOut:
     """Measure the camera by a complete upload that is the film of a board; takes up to a minute."""
-    return CalibratedOut.of(services.lenses.calibrate(upload_id, body.filmed()))
+    return CalibratedOut.model_validate(services.lenses.calibrate(upload_id, body.filmed()))

@@ -180,7 +180,7 @@ def put_rules(
 @viewer
 def progress(services: ServicesDep, where: Filters) -> ArchiveProgressOut:
     """Return the progress of the films as a whole."""
-    return ArchiveProgressOut.of(services.archive.progress(where))
+    return ArchiveProgressOut.model_validate(services.archive.progress(where))
 
 
 @router.get("/failures")
@@ -188,4 +188,4 @@ def progress(services: ServicesDep, where: Filters) -> ArchiveProgressOut:
 def list_failures(services: ServicesDep, where: Filters) -> FailuresOut:
     """Return the films that failed or were refused, grouped by reason."""
     groups = services.archive.failures(where)
-    return FailuresOut(groups=[GroupOut.of(group) for group in groups])
+    return FailuresOut(groups=[GroupOut.model_validate(group) for group in groups])

@@ -32,14 +32,14 @@ def all_codes(
     ] = None,
 ) -> list[CodeOut]:
     """Return the codes of a pack, in its order."""
-    return [CodeOut.of(code) for code in services.packs.table(pack).rows]
+    return [CodeOut.model_validate(code) for code in services.packs.table(pack).rows]
 
 
 @router.get("/header-fields")
 @viewer
 def header_fields() -> HeaderFieldsOut:
     """Return the fields that describe an inspection, in the order of a form."""
-    return HeaderFieldsOut(fields=[HeaderFieldOut.of(field) for field in FIELDS])
+    return HeaderFieldsOut(fields=[HeaderFieldOut.model_validate(field) for field in FIELDS])
 
 
 @router.get("/presets")

@@ -9,14 +9,9 @@ from fastapi import APIRouter, Query, Response
 from app.errors import ChangedMeanwhile, InspectionLocked, InspectionNotFound
 from app.survey.stated import StatedIn
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
-from app.web.schemas.corrections import (
-    CorrectionsIn,
-    CorrectionsOut,
-    IntervalOut,
-    UncertaintyBudgetOut,
-)
+from app.web.schemas.corrections import CorrectionsIn, CorrectionsOut, IntervalOut
 from app.web.schemas.failures import failures
-from app.web.schemas.records import AlertOut, AlertsOut, EventOut, EventsOut, IssueOut, IssuesOut
+from app.web.schemas.records import AlertOut, AlertsOut, EventOut, EventsOut, IssuesOut
 from app.web.versions import Replaced, tag_with
 from vo_core.errors import InvalidCorrection
 
@@ -69,14 +64,14 @@ def interval(
 ) -> IntervalOut:
     """Return the sources of the interval of a frame, by default the furthest."""
     budget = services.corrections.budget(inspection_id, frame)
-    return IntervalOut(interval=UncertaintyBudgetOut.of(budget) if budget else None)
+    return IntervalOut.model_validate({"interval": budget})
 
 
 @router.get("/checks", responses=failures(InspectionNotFound))
 @viewer
 def checks(inspection_id: InspectionId, services: ServicesDep) -> IssuesOut:
     """Return the issues to resolve before a report is issued."""
-    return IssuesOut(checks=[IssueOut.of(issue) for issue in services.checks.run(inspection_id)])
+    return IssuesOut.model_validate({"checks": services.checks.run(inspection_id)})
 
 
 @router.get("/events", responses=failures(InspectionNotFound))

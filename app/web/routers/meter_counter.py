@@ -12,4 +12,4 @@ router = APIRouter(prefix="/api/meter-counter", tags=["sources"])
 @viewer
 def connection(services: ServicesDep) -> MeterCounterOut:
     """Return the state of the connection."""
-    return MeterCounterOut.of(services.meter_counter.connection())
+    return MeterCounterOut.model_validate(services.meter_counter.connection())

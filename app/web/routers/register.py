@@ -65,7 +65,7 @@ def like(
     asset_id: Annotated[str, Query(max_length=20_000, pattern=LINE)],
 ) -> AlikeOut:
     """Return the other spellings of an id, and what the register holds under it."""
-    return AlikeOut.of(services.register.alike(asset_id))
+    return AlikeOut.model_validate(services.register.alike(asset_id))
 
 
 @router.post("/import", responses=failures(InvalidTable))

@@ -52,7 +52,7 @@ def get(project: Project, services: ServicesDep, response: Response) -> ReportTe
     """
     used = services.report_templates.of_project(project)
     tag_with(response, used.version)
-    return ReportTemplateOut.of(used)
+    return ReportTemplateOut.model_validate(used)
 
 
 @router.put("/report-templates/{project:path}", responses=failures(ChangedMeanwhile))
@@ -68,7 +68,7 @@ def put(
     """Give a project its own template, or replace it."""
     used = services.report_templates.put(project, body, principal.name, replaced)
     tag_with(response, used.version)
-    return ReportTemplateOut.of(used)
+    return ReportTemplateOut.model_validate(used)
 
 
 @router.delete(
@@ -90,4 +90,4 @@ def of_inspection(
     """Return the template that the reports of an inspection use."""
     used = services.report_templates.of_inspection(inspection_id)
     tag_with(response, used.version)
-    return ReportTemplateOut.of(used)
+    return ReportTemplateOut.model_validate(used)

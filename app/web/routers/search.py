@@ -28,14 +28,12 @@ from app.web.deps import ServicesDep, viewer
 from app.web.queries import Descending, Limit, Name, Offset, OfProject, SeverityFrom, Text
 from app.web.schemas.failures import content, failures
 from app.web.schemas.search import (
-    AssetOut,
     AssetsOut,
     FilmOut,
     FilmsOut,
     FoundDefectOut,
     FoundDefectsOut,
     HistoryOut,
-    ProjectOut,
     ProjectsOut,
 )
 from app.web.slow import PersonDep, slow, streamed
@@ -115,7 +113,7 @@ def projects(
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
     pending = services.search.pending()
     total, found = services.search.projects(search, of, page)
-    return ProjectsOut(total=total, pending=pending, projects=[ProjectOut.of(one) for one in found])
+    return ProjectsOut(total=total, pending=pending, projects=found)
 
 
 @router.get("/assets")
@@ -134,7 +132,7 @@ def assets(
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
     pending = services.search.pending()
     total, found = services.search.assets(AssetFilter(text=search, of=of), page)
-    return AssetsOut(total=total, pending=pending, assets=[AssetOut.of(one) for one in found])
+    return AssetsOut(total=total, pending=pending, assets=found)
 
 
 @router.get("/assets/{asset:path}")

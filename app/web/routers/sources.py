@@ -12,4 +12,4 @@ router = APIRouter(prefix="/api/sources", tags=["sources"])
 @viewer
 def sources(services: ServicesDep) -> SourcesOut:
     """Return the sources that can be opened besides network cameras."""
-    return SourcesOut.of(services.sources.listed())
+    return SourcesOut.model_validate({"sources": services.sources.listed()})

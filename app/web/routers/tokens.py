@@ -8,7 +8,7 @@ from fastapi import APIRouter, Path
 
 from app.errors import TokenNameTaken, TokenNotFound
 from app.web.deps import PrincipalDep, ServicesDep
-from app.web.schemas.access import RoleIn, TokenIn, TokenMadeOut, TokenOut, TokensOut
+from app.web.schemas.access import RoleIn, TokenIn, TokenMadeOut, TokensOut
 from app.web.schemas.failures import failures
 
 router = APIRouter(prefix="/api/tokens", tags=["access"])
@@ -19,7 +19,7 @@ TokenName = Annotated[str, Path(max_length=100)]
 @router.get("")
 def list_all(services: ServicesDep) -> TokensOut:
     """Return all tokens without their secrets, including revoked ones."""
-    return TokensOut(tokens=[TokenOut.of(holder) for holder in services.holders.all()])
+    return TokensOut.model_validate({"tokens": services.holders.all()})
 
 
 @router.post("", status_code=201, responses=failures(TokenNameTaken))

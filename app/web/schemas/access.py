@@ -8,11 +8,11 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, Field, field_validator
 
 from app.access.access import fault_of_name
-from app.access.holders import Holder
 from app.reports.content.words import Language
 from app.storage.folder.tokens import Role
 from app.survey.given import Clock, CodeName, Given, Letter, PackId
 from app.survey.tag import Quantity, Severity
+from app.web.schemas.out import Out
 
 RoleName = Literal["viewer", "operator", "admin"]
 
@@ -60,7 +60,7 @@ class TokenMadeOut(BaseModel):
     """Shown this once: it is stored nowhere."""
 
 
-class TokenOut(BaseModel):
+class TokenOut(Out):
     """A token without its secret."""
 
     name: str
@@ -74,11 +74,6 @@ class TokenOut(BaseModel):
     """Browsers that are logged in with it."""
     is_server: bool
     """Whether it is the server's own token, which cannot be changed here."""
-
-    @classmethod
-    def of(cls, holder: Holder) -> TokenOut:
-        """Convert the service's view."""
-        return cls(**{name: getattr(holder, name) for name in cls.model_fields})
 
 
 class TokensOut(BaseModel):

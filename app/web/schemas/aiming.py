@@ -5,15 +5,16 @@ from __future__ import annotations
 from typing import Any, Self
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from app.inspections.aiming import Aim
 from app.jobs.messages import FirstPicture
 from app.survey.given import Given, Pixel
+from app.web.schemas.out import Hundredths, Out
 from vo_core.geometry.wall import Points
 
 
-class FirstPictureOut(BaseModel):
+class FirstPictureOut(Out):
     """The first picture of a film."""
 
     width: int
@@ -27,12 +28,7 @@ class FirstPictureOut(BaseModel):
     def of(cls, picture: FirstPicture) -> Self:
         """Convert what the media process has found."""
         axis = None if picture.axis_uv is None else _pixel(picture.axis_uv)
-        return cls(
-            width=picture.width,
-            height=picture.height,
-            pixel_aspect=picture.pixel_aspect,
-            axis=axis,
-        )
+        return cls.read_from(picture, axis=axis)
 
 
 class AimIn(Given):
@@ -42,12 +38,12 @@ class AimIn(Given):
     axis: Pixel
 
 
-class AimOut(BaseModel):
+class AimOut(Out):
     """Where the camera looks, and the wall as lines in its picture."""
 
-    pitch_deg: float
+    pitch_deg: Hundredths
     """For `mount.pitch_deg`."""
-    right_deg: float
+    right_deg: Hundredths
     """How far the camera looks to the right; the tracker finds it by itself."""
     rings: list[list[tuple[float, float] | None]]
     """One, two and three radii ahead; None where the lens does not see the wall."""
@@ -57,9 +53,8 @@ class AimOut(BaseModel):
     @classmethod
     def of(cls, aim: Aim) -> Self:
         """Round the figures."""
-        return cls(
-            pitch_deg=round(aim.pitch_deg, 2),
-            right_deg=round(aim.right_deg, 2),
+        return cls.read_from(
+            aim,
             rings=[line_out(line) for line in aim.grid.rings_uv],
             generators=[line_out(line) for line in aim.grid.generators_uv],
         )

@@ -8,14 +8,13 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, Field, StringConstraints, model_validator
 
 from app.archive.additions import Addition, Additions, Request
-from app.archive.archive import ArchiveProgress, Change, FilmView, Where
-from app.archive.reasons import Group
+from app.archive.archive import Change, FilmView, Where
 from app.archive.rules import Line, Priority, Rules
 from app.archive.tables import read_table
 from app.storage.archive.selection import FilmState, Selection
 from app.survey.given import Given, Header
 from app.web.schemas.failures import ErrorOut
-from app.web.schemas.figures import metres, rounded
+from app.web.schemas.out import Out, Tenths, metres, rounded_to
 
 FilmId = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
 PathText = Annotated[str, StringConstraints(min_length=1, max_length=4096, pattern=r"^/[^\x00]*$")]
@@ -144,7 +143,7 @@ class AdditionIn(Given):
         return Request(self.paths, self.rules or stored, tables, self.priority)
 
 
-class AddedFilmOut(BaseModel):
+class AddedFilmOut(Out):
     """A file, and what the film gets."""
 
     path: str
@@ -157,14 +156,15 @@ class AddedFilmOut(BaseModel):
     """Why it is not tracked, or what is wrong with its header."""
 
     @classmethod
-    def of(cls, addition: Addition) -> AddedFilmOut:
+    def of(cls, addition: Addition) -> Self:
         """Convert the service's result; a file that is no film gets nothing."""
-        names = ("rule", "rig_name", "project", "asset", "name")
-        gets = {name: getattr(addition.assigned, name, None) for name in names}
+        gets = dict.fromkeys(("rule", "rig_name", "project", "asset", "name"))
+        if addition.assigned is not None:
+            gets = {name: getattr(addition.assigned, name) for name in gets}
         return cls(path=addition.found.path, problem=addition.problem, **gets)
 
 
-class AdditionOut(BaseModel):
+class AdditionOut(Out):
     """What was, or would be, added."""
 
     found: int
@@ -175,21 +175,20 @@ class AdditionOut(BaseModel):
     """Sentences about rows of tables that no film has, and files that are not listed."""
 
     @classmethod
-    def of(cls, found: Additions) -> AdditionOut:
+    def of(cls, found: Additions) -> Self:
         """Convert the service's result."""
         warnings = list(found.warnings)
         if found.others:
             warnings.append(f"{found.others} more files are not films.")
-        return cls(
-            found=found.found,
+        return cls.read_from(
+            found,
             new=len(found.new),
-            known=found.known,
             films=[AddedFilmOut.of(each) for each in found.films],
             warnings=warnings,
         )
 
 
-class FilmOut(BaseModel):
+class FilmOut(Out):
     """A film of the archive."""
 
     id: str
@@ -205,8 +204,8 @@ class FilmOut(BaseModel):
     size: int
     frames_done: int
     frames_total: int | None
-    fps: float | None
-    eta_s: float | None
+    fps: Tenths | None
+    eta_s: Tenths | None
     distance_m: float | None
     outdated: bool
     """Whether an older program tracked it: today's might measure it otherwise."""
@@ -216,37 +215,21 @@ class FilmOut(BaseModel):
     finished_at: datetime | None
 
     @classmethod
-    def of(cls, view: FilmView) -> FilmOut:
+    def of(cls, view: FilmView) -> Self:
         """Convert the service's view."""
-        film, inspection = view.row.film, view.row.inspection
-        return cls(
-            id=film.id,
-            path=film.path,
-            name=film.name,
-            project=film.project,
-            asset=film.asset,
-            rule=film.rule,
-            has_rig=view.row.has_rig,
-            rig_name=film.rig_name,
-            state=view.row.state,
-            priority=film.priority,
-            size=film.size,
-            frames_done=view.progress.frames_done,
-            frames_total=view.progress.frames_total,
-            fps=rounded(view.progress.fps, 1),
-            eta_s=rounded(view.progress.eta_s, 1),
-            distance_m=None
-            if inspection is None
-            else metres(
-                inspection.distance_mm
-                if inspection.corrected_mm is None
-                else inspection.corrected_mm
-            ),
-            outdated=inspection is not None and inspection.is_outdated,
-            error=_error(view),
-            inspection_id=None if inspection is None else inspection.id,
-            added_at=film.added_at,
-            finished_at=None if inspection is None else inspection.finished_at,
+        row, inspection = view.row, view.row.inspection
+        stated: dict[str, Any] = dict.fromkeys(("distance_m", "inspection_id", "finished_at"))
+        if inspection is not None:
+            is_corrected = inspection.corrected_mm is not None
+            end_mm = inspection.corrected_mm if is_corrected else inspection.distance_mm
+            stated = {
+                "distance_m": metres(end_mm),
+                "inspection_id": inspection.id,
+                "finished_at": inspection.finished_at,
+            }
+        outdated = inspection is not None and inspection.is_outdated
+        return cls.read_from(
+            row, row.film, view.progress, outdated=outdated, error=_error(view), **stated
         )
 
 
@@ -274,7 +257,7 @@ class ChangedOut(BaseModel):
     changed: int
 
 
-class EngineOut(BaseModel):
+class EngineOut(Out):
     """What tracks the films."""
 
     kind: str
@@ -284,17 +267,17 @@ class EngineOut(BaseModel):
     """Why it tracks nothing."""
 
 
-class IntakeOut(BaseModel):
+class IntakeOut(Out):
     """The film that is being copied into the data folder, and what hinders it."""
 
-    id: str | None
+    id: str | None = Field(validation_alias="film_id")
     name: str | None
     bytes_done: int
     bytes_total: int
     hindrance: str | None
 
 
-class ArchiveProgressOut(BaseModel):
+class ArchiveProgressOut(Out):
     """Progress of the films as a whole."""
 
     states: dict[FilmState, int]
@@ -303,42 +286,15 @@ class ArchiveProgressOut(BaseModel):
     frames_total: int
     """Of the films whose number of frames is known: those that are inspections already."""
     films_done: int
-    fps: float | None
+    fps: Tenths | None
     """Frames per second of the films that ended last, all together."""
-    films_per_h: float | None
-    eta_s: float | None
+    films_per_h: Tenths | None
+    eta_s: Annotated[float, rounded_to(0)] | None
     engine: EngineOut
     intake: IntakeOut
 
-    @classmethod
-    def of(cls, progress: ArchiveProgress) -> ArchiveProgressOut:
-        """Convert the service's progress."""
-        engine, intake = progress.engine, progress.intake
-        return cls(
-            states=dict(progress.states),
-            frames_done=progress.frames_done,
-            frames_total=progress.frames_total,
-            films_done=progress.films_done,
-            fps=rounded(progress.fps, 1),
-            films_per_h=rounded(progress.films_per_h, 1),
-            eta_s=rounded(progress.eta_s, 0),
-            engine=EngineOut(
-                kind=engine.kind,
-                workers=engine.workers,
-                dashboard_url=engine.dashboard_url,
-                problem=engine.problem,
-            ),
-            intake=IntakeOut(
-                id=intake.film_id,
-                name=intake.name,
-                bytes_done=intake.bytes_done,
-                bytes_total=intake.bytes_total,
-                hindrance=intake.hindrance,
-            ),
-        )
 
-
-class FailureOut(BaseModel):
+class FailureOut(Out):
     """One film of a group."""
 
     id: str
@@ -346,7 +302,7 @@ class FailureOut(BaseModel):
     detail: str
 
 
-class GroupOut(BaseModel):
+class GroupOut(Out):
     """Films that failed or were refused for the same reason."""
 
     code: str
@@ -356,18 +312,6 @@ class GroupOut(BaseModel):
     example: FailureOut
     repair: Literal["rig", "retry", "film"] | None
     """Another rig, only another try, another film in its place, or nothing that is known."""
-
-    @classmethod
-    def of(cls, group: Group) -> GroupOut:
-        """Convert the service's group."""
-        example = group.example
-        return cls(
-            code=group.code,
-            reason=group.reason,
-            count=group.count,
-            example=FailureOut(id=example.id, name=example.name, detail=example.detail),
-            repair=group.repair,
-        )
 
 
 class FailuresOut(BaseModel):

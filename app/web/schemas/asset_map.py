@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from datetime import date
 
-from pydantic import BaseModel
-
 from app.search.asset_map import AssetMap, Background, MappedAsset
+from app.web.schemas.out import Out
 
 _DECIMALS = 6
 """Of degrees: 0.1 m on the ground."""
 
 
-class MappedAssetOut(BaseModel):
+class MappedAssetOut(Out):
     """An asset on the map."""
 
     asset: str
@@ -28,17 +27,13 @@ class MappedAssetOut(BaseModel):
     @classmethod
     def of(cls, asset: MappedAsset) -> MappedAssetOut:
         """Convert the service's result."""
-        return cls(
-            asset=asset.asset,
-            project=asset.project,
-            worst_severity=asset.worst_severity,
-            inspections=asset.inspections,
-            last_at=asset.last_on,
+        return cls.read_from(
+            asset,
             line=[[round(degrees, _DECIMALS) for degrees in point] for point in asset.line],
         )
 
 
-class AssetMapOut(BaseModel):
+class AssetMapOut(Out):
     """The wanted assets, the worst first."""
 
     assets: list[MappedAssetOut]
@@ -58,12 +53,9 @@ class AssetMapOut(BaseModel):
     @classmethod
     def of(cls, found: AssetMap, background: Background, pending: int) -> AssetMapOut:
         """Convert the service's result."""
-        return cls(
+        return cls.read_from(
+            found,
+            background,
             assets=[MappedAssetOut.of(asset) for asset in found.assets],
-            placed=found.placed,
-            unplaced=found.unplaced,
-            projects=found.projects,
             pending=pending,
-            tiles=background.tiles,
-            attribution=background.attribution,
         )

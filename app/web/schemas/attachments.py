@@ -8,9 +8,10 @@ from typing import Any
 from pydantic import BaseModel
 
 from app.survey.attachments import Attachment, Kind
+from app.web.schemas.out import Out
 
 
-class AttachmentOut(BaseModel):
+class AttachmentOut(Out):
     """A photo, a drawing or a voice note of an observation."""
 
     id: str
@@ -34,18 +35,10 @@ class AttachmentOut(BaseModel):
         a = attachment
         path = f"/api/inspections/{a.inspection_id}/observations/{a.observation_id}"
         name = "voice" if a.kind == "voice" else "photo"
-        return cls(
-            id=a.id,
-            observation_id=a.observation_id,
-            kind=a.kind,
-            rank=a.rank,
-            frame=a.frame,
+        return cls.read_from(
+            a,
             strokes=[stroke.model_dump(exclude_none=True) for stroke in a.strokes],
-            duration_s=a.duration_s,
             file=f"{path}/attachments/{a.id}/{name}" if a.has_file else None,
-            photo_error=a.photo_error,
-            created_at=a.created_at,
-            created_by=a.created_by,
         )
 
 

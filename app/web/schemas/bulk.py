@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from app.reports.bulk import Progress, State
 from app.reports.bulk_archive import Wanted
@@ -12,6 +12,7 @@ from app.reports.content.words import Language
 from app.reports.formats import EXCHANGE, FORMATS
 from app.reports.report import CsvStyle, Units
 from app.survey.given import Given
+from app.web.schemas.out import Out
 
 _MOST_SHOWN = 200
 MOST_WITH_FILMS = 100
@@ -70,18 +71,18 @@ class BulkExportIn(Given):
         )
 
 
-class NotMadeOut(BaseModel):
+class NotMadeOut(Out):
     """A file that is missing in the archive."""
 
     inspection_id: str
     name: str
     """Of the inspection; empty if it was deleted."""
-    format: str
+    format: str = Field(validation_alias="kind")
     detail: str
     """Why, in the language of the order."""
 
 
-class BulkExportOut(BaseModel):
+class BulkExportOut(Out):
     """How far an archive is."""
 
     id: str
@@ -107,24 +108,8 @@ class BulkExportOut(BaseModel):
     @classmethod
     def of(cls, progress: Progress) -> Self:
         """Convert the progress of an order."""
-        return cls(
-            id=progress.id,
-            state=progress.state,
-            done=progress.done,
-            total=progress.total,
-            present=progress.present,
-            not_made=[
-                NotMadeOut(
-                    inspection_id=one.inspection_id,
-                    name=one.name,
-                    format=one.kind,
-                    detail=one.detail,
-                )
-                for one in progress.not_made[:_MOST_SHOWN]
-            ],
+        return cls.read_from(
+            progress,
+            not_made=progress.not_made[:_MOST_SHOWN],
             not_made_total=len(progress.not_made),
-            size=progress.size,
-            filename=progress.filename,
-            written=progress.written,
-            detail=progress.detail,
         )

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel
 
 from app.inspections.packs import PackView
-from app.survey.catalogue.table import Code
-from app.survey.fields.header import HeaderField
+from app.web.schemas.out import Out
 
 
-class CodeOut(BaseModel):
+class CodeOut(Out):
     """A row of the code pack."""
 
     code: str
@@ -34,13 +33,8 @@ class CodeOut(BaseModel):
     hotkey: str | None
     icon: str | None
 
-    @classmethod
-    def of(cls, code: Code) -> CodeOut:
-        """Convert the row of the table."""
-        return cls(**{name: getattr(code, name) for name in cls.model_fields})
 
-
-class PackOut(BaseModel):
+class PackOut(Out):
     """An imported code pack."""
 
     id: str
@@ -50,16 +44,9 @@ class PackOut(BaseModel):
     created_by: str
 
     @classmethod
-    def of(cls, view: PackView) -> PackOut:
+    def of(cls, view: PackView) -> Self:
         """Convert the service's view."""
-        row = view.row
-        return cls(
-            id=row.id,
-            name=row.name,
-            codes=view.codes,
-            created_at=row.created_at,
-            created_by=row.created_by,
-        )
+        return cls.read_from(view.row, codes=view.codes)
 
 
 class PacksOut(BaseModel):
@@ -68,7 +55,7 @@ class PacksOut(BaseModel):
     packs: list[PackOut]
 
 
-class HeaderFieldOut(BaseModel):
+class HeaderFieldOut(Out):
     """A known field of the header."""
 
     name: str
@@ -78,12 +65,6 @@ class HeaderFieldOut(BaseModel):
     unit: str | None
     minimum: float | None
     maximum: float | None
-
-    @classmethod
-    def of(cls, field: HeaderField) -> HeaderFieldOut:
-        """Convert the catalogue's field."""
-        names = (name for name in cls.model_fields if name != "choices")
-        return cls(**{name: getattr(field, name) for name in names}, choices=list(field.choices))
 
 
 class HeaderFieldsOut(BaseModel):

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from app.survey.corrected import Corrected, reason_of, result_of
 from app.survey.given import Remark
 from app.survey.stated import StatedIn
-from app.survey.uncertainty_budget import PartName, UncertaintyBudget
+from app.survey.uncertainty_budget import PartName
 from app.web.schemas.failures import ErrorOut
+from app.web.schemas.out import Out
 
 
 class CorrectionsIn(StatedIn):
@@ -43,41 +44,29 @@ class CorrectionsOut(BaseModel):
         )
 
 
-class PartOut(BaseModel):
+class PartOut(Out):
     """One source of an interval; they add up in quadrature."""
 
     name: PartName
-    u95_m: float
+    u95_m: float = Field(validation_alias="half_width_m")
 
 
-class TapedOut(BaseModel):
+class TapedOut(Out):
     """The effect of one more taped length."""
 
     length_m: float
-    u95_m: float
+    u95_m: float = Field(validation_alias="half_width_m")
 
 
-class UncertaintyBudgetOut(BaseModel):
+class UncertaintyBudgetOut(Out):
     """The sources of the interval of a frame, the largest first."""
 
     frame: int
     distance_m: float
-    distance_u95_m: float
+    distance_u95_m: float = Field(validation_alias="half_width_m")
     parts: list[PartOut]
     taped: TapedOut | None
     """None if a tape would not help much."""
-
-    @classmethod
-    def of(cls, budget: UncertaintyBudget) -> UncertaintyBudgetOut:
-        """Convert the service's result."""
-        taped = budget.taped
-        return cls(
-            frame=budget.frame,
-            distance_m=budget.distance_m,
-            distance_u95_m=budget.half_width_m,
-            parts=[PartOut(name=part.name, u95_m=part.half_width_m) for part in budget.parts],
-            taped=TapedOut(length_m=taped.length_m, u95_m=taped.half_width_m) if taped else None,
-        )
 
 
 class IntervalOut(BaseModel):

@@ -13,6 +13,7 @@ from app.jobs.messages import CornersPx, CounterFound, CounterProgress
 from app.survey.given import Given
 from app.survey.interval import half_width_m
 from app.tracking.pictures.counter_files import KeptCounter
+from app.web.schemas.out import Hundredths, Out, rounded_to
 from vo_core.scale.counter import CounterComparison, Unit
 
 _LEAST_PX = 8
@@ -55,7 +56,7 @@ class CounterIn(Given):
         return KeptCounter("waiting" if self.is_present else "declined", within, self.unit)
 
 
-class CounterFoundOut(BaseModel):
+class CounterFoundOut(Out):
     """Where a film shows its counter."""
 
     width: int
@@ -72,12 +73,10 @@ class CounterFoundOut(BaseModel):
     def of(cls, found: CounterFound) -> Self:
         """Convert what the search has found."""
         place = found.place
-        return cls(
-            width=found.width,
-            height=found.height,
+        return cls.read_from(
+            found,
             box=None if place is None else place.corners_px,
             unit="" if place is None else place.unit,
-            film_date=found.film_date,
         )
 
 
@@ -89,7 +88,7 @@ class CounterProgressOut(BaseModel):
     frames_total: int | None
 
 
-class CounterFaultOut(BaseModel):
+class CounterFaultOut(Out):
     """A stretch in which the counter did not count what the camera drove."""
 
     kind: Literal["slip", "stuck", "reset"]
@@ -100,19 +99,19 @@ class CounterFaultOut(BaseModel):
     """At the scale of the counter."""
 
 
-class CounterLengthOut(BaseModel):
+class CounterLengthOut(Out):
     """The longest way without a fault, by the counter."""
 
     first_frame: int
     last_frame: int
     length_m: float
-    sigma_mm: float
+    sigma_mm: Hundredths
     camera_m: float
     """By the raw track."""
     camera_u95_m: float
-    scale: float
+    scale: Annotated[float, rounded_to(6)]
     """Way of the counter over that of the raw track."""
-    scale_sigma: float
+    scale_sigma: Annotated[float, rounded_to(6)]
     agrees: bool
     """Whether the two differ by less than two standard deviations."""
 
@@ -130,10 +129,8 @@ class ComparisonOut(BaseModel):
         return cls(
             length=_length(found),
             faults=[
-                CounterFaultOut(
-                    kind=fault.kind,
-                    first_frame=fault.first_frame,
-                    last_frame=fault.last_frame,
+                CounterFaultOut.read_from(
+                    fault,
                     counter_m=round(fault.counter_mm / 1000, 4),
                     camera_m=round(fault.camera_mm / 1000, 4),
                 )
@@ -199,14 +196,12 @@ class CounterOut(BaseModel):
 def _length(found: CounterComparison) -> CounterLengthOut | None:
     if found.length is None or found.scale is None:
         return None
-    return CounterLengthOut(
-        first_frame=found.length.first_frame,
-        last_frame=found.length.last_frame,
+    return CounterLengthOut.read_from(
+        found.length,
         length_m=round(found.length.length_mm / 1000, 4),
-        sigma_mm=round(found.length.sigma_mm, 2),
         camera_m=round(found.camera_mm / 1000, 4),
         camera_u95_m=half_width_m(found.camera_sigma_mm),
-        scale=round(found.scale, 6),
-        scale_sigma=round(found.sigma, 6),
+        scale=found.scale,
+        scale_sigma=found.sigma,
         agrees=found.agrees,
     )

@@ -14,10 +14,9 @@ from app.survey.fields.header import asset_of, project_of
 from app.survey.given import TEXT, Given, Header, Name
 from app.survey.interval import half_width_m
 from app.survey.labels import Labels
-from app.tracking.live import CameraStatus
 from app.web.schemas.counter import CounterIn
 from app.web.schemas.failures import ErrorOut
-from app.web.schemas.figures import metres, rounded
+from app.web.schemas.out import Hundredths, Out, Tenths, metres
 from app.web.schemas.reviews import ReviewStateOut
 
 
@@ -129,13 +128,13 @@ class ContinueIn(Given):
     )
 
 
-class ProgressOut(BaseModel):
+class ProgressOut(Out):
     """Progress of the tracking."""
 
     frames_done: int
     frames_total: int | None
-    fps: float | None
-    eta_s: float | None
+    fps: Tenths | None
+    eta_s: Tenths | None
 
 
 class SourceOut(BaseModel):
@@ -147,33 +146,20 @@ class SourceOut(BaseModel):
     sha256: str
 
 
-class LiveOut(BaseModel):
+class LiveOut(Out):
     """A camera during its recording."""
 
     connected: bool
     reconnects: int
     dropped: int
     """Frames that are in the recording but came too fast to be tracked."""
-    recorded_s: float
+    recorded_s: Hundredths
     detail: str | None
     """Why there is no picture."""
     free_bytes: int
     """Free space for the rest of the recording."""
     is_recording: bool
     """False while the disk is full: tracking continues, recording resumes when there is room."""
-
-    @classmethod
-    def of(cls, camera: CameraStatus) -> LiveOut:
-        """Convert the service's state."""
-        return cls(
-            connected=camera.connected,
-            reconnects=camera.reconnects,
-            dropped=camera.dropped,
-            recorded_s=round(camera.recorded_s, 2),
-            detail=camera.detail,
-            free_bytes=camera.free_bytes,
-            is_recording=camera.is_recording,
-        )
 
 
 class VideoOut(BaseModel):
@@ -189,7 +175,7 @@ class VideoOut(BaseModel):
     """Whether browsers play it; otherwise single frames are fetched."""
 
 
-class InspectionOut(BaseModel):
+class InspectionOut(Out):
     """An inspection."""
 
     id: str
@@ -235,40 +221,21 @@ class InspectionOut(BaseModel):
     @classmethod
     def of(cls, view: InspectionView) -> InspectionOut:
         """Convert the service's view."""
-        row = view.row
-        sigma_mm = view.sigma_distance_mm
-        return cls(
-            id=row.id,
-            name=row.name,
+        row, sigma_mm = view.row, view.sigma_distance_mm
+        return cls.read_from(
+            row,
+            view,
             project=project_of(row.header),
             asset=asset_of(row.header),
-            status=row.status,  # type: ignore[arg-type]  # checked by pydantic
-            progress=ProgressOut(
-                frames_done=view.progress.frames_done,
-                frames_total=view.progress.frames_total,
-                fps=rounded(view.progress.fps, 1),
-                eta_s=rounded(view.progress.eta_s, 1),
-            ),
+            progress=view.progress,
             distance_m=metres(view.distance_mm),
             distance_u95_m=None if sigma_mm is None else half_width_m(sigma_mm),
             distance_raw_m=metres(view.raw_distance_mm),
-            revision=row.revision,
-            version=view.version,
             corrected=view.is_corrected,
-            observations=view.observations,
-            defects=view.defects,
-            worst_severity=view.worst_severity,
             review=ReviewStateOut.of(row),
-            open_questions=view.open_questions,
-            labels=list(view.labels),
-            tracked_with=row.tracked_with,
             outdated=row.is_outdated,
             error=_error(row),
             warning=view.warning,
-            created_at=row.created_at,
-            finished_at=row.finished_at,
-            rig=row.rig,
-            header=row.header,
             source=SourceOut(
                 kind=row.source_kind if row.has_film else IMPORTED,
                 filename=row.source_filename,
@@ -276,7 +243,7 @@ class InspectionOut(BaseModel):
                 sha256=row.source_sha256,
             ),
             video=_video(row),
-            live=LiveOut.of(view.camera) if view.camera else None,
+            live=view.camera,
         )
 
 
@@ -311,13 +278,13 @@ class IdsOut(BaseModel):
     ids: list[str]
 
 
-class InspectionsOut(BaseModel):
+class InspectionsOut(Out):
     """All inspections, the newest first."""
 
     inspections: list[InspectionOut]
 
 
-class GraveOut(BaseModel):
+class GraveOut(Out):
     """An inspection with a defect of severity 5."""
 
     id: str
@@ -339,12 +306,7 @@ class FoundOut(InspectionsOut):
     @classmethod
     def of(cls, found: Found, views: list[InspectionView]) -> FoundOut:
         """Convert the service's answer."""
-        return cls(
-            inspections=[InspectionOut.of(view) for view in views],
-            total=found.total,
-            stored=found.stored,
-            grave=[GraveOut(id=item.id, name=item.name, at=item.at) for item in found.grave],
-        )
+        return cls.read_from(found, inspections=[InspectionOut.of(view) for view in views])
 
 
 def _video(row: Inspection) -> VideoOut:

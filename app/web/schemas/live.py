@@ -16,7 +16,7 @@ from app.tracking.live import Update
 from app.tracking.tracks import HealthColumns
 from app.viewer.clicks import Click
 from app.viewer.scene import PinHit
-from app.web.schemas.figures import rounded
+from app.web.schemas.inspections import ProgressOut
 from vo_core.image.health import Health, complained, complaints
 from vo_core.track import Estimate
 
@@ -90,7 +90,7 @@ def live_header(
         now_s: Present time by `time.monotonic`.
     """
     last = update.estimates[-1] if update.estimates else None
-    progress, camera = update.progress, update.camera
+    camera = update.camera
     age_s = None if update.captured_s is None else now_s - update.captured_s
     pose = {
         name: getattr(corrected, name, None)
@@ -102,12 +102,7 @@ def live_header(
     return pose | {
         "seq": update.seq,
         "state": update.state,
-        "progress": {
-            "frames_done": progress.frames_done,
-            "frames_total": progress.frames_total,
-            "fps": rounded(progress.fps, 1),
-            "eta_s": rounded(progress.eta_s, 1),
-        },
+        "progress": ProgressOut.model_validate(update.progress).model_dump(),
         "revision": revision,
         "joints": joints,
         "notices": [notice.code for notice in notices],

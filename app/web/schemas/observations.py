@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from datetime import datetime
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, Field
 
@@ -12,8 +12,7 @@ from app.survey import rounding
 from app.survey.given import Pixel
 from app.survey.measure import Figure, Measure
 from app.survey.place import ObservationView, WallGrid, WallUnder
-from app.survey.tag import Tag
-from app.web.schemas.figures import metres, rounded
+from app.web.schemas.out import Hundredths, Out, metres
 from vo_core import Pose
 
 
@@ -24,30 +23,25 @@ class FrameAtOut(BaseModel):
     pixel: Pixel | None
 
 
-class MeasuredOut(BaseModel):
+class MeasuredOut(Out):
     """The size that a measure has on the wall, with half of its 95 % interval."""
 
-    value: float
+    value: Hundredths
     """mm, or mm2; of a step positive into the pipe."""
     u95: float
     unit: Literal["mm", "mm2"]
-    percent: float | None
+    percent: Hundredths | None
     """Of the diameter, for a depth."""
-    percent_u95: float | None
+    percent_u95: Hundredths | None
 
     @classmethod
-    def of(cls, figure: Figure) -> MeasuredOut:
+    def of(cls, figure: Figure) -> Self:
         """Convert a figure."""
-        return cls(
-            value=round(figure.value, 2),
-            u95=rounding.rounded_up(figure.u95, 2),
-            unit="mm2" if figure.kind == "area" else "mm",
-            percent=rounded(figure.percent, 2),
-            percent_u95=rounded(figure.percent_u95, 2),
-        )
+        unit = "mm2" if figure.kind == "area" else "mm"
+        return cls.read_from(figure, u95=rounding.rounded_up(figure.u95, 2), unit=unit)
 
 
-class ObservationOut(BaseModel):
+class ObservationOut(Out):
     """An observation with everything derived from its frame, its pixel, the track and the rig."""
 
     id: str
@@ -92,27 +86,20 @@ class ObservationOut(BaseModel):
         """Convert the service's view."""
         row, place = view.row, view.place
         path = f"/api/inspections/{row.inspection_id}/observations/{row.id}/photo"
-        entered: dict[str, Any] = {name: getattr(row.tag, name) for name in Tag.model_fields}
-        return cls(
-            **entered,
-            id=row.id,
-            seq=row.seq,
+        return cls.read_from(
+            row,
+            row.tag,
+            view,
             measured=[MeasuredOut.of(figure) if figure else None for figure in view.figures],
             distance_m=metres(place.distance_mm) if place else None,
             distance_u95_m=place.u95_m if place else None,
             distance_raw_m=metres(place.raw_mm) if place else None,
             distance_source=place.source if place else None,
-            clock=view.clock,
             at_joint=view.at_joint if place else None,
             joint_no=place.joint_no if place else None,
             time_s=place.time_s if place else None,
             # The address contains the frame, so that a browser does not show an earlier photo.
             photo=f"{path}?frame={row.frame}" if row.has_photo else None,
-            photo_error=row.photo_error,
-            created_at=row.created_at,
-            created_by=row.created_by,
-            edited_at=row.edited_at,
-            version=row.version,
         )
 
 
@@ -138,12 +125,12 @@ class WallPointOut(BaseModel):
         """Convert the service's result."""
         return cls(
             distance_m=rounding.metres(wall.distance_mm),
-            clock=rounded(wall.clock_h, 3),
+            clock=None if wall.clock_h is None else rounding.rounded(wall.clock_h, 3),
             y_mm=round(wall.lateral_mm, 2),
         )
 
 
-class StartOut(BaseModel):
+class StartOut(Out):
     """Pose of the camera in the first frame, from the pipe's axis or from the floor."""
 
     y_mm: float
@@ -157,12 +144,10 @@ class StartOut(BaseModel):
         """Convert a pose."""
         turns_rad = (pose.yaw_rad, pose.pitch_rad, pose.roll_rad)
         yaw_deg, pitch_deg, roll_deg = (math.degrees(turn) for turn in turns_rad)
-        return cls(
-            y_mm=pose.y_mm, z_mm=pose.z_mm, yaw_deg=yaw_deg, pitch_deg=pitch_deg, roll_deg=roll_deg
-        )
+        return cls.read_from(pose, yaw_deg=yaw_deg, pitch_deg=pitch_deg, roll_deg=roll_deg)
 
 
-class WallGridOut(BaseModel):
+class WallGridOut(Out):
     """The rays of a grid of pixels, the pipe and pose 0: the wall under any pixel follows."""
 
     cols: int
@@ -181,15 +166,14 @@ class WallGridOut(BaseModel):
     def of(cls, grid: WallGrid) -> WallGridOut:
         """Convert the service's arrays."""
         rows, cols, _ = grid.rays.shape
-        return cls(
+        return cls.read_from(
+            grid,
             cols=cols,
             rows=rows,
             u=grid.u_px,
             v=grid.v_px,
             rays=[[_ray(ray) for ray in row] for row in grid.rays.tolist()],
-            radius_mm=grid.radius_mm,
             start=StartOut.of(grid.start),
-            scale=grid.scale,
         )
 
 

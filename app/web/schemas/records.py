@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from datetime import datetime
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel
 
 from app.reports.content.translator import Translator
 from app.reports.report import Loss
 from app.storage.database.tables import Alert
-from app.survey.checks import Issue
 from app.survey.records import NOT_NOTIFIED, Event
 from app.survey.undelivered import Undelivered
+from app.web.schemas.out import Out
 
 
-class IssueOut(BaseModel):
+class IssueOut(Out):
     """Something to correct or check before a report is issued."""
 
     level: Literal["block", "warn"]
@@ -24,17 +24,6 @@ class IssueOut(BaseModel):
     detail: str
     observation_id: str | None
     params: dict[str, str | int | float]
-
-    @classmethod
-    def of(cls, issue: Issue) -> IssueOut:
-        """Convert the service's issue."""
-        return cls(
-            level=issue.level,
-            code=issue.code,
-            detail=issue.detail,
-            observation_id=issue.observation_id,
-            params=dict(issue.params),
-        )
 
 
 class IssuesOut(BaseModel):
@@ -66,7 +55,7 @@ class LossesOut(BaseModel):
         )
 
 
-class ReasonOut(BaseModel):
+class ReasonOut(Out):
     """Why the client could not be notified, for a program that says it in its own words."""
 
     code: str
@@ -76,10 +65,10 @@ class ReasonOut(BaseModel):
     def of(cls, sentence: str | None) -> ReasonOut | None:
         """Read the sentence that was stored; None if it is another one, or none."""
         reason = Undelivered.read(sentence)
-        return cls(code=reason.code, values=dict(reason.values)) if reason else None
+        return cls.model_validate(reason) if reason else None
 
 
-class AlertOut(BaseModel):
+class AlertOut(Out):
     """Whether the client was notified of a severe observation."""
 
     id: str
@@ -94,19 +83,10 @@ class AlertOut(BaseModel):
     """The same as `error`."""
 
     @classmethod
-    def of(cls, alert: Alert) -> AlertOut:
+    def of(cls, alert: Alert) -> Self:
         """Convert the row of the table."""
-        return cls(
-            id=alert.id,
-            observation_id=alert.observation_id,
-            state=alert.state,  # type: ignore[arg-type]  # one of ALERT_STATES
-            tries=alert.tries,
-            created_at=alert.created_at,
-            next_at=alert.next_at if alert.state == "waiting" else None,
-            told_at=alert.told_at,
-            error=alert.error,
-            reason=ReasonOut.of(alert.error),
-        )
+        next_at = alert.next_at if alert.state == "waiting" else None
+        return cls.read_from(alert, next_at=next_at, reason=ReasonOut.of(alert.error))
 
 
 class AlertsOut(BaseModel):
@@ -117,7 +97,7 @@ class AlertsOut(BaseModel):
     alerts: list[AlertOut]
 
 
-class EventOut(BaseModel):
+class EventOut(Out):
     """A change in the history."""
 
     at: datetime
@@ -133,9 +113,8 @@ class EventOut(BaseModel):
     @classmethod
     def of(cls, event: Event) -> EventOut:
         """Convert the row of the table."""
-        stored = {name: getattr(event, name) for name in cls.model_fields if name != "reason"}
         reason = ReasonOut.of(event.remark) if event.action == NOT_NOTIFIED else None
-        return cls(**stored, reason=reason)
+        return cls.read_from(event, reason=reason)
 
 
 class EventsOut(BaseModel):

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, Field
 
-from app.inspections.register import Alike, Import, version_of_asset
+from app.inspections.register import Import, version_of_asset
 from app.storage.database.tables import RegisteredAsset
-from app.survey.fields.declaration import Value
 from app.survey.fields.header import ASSET_FIELDS
 from app.survey.given import Given, Header, Name
 from app.survey.register import (
@@ -22,6 +21,7 @@ from app.survey.register import (
     require_line,
 )
 from app.survey.register_table import Action
+from app.web.schemas.out import Out
 
 _SHOWN_ROWS = 200
 """Rows and faults of an answer: a table may have many thousands."""
@@ -66,7 +66,7 @@ class AssetIn(Given):
         return registered(asset_id, self.project, self.header, _line_of(self.line))
 
 
-class RegisteredAssetOut(BaseModel):
+class RegisteredAssetOut(Out):
     """An asset of the register."""
 
     asset_id: str
@@ -81,9 +81,7 @@ class RegisteredAssetOut(BaseModel):
     @classmethod
     def of(cls, row: RegisteredAsset) -> Self:
         """Convert the row."""
-        names = cls.model_fields.keys() - {"version"}
-        fields = {name: getattr(row, name) for name in names}
-        return cls(**fields, version=version_of_asset(row))
+        return cls.read_from(row, version=version_of_asset(row))
 
 
 class RegisterOut(BaseModel):
@@ -93,7 +91,7 @@ class RegisterOut(BaseModel):
     assets: list[RegisteredAssetOut]
 
 
-class AlikeOut(BaseModel):
+class AlikeOut(Out):
     """What is known under an id and its other spellings."""
 
     same: list[str]
@@ -101,14 +99,8 @@ class AlikeOut(BaseModel):
     fields: dict[str, Any] | None
     """Fields of a header as the register has them; null if it does not have this id."""
 
-    @classmethod
-    def of(cls, alike: Alike) -> Self:
-        """Convert the service's answer."""
-        fields: Mapping[str, Value] | None = alike.fields
-        return cls(same=list(alike.same), fields=None if fields is None else dict(fields))
 
-
-class ImportFaultOut(BaseModel):
+class ImportFaultOut(Out):
     """What is wrong in one place of a table."""
 
     row: int
@@ -135,7 +127,7 @@ class ImportRowOut(BaseModel):
     action: Action
 
 
-class RegisterImportOut(BaseModel):
+class RegisterImportOut(Out):
     """What an import did, or would do; with faults it does nothing."""
 
     added: int
@@ -156,15 +148,13 @@ class RegisterImportOut(BaseModel):
         actions = {step.row: step.action for step in found.steps}
         ids = dict(found.table.rows)
         done = list(actions.values())
-        return cls(
+        return cls.read_from(
+            found.table,
             added=done.count("add"),
             changed=done.count("change"),
             same=done.count("same"),
             faulty=len({fault.row for fault in found.table.faults}),
-            faults=[
-                ImportFaultOut(row=fault.row, column=fault.column, detail=fault.detail)
-                for fault in found.table.faults[:_SHOWN_ROWS]
-            ],
+            faults=found.table.faults[:_SHOWN_ROWS],
             warnings=[
                 ImportWarningOut(row=row, asset_id=ids[row], same=list(same))
                 for row, same in list(found.alike.items())[:_SHOWN_ROWS]
@@ -173,5 +163,4 @@ class RegisterImportOut(BaseModel):
                 ImportRowOut(row=row, asset_id=asset_id, action=actions.get(row, "fault"))
                 for row, asset_id in found.table.rows[:_SHOWN_ROWS]
             ],
-            ignored=list(found.table.ignored),
         )

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Self
 
 from pydantic import BaseModel
 
 from app.reports.template import ReportTemplate
-from app.reports.templates import Used
+from app.web.schemas.out import Out
 
 
-class ReportTemplateOut(BaseModel):
+class ReportTemplateOut(Out):
     """The template of a project's or an inspection's reports."""
 
     project: str | None
@@ -22,11 +21,6 @@ class ReportTemplateOut(BaseModel):
     changed_by: str | None
     version: str
     """The `ETag` of the template."""
-
-    @classmethod
-    def of(cls, used: Used) -> Self:
-        """Convert the service's answer."""
-        return cls(**{name: getattr(used, name) for name in cls.model_fields})
 
 
 class ListedTemplateOut(BaseModel):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, Field, StringConstraints, model_validator
+from pydantic import Field, StringConstraints, model_validator
 
 from app.inspections.reviews import ReviewView
 from app.storage.database.tables import Inspection, RemarkRow
@@ -13,6 +13,7 @@ from app.survey.given import TEXT, Given
 from app.survey.records import Event
 from app.survey.review import REOPENED, RemarkKind, ReviewState
 from app.web.deps import OBSERVATION_ID
+from app.web.schemas.out import Out
 
 Sentence = Annotated[str, StringConstraints(strip_whitespace=True, max_length=2000, pattern=TEXT)]
 
@@ -56,7 +57,7 @@ class SettledIn(Given):
     settled: bool
 
 
-class ReviewStateOut(BaseModel):
+class ReviewStateOut(Out):
     """The state of a review, and who has set it."""
 
     state: ReviewState
@@ -65,16 +66,12 @@ class ReviewStateOut(BaseModel):
     by: str | None
 
     @classmethod
-    def of(cls, row: Inspection) -> ReviewStateOut:
+    def of(cls, row: Inspection, **more: Any) -> Self:
         """Convert the stored row."""
-        return cls(
-            state=row.review_state,  # type: ignore[arg-type]  # checked by pydantic
-            at=row.reviewed_at,
-            by=row.reviewed_by,
-        )
+        return cls.read_from(state=row.review_state, at=row.reviewed_at, by=row.reviewed_by, **more)
 
 
-class StepOut(BaseModel):
+class StepOut(Out):
     """A change of the state."""
 
     state: ReviewState
@@ -83,13 +80,13 @@ class StepOut(BaseModel):
     reason: str | None
 
     @classmethod
-    def of(cls, event: Event) -> StepOut:
+    def of(cls, event: Event) -> Self:
         """Convert the event."""
         state = (event.after or {})["review"]
         return cls(state=state, at=event.at, by=event.who, reason=event.remark)
 
 
-class RemarkOut(BaseModel):
+class RemarkOut(Out):
     """A remark on one observation."""
 
     id: str
@@ -104,19 +101,9 @@ class RemarkOut(BaseModel):
     settled_by: str | None
 
     @classmethod
-    def of(cls, row: RemarkRow) -> RemarkOut:
+    def of(cls, row: RemarkRow) -> Self:
         """Convert the stored row."""
-        return cls(
-            id=row.id,
-            observation=row.observation_id,
-            kind=row.kind,  # type: ignore[arg-type]  # checked by pydantic
-            text=row.text,
-            version=row.version,
-            at=row.made_at,
-            by=row.made_by,
-            settled_at=row.settled_at,
-            settled_by=row.settled_by,
-        )
+        return cls.read_from(row, observation=row.observation_id, at=row.made_at, by=row.made_by)
 
 
 class ReviewOut(ReviewStateOut):
@@ -130,8 +117,8 @@ class ReviewOut(ReviewStateOut):
     @classmethod
     def whole(cls, view: ReviewView) -> ReviewOut:
         """Convert the service's view."""
-        return cls(
-            **ReviewStateOut.of(view.row).model_dump(),
+        return cls.of(
+            view.row,
             steps=[StepOut.of(step) for step in view.steps],
             remarks=[RemarkOut.of(row) for row in view.remarks],
         )

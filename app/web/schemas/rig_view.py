@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from app.jobs.messages import Calibrated, FilmedBoard
+from app.jobs.messages import FilmedBoard
 from app.survey.given import Given
 from app.web.schemas.aiming import line_out
+from app.web.schemas.out import Out, Tenths, Thousandths, rounded_to
 from vo_core.advice import Advice
 from vo_core.geometry.ruling import Line, Ruling
 
@@ -19,7 +20,7 @@ class RigIn(Given):
     rig: dict[str, Any] = Field(description="The rig file: camera, mount and pipe.")
 
 
-class LineOut(BaseModel):
+class LineOut(Out):
     """One line on the wall in the picture."""
 
     at: float
@@ -34,7 +35,7 @@ class LineOut(BaseModel):
         return cls(at=line.at, uv=line_out(line.uv))
 
 
-class RulingOut(BaseModel):
+class RulingOut(Out):
     """The wall in the picture as lines."""
 
     step_mm: int
@@ -45,43 +46,38 @@ class RulingOut(BaseModel):
     @classmethod
     def of(cls, ruling: Ruling) -> Self:
         """Convert the core's lines."""
-        return cls(
-            step_mm=ruling.step_mm,
+        return cls.read_from(
+            ruling,
             across=[LineOut.of(line) for line in ruling.across],
             along=[LineOut.of(line) for line in ruling.along],
         )
 
 
-class AdviceOut(BaseModel):
+class AdviceOut(Out):
     """How a rig is expected to measure."""
 
     verdict: str
     """fit, fit with care, not fit."""
     findings: list[str]
     """What speaks against it: forward, fast, hurried, near, coarse, oblique."""
-    seen_mm: float
+    seen_mm: Tenths = Field(validation_alias="measured_axial_mm")
     """Length of the wall along the pipe on which motion is measured."""
-    mm_per_px: float
+    mm_per_px: Thousandths = Field(validation_alias="measured_mm_per_px")
     """Wall under a pixel of the measured picture."""
-    good_speed_mm_s: float
-    limit_speed_mm_s: float
-    height_error_percent: float
+    good_speed_mm_s: Tenths
+    limit_speed_mm_s: Tenths = Field(validation_alias="speed_limit_mm_s")
+    height_error_percent: Thousandths
     """Error of the distance if the camera stands 1 mm higher than stated."""
-    measured_share: float
+    measured_share: Thousandths
     """Share of the picture that shows the wall finely enough to measure on."""
 
     @classmethod
     def of(cls, advice: Advice) -> Self:
         """Round the figures."""
-        return cls(
+        return cls.read_from(
+            advice,
             verdict=advice.verdict.value,
             findings=[finding.name for finding in advice.findings],
-            seen_mm=round(advice.measured_axial_mm, 1),
-            mm_per_px=round(advice.measured_mm_per_px, 3),
-            good_speed_mm_s=round(advice.good_speed_mm_s, 1),
-            limit_speed_mm_s=round(advice.speed_limit_mm_s, 1),
-            height_error_percent=round(advice.height_error_percent, 3),
-            measured_share=round(advice.measured_share, 3),
         )
 
 
@@ -103,28 +99,16 @@ class BoardIn(Given):
         return FilmedBoard(**self.model_dump())
 
 
-class CalibratedOut(BaseModel):
+class CalibratedOut(Out):
     """A measured camera."""
 
     camera: dict[str, Any]
     """The camera of a rig file."""
-    focal_percent: float
+    focal_percent: Annotated[float, rounded_to(4)]
     """For `tolerance.focal_percent`."""
     pictures: int
-    rms_px: float
-    coverage: float
+    rms_px: Thousandths
+    coverage: Thousandths
     """Share of the picture that the boards covered."""
     weaknesses: list[str]
     """What to do better; empty for a good calibration."""
-
-    @classmethod
-    def of(cls, found: Calibrated) -> Self:
-        """Round the figures."""
-        return cls(
-            camera=found.camera,
-            focal_percent=round(found.focal_percent, 4),
-            pictures=found.pictures,
-            rms_px=round(found.rms_px, 3),
-            coverage=round(found.coverage, 3),
-            weaknesses=found.weaknesses,
-        )

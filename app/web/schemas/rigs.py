@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 from app.storage.database.tables import LibraryRig
 from app.storage.records.rigs import RigUser
 from app.survey.given import Given, PackName
+from app.web.schemas.out import Out
 
 
 class LibraryRigIn(Given):
@@ -19,14 +20,14 @@ class LibraryRigIn(Given):
     rig: dict[str, Any] = Field(description="The rig file: camera, mount and pipe.")
 
 
-class RigUserOut(BaseModel):
+class RigUserOut(Out):
     """An inspection whose header names a rig."""
 
     id: str
     name: str
 
 
-class LibraryRigOut(BaseModel):
+class LibraryRigOut(Out):
     """A rig of the library."""
 
     id: str
@@ -40,14 +41,7 @@ class LibraryRigOut(BaseModel):
     @classmethod
     def of(cls, row: LibraryRig, users: list[RigUser]) -> Self:
         """Convert the row."""
-        return cls(
-            id=row.id,
-            name=row.name,
-            rig=row.rig,
-            changed_at=row.changed_at,
-            changed_by=row.changed_by,
-            used_by=[RigUserOut(id=user.id, name=user.name) for user in users],
-        )
+        return cls.read_from(row, used_by=users)
 
 
 class LibraryOut(BaseModel):

@@ -15,9 +15,10 @@ from app.survey.asset_history import Change, Trace
 from app.survey.catalogue import labels_of
 from app.survey.film_quality import problems_of
 from app.survey.search_terms import Problem
+from app.web.schemas.out import Out
 
 
-class FoundDefectOut(BaseModel):
+class FoundDefectOut(Out):
     """An observation of any inspection."""
 
     inspection_id: str
@@ -51,9 +52,7 @@ class FoundDefectOut(BaseModel):
     @classmethod
     def of(cls, found: FoundDefect) -> FoundDefectOut:
         """Convert the row of the index."""
-        indexed = cls.model_fields.keys() - {"labels", "photo"}
-        row = {name: getattr(found.row, name) for name in indexed}
-        return cls(**row, labels=_labels(found.row), photo=found.has_photo)
+        return cls.read_from(found.row, labels=_labels(found.row), photo=found.has_photo)
 
 
 class FoundDefectsOut(BaseModel):
@@ -65,71 +64,12 @@ class FoundDefectsOut(BaseModel):
     defects: list[FoundDefectOut]
 
 
-class AssetOut(BaseModel):
-    """An asset with its inspections in figures."""
-
-    asset: str
-    project: str | None
-    """Of the register, else of its newest survey."""
-    inspections: int
-    last_at: date | None
-    """None if it was never inspected."""
-    worst_severity: int | None
-    """Of its newest survey: of all of that day, but not of a film that was not tracked yet."""
-    filmed_id: str | None
-    """Id of that survey if its film is here, for its thumbnail."""
-    is_registered: bool
-    also_written: list[str]
-    """Other ids with the same letters and digits: probably the same asset."""
-
-    @classmethod
-    def of(cls, asset: Asset) -> AssetOut:
-        """Convert the result of the index."""
-        return cls(
-            asset=asset.asset,
-            project=asset.project,
-            inspections=asset.inspections,
-            last_at=asset.last_on,
-            worst_severity=asset.worst_severity,
-            filmed_id=asset.filmed_id,
-            is_registered=asset.is_registered,
-            also_written=list(asset.also_written),
-        )
-
-
 class AssetsOut(BaseModel):
     """A page of the assets."""
 
     total: int
     pending: int
-    assets: list[AssetOut]
-
-
-class ProjectOut(BaseModel):
-    """A project with its inspections in figures."""
-
-    project: str | None
-    """None for all that belongs to no project."""
-    assets: int
-    inspections: int
-    done: int
-    approved: int
-    last_at: date | None
-    worst_severity: int | None
-    """Of the newest survey of each of its assets."""
-
-    @classmethod
-    def of(cls, project: Project) -> ProjectOut:
-        """Convert the result of the index."""
-        return cls(
-            project=project.project,
-            assets=project.assets,
-            inspections=project.inspections,
-            done=project.done,
-            approved=project.approved,
-            last_at=project.last_on,
-            worst_severity=project.worst_severity,
-        )
+    assets: list[Asset]
 
 
 class ProjectsOut(BaseModel):
@@ -137,10 +77,10 @@ class ProjectsOut(BaseModel):
 
     total: int
     pending: int
-    projects: list[ProjectOut]
+    projects: list[Project]
 
 
-class SurveyOut(BaseModel):
+class SurveyOut(Out):
     """An inspection in the history of its asset."""
 
     id: str
@@ -165,24 +105,20 @@ class SurveyOut(BaseModel):
         """Convert the rows of the index."""
         row, inspection = past.found.row, past.found.inspection
         direction = inspection.header.get("direction")
-        return cls(
+        return cls.read_from(
+            row,
+            inspection,
+            past,
             id=row.inspection_id,
-            name=row.name,
-            project=row.project,
             at=row.surveyed_on,
             direction=None if direction is None else str(direction),
-            status=inspection.status,
             length_m=row.distance_m,
             length_u95_m=row.distance_u95_m,
-            worst_severity=row.worst_severity,
-            has_film=inspection.has_film,
-            labels=list(past.labels),
-            changes=past.changes,
             defects=[FoundDefectOut.of(defect) for defect in past.defects],
         )
 
 
-class SightingOut(BaseModel):
+class SightingOut(Out):
     """A defect in one of the surveys."""
 
     inspection_id: str
@@ -190,7 +126,7 @@ class SightingOut(BaseModel):
     severity: int | None
 
 
-class GrowthOut(BaseModel):
+class GrowthOut(Out):
     """What is larger than when it was stated before."""
 
     quantity: str
@@ -201,7 +137,7 @@ class GrowthOut(BaseModel):
     """Unit of a quantity: mm, %, deg, ppm or count."""
 
 
-class TraceOut(BaseModel):
+class TraceOut(Out):
     """One defect through the surveys: the same code near the same place."""
 
     code: str
@@ -233,34 +169,21 @@ class TraceOut(BaseModel):
         trace, last = followed.trace, followed.trace.seen[-1]
         shown = [change for change in followed.changes if change is not None]
         row = rows[last.inspection_id, last.observation_id].row
-        return cls(
-            code=last.code,
-            label=row.label,
-            label_ms=row.label_ms,
+        return cls.read_from(
+            last,
+            trace,
+            followed,
+            row,
             labels=_labels(row),
-            distance_m=last.distance_m,
             distance_u95_m=last.u95_m,
-            clock=last.clock,
-            first_severity=trace.first_severity,
-            last_severity=trace.last_severity,
-            has_grown=trace.has_grown,
             change=shown[-1],
-            changes=followed.changes,
             growth=_growth(trace, row),
             first_at=trace.days[0],
             last_at=trace.days[-1],
-            seen=[
-                SightingOut(
-                    inspection_id=one.inspection_id,
-                    observation_id=one.observation_id,
-                    severity=one.severity,
-                )
-                for one in trace.seen
-            ],
         )
 
 
-class HistoryOut(BaseModel):
+class HistoryOut(Out):
     """The inspections of an asset, oldest first, and what became of its defects."""
 
     asset: str
@@ -281,10 +204,9 @@ class HistoryOut(BaseModel):
             for past in history.inspections
             for one in past.defects
         }
-        return cls(
+        return cls.read_from(
+            history,
             asset=asset,
-            also_written=list(history.also_written),
-            total=history.total,
             pending=pending,
             inspections=[SurveyOut.of(past) for past in history.inspections],
             traces=[TraceOut.of(one, rows) for one in history.followed],
@@ -296,10 +218,10 @@ def _growth(trace: Trace, row: IndexedDefect) -> GrowthOut | None:
     if growth is None:
         return None
     unit = {"quant1": row.unit1, "quant2": row.unit2}.get(growth.quantity)
-    return GrowthOut(quantity=growth.quantity, before=growth.before, after=growth.after, unit=unit)
+    return GrowthOut.read_from(growth, unit=unit)
 
 
-class FilmOut(BaseModel):
+class FilmOut(Out):
     """How suitable a film was for measuring: shares of its frames, from 0 to 1."""
 
     inspection_id: str
@@ -322,8 +244,7 @@ class FilmOut(BaseModel):
     @classmethod
     def of(cls, row: IndexedInspection) -> FilmOut:
         """Convert the row of the index."""
-        values = {name: getattr(row, name) for name in cls.model_fields if name != "problems"}
-        return cls(**values, problems=problems_of(values))
+        return cls.read_from(row, problems=problems_of(vars(row)))
 
 
 class FilmsOut(BaseModel):

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Literal
 
 from pydantic import BaseModel
 
-from app.meter_counter.line import Connection
+from app.web.schemas.out import Out
 
 
-class MeterCounterOut(BaseModel):
+class MeterCounterOut(Out):
     """The connection to the software that uses Chainage as its meter counter."""
 
     peer: str | None
@@ -18,11 +17,6 @@ class MeterCounterOut(BaseModel):
     is_connected: bool
     detail: str | None
     """A sentence that says why there is no connection."""
-
-    @classmethod
-    def of(cls, connection: Connection) -> MeterCounterOut:
-        """Convert the service's state."""
-        return cls(**asdict(connection))
 
 
 class CheckOut(BaseModel):

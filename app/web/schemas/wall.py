@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pydantic import BaseModel
 
 from app.tracking.unrolled import Tile
+from app.web.schemas.out import Out
 from vo_core.mosaic.mosaic import Layout
 
 
@@ -20,7 +21,7 @@ class WallTileOut(BaseModel):
     to_m: float
 
 
-class UnrolledOut(BaseModel):
+class UnrolledOut(Out):
     """The unrolled wall; row 0 of a picture is at arc_from_mm, columns run with the distance."""
 
     tile_m: float
@@ -36,13 +37,9 @@ class UnrolledOut(BaseModel):
         cls, layout: Layout, tiles: Sequence[Tile], chainage_mm: Callable[[float], float]
     ) -> UnrolledOut:
         """Convert the service's tiles; `chainage_mm` corrects a raw distance."""
-        return cls(
+        return cls.read_from(
+            layout,
             tile_m=layout.tile_mm / 1000,
-            mm_per_px=layout.mm_per_px,
-            arc_from_mm=layout.arc_from_mm,
-            arc_to_mm=layout.arc_to_mm,
-            width_px=layout.width_px,
-            height_px=layout.height_px,
             tiles=[
                 WallTileOut(
                     index=tile.index,

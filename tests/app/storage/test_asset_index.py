@@ -128,12 +128,12 @@ def test_an_asset_has_the_figures_of_its_newest_survey(archive: Archive) -> None
     archive.register("CV-2", "South")
     figures = ("CV-1", "North", 4, date(2024, 5, 1), 3)
     assert archive.found() == [
-        Asset(*figures, newest, False),
-        Asset("CV-2", "South", 0, None, None, None, True),
+        Asset(*figures, newest, False, ()),
+        Asset("CV-2", "South", 0, None, None, None, True, ()),
     ]
     _, mapped = assets_of(*AssetPlaces(archive.database).read(None))
     assert figures == (
-        mapped.asset, mapped.project, mapped.inspections, mapped.last_on, mapped.worst_severity,
+        mapped.asset, mapped.project, mapped.inspections, mapped.last_at, mapped.worst_severity,
     )  # fmt: skip
     archive.register("CV-1", "Register")
     assert (archive.found()[0].project, archive.found()[0].is_registered) == ("Register", True)
