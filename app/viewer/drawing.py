@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import deque
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypedDict
 
 import viser
 
@@ -43,20 +44,6 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Selection:
-    """The pin to highlight; None: none."""
-
-    id: str | None
-
-
-@dataclass(frozen=True)
-class Pointer:
-    """Where the pointer is in the view: right and down, as shares of its size; None: elsewhere."""
-
-    at: tuple[float, float] | None
-
-
-@dataclass(frozen=True)
 class Measure:
     """Whether clicks measure, and the points that they have set: none, one or two."""
 
@@ -66,24 +53,32 @@ class Measure:
     """The length between two points, as soon as it is known."""
 
 
-@dataclass
-class Inbox:
-    """What to draw next, only the newest of each kind."""
+class Changes(TypedDict, total=False):
+    """What to draw next, the newest of each kind; what is missing stays as it is."""
 
-    pose: Estimate | None = None
-    preview: bytes | None = None
-    pins: tuple[Pin, ...] | None = None
-    selection: Selection | None = None
-    pointer: Pointer | None = None
-    measure: Measure | None = None
-    cut: Cut | None = None
-    mode: CameraMode | None = None
-    wording: Wording | None = None
-    length_m: float | None = None
-    joints: tuple[JointMark, ...] | None = None
-    wall: WallPictures | None = None
-    path_is_reset: bool = False
-    path: deque[PathPoint] = field(default_factory=lambda: deque(maxlen=MAX_POINTS))
+    pose: Estimate
+    """Of the robot; the culvert is extended to it."""
+    preview: bytes
+    """JPEG for the frustum, 320 px wide; it is shown at most 5 times and 100 kB a second."""
+    pins: Sequence[Pin]
+    """All defects; their labels are in the language of the page."""
+    selected: str | None
+    """Id of the pin to highlight, now or as soon as it exists; None: no pin."""
+    pointer: tuple[float, float] | None
+    """Where the pointer is in the view: right and down, as shares of its size; None: elsewhere."""
+    measure: Measure
+    cut: Cut
+    mode: CameraMode
+    """To which the cameras of the browsers are moved."""
+    wording: Wording
+    """Language and unit of the labels."""
+    length_m: float
+    """At least this length of culvert is drawn, in whole metres; it never shrinks."""
+    joints: Sequence[JointMark]
+    wall: WallPictures
+    path_is_reset: bool
+    """The path is removed, before `path` extends it."""
+    path: list[PathPoint]
 
 
 class Drawing:
@@ -154,41 +149,39 @@ class Drawing:
             return None
         return max(0.0, self._preview_due_s - time.monotonic())
 
-    def apply(self, inbox: Inbox) -> None:
+    def apply(self, changes: Changes) -> None:
         """Draw what has changed."""
-        self._wording = inbox.wording or self._wording
-        is_seen_anew = inbox.mode is not None or inbox.wording is not None
-        if inbox.mode is not None:
-            self._mode = inbox.mode
-            self._observers.set_mode(inbox.mode)
-        if inbox.cut is not None:
-            self._cut = inbox.cut
-            self._culvert.set_cut(inbox.cut)
-            self._wall.set_cut(inbox.cut)
-        if inbox.length_m is not None:
-            self._culvert.grow_to(inbox.length_m)
-        if inbox.joints is not None:
-            self._culvert.set_joints(inbox.joints)
-        if inbox.wall is not None:
-            self._wall.set(inbox.wall)
-        if inbox.path_is_reset:
+        self._wording = changes.get("wording", self._wording)
+        if "mode" in changes:
+            self._mode = changes["mode"]
+            self._observers.set_mode(self._mode)
+        if "cut" in changes:
+            self._cut = changes["cut"]
+            self._culvert.set_cut(self._cut)
+            self._wall.set_cut(self._cut)
+        if "length_m" in changes:
+            self._culvert.grow_to(changes["length_m"])
+        if "joints" in changes:
+            self._culvert.set_joints(changes["joints"])
+        if "wall" in changes:
+            self._wall.set(changes["wall"])
+        if changes.get("path_is_reset"):
             self._trail.reset()
-        if inbox.path:
-            self._trail.add(tuple(inbox.path))
-        if inbox.pins is not None:
-            self._pins_shown = inbox.pins
-        if inbox.selection is not None:
-            self._selected = inbox.selection.id
-        if inbox.pins is not None or inbox.mode is not None or inbox.selection is not None:
+        if "path" in changes:
+            self._trail.add(changes["path"][-MAX_POINTS:])
+        if "pins" in changes:
+            self._pins_shown = tuple({pin.id: pin for pin in changes["pins"]}.values())
+        self._selected = changes.get("selected", self._selected)
+        if not changes.keys().isdisjoint(("pins", "mode", "selected")):
             self._pins.show(self._pins_shown, self._mode, self._selected)
-        if inbox.pointer is not None:
-            self._hovered = self._pin_at(inbox.pointer)
-        if inbox.measure is not None:
-            self._show_measure(inbox.measure)
-        elif inbox.wording is not None:
+        if "pointer" in changes:
+            self._hovered = self._pin_at(changes["pointer"])
+        if "measure" in changes:
+            self._show_measure(changes["measure"])
+        elif "wording" in changes:
             self._show_ruler()
-        if is_seen_anew or inbox.pose is not None:
-            self._pose = inbox.pose or self._pose
+        if not changes.keys().isdisjoint(("mode", "wording", "pose")):
+            self._pose = changes.get("pose", self._pose)
             self._culvert.grow_to(self._pose.distance_mm / 1000)
             self._show_robot()
 
@@ -217,12 +210,12 @@ class Drawing:
         self._pins.show_numbers(view)
         return with_our_head(self.server.scene.as_html(dark_mode=True))
 
-    def _pin_at(self, pointer: Pointer) -> str | None:
+    def _pin_at(self, pointer: tuple[float, float] | None) -> str | None:
         """Return the id of the pin under the pointer; each page has one browser."""
         for client in self.server.get_clients().values():
-            if pointer.at is None:
+            if pointer is None:
                 break
-            origin, direction = sight_line(client.camera, pointer.at)
+            origin, direction = sight_line(client.camera, pointer)
             pin = pin_under(
                 self._pins_shown, self._mode, self._section, origin.tolist(), direction.tolist()
             )

@@ -12,17 +12,18 @@ import threading
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Unpack
 
 from app.survey.measure import Figure
 from app.viewer.culvert import JointMark
-from app.viewer.drawing import Drawing, Inbox, Measure, Pointer, Selection
+from app.viewer.drawing import Changes, Drawing, Measure
 from app.viewer.geometry import Cut, PinHit, Section, WallHit
 from app.viewer.pin import Pin
 from app.viewer.pins import pin_under
 from app.viewer.private_server import ViewerUnavailable, start_private_server, stop_private_server
-from app.viewer.trail import Thinner
+from app.viewer.trail import MAX_POINTS, Thinner
 from app.viewer.views import CameraMode
-from app.viewer.wall import ReadPicture, WallLayout, WallPictures, WallTile
+from app.viewer.wall import WallLayout, WallPictures, WallTile
 from app.viewer.wording import Wording
 from vo_core.rig import Rig
 from vo_core.track import Estimate, Track
@@ -37,6 +38,7 @@ __all__ = [
     "ViewerUnavailable",
     "WallHit",
     "WallLayout",
+    "WallPictures",
     "WallTile",
     "Wording",
     "still_page",
@@ -54,9 +56,7 @@ def still_page(
     pose: Estimate | None,
     pins: Sequence[Pin],
     joints: Sequence[JointMark],
-    tiles: Sequence[WallTile],
-    layout: WallLayout | None,
-    read: ReadPicture,
+    wall: WallPictures | None,
     wording: Wording,
 ) -> str:
     """Make a page that shows a finished run without a server; blocks for some 100 ms.
@@ -67,9 +67,7 @@ def still_page(
         pose: Pose of the robot; None leaves it at the zero.
         pins: Defects to show.
         joints: Seen and expected joints.
-        tiles: Pictures of the wall, as many as a browser can hold.
-        layout: Layout of the tiles; None if there are none.
-        read: Returns the picture of a tile by its index.
+        wall: Pictures of the wall, as many as a browser can hold; None if there are none.
         wording: Language and unit of the labels.
 
     Raises:
@@ -80,17 +78,18 @@ def still_page(
         server = start_private_server(socket_path)
         try:
             drawing = Drawing(server, rig, Section.of(rig), threading.Event(), is_still=True)
-            inbox = Inbox(pins=tuple(pins), joints=tuple(joints), wording=wording)
+            changes = Changes(pins=pins, joints=joints, wording=wording)
             if len(track):
                 columns = (track.distance_mm, track.y_mm, track.sigma_distance_mm)
-                inbox.path.extend(Thinner().thin(*(column.tolist() for column in columns)))
-                inbox.length_m = float(track.distance_mm.max()) / 1000
-            inbox.pose = pose
-            if layout is not None:
-                inbox.wall = WallPictures(tuple(tiles), layout, read)
-            drawing.apply(inbox)
+                changes["path"] = Thinner().thin(*(column.tolist() for column in columns))
+                changes["length_m"] = float(track.distance_mm.max()) / 1000
+            if pose is not None:
+                changes["pose"] = pose
+            if wall is not None:
+                changes["wall"] = wall
+            drawing.apply(changes)
             drawing.follow(None)
-            for _ in tiles:  # a few pictures at a time; missing ones stay due
+            for _ in wall.tiles if wall else ():  # a few pictures at a time; missing ones stay due
                 if drawing.due_in_s() is None:
                     break
                 drawing.follow(None)
@@ -114,7 +113,7 @@ class CulvertScene:
         self.socket_path = socket_path
         self._section = Section.of(rig)
         self._lock = threading.Lock()
-        self._inbox = Inbox()
+        self._changes = Changes()
         self._thinner = Thinner()
         self._measure = Measure(is_on=False)
         self._wake = threading.Event()
@@ -137,10 +136,12 @@ class CulvertScene:
         """False after `close`, and if the writer has failed: then a new scene is needed."""
         return self._writer.is_alive() and not self._closing.is_set()
 
-    def show_pose(self, estimate: Estimate) -> None:
-        """Move the robot; extend the culvert if necessary."""
+    def show(self, **changes: Unpack[Changes]) -> None:
+        """Show these things as they are now; pictures of the wall are read later, by another
+        thread.
+        """
         with self._lock:
-            self._inbox.pose = estimate
+            self._changes.update(changes)
         self._wake.set()
 
     def extend_path(
@@ -148,7 +149,9 @@ class CulvertScene:
     ) -> None:
         """Extend the path by distance, lateral offset and sigma of the distance of each frame."""
         with self._lock:
-            self._inbox.path.extend(self._thinner.thin(xs_mm, ys_mm, sigmas_mm))
+            path = self._changes.setdefault("path", [])
+            path.extend(self._thinner.thin(xs_mm, ys_mm, sigmas_mm))
+            del path[:-MAX_POINTS]
         self._wake.set()
 
     def reset_path(self) -> None:
@@ -156,40 +159,7 @@ class CulvertScene:
         self._put_measure(Measure(self.is_measuring))
         with self._lock:
             self._thinner = Thinner()
-            self._inbox.path.clear()
-            self._inbox.path_is_reset = True
-        self._wake.set()
-
-    def show_preview(self, jpeg: bytes) -> None:
-        """Show a picture in the frustum, at most 5 times and 100 kB a second; 320 px wide is
-        enough.
-        """
-        with self._lock:
-            self._inbox.preview = jpeg
-        self._wake.set()
-
-    def set_pins(self, pins: Sequence[Pin]) -> None:
-        """Show exactly these defects."""
-        with self._lock:
-            self._inbox.pins = tuple({pin.id: pin for pin in pins}.values())
-        self._wake.set()
-
-    def select(self, pin_id: str | None) -> None:
-        """Highlight this pin, now or as soon as it exists; None: no pin."""
-        with self._lock:
-            self._inbox.selection = Selection(pin_id)
-        self._wake.set()
-
-    def point_at(self, at: tuple[float, float] | None) -> None:
-        """Label the pin at this place of the view: right and down, as shares of its size."""
-        with self._lock:
-            self._inbox.pointer = Pointer(at)
-        self._wake.set()
-
-    def set_cut(self, cut: Cut) -> None:
-        """Cut half of a pipe away; defects stay, wherever they are."""
-        with self._lock:
-            self._inbox.cut = cut
+            self._changes.update({"path": [], "path_is_reset": True})
         self._wake.set()
 
     @property
@@ -216,40 +186,7 @@ class CulvertScene:
 
     def _put_measure(self, measure: Measure) -> None:
         with self._lock:
-            self._measure = self._inbox.measure = measure
-        self._wake.set()
-
-    def set_wall(self, tiles: Sequence[WallTile], layout: WallLayout, read: ReadPicture) -> None:
-        """Show exactly these pictures of the wall, as many as a browser can hold.
-
-        `read(index)` is called later, by another thread, for the pictures to send.
-        """
-        with self._lock:
-            self._inbox.wall = WallPictures(tuple(tiles), layout, read)
-        self._wake.set()
-
-    def set_camera(self, mode: CameraMode) -> None:
-        """Move the cameras of its browsers to this view."""
-        with self._lock:
-            self._inbox.mode = mode
-        self._wake.set()
-
-    def set_wording(self, wording: Wording) -> None:
-        """Write the labels in this language and unit; `set_pins` sets the texts of pins."""
-        with self._lock:
-            self._inbox.wording = wording
-        self._wake.set()
-
-    def set_length(self, length_mm: float) -> None:
-        """Draw at least this length of culvert, in whole metres; it never shrinks."""
-        with self._lock:
-            self._inbox.length_m = length_mm / 1000
-        self._wake.set()
-
-    def set_joints(self, joints: Sequence[JointMark]) -> None:
-        """Show exactly these joints, seen and expected."""
-        with self._lock:
-            self._inbox.joints = tuple(joints)
+            self._measure = self._changes["measure"] = measure
         self._wake.set()
 
     def pick(
@@ -278,11 +215,11 @@ class CulvertScene:
                 if self._closing.is_set():
                     return
                 with self._lock:
-                    inbox, self._inbox = self._inbox, Inbox()
+                    changes, self._changes = self._changes, Changes()
                 with drawing.server.atomic():
-                    drawing.apply(inbox)
+                    drawing.apply(changes)
                     self._shown = drawing.shown  # what a browser shows can be clicked
-                drawing.follow(inbox.preview)
+                drawing.follow(changes.get("preview"))
                 self._closing.wait(_TICK_S)
         finally:
             self._closing.set()

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 from app.back_off import BackOff
@@ -39,6 +39,7 @@ from app.viewer.scene import (
     JointMark,
     Pin,
     WallLayout,
+    WallPictures,
     WallTile,
     Wording,
 )
@@ -65,6 +66,10 @@ class Look:
     selected: str | None = None
     """Id of the observation whose pin is highlighted."""
     wording: Wording = field(default_factory=Wording)
+
+
+ALL = frozenset(one.name for one in fields(Look))
+_OF_SCENE = frozenset(("mode", "cut", "selected"))
 
 
 @dataclass
@@ -129,7 +134,7 @@ class SceneFeed(Worker):
         self._subscription = ExitStack()
         self._subscription.enter_context(live.listening(inspection_id, self._on_event))
         try:
-            self._set_look()
+            self.show_look(ALL)
             self._draw(_Due(track=True, wall=True, wording=True))
         except BaseException:
             self._subscription.close()
@@ -143,25 +148,14 @@ class SceneFeed(Worker):
         self.stop()
         self.scene.close()
 
-    def show_look(self) -> None:
-        """Schedule drawing of everything that depends on the look."""
-        self._set_look()
-        self._note(robot=True, wording=True)
-
-    def show_robot(self) -> None:
-        """Schedule moving the robot to the page's frame."""
-        self._note(robot=True)
-
-    def show_wording(self) -> None:
-        """Schedule relabelling in the language of the page."""
-        self._note(wording=True)
-
-    def _set_look(self) -> None:
+    def show_look(self, changed: Collection[str]) -> None:
+        """Schedule drawing of what depends on these fields of the look."""
         look = self._look()
-        self.scene.set_camera(look.mode)
-        self.scene.set_cut(look.cut)
-        self.scene.set_measuring(look.is_measuring)
-        self.scene.select(look.selected)
+        self.scene.show(**{name: getattr(look, name) for name in _OF_SCENE.intersection(changed)})
+        if "is_measuring" in changed:
+            self.scene.set_measuring(look.is_measuring)
+        due = {"robot": "frame", "wording": "wording"}
+        self._note(**{part: True for part, field in due.items() if field in changed})
 
     def _note(self, **due: bool | Update | None) -> None:
         with self._changed:
@@ -208,7 +202,7 @@ class SceneFeed(Worker):
         if due.wall:
             self._draw_wall()
         if due.wording:
-            self.scene.set_wording(self._look().wording)
+            self.scene.show(wording=self._look().wording)
         if due.wording or due.pins:
             self._draw_pins()
 
@@ -220,13 +214,13 @@ class SceneFeed(Worker):
     def _draw_joints(self, adjusted: Adjusted) -> None:
         if adjusted is not self._joints_of:
             self._joints_of = adjusted
-            self.scene.set_joints(joint_marks(adjusted))
+            self.scene.show(joints=joint_marks(adjusted))
 
     def _draw_robot(self) -> None:
         estimate = self._corrections.at(self._inspection_id, self._look().frame)
         if estimate is not None:
             stance = self._corrections.stance(self._inspection_id)
-            self.scene.show_pose(stance.added_to(estimate))
+            self.scene.show(pose=stance.added_to(estimate))
 
     def _extend_path(self, track: Track) -> None:
         new = slice(self._drawn, None)
@@ -237,7 +231,7 @@ class SceneFeed(Worker):
                 y_mm.tolist(),
                 track.sigma_distance_mm[new].tolist(),
             )
-            self.scene.set_length(float(track.distance_mm.max()))
+            self.scene.show(length_m=float(track.distance_mm.max()) / 1000)
             self._drawn = len(track)
 
     def _draw_wall(self) -> None:
@@ -254,7 +248,7 @@ class SceneFeed(Worker):
         shape = WallLayout(
             layout.arc_from_mm / 1000, layout.arc_to_mm / 1000, layout.width_px, layout.height_px
         )
-        self.scene.set_wall(tiles, shape, self._wall_picture)
+        self.scene.show(wall=WallPictures(tiles, shape, self._wall_picture))
 
     def _wall_picture(self, index: int) -> bytes | None:
         try:
@@ -268,7 +262,7 @@ class SceneFeed(Worker):
     def _draw_pins(self) -> None:
         views = self._observations.all(self._inspection_id)
         table = self._packs.table_of(self._inspections.row(self._inspection_id).header)
-        self.scene.set_pins(_pins(views, table, self._look().wording.language))
+        self.scene.show(pins=_pins(views, table, self._look().wording.language))
 
     def _on_event(self, event: Event) -> None:
         """Mark what is due; called in the publisher's thread."""
@@ -303,9 +297,9 @@ class SceneFeed(Worker):
             self._extend_path(self._corrections.track(self._inspection_id))
         self._draw_joints(self._corrections.newest(self._inspection_id))
         if self._look().frame is None:
-            self.scene.show_pose(new[-1])
+            self.scene.show(pose=new[-1])
             if update.jpeg:
-                self.scene.show_preview(update.jpeg)
+                self.scene.show(preview=update.jpeg)
 
 
 def joint_marks(adjusted: Adjusted) -> list[JointMark]:

@@ -17,6 +17,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from app.errors import NoScene
 from app.inspections.corrections import Corrections
@@ -27,8 +28,8 @@ from app.inspections.picking import Picking, WallPlace
 from app.tracking.live import Live
 from app.tracking.unrolled import Unrolled
 from app.viewer.geometry import WallHit
-from app.viewer.scene import CameraMode, CulvertScene, Cut, ViewerUnavailable, Wording
-from app.viewer.scene_feed import Look, SceneFeed
+from app.viewer.scene import CulvertScene, ViewerUnavailable
+from app.viewer.scene_feed import ALL, Look, SceneFeed
 from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
@@ -54,46 +55,16 @@ class PageView:
     left_at_s: float = 0.0
     """Time when the last 3D view left, by time.monotonic."""
 
-    def show_frame(self, frame: int | None) -> None:
-        """Move the robot to this frame; None lets it follow the tracking again."""
-        self.look = replace(self.look, frame=frame)
+    def change(self, **changes: Any) -> None:
+        """Change the look, by the names of its fields."""
+        self.look = replace(self.look, **changes)
         if self.feed is not None:
-            self.feed.show_robot()
-
-    def set_camera(self, mode: CameraMode) -> None:
-        """Set where the observer stands."""
-        self.look = replace(self.look, mode=mode)
-        if self.feed is not None:
-            self.feed.scene.set_camera(mode)
-
-    def set_cut(self, cut: Cut) -> None:
-        """Cut half of the pipe away."""
-        self.look = replace(self.look, cut=cut)
-        if self.feed is not None:
-            self.feed.scene.set_cut(cut)
-
-    def set_measuring(self, is_on: bool) -> None:
-        """Let clicks measure; a view that is opened anew starts without a line."""
-        self.look = replace(self.look, is_measuring=is_on)
-        if self.feed is not None:
-            self.feed.scene.set_measuring(is_on)
+            self.feed.show_look(changes)
 
     def point_at(self, at: tuple[float, float] | None) -> None:
         """Label the pin under the pointer."""
         if self.feed is not None:
-            self.feed.scene.point_at(at)
-
-    def select(self, observation_id: str | None) -> None:
-        """Highlight the pin of an observation; None: no pin."""
-        self.look = replace(self.look, selected=observation_id)
-        if self.feed is not None:
-            self.feed.scene.select(observation_id)
-
-    def set_wording(self, wording: Wording) -> None:
-        """Set language and unit of the labels."""
-        self.look = replace(self.look, wording=wording)
-        if self.feed is not None:
-            self.feed.show_wording()
+            self.feed.scene.show(pointer=at)
 
 
 class Scenes:
@@ -186,7 +157,7 @@ class Scenes:
             except ViewerUnavailable as error:
                 raise NoScene(f"The 3D view could not be started: {error}") from error
             if view.look != look:  # the look of the page has changed meanwhile
-                view.feed.show_look()
+                view.feed.show_look(ALL)
             return view.feed
 
     def count(self) -> int:

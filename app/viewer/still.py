@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from app.errors import NoScene
 from app.reports.report import Report
 from app.survey.track_rows import estimate_at
-from app.viewer.scene import ViewerUnavailable, WallLayout, WallTile, Wording, still_page
+from app.viewer.scene import (
+    ViewerUnavailable,
+    WallLayout,
+    WallPictures,
+    WallTile,
+    Wording,
+    still_page,
+)
 from app.viewer.scene_feed import defect_pin, joint_marks
 
 
@@ -39,21 +47,14 @@ def scene_page(report: Report) -> str:
     ]
     layout, adjusted = report.layout, report.adjusted
     track = report.stance.added_to(report.track)
-    tiles: list[WallTile] = []
-    shape = None
+    wall = None
     if layout is not None and adjusted is not None:
         shape = WallLayout(
             layout.arc_from_mm / 1000, layout.arc_to_mm / 1000, layout.width_px, layout.height_px
         )
         ends_m = {n: adjusted.chainage_mm(n * layout.tile_mm) / 1000 for n in _ends(report)}
         tiles = [WallTile(n, 1, ends_m[n], ends_m[n + 1]) for n in report.wall]
-
-    def read(index: int) -> bytes | None:
-        try:
-            return report.wall[index].read_bytes()
-        except FileNotFoundError:
-            return None
-
+        wall = WallPictures(tiles, shape, partial(_picture, report))
     try:
         return still_page(
             report.rig,
@@ -61,13 +62,18 @@ def scene_page(report: Report) -> str:
             estimate_at(track, 0),
             pins,
             joint_marks(adjusted) if adjusted else (),
-            tiles,
-            shape,
-            read,
+            wall,
             Wording(report.language, report.units),
         )
     except ViewerUnavailable as error:
         raise NoScene(f"The 3D view could not be started: {error}") from error
+
+
+def _picture(report: Report, index: int) -> bytes | None:
+    try:
+        return report.wall[index].read_bytes()
+    except FileNotFoundError:
+        return None
 
 
 def _ends(report: Report) -> set[int]:

@@ -59,7 +59,7 @@ ReadPicture = Callable[[int], bytes | None]
 class WallPictures:
     """All tiles of a wall, and access to their pictures."""
 
-    tiles: tuple[WallTile, ...]
+    tiles: Sequence[WallTile]
     layout: WallLayout
     read: ReadPicture
 

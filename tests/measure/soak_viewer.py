@@ -28,7 +28,7 @@ from websockets.sync.client import connect
 import app.viewer.drawing
 import app.viewer.scene
 import app.viewer.wall
-from app.viewer.scene import CulvertScene, Pin, WallLayout, WallTile
+from app.viewer.scene import CulvertScene, Pin, WallLayout, WallPictures, WallTile
 
 RATE_HZ = 30
 LENGTH_M = 100.0
@@ -77,15 +77,15 @@ class Drive:
         x_m = LENGTH_M * (way if way <= 1 else 2 - way)
         status = "lost" if n % 900 > 870 else "weak" if n % 300 > 280 else "ok"
         self._scene.extend_path([1000 * x_m], [5.0 * (n % 100) / 100], [1.0 + n % 7])
-        self._scene.show_pose(make_estimate(1000 * x_m, status=status))
+        self._scene.show(pose=make_estimate(1000 * x_m, status=status))
         if n % 2 == 0:
-            self._scene.show_preview(os.urandom(20_000))
+            self._scene.show(preview=os.urandom(20_000))
         if n % RATE_HZ == 0:
             self._show_wall(x_m)
         if n % (4 * RATE_HZ) == 0:
             self._tag(n, x_m)
         if n % (60 * RATE_HZ) == 0:
-            self._scene.set_camera(("follow", "overview", "inside")[n // (60 * RATE_HZ) % 3])
+            self._scene.show(mode=("follow", "overview", "inside")[n // (60 * RATE_HZ) % 3])
 
     def _show_wall(self, x_m: float) -> None:
         here = int(min(x_m, LENGTH_M - 0.01) / TILE_M)
@@ -94,7 +94,7 @@ class Drive:
             WallTile(index, revision, TILE_M * index, TILE_M * (index + 1))
             for index, revision in self._revisions.items()
         ]
-        self._scene.set_wall(tiles, LAYOUT, lambda _: os.urandom(PICTURE_BYTES))
+        self._scene.show(wall=WallPictures(tiles, LAYOUT, lambda _: os.urandom(PICTURE_BYTES)))
 
     def _tag(self, n: int, x_m: float) -> None:
         """Add a defect each time; of more than 60 the oldest is deleted."""
@@ -104,8 +104,8 @@ class Drive:
         )
         if len(self._pins) > 60:
             del self._pins[next(iter(self._pins))]
-        self._scene.set_pins(list(self._pins.values()))
-        self._scene.select(f"uuid-{n}" if n % 240 else None)
+        self._scene.show(pins=list(self._pins.values()))
+        self._scene.show(selected=f"uuid-{n}" if n % 240 else None)
 
 
 def resident_mb() -> float:

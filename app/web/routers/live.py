@@ -237,21 +237,21 @@ async def _receive(socket: WebSocket, outbox: _Outbox, view: PageView, seat: Sea
             case _Ping(t):
                 await socket.send_json({"type": "pong", "t": t})
             case _Show(frame):
-                view.show_frame(frame)
+                view.change(frame=frame)
             case _Camera(mode):
-                view.set_camera(mode)
+                view.change(mode=mode)
             case _Select(observation):
-                view.select(observation)
+                view.change(selected=observation)
             case _Cut(half):
-                view.set_cut(half)
+                view.change(cut=half)
             case _Measure(on):
-                view.set_measuring(on)
+                view.change(is_measuring=on)
             case _Here(editing):
                 seat.state(editing)
             case _Point(at):
                 view.point_at(at)
             case _Words(language, units, late):
-                view.set_wording(Wording(language, units, is_late=late))
+                view.change(wording=Wording(language, units, is_late=late))
 
 
 async def _next_command(socket: WebSocket) -> _Command:

@@ -12,7 +12,7 @@ from builders import PATIENCE_S
 from playwright.sync_api import Browser, Page
 from viewer_client import Served, make_estimate
 
-from app.viewer.scene import Pin, WallLayout, WallTile
+from app.viewer.scene import Pin, WallLayout, WallPictures, WallTile
 from vo_core.mosaic.mosaic import UNSEEN_GREY
 
 FIRST_PICTURE_MS = 60_000
@@ -49,22 +49,22 @@ def wait_for_pixels(page: Page, hsv: tuple[int, int, int], at_least: int) -> Non
 
 
 def test_scene_is_drawn_and_clicked_in_a_browser(page: Page, served: Served) -> None:
-    served.scene.set_length(4500)
-    served.scene.show_pose(make_estimate(2000.0))
-    served.scene.set_camera("follow")
+    served.scene.show(length_m=4.5)
+    served.scene.show(pose=make_estimate(2000.0))
+    served.scene.show(mode="follow")
     page.goto(served.page_url + "?fixedDpr=1")
 
     wait_for_pixels(page, YELLOW, 375)
     wait_for_pixels(page, CYAN, 75)
     assert pixels(page, RED) < 12
-    served.scene.set_pins([Pin("a", 2.2, 9.0, 0.005, 5, "BAC C")])
+    served.scene.show(pins=[Pin("a", 2.2, 9.0, 0.005, 5, "BAC C")])
     wait_for_pixels(page, RED, 15)
     assert page.locator('[data-testid="floating-panel"]').is_hidden()
 
     magenta = cv2.imencode(".jpg", np.full((64, 64, 3), (230, 20, 230), np.uint8))[1].tobytes()
     wall = [WallTile(k, 1, 0.5 * k, 0.5 * k + 0.5) for k in range(8)]
     assert pixels(page, MAGENTA) < 12
-    served.scene.set_wall(wall, WallLayout(-0.47, 0.0, 64, 64), lambda _: magenta)
+    served.scene.show(wall=WallPictures(wall, WallLayout(-0.47, 0.0, 64, 64), lambda _: magenta))
     wait_for_pixels(page, MAGENTA, 1250)
 
     middle = page.locator("canvas").first.bounding_box()

@@ -28,12 +28,12 @@ def tunnels(monkeypatch: pytest.MonkeyPatch) -> type[Tunnels]:
 
 def barrier(served: Served, client, mm: float = 33.0) -> list[dict]:
     """Messages until a pose posted now has come through."""
-    served.scene.show_pose(make_estimate(mm))
+    served.scene.show(pose=make_estimate(mm))
     return client.until_robot_says(f"{mm / 1000:.3f} m")
 
 
 def test_operator_clicks_the_wall(served: Served) -> None:
-    served.scene.set_length(3000)
+    served.scene.show(length_m=3)
     with served.client() as client:
         barrier(served, client)
         client.click((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
@@ -47,7 +47,7 @@ def test_operator_clicks_the_wall(served: Served) -> None:
 
 
 def test_operator_clicks_a_pin(served: Served) -> None:
-    served.scene.set_pins([Pin("a", 1.0, 3.0, 0.005, 2, "BAB")])
+    served.scene.show(pins=[Pin("a", 1.0, 3.0, 0.005, 2, "BAB")])
     with served.client() as client:
         barrier(served, client)
         client.click((1.0, -0.1, 0.0), (0.0, 1.0, 0.0))
@@ -125,14 +125,14 @@ def test_what_cannot_be_ends_its_own_connection_only(served: Served) -> None:
                 send(client)
                 codes[name] = client.close_code()
         other.send_camera()
-        served.scene.set_camera("follow")
+        served.scene.show(mode="follow")
         barrier(served, other)
 
     assert codes == dict.fromkeys(senders, 1011)
 
 
 def test_frame_of_three_megabytes_passes(served: Served) -> None:
-    served.scene.show_preview(os.urandom(3_000_000))
+    served.scene.show(preview=os.urandom(3_000_000))
     with served.client() as client:
         messages = client.until(lambda m: "_image_data" in m.get("updates", {}))
 

@@ -27,6 +27,7 @@ from app.viewer.scene import (
     Pin,
     ViewerUnavailable,
     WallLayout,
+    WallPictures,
     WallTile,
 )
 from app.viewer.views import View, view_of
@@ -63,7 +64,7 @@ def replay(served: Served) -> list[dict]:
     """What a late joiner gets after everything posted so far has been drawn."""
     mark = next(replay.marks)
     with served.client() as client:
-        served.scene.show_pose(make_estimate(mark))
+        served.scene.show(pose=make_estimate(mark))
         client.until_robot_says(f"{mark / 1000:.3f} m")
     with served.client() as client:
         return client.replay()
@@ -73,11 +74,11 @@ replay.marks = iter(range(1, 1000))
 
 
 def test_late_joiner_gets_the_whole_scene(served: Served) -> None:
-    served.scene.set_length(4000)
+    served.scene.show(length_m=4)
     served.scene.extend_path([0, 50, 100], [0, 0, 0], [1, 1, 1])
-    served.scene.set_pins([Pin("a", 0.25, 7.5, 0.004, 2, "BAF C")])
-    served.scene.set_joints([JointMark(1, 1.47, is_seen=True), JointMark(2, 2.97, is_seen=False)])
-    served.scene.set_camera("follow")
+    served.scene.show(pins=[Pin("a", 0.25, 7.5, 0.004, 2, "BAF C")])
+    served.scene.show(joints=[JointMark(1, 1.47, is_seen=True), JointMark(2, 2.97, is_seen=False)])
+    served.scene.show(mode="follow")
 
     messages = replay(served)
 
@@ -89,13 +90,13 @@ def test_late_joiner_gets_the_whole_scene(served: Served) -> None:
 
 
 def test_scene_does_not_grow_with_frames(served: Served) -> None:
-    served.scene.show_preview(JPEG)
+    served.scene.show(preview=JPEG)
     before = replay(served)
     with served.client() as client:
         for step in range(40):
-            served.scene.show_pose(make_estimate(100 + step, status="weak" if step % 2 else "ok"))
+            served.scene.show(pose=make_estimate(100 + step, status="weak" if step % 2 else "ok"))
             served.scene.extend_path([100 + 0.1 * step], [0.1], [1.0])
-            served.scene.show_preview(JPEG + bytes([step]))
+            served.scene.show(preview=JPEG + bytes([step]))
             client.until_robot_says(f"{(100 + step) / 1000:.3f} m")
 
     after = replay(served)
@@ -109,7 +110,7 @@ def test_newest_pose_wins(served: Served) -> None:
     with served.client() as client:
         client.replay()
         for mm in range(1000):
-            served.scene.show_pose(make_estimate(mm))
+            served.scene.show(pose=make_estimate(mm))
 
         messages = client.until_robot_says("0.999 m")
 
@@ -118,7 +119,7 @@ def test_newest_pose_wins(served: Served) -> None:
 
 
 def test_robot_shows_distance_interval_and_trouble(served: Served) -> None:
-    served.scene.show_pose(make_estimate(1234.0, status="lost"))
+    served.scene.show(pose=make_estimate(1234.0, status="lost"))
     with served.client() as client:
         client.until_robot_says("1.234 m ± 0.01 m · lost")
 
@@ -166,7 +167,7 @@ def test_trouble_changes_the_shape_of_the_ring(socket_path: Path, serve, shape: 
         rings = {}
         for mm, status in enumerate(("ok", "weak", "lost"), 9001):
             with served.client() as client:
-                scene.show_pose(make_estimate(mm, status=status))
+                scene.show(pose=make_estimate(mm, status=status))
                 client.until_robot_says(f"{mm / 1000:.3f} m")
             with served.client() as client:
                 rings[status] = shown_in(client.replay())
@@ -193,7 +194,7 @@ def is_tile(message: dict) -> bool:
 
 
 def test_wall_is_put_where_it_was_seen(served: Served) -> None:
-    served.scene.set_wall(make_tiles(3, shift_m=0.25), LAYOUT, PICTURES.get)
+    served.scene.show(wall=WallPictures(make_tiles(3, shift_m=0.25), LAYOUT, PICTURES.get))
     with served.client() as client:
         tiles = client.until_all(is_tile, 3)
         place = client.until(lambda m: m["type"] == "SetPositionMessage" and m["name"] == "/wall/2")
@@ -211,14 +212,14 @@ def test_only_a_changed_picture_is_sent_again(served: Served) -> None:
         reads.append(index)
         return PICTURES[index] + bytes([len(reads)])
 
-    served.scene.set_wall(make_tiles(3), LAYOUT, read)
+    served.scene.show(wall=WallPictures(make_tiles(3), LAYOUT, read))
     replay(served)
     changed = [*make_tiles(2), WallTile(2, 2, 1.0, 1.5)]
     with served.client() as client:
         client.replay()
-        served.scene.set_wall(changed, LAYOUT, read)
+        served.scene.show(wall=WallPictures(changed, LAYOUT, read))
         (sent,) = client.until_all(is_tile, 1)
-    served.scene.set_wall(changed, LAYOUT, read)
+    served.scene.show(wall=WallPictures(changed, LAYOUT, read))
     replay(served)
 
     assert sent["name"] == "/wall/2"
@@ -234,15 +235,15 @@ def test_picture_that_grows_is_sent_once_a_period(
     def read(_: int) -> bytes:
         return JPEG + bytes([next(growing)])
 
-    served.scene.set_wall(make_tiles(1), LAYOUT, read)
+    served.scene.show(wall=WallPictures(make_tiles(1), LAYOUT, read))
     with served.client() as client:
         client.until_all(is_tile, 1)
         for revision in range(2, 12):
-            served.scene.set_wall(make_tiles(1, revision=revision), LAYOUT, read)
-        served.scene.show_pose(make_estimate(11.0))
+            served.scene.show(wall=WallPictures(make_tiles(1, revision=revision), LAYOUT, read))
+        served.scene.show(pose=make_estimate(11.0))
         meanwhile = client.until_robot_says("0.011 m")
         monkeypatch.setattr(wall, "_PERIOD_S", 0.0)
-        served.scene.show_pose(make_estimate(12.0))
+        served.scene.show(pose=make_estimate(12.0))
         client.until_all(is_tile, 1)
 
     assert not any(map(is_tile, meanwhile))
@@ -250,11 +251,11 @@ def test_picture_that_grows_is_sent_once_a_period(
 
 
 def test_corrected_distance_moves_the_wall_without_its_pictures(served: Served) -> None:
-    served.scene.set_wall(make_tiles(2), LAYOUT, PICTURES.get)
+    served.scene.show(wall=WallPictures(make_tiles(2), LAYOUT, PICTURES.get))
     replay(served)
     with served.client() as client:
         client.replay()
-        served.scene.set_wall(make_tiles(2, shift_m=0.1), LAYOUT, PICTURES.get)
+        served.scene.show(wall=WallPictures(make_tiles(2, shift_m=0.1), LAYOUT, PICTURES.get))
         seen = client.until(lambda m: m["type"] == "SetPositionMessage" and m["name"] == "/wall/1")
 
     assert seen[-1]["position"] == [0.6, 0.0, 0.0]
@@ -262,14 +263,14 @@ def test_corrected_distance_moves_the_wall_without_its_pictures(served: Served) 
 
 
 def test_long_wall_is_shown_around_the_robot(served: Served) -> None:
-    served.scene.set_wall(make_tiles(200), LAYOUT, PICTURES.get)
-    served.scene.show_pose(make_estimate(0.0))
+    served.scene.show(wall=WallPictures(make_tiles(200), LAYOUT, PICTURES.get))
+    served.scene.show(pose=make_estimate(0.0))
     with served.client() as client:
         client.until_all(is_tile, 40)
-        served.scene.show_pose(make_estimate(100_000.0))
+        served.scene.show(pose=make_estimate(100_000.0))
         there = client.until_all(is_tile, 40)
         # The next pose is drawn after the last of the far pictures has been taken away.
-        served.scene.show_pose(make_estimate(100_001.0))
+        served.scene.show(pose=make_estimate(100_001.0))
         client.until_robot_says("100.001 m")
     with served.client() as client:
         shown = {name for name in shown_in(client.replay()) if name.startswith("/wall/")}
@@ -278,7 +279,7 @@ def test_long_wall_is_shown_around_the_robot(served: Served) -> None:
 
 
 def test_tile_is_a_glb_that_shows_its_picture(served: Served) -> None:
-    served.scene.set_wall(make_tiles(1), LAYOUT, PICTURES.get)
+    served.scene.show(wall=WallPictures(make_tiles(1), LAYOUT, PICTURES.get))
     with served.client() as client:
         (tile,) = client.until_all(is_tile, 1)
     glb = tile["props"]["glb_data"]
@@ -293,11 +294,11 @@ def test_tile_is_a_glb_that_shows_its_picture(served: Served) -> None:
 
 def test_selected_pin_is_marked_and_the_others_are_not(served: Served) -> None:
     pins = [Pin("a", 0.5, 6, 0.01, 5, "BAB"), Pin("b", 2, 6, 0.02, 1, "BBC")]
-    served.scene.set_camera("follow")
-    served.scene.set_pins(pins)
-    served.scene.select("b")
+    served.scene.show(mode="follow")
+    served.scene.show(pins=pins)
+    served.scene.show(selected="b")
     marked = texts_of(replay(served))
-    served.scene.select(None)
+    served.scene.show(selected=None)
     unmarked = texts_of(replay(served))
 
     assert {"S5 BAB\n0.50 m ± 0.01 m", "» S1 BBC\n2.00 m ± 0.02 m"} <= marked
@@ -306,14 +307,14 @@ def test_selected_pin_is_marked_and_the_others_are_not(served: Served) -> None:
 
 def test_pins_are_labelled_near_the_robot_with_a_line_to_each(served: Served) -> None:
     pins = [Pin(str(k), 0.5 * k, 3, None, None, f"P{k}.") for k in range(40)]
-    served.scene.set_pins(pins)
+    served.scene.show(pins=pins)
 
     def named(x_m: float) -> set[str]:
-        served.scene.show_pose(make_estimate(1000 * x_m))
+        served.scene.show(pose=make_estimate(1000 * x_m))
         with served.client() as client:
             client.until_robot_says(f"{x_m:.3f} m")
         with late_joiner(served.scene) as client:
-            served.scene.show_pose(make_estimate(1000 * x_m + 1))
+            served.scene.show(pose=make_estimate(1000 * x_m + 1))
             seen = client.replay() + client.until_robot_says(f"{x_m + 0.001:.3f} m")
         leaders = [m for m in seen if m.get("name") == "/pins/leaders" and "props" in m]
         assert len(leaders[-1]["props"]["points"]) > 0
@@ -325,7 +326,7 @@ def test_pins_are_labelled_near_the_robot_with_a_line_to_each(served: Served) ->
 
 def test_the_robot_is_hidden_from_inside_but_lights_the_pipe(served: Served) -> None:
     outside = shown_in(replay(served))
-    served.scene.set_camera("inside")
+    served.scene.show(mode="inside")
     inside = shown_in(replay(served))
 
     assert {"/robot/body", "/robot/camera"} <= outside - inside
@@ -335,9 +336,9 @@ def test_the_robot_is_hidden_from_inside_but_lights_the_pipe(served: Served) -> 
 def test_stretches_and_sectors_are_patches_of_their_colour(served: Served) -> None:
     stretch = Pin("a", 1, 6, 0.01, 5, "BAB", finish_m=2.0)
     sector = Pin("b", 2, 10, 0.02, 1, "BBC", clock_to=2)
-    served.scene.set_pins([stretch, sector, Pin("c", 2, 10, 0.02, 3, "BBC")])
+    served.scene.show(pins=[stretch, sector, Pin("c", 2, 10, 0.02, 3, "BBC")])
     drawn = shown_in(replay(served))
-    served.scene.set_pins([sector])
+    served.scene.show(pins=[sector])
     left = shown_in(replay(served))
 
     assert {n for n in drawn if "/pins/patches/" in n} == {"/pins/patches/5", "/pins/patches/1"}
@@ -353,16 +354,18 @@ def test_an_hour_of_everything_is_no_more_to_keep_than_a_minute(
     def work(client: Client, steps: range) -> int:
         for step in steps:
             served.scene.extend_path([100 + 0.1 * (step % 20)], [0.1], [1.0])
-            served.scene.show_preview(JPEG + bytes([step % 250]))
-            served.scene.set_wall(make_tiles(10, revision=step), LAYOUT, PICTURES.get)
+            served.scene.show(preview=JPEG + bytes([step % 250]))
+            served.scene.show(
+                wall=WallPictures(make_tiles(10, revision=step), LAYOUT, PICTURES.get)
+            )
             pins = [
                 Pin(f"{step}-{k}", k, 6, 0.01, k % 6, "BAB", finish_m=k + 0.5)
                 for k in range(step % 7)
             ]
-            served.scene.set_pins(pins)
-            served.scene.select(f"{step}-1")
+            served.scene.show(pins=pins)
+            served.scene.show(selected=f"{step}-1")
             status = ("ok", "weak", "lost")[step % 3]
-            served.scene.show_pose(make_estimate(100.0 + step, status=status))
+            served.scene.show(pose=make_estimate(100.0 + step, status=status))
             client.until_robot_says(f"{(100 + step) / 1000:.3f} m")
         return kept()
 
@@ -370,7 +373,7 @@ def test_an_hour_of_everything_is_no_more_to_keep_than_a_minute(
         """What is replaced during a replay comes after it, so all that waits is drawn first."""
         with late_joiner(served.scene) as joiner:
             replayed = Counter(map(kind_of, joiner.replay()))
-            served.scene.show_pose(make_estimate(90.0))
+            served.scene.show(pose=make_estimate(90.0))
             rest = {kind_of(message) for message in joiner.until_robot_says("0.090 m")}
         return (replayed | Counter(rest)).total()
 
@@ -383,16 +386,16 @@ def test_an_hour_of_everything_is_no_more_to_keep_than_a_minute(
 
 
 def test_pins_replace_each_other(served: Served) -> None:
-    served.scene.set_camera("inside")
-    served.scene.set_pins(
-        [Pin("a", 0.1, 6, 0.01, 5, "BAB"), Pin("b", 0.5, None, 0.02, None, "BBC")]
+    served.scene.show(mode="inside")
+    served.scene.show(
+        pins=[Pin("a", 0.1, 6, 0.01, 5, "BAB"), Pin("b", 0.5, None, 0.02, None, "BBC")]
     )
     both = texts_of(replay(served))
-    served.scene.set_pins(
-        [Pin("b", 2.5, None, 0.02, None, "BBC"), Pin("b", 0.5, 1, 0.03, 1, "BBA")]
+    served.scene.show(
+        pins=[Pin("b", 2.5, None, 0.02, None, "BBC"), Pin("b", 0.5, 1, 0.03, 1, "BBA")]
     )
     one = texts_of(replay(served))
-    served.scene.set_pins([])
+    served.scene.show(pins=[])
     none = texts_of(replay(served))
 
     assert {"S5 BAB\n0.10 m ± 0.01 m", "BBC\n0.50 m ± 0.02 m"} <= both
@@ -402,7 +405,7 @@ def test_pins_replace_each_other(served: Served) -> None:
 
 def test_culvert_grows_in_whole_metres(served: Served) -> None:
     for length_mm, last in ((100, 1), (3000, 3), (3001, 4)):
-        served.scene.set_length(length_mm)
+        served.scene.show(length_m=length_mm / 1000)
         metres = {text for text in texts_of(replay(served)) if text.endswith(".00 m")}
         assert metres == {f"{metre}.00 m" for metre in range(last + 1)}
 
@@ -414,10 +417,10 @@ def test_no_joint_is_drawn_where_none_is_known(served: Served) -> None:
 
 
 def test_a_joint_that_was_expected_is_drawn_anew_when_it_is_seen(served: Served) -> None:
-    served.scene.set_length(2000)
-    served.scene.set_joints([JointMark(1, 1.5, is_seen=False)])
+    served.scene.show(length_m=2)
+    served.scene.show(joints=[JointMark(1, 1.5, is_seen=False)])
     before = replay(served)
-    served.scene.set_joints([JointMark(1, 1.47, is_seen=True)])
+    served.scene.show(joints=[JointMark(1, 1.47, is_seen=True)])
     after = replay(served)
     assert "/culvert/joints" in names_of(after) - names_of(before)
     assert "joint 1 · 1.47 m" in texts_of(after)
@@ -429,7 +432,7 @@ def test_floor_and_unknown_joints_are_drawn(socket_path: Path, serve) -> None:
     scene = CulvertScene(rig, socket_path)
     try:
         served = serve(scene)
-        scene.set_pins([Pin("a", 0.5, None, 0.01, 3, "BAF", lateral_m=0.1)])
+        scene.show(pins=[Pin("a", 0.5, None, 0.01, 3, "BAF", lateral_m=0.1)])
         messages = replay(served)
     finally:
         scene.close()
@@ -447,16 +450,16 @@ def test_camera_moves_with_the_robot(served: Served) -> None:
     with served.client() as client:
         client.send_camera()
         for mode in modes:
-            served.scene.set_camera(mode)
+            served.scene.show(mode=mode)
             for x_m in (1.0, 2.0, 0.5):
-                served.scene.show_pose(make_estimate(1000 * x_m))
+                served.scene.show(pose=make_estimate(1000 * x_m))
                 view = view_of(mode, Section(0.15, 0.15), (0.0, 3.0), x_m, aspect=800 / 600)
                 client.until(is_sent_to(view))
 
 
 def test_no_initial_camera_overtakes_the_first_command(served: Served) -> None:
     """viser's client goes to an initial camera late, also after the command that was to last."""
-    served.scene.set_camera("follow")
+    served.scene.show(mode="follow")
 
     messages = replay(served)
 
@@ -474,10 +477,10 @@ def test_overview_turned_by_hand_is_left_alone(
         # In a low window the robot is not labelled, which shows that the camera has arrived.
         client.send_camera(position=(0.0, 1.0, -1.0), image_height=150)
         client.until(lambda m: m.get("name") == "/robot_label" and m.get("visible") is False)
-        served.scene.set_length(5000)
-        served.scene.show_pose(make_estimate(7.0))
+        served.scene.show(length_m=5)
+        served.scene.show(pose=make_estimate(7.0))
         until_pose = client.until_robot_says("0.007 m")
-        served.scene.set_camera("overview")
+        served.scene.show(mode="overview")
         client.until(is_sent)
 
     assert not any(map(is_sent, until_pose))
@@ -490,12 +493,12 @@ def test_pictures_are_rare_for_slow_lines(served: Served, monkeypatch: pytest.Mo
     monkeypatch.setattr(drawing, "_PREVIEW_BYTES_PER_S", len(JPEG) / NEVER_S)
     with served.client() as client:
         client.replay()
-        served.scene.show_preview(JPEG)
+        served.scene.show(preview=JPEG)
         client.until(is_picture)
-        served.scene.show_preview(JPEG)
+        served.scene.show(preview=JPEG)
         meanwhile = []
         for mm in (11.0, 12.0):
-            served.scene.show_pose(make_estimate(mm))
+            served.scene.show(pose=make_estimate(mm))
             meanwhile += client.until_robot_says(f"{mm / 1000:.3f} m")
 
     assert not any(map(is_picture, meanwhile))
@@ -539,7 +542,7 @@ def test_close_removes_the_socket_and_ends_the_view(served: Served) -> None:
 def test_ten_cycles_leave_nothing_behind(socket_path: Path) -> None:
     def cycle() -> None:
         scene = CulvertScene(make_rig(), socket_path)
-        scene.show_pose(make_estimate(100.0))
+        scene.show(pose=make_estimate(100.0))
         scene.close()
 
     cycle()

@@ -13,7 +13,7 @@ from app.viewer.geometry import Cut, Section, WallHit, cut_away, half_shell, tor
 from app.viewer.pin import Pin
 from app.viewer.ruler import shortest
 from app.viewer.scale_bar import round_length_m
-from app.viewer.scene import WallLayout, WallTile, Wording
+from app.viewer.scene import WallLayout, WallPictures, WallTile, Wording
 
 PIPE = Section(radius_m=0.15, half_width_m=0.15)
 REACH = (0.0, 10.0)
@@ -88,7 +88,7 @@ def test_two_clicks_measure_and_a_third_begins_anew(served: Served) -> None:
         scene.set_size((point(1.0, 6.0), point(1.1, 6.0)), figure)  # of another line: too late
         scene.set_size((point(1.0, 6.0), point(1.2, 6.0)), figure)
         label(client, "/ruler/label", "198 ± 4 mm")
-        scene.set_wording(Wording(units="ft"))
+        scene.show(wording=Wording(units="ft"))
         label(client, "/ruler/label", "0.65 ± 0.02 ft")
         scene.measure_to(point(3.0, 6.0))
         client.until(lambda m: m.get("name") == "/ruler/label" and m.get("visible") is False)
@@ -101,11 +101,11 @@ def test_in_a_low_window_only_the_selected_pin_is_labelled(served: Served) -> No
     with served.client() as client:
         client.replay()
         client.send_camera()
-        served.scene.set_pins(pins)
+        served.scene.show(pins=pins)
         label(client, "/pins/labels/1", "S2 BBA")
         client.send_camera(image_height=150)
         client.until(lambda m: m.get("name") == "/robot_label" and m.get("visible") is False)
-        served.scene.select("2")
+        served.scene.show(selected="2")
         label(client, "/pins/labels/0", "» S2 BBA")
         client.send_camera()
         client.until(lambda m: m.get("name") == "/robot_label" and m.get("visible") is True)
@@ -114,10 +114,12 @@ def test_in_a_low_window_only_the_selected_pin_is_labelled(served: Served) -> No
 def test_a_cut_sends_what_is_left_of_the_pictures(served: Served) -> None:
     half_m = 0.15 * np.pi
     tiles = [WallTile(0, 1, 0.0, 0.5)]
-    served.scene.set_wall(tiles, WallLayout(-half_m, half_m, 64, 64), lambda _: b"\xff\xd8\xff\xd9")
+    served.scene.show(
+        wall=WallPictures(tiles, WallLayout(-half_m, half_m, 64, 64), lambda _: b"\xff\xd8\xff\xd9")
+    )
     with served.client() as client:
         whole = client.until(lambda m: m["type"] == "GlbMessage")[-1]
-        served.scene.set_cut("side")
+        served.scene.show(cut="side")
         left = client.until(lambda m: m["type"] == "GlbMessage")[-1]
 
     assert left["name"] == whole["name"] == "/wall/0"
@@ -126,12 +128,12 @@ def test_a_cut_sends_what_is_left_of_the_pictures(served: Served) -> None:
 
 def test_the_pin_under_the_pointer_is_labelled(served: Served) -> None:
     """One that is far away: from inside it is just above the middle of the picture."""
-    served.scene.set_pins([Pin("far", 8.0, 12, 0.01, 4, "BAC")])
+    served.scene.show(pins=[Pin("far", 8.0, 12, 0.01, 4, "BAC")])
     with served.client() as client:
         client.send_camera()
-        served.scene.set_camera("inside")
+        served.scene.show(mode="inside")
         client.until(lambda m: is_sent(m) and m["position"][0] == pytest.approx(-2.2 * 0.15))
-        served.scene.point_at((0.5, 0.49))
+        served.scene.show(pointer=(0.5, 0.49))
         label(client, "/pins/labels/0", "S4 BAC\n8.00 m ± 0.01 m")
-        served.scene.point_at((0.5, 0.7))
+        served.scene.show(pointer=(0.5, 0.7))
         client.until(lambda m: m.get("name") == "/pins/labels/0" and m.get("visible") is False)
