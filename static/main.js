@@ -22,12 +22,12 @@ import './components/archive/archive-projects/archive-projects.js';
 import './components/archive/archive-quality/archive-quality.js';
 import './components/archive/archive-register/archive-register.js';
 import './components/archive/archive-rules/archive-rules.js';
-import './components/desk/compare-page/compare-page.js';
+import './components/desk/compare/compare-page.js';
 import './components/archive/inspection-list/inspection-list.js';
 import './components/intake/new-inspection/new-inspection.js';
 import './components/reports/report-template/report-template.js';
 import './components/shared/users-page/users-page.js';
-import './components/desk/inspection-page/inspection-page.js';
+import './components/desk/page/inspection-page.js';
 
 /** @type {[RegExp, string][]} path, element */
 const PAGES = [

@@ -13,7 +13,7 @@ type Tagged<T extends string> = T extends keyof HTMLElementTagNameMap
 /** Filled in by `generate.py`. */
 interface PartsOf {}
 
-/** The named elements of the templates of some modules: `Parts<'strip-log/strip-log'>`. */
+/** The named elements of the templates of some modules: `Parts<'strip/strip-log'>`. */
 type Parts<Modules extends keyof PartsOf> = Joined<PartsOf[Modules]>;
 type Joined<U> = (U extends unknown ? (member: U) => void : never) extends (all: infer All) => void ? All : never;
 

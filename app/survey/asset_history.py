@@ -9,7 +9,7 @@ matches within its own direction only.
 A survey shows that a defect is gone, or that one is new, only if it covered the place: it reached
 beyond the whole interval in which the defect lies.
 
-`static/components/desk/compare-page/matching.js` has the same rules for two runs, which it also
+`static/components/desk/compare/matching.js` has the same rules for two runs, which it also
 aligns by their joints or from both ends; a test compares both.
 """
 

@@ -153,7 +153,7 @@ def test_remarks_of_the_server_are_in_the_language_of_the_page(
     log_in(page, server, "/login?token=another")
     seen = page.evaluate(
         """async (events) => {
-          const { remarkText } = await import('/static/components/desk/history-panel/remarks.js');
+          const { remarkText } = await import('/static/components/desk/panels/history-remarks.js');
           return events.map(remarkText);
         }""",
         [{"after": None, "reason": None} | event for event, _ in REMARKS],

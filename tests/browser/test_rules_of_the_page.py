@@ -47,6 +47,26 @@ def test_core_imports_nothing_from_the_page() -> None:
         assert all(map(module.fullmatch, imports)), path.name
 
 
+def test_only_the_shell_imports_a_page_or_what_only_a_page_has() -> None:
+    """A part of a page is also shown elsewhere: what it shares with the page has its own folder."""
+    main = STATIC / "main.js"
+    names = re.findall(r", '([a-z-]+)'\],", main.read_text("utf-8"))
+    pages = {path for path in _imports(main) if path.stem in names}
+    assert len(pages) == len(names)
+    parts = ("desk", "film", "distance", "defects", "shared")
+    for path in (path for part in parts for path in (STATIC / "components" / part).rglob("*.js")):
+        of_page = [other for other in _imports(path) if other.match("desk/page/*")]
+        assert not pages & set(_imports(path)), path
+        assert not of_page or path.match("desk/page/*"), path
+
+
+def _imports(path: Path) -> list[Path]:
+    names = re.findall(
+        r"^(?:import|\} from|import .* from) '(\.[^']+)'", path.read_text("utf-8"), re.M
+    )
+    return [(path.parent / name).resolve() for name in names]
+
+
 def test_every_style_sheet_is_in_the_shell() -> None:
     shell = (STATIC / "index.html").read_text("utf-8")
     sheets = {f"/static/{path.relative_to(STATIC).as_posix()}" for path in STATIC.rglob("*.css")}

@@ -8,7 +8,7 @@ import { newId } from '../../static/core/page/new-id.js';
 import { Operations } from '../../static/core/server/operations.js';
 import { Outbox } from '../../static/core/server/outbox.js';
 import { WallGrid } from '../../static/core/wall/wall.js';
-import { Desk } from '../../static/components/desk/inspection-page/desk.js';
+import { Desk } from '../../static/components/desk/page/desk.js';
 
 export const PATH = `/api/inspections/${process.env.CHAINAGE_INSPECTION}`;
 export const TAG = { frame: 4, pixel: [159.5, 119.5], code: 'BAB', severity: 2 };

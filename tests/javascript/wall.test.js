@@ -8,9 +8,9 @@ import { PATH, tagged } from './desks.js';
 import { measured, quantityOf } from '../../static/core/wall/measure.js';
 import { lacking } from '../../static/core/survey/register.js';
 import { WallGrid } from '../../static/core/wall/wall.js';
-import { align } from '../../static/components/desk/compare-page/alignment.js';
-import { match } from '../../static/components/desk/compare-page/matching.js';
-import { arcAt, cutAtCrown } from '../../static/components/film/wall-strip/rows.js';
+import { align } from '../../static/components/desk/compare/alignment.js';
+import { match } from '../../static/components/desk/compare/matching.js';
+import { arcAt, cutAtCrown } from '../../static/components/film/views/rows.js';
 
 /** What the server's own modules answer, from `test_page_modules.py`. */
 const truth = JSON.parse(readFileSync(process.env.CHAINAGE_TRUTH));

@@ -12,7 +12,7 @@ import { newId } from './new-id.js';
 import { Store } from './store.js';
 
 /**
- * @typedef {import('../../components/desk/inspection-page/desk.js').Desk} Desk
+ * @typedef {import('../../components/desk/page/desk.js').Desk} Desk
  * @typedef {{frame: number, pixel: [number, number]}} Found a place of the wall that a person has picked
  */
 

@@ -1,6 +1,6 @@
 /** Keeps the axis of the strips at the run and at the play head. */
 
-/** @typedef {import('../../components/desk/inspection-page/desk.js').Desk} Desk */
+/** @typedef {import('../../components/desk/page/desk.js').Desk} Desk */
 
 /**
  * Follows the growing track, the play head where it was visible, and the selection.

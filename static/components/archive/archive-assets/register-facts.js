@@ -3,7 +3,7 @@
 import { html } from '../../../core/page/html.js';
 import { t } from '../../../core/page/words.js';
 import { factsMarkup } from '../archive-shell/archive-shell.js';
-import { labelOf, valueText } from '../../desk/history-panel/differences.js';
+import { labelOf, valueText } from '../../desk/panels/differences.js';
 
 /** @param {import('../../../core/survey/register.js').Asset|null} registered null if the register does not have it */
 export function registerFacts(registered) {

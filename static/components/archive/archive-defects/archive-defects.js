@@ -19,7 +19,7 @@ import {
 } from '../archive-shell/archive-shell.js';
 import { codeSearch } from '../../defects/code-search/code-search.js';
 import '../../shared/data-table/data-table.js';
-import { showKeys } from '../../desk/key-help/key-help.js';
+import { showKeys } from '../../desk/actions/key-help.js';
 import { closesElsewhere } from '../../shared/menu/menu.js';
 import '../../shared/pager/pager.js';
 import { GRADES, severityMark, severityWord } from '../../shared/severity-mark/severity-mark.js';

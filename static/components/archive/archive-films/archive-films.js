@@ -24,7 +24,7 @@ import { archivePage, filterChips, followFilters, likeButton, showFault } from '
 import '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
 import { pace } from '../inspection-list/row.js';
-import { showKeys } from '../../desk/key-help/key-help.js';
+import { showKeys } from '../../desk/actions/key-help.js';
 import '../../shared/pager/pager.js';
 import { FILM_STATES, outdatedFilter, statusChip } from '../../shared/status-chip/status-chip.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';

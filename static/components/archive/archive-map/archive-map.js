@@ -9,7 +9,7 @@ import { pieces, t, wordFor } from '../../../core/page/words.js';
 import { assetPath } from '../archive-assets/asset-table.js';
 import { archivePage, pendingNote, showFault } from '../archive-shell/archive-shell.js';
 import { icon } from '../../shared/icon/icon.js';
-import { showKeys } from '../../desk/key-help/key-help.js';
+import { showKeys } from '../../desk/actions/key-help.js';
 import { GRADES, severityMark, severityWord } from '../../shared/severity-mark/severity-mark.js';
 import { Card, gradeWord } from './card.js';
 import './map-canvas.js';

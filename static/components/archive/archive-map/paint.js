@@ -3,7 +3,7 @@
 import { metresPerPx, placeIn, scaleAt, scaleBar, toDegrees, toWorld } from '../../../core/wall/mercator.js';
 import { count, lengthUnit } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
-import { drawScaleBar, strokeOnHalo, textOnHalo } from '../../distance/scale-bar/scale-bar.js';
+import { drawScaleBar, strokeOnHalo, textOnHalo } from '../../distance/strip/scale-bar.js';
 import { drawSeverity } from '../../shared/severity-mark/severity-mark.js';
 
 const MARK_PX = 20;

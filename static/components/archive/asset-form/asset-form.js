@@ -6,7 +6,7 @@ import { lineText, loadAsset, readLine, saveAsset } from '../../../core/survey/r
 import { errorText, t } from '../../../core/page/words.js';
 import '../asset-note/asset-note.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
-import { fieldMarkup, read, written } from '../../desk/header-form/fields.js';
+import { fieldMarkup, read, written } from '../../desk/header/fields.js';
 
 /** The fields by subject, in the order of the form. @type {[string, string[]][]} */
 const GROUPS = [

@@ -7,7 +7,7 @@ import { nameOf } from '../defect-list/names.js';
 
 /**
  * Adds a photo of the shown frame to an observation, by default the selected one.
- * @param {import('../../desk/inspection-page/desk.js').Desk} desk
+ * @param {import('../../desk/page/desk.js').Desk} desk
  */
 export function addPhoto(desk, id = desk.selection.value) {
   const item = id && desk.observations.find(id);

@@ -7,14 +7,14 @@ import { chainage, lengthUnit, timecode } from '../../../core/wall/units.js';
 import { language, t } from '../../../core/page/words.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
 import { icon } from '../../shared/icon/icon.js';
-import { measuresOnPhoto } from '../../film/measure-tool/on-photo.js';
+import { measuresOnPhoto } from '../../film/measure/on-photo.js';
 import { detach } from './actions.js';
 import { openDrawing } from './drawing-dialog.js';
 import { photosOf } from './photos.js';
 import { paintStrokes } from './strokes.js';
 
 /**
- * @param {import('../../desk/inspection-page/desk.js').Desk} desk
+ * @param {import('../../desk/page/desk.js').Desk} desk
  * @param {string} observation
  * @param {string} shown id of the photo: that of the observation, or of an attachment
  * @param {string} title

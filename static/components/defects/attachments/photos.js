@@ -10,7 +10,7 @@
  */
 
 /**
- * @param {import('../../desk/inspection-page/desk.js').Desk} desk
+ * @param {import('../../desk/page/desk.js').Desk} desk
  * @param {object} item the observation
  * @returns {Photo[]}
  */
@@ -36,7 +36,7 @@ export const mainPhotoOf = (desk, item) =>
 
 /**
  * Until the server has it, the picture is the same frame as it is shown to everybody.
- * @param {import('../../desk/inspection-page/desk.js').Desk} desk
+ * @param {import('../../desk/page/desk.js').Desk} desk
  * @param {import('../../../core/defects/attachments.js').Attachment} attachment
  */
 const pictureOf = (desk, { id, frame, file }) => ({

@@ -4,7 +4,7 @@ import { html } from '../../../core/page/html.js';
 import { preferences } from '../../../core/page/preferences.js';
 import { t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
-import { quickLabel } from '../../film/video-panel/quick-codes.js';
+import { quickLabel } from '../../film/video/quick-codes.js';
 
 /** One letter for each template. */
 export const TEMPLATE_KEYS = [...'ABCDEFGHIJKLMNOPQRSTUVWXYZ'];

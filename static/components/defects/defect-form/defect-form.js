@@ -10,7 +10,7 @@ import { t } from '../../../core/page/words.js';
 import { codeSearch } from '../code-search/code-search.js';
 import { nameOf } from '../defect-list/names.js';
 import { icon } from '../../shared/icon/icon.js';
-import { copyLink } from '../../desk/inspection-page/links.js';
+import { copyLink } from '../../desk/actions/links.js';
 import {
   changeStretch,
   dissolveStretch,
@@ -18,12 +18,12 @@ import {
   joinPoints,
   otherEnd,
   startStretchAt,
-} from '../../desk/inspection-page/stretches.js';
-import '../../film/measure-tool/measure-box.js';
+} from '../../desk/actions/stretches.js';
+import '../../film/measure/measure-box.js';
 import { GRADES, severityMark, severityWord } from '../../shared/severity-mark/severity-mark.js';
 import { unitOf } from './units.js';
 import '../attachments/defect-attachments.js';
-import '../../desk/review-panel/defect-review.js';
+import '../../desk/panels/defect-review.js';
 import './clock-dial.js';
 import './quick-key.js';
 
@@ -420,7 +420,7 @@ const head = (id, label, name) =>
   html`<span class="form__needs"><label for="${id}">${label}</label>${needed(name)}</span>`;
 
 /**
- * @param {import('../../desk/inspection-page/desk.js').Desk} desk
+ * @param {import('../../desk/page/desk.js').Desk} desk
  * @param {import('../../../core/defects/observations.js').Observation} item
  */
 function stretchText({ observations, hereM }, item) {

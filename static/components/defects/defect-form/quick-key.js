@@ -6,7 +6,7 @@ import { preferences, quickCodesWith, templateOf } from '../../../core/page/pref
 import { Component } from '../../../core/page/store.js';
 import { t } from '../../../core/page/words.js';
 import { TEMPLATE_KEYS } from '../code-chain/templates.js';
-import { quickCodes } from '../../film/video-panel/quick-codes.js';
+import { quickCodes } from '../../film/video/quick-codes.js';
 import { toast, toastError } from '../../shared/toast-stack/toast-stack.js';
 
 /** The choice that is no digit key. */

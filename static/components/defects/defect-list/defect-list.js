@@ -9,7 +9,7 @@ import { chainage, clockRange, plusMinus, timecode } from '../../../core/wall/un
 import { pieces, t, wordFor } from '../../../core/page/words.js';
 import { mainPhotoOf } from '../attachments/photos.js';
 import { icon } from '../../shared/icon/icon.js';
-import { linkTo } from '../../desk/inspection-page/links.js';
+import { linkTo } from '../../desk/actions/links.js';
 import { severityMark } from '../../shared/severity-mark/severity-mark.js';
 import { FILTERS, lacksOf, matcher } from './filters.js';
 import { nameOf } from './names.js';

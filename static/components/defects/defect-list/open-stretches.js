@@ -6,7 +6,7 @@ import { openStretches } from '../../../core/defects/stretches.js';
 import { chainage } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
-import { finishStretch } from '../../desk/inspection-page/stretches.js';
+import { finishStretch } from '../../desk/actions/stretches.js';
 
 export class OpenStretches extends Component {
   #open = [];

@@ -13,7 +13,7 @@ import { errorText, t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
 import { topBar } from '../../shared/top-bar/top-bar.js';
 import '../film-picker/film-picker.js';
-import '../../desk/header-form/header-form.js';
+import '../../desk/header/header-form.js';
 import '../rig-form/rig-form.js';
 import '../rig-wizard/rig-wizard.js';
 import '../source-picker/source-picker.js';

@@ -10,7 +10,7 @@ import { ApiError, get } from '../../../core/server/api.js';
 import { html, render, setText } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { errorText, t } from '../../../core/page/words.js';
-import '../../distance/counter-box/counter-box.js';
+import '../../distance/corrections/counter-box.js';
 import { icon } from '../../shared/icon/icon.js';
 
 export class CounterStep extends Component {

@@ -16,7 +16,7 @@ import { hasFilm } from '../../../core/survey/inspection.js';
 import { bytes, lengthUnit } from '../../../core/wall/units.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
 import { showFault } from '../../archive/archive-shell/archive-shell.js';
-import { sentenceOf } from '../../desk/checks-panel/sentences.js';
+import { sentenceOf } from '../../desk/panels/sentences.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
 import { icon } from '../../shared/icon/icon.js';
 import { toast } from '../../shared/toast-stack/toast-stack.js';
@@ -27,7 +27,7 @@ const SHOWN_AT_FIRST = 5;
 const TICK_MS = 1000;
 
 /**
- * @param {import('../../desk/inspection-page/desk.js').Desk} desk
+ * @param {import('../../desk/page/desk.js').Desk} desk
  * @param {import('./formats.js').Format} format
  */
 export function openExport(desk, format) {

@@ -1,0 +1,135 @@
+/** Two versions of the same thing, field by field, in the words of the page. */
+
+import { stretchNumber, stretchRole } from '../../../core/defects/stretches.js';
+import { clockHour } from '../../../core/wall/units.js';
+import { t } from '../../../core/page/words.js';
+import { kindsText } from '../../film/measure/figures.js';
+import { unitOf } from '../../defects/defect-form/units.js';
+import { labelOf, valueText } from '../panels/differences.js';
+import { severityText } from '../../shared/severity-mark/severity-mark.js';
+
+/**
+ * @typedef {object} Row
+ * @property {string} label
+ * @property {string} mine '' where nothing is stated
+ * @property {string} theirs
+ * @property {boolean} isOther whether they differ
+ */
+
+/**
+ * Returns the fields that either version states.
+ * @param {import('../../../core/defects/conflicts.js').Conflict} conflict
+ * @param {import('../../../core/defects/codes.js').Catalogue} catalogue
+ * @returns {Row[]}
+ */
+export function rowsOf({ kind, mine, theirs }, catalogue) {
+  const [own, stored] = [mine ?? {}, theirs ?? {}];
+  return FIELDS[kind](own, catalogue)
+    .map(({ label, names, text }) => ({
+      label,
+      mine: text(own),
+      theirs: text(stored),
+      isOther: names.some((name) => !isSame(own[name], stored[name])),
+    }))
+    .filter((row) => row.mine || row.theirs);
+}
+
+const FIELDS = { observation: fieldsOfObservation, header: fieldsOfHeader, corrections: fieldsOfCorrections };
+
+function fieldsOfObservation(_mine, catalogue) {
+  const quantity = (n) => ({
+    label: labelOf(`quant${n}`),
+    names: [`quant${n}`],
+    text: ({ code, char1, char2, ...fields }) => {
+      const value = fields[`quant${n}`] ?? null;
+      return value === null ? '' : `${value} ${unitOf(catalogue.row(code, char1, char2), n)}`.trim();
+    },
+  });
+  return [
+    {
+      label: labelOf('code'),
+      names: ['code', 'char1', 'char2'],
+      text: ({ code, char1, char2 }) =>
+        code ? `${[code, char1, char2].filter(Boolean).join(' ')} ${catalogue.label(code, char1, char2)}` : '',
+    },
+    {
+      label: labelOf('severity'),
+      names: ['severity'],
+      text: ({ severity }) => ((severity ?? null) === null ? '' : severityText(severity)),
+    },
+    { label: t('dial.label'), names: ['clock_from', 'clock_to'], text: clockText },
+    quantity(1),
+    quantity(2),
+    { label: labelOf('continuous'), names: ['continuous'], text: stretchText },
+    ...['remark', 'recommendation', 'cost'].map((name) => ({
+      label: labelOf(name),
+      names: [name],
+      text: (fields) => String(fields[name] ?? ''),
+    })),
+    {
+      label: labelOf('measures'),
+      names: ['measures'],
+      text: ({ measures }) => kindsText(measures ?? []),
+    },
+    { label: t('form.place'), names: ['frame', 'pixel'], text: placeText },
+  ];
+}
+
+function clockText({ clock_from: from, clock_to: to }) {
+  if (from && to) return t('units.clock_sector', { from, to });
+  return from ? clockHour(from) : '';
+}
+
+function stretchText(fields) {
+  const number = stretchNumber(fields);
+  return (
+    {
+      A: t('stretch.role_start', { number }),
+      B: t('stretch.role_finish', { number }),
+      C: t('stretch.role_change', { number }),
+    }[stretchRole(fields)] ?? ''
+  );
+}
+
+const placeText = ({ frame, pixel }) =>
+  [
+    frame !== undefined && t('form.frame', { frame }),
+    pixel && t('form.pixel', { pixel: pixel.map(Math.round).join(', ') }),
+  ]
+    .filter(Boolean)
+    .join(' · ');
+
+/** The fields in conflict. */
+function fieldsOfHeader(mine) {
+  return Object.keys(mine).map((name) => ({
+    label: labelOf(name),
+    names: [name],
+    text: (fields) => {
+      const text = valueText(name, fields[name]) ?? '';
+      return text && name.endsWith('_mm') ? `${text} mm` : text;
+    },
+  }));
+}
+
+function fieldsOfCorrections(mine) {
+  return Object.keys(mine).map((name) => ({
+    label: labelOf(name),
+    names: [name],
+    text: (fields) => [valueText(name, fields[name]), framesText(fields[name])].filter(Boolean).join(' · '),
+  }));
+}
+
+/** Places of marked or omitted joints: equal numbers may hide different joints. */
+function framesText(value) {
+  const frames = [...(value?.marked ?? []), ...(value?.left_out ?? [])].map(({ frame }) => frame);
+  return frames.length ? t('conflict.frames', { frames: frames.join(', ') }) : '';
+}
+
+/** Compares values, in any order of the fields of objects. */
+function isSame(a, b) {
+  const inOrder = (_name, value) =>
+    value && typeof value === 'object' && !Array.isArray(value)
+      ? Object.fromEntries(Object.entries(value).sort())
+      : value;
+  return JSON.stringify(a ?? null, inOrder) === JSON.stringify(b ?? null, inOrder);
+}

@@ -1,0 +1,282 @@
+/**
+ * The end of a survey: how it ended, the closure, open stretches and issues; for live runs and past ones.
+ */
+
+import { ApiError } from '../../../core/server/api.js';
+import { knownLength } from '../../../core/survey/corrections.js';
+import { html, render } from '../../../core/page/html.js';
+import { stretchesOf } from '../../../core/defects/stretches.js';
+import { chainage } from '../../../core/wall/units.js';
+import { errorText, t } from '../../../core/page/words.js';
+import { sentenceOf } from '../panels/sentences.js';
+import { metresField, isPositive, readMetres, writeMetres } from '../../distance/corrections/fields.js';
+import { closureMarkup } from '../../distance/corrections/known-length.js';
+import { openDialog } from '../../shared/dialog/dialog.js';
+import { icon } from '../../shared/icon/icon.js';
+
+const REASONS = [
+  t('finish.obstruction'),
+  t('finish.water'),
+  t('finish.collapse'),
+  t('finish.traction'),
+  t('finish.lighting'),
+];
+/** One sigma in mm of a length by its source in the header. */
+const SIGMA_MM = { drawing: 50, survey: 10, tape: 5 };
+/** Number of checks shown here; the others are in their tab. */
+const SHOWN = 5;
+
+/** Whether the header says that the survey has ended. */
+export const isFinished = ({ header }) => Boolean(header.end_condition);
+
+/**
+ * @param {import('../page/desk.js').Desk} desk
+ * @returns {Promise<string>} 'finished', 'reopened', '' when it was dismissed
+ */
+export async function openFinish(desk) {
+  const finished = isFinished(desk.inspection.value);
+  const { dialog, parts, closed } = openDialog({
+    title: t('finish.title'),
+    content: finished ? endedMarkup(desk.inspection.value) : formMarkup(desk),
+  });
+  if (finished) {
+    parts.reopen.addEventListener('click', () =>
+      command(parts, async () => {
+        await desk.inspection.reopen();
+        dialog.close('reopened');
+      }),
+    );
+    return closed;
+  }
+  const end = new AbortController();
+  dialog.addEventListener('close', () => end.abort());
+  new FinishForm(desk, dialog, parts, end.signal);
+  return closed;
+}
+
+async function command(parts, run) {
+  render(parts.fault, html``);
+  try {
+    await run();
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    render(parts.fault, html`<p class="message message--error">${icon('alert')}<span>${errorText(error)}</span></p>`);
+  }
+}
+
+class FinishForm {
+  #desk;
+  #dialog;
+  #parts;
+  #signal;
+  #asking = null;
+
+  constructor(desk, dialog, parts, signal) {
+    this.#desk = desk;
+    this.#dialog = dialog;
+    this.#parts = parts;
+    this.#signal = signal;
+    const { header } = desk.inspection.value;
+    writeMetres(parts.known, header.known_length_m ?? knownLength(desk.corrections.draft.value)?.length_m ?? null);
+    const on = (target, type, run) => target.addEventListener(type, run, { signal });
+    on(parts.cancel, 'click', () => dialog.close());
+    on(parts.how, 'change', () => this.#showHow());
+    on(parts.known, 'change', () => this.#showClosure());
+    on(parts.reasons, 'click', ({ target }) => {
+      const reason = target.closest('[data-reason]');
+      if (!reason) return;
+      parts.reason.value = reason.textContent;
+      parts.reason.focus();
+    });
+    on(parts.stretches, 'click', ({ target }) => {
+      const button = target.closest('[data-start]');
+      if (button) this.#finishHere(button.dataset.start);
+    });
+    on(desk.observations, 'change', () => this.#showStretches());
+    on(desk.playhead, 'change', () => this.#showStretches());
+    on(desk.checks, 'change', () => this.#showChecks());
+    on(parts.form, 'submit', (event) => {
+      event.preventDefault();
+      this.#submit();
+    });
+    this.#showHow();
+    this.#showStretches();
+    this.#showChecks();
+    this.#showClosure();
+    desk.checks.loadSoon();
+  }
+
+  get #end() {
+    return this.#dialog.querySelector('[name="end"]:checked')?.value ?? null;
+  }
+
+  get #known() {
+    return readMetres(this.#parts, 'known', isPositive, t('corrections.fault_positive'));
+  }
+
+  #showHow() {
+    this.#parts.why.hidden = this.#end !== 'abandoned';
+    this.#parts.howFault.textContent = '';
+  }
+
+  /** Shows the closure from the zero, or the first frame, to the present end of the run. */
+  async #showClosure() {
+    const { corrections, track, inspection } = this.#desk;
+    const known = this.#known;
+    this.#asking?.abort();
+    if (!known || track.length === 0 || corrections.value === null) {
+      render(this.#parts.closure, html``);
+      return;
+    }
+    this.#asking = new AbortController();
+    const { stated } = corrections.value;
+    const length = {
+      first_frame: stated.zero?.frame ?? 0,
+      last_frame: track.length - 1,
+      sigma_mm: SIGMA_MM[inspection.value.header.known_length_source] ?? SIGMA_MM.drawing,
+      ...knownLength(stated),
+      length_m: known,
+      kind: 'known',
+    };
+    const tapes = stated.lengths.filter(({ kind }) => kind === 'tape');
+    try {
+      const answer = await corrections.ask(
+        { ...stated, lengths: [...tapes, length] },
+        AbortSignal.any([this.#signal, this.#asking.signal]),
+      );
+      const closure = answer.result?.closure;
+      render(
+        this.#parts.closure,
+        closure ? closureMarkup(closure) : html`<p class="help">${answer.error ? errorText(answer.error) : ''}</p>`,
+      );
+    } catch (error) {
+      if (error.name === 'AbortError') return;
+      if (!(error instanceof ApiError)) throw error;
+      render(this.#parts.closure, html`<p class="help">${errorText(error)}</p>`);
+    }
+  }
+
+  #showStretches() {
+    const { observations, playhead, catalogue } = this.#desk;
+    const { row } = playhead.value;
+    const open = stretchesOf(observations.value, 0).filter(({ isOpen }) => isOpen);
+    this.#parts.open.hidden = open.length === 0;
+    const here = row ? chainage(row.distance_mm / 1000) : '';
+    const text = JSON.stringify([open.map(({ start }) => [start.id, start.continuous, start.distance_m]), here]);
+    if (this.#parts.stretches.dataset.shows === text) return;
+    const focused = document.activeElement?.dataset?.start;
+    this.#parts.stretches.dataset.shows = text;
+    render(
+      this.#parts.stretches,
+      html`${open.map(
+        ({ number, start }) => html`<li><span class="number">${t('finish.stretch_since', {
+          stretch: `A${number}`,
+          label: start.code ? `${start.code} ${catalogue.label(start.code, start.char1, start.char2)}` : '',
+          where: chainage(start.distance_m),
+        })}</span><button type="button" class="button button--small" data-start="${start.id}"
+        aria-label="${t('finish.finish_at', { stretch: `A${number}`, where: here })}">${t('finish.finish_here')} ${here && html`<span class="dim number">${here}</span>`}</button></li>`,
+      )}`,
+    );
+    if (focused) this.#parts.stretches.querySelector(`[data-start="${focused}"]`)?.focus();
+  }
+
+  /** Finishes a stretch at the middle of the picture at the play head, with the stretch's code. */
+  #finishHere(id) {
+    const start = this.#desk.observations.find(id);
+    if (!start) return;
+    const { code, char1, char2, continuous } = start;
+    this.#desk.tagCentre({ code, char1, char2, continuous: `B${continuous.slice(1)}` });
+  }
+
+  #showChecks() {
+    const { checks, observations } = this.#desk;
+    // Open stretches are listed separately above.
+    const blocking = (checks.value ?? [])
+      .filter(({ level, code }) => level === 'block' && code !== 'open_stretch' && code !== 'abandoned_without_reason')
+      .filter(({ params }) => params.field !== 'end_condition');
+    this.#parts.missing.hidden = blocking.length === 0;
+    render(
+      this.#parts.blocking,
+      html`${blocking.slice(0, SHOWN).map((issue) => html`<li>${sentenceOf(issue, issue.observation_id && observations.find(issue.observation_id))}</li>`)}
+        ${blocking.length > SHOWN && html`<li class="dim">${t('finish.and_more', { n: blocking.length - SHOWN })}</li>`}`,
+    );
+  }
+
+  async #submit() {
+    const parts = this.#parts;
+    const [end, known] = [this.#end, this.#known];
+    const reason = parts.reason.value.trim();
+    parts.howFault.textContent = end ? '' : t('finish.choose_end');
+    const isReasonMissing = end === 'abandoned' && !reason;
+    parts.reasonFault.textContent = isReasonMissing ? t('finish.reason_needed') : '';
+    parts.reason.setAttribute('aria-invalid', String(isReasonMissing));
+    if (!end) this.#dialog.querySelector('[name="end"]').focus();
+    else if (isReasonMissing) parts.reason.focus();
+    if (!end || isReasonMissing || known === undefined) return;
+    parts.submit.disabled = true;
+    await command(parts, async () => {
+      // The server counts the stretches: the last tags must have arrived.
+      await this.#desk.whenSent(this.#signal);
+      await this.#desk.inspection.finish({
+        end_condition: end,
+        ...(end === 'abandoned' && { abandon_reason: reason }),
+        ...(known !== null && { known_length_m: known }),
+      });
+      this.#dialog.close('finished');
+    });
+    parts.submit.disabled = false;
+  }
+}
+
+const endedMarkup = ({ header }) => html`<p>${
+  header.end_condition === 'abandoned'
+    ? t('finish.is_abandoned', { reason: header.abandon_reason ?? '–' })
+    : t('finish.is_complete')
+}</p>
+  <div data-part="fault" role="alert"></div>
+  <div class="dialog__buttons"><button class="button" data-part="reopen">${icon('undo')}${t('finish.reopen')}</button></div>`;
+
+const formMarkup = ({ inspection }) => html`<form class="finish" data-part="form" novalidate>
+  <fieldset class="finish__how" data-part="how">
+    <legend>${t('finish.how')}</legend>
+    ${
+      /** @type {const} */ ([
+        ['complete', t('finish.complete'), 'check'],
+        ['abandoned', t('finish.abandoned'), 'stop'],
+      ]).map(
+        ([value, label, sign]) =>
+          html`<label class="finish__choice">${icon(sign)}<input type="radio" name="end" value="${value}" />${label}</label>`,
+      )
+    }
+    <span class="fault" data-part="howFault" role="alert"></span>
+  </fieldset>
+  <div class="field" data-part="why" hidden>
+    <label for="finish-reason">${t('finish.reason')}</label>
+    <div class="fix__choices" data-part="reasons">${REASONS.map(
+      (reason) => html`<button type="button" class="button button--small"
+      data-reason>${reason}</button>`,
+    )}</div>
+    <textarea class="input" id="finish-reason" rows="2" maxlength="2000" aria-describedby="finish-reason-fault" data-part="reason"></textarea>
+    <span class="fault" id="finish-reason-fault" data-part="reasonFault"></span>
+  </div>
+  <div class="finish__length">
+    ${metresField({ part: 'known', id: 'finish-known', label: t('finish.known'), help: t('finish.known_help') })}
+    <div data-part="closure" role="status"></div>
+  </div>
+  <section class="finish__open" data-part="open" hidden>
+    <h3>${t('finish.stretches')}</h3><p class="help">${t('finish.stretches_help')}</p>
+    <ul data-part="stretches"></ul>
+  </section>
+  <section class="finish__missing" data-part="missing" hidden>
+    <h3>${t('finish.blocking')}</h3><p class="help">${t('finish.blocking_help')}</p>
+    <ul data-part="blocking"></ul>
+  </section>
+  <div data-part="fault" role="alert"></div>
+  <div class="dialog__buttons">
+    ${isRunning(inspection) && html`<p class="help finish__live">${t('finish.live_help')}</p>`}
+    <button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
+    <button class="button button--primary" data-part="submit">${isRunning(inspection) ? t('finish.submit_live') : t('finish.submit')}</button>
+  </div></form>`;
+
+const isRunning = ({ value }) =>
+  value.source.kind === 'live' && (value.status === 'running' || value.status === 'queued');

@@ -1,0 +1,172 @@
+/** The top bar of an inspection: its state and its review, saving, the history, the exports, who else is here. */
+
+import { html, render } from '../../../core/page/html.js';
+import { mayGoOn } from '../../../core/survey/inspection.js';
+import { withKey } from '../../../core/page/keys.js';
+import { isLocked } from '../../../core/defects/review.js';
+import { Component } from '../../../core/page/store.js';
+import { date } from '../../../core/wall/units.js';
+import { t } from '../../../core/page/words.js';
+import { openExport } from '../../reports/export-dialog/export-dialog.js';
+import { formatOf } from '../../reports/export-dialog/formats.js';
+import { isFinished } from '../dialogs/finish-dialog.js';
+import { icon } from '../../shared/icon/icon.js';
+import { pace } from '../../archive/inspection-list/row.js';
+import { stepName } from '../actions/step-names.js';
+import { editLabels, showLabelButton } from '../../archive/labels/labels.js';
+import { closesElsewhere } from '../../shared/menu/menu.js';
+import { GRAVEST } from '../../shared/severity-mark/severity-mark.js';
+import { outdatedChip, reviewChip, statusChip } from '../../shared/status-chip/status-chip.js';
+import { orToast } from '../../shared/toast-stack/toast-stack.js';
+import { exportsMarkup } from './exports-menu.js';
+import { showSaving } from './saving.js';
+
+export class DeskBar extends Component {
+  mount() {
+    this.page = this.closest('inspection-page');
+    this.desk = this.page.desk;
+    const { id, name } = this.desk.inspection.value;
+    /** @type {Parts<'frame/desk-bar'>} */
+    this.parts = render(
+      this,
+      html`<header class="topbar desk-bar">
+          <div class="desk-bar__title">
+            <a class="brand" href="/" aria-label="${t('desk.all')}">${icon('back')}${icon('logo')}</a>
+            <h1 class="desk-bar__name" title="${name}">${name}</h1>
+            <span role="status" data-part="chip"></span>
+            <button type="button" class="chip-button" title="${t('tab.review')}" data-part="review"></button>
+            <button type="button" class="chip-button label-button" data-part="labels"></button>
+            <span class="desk-bar__pace dim number" data-part="pace"></span>
+            <p class="desk-bar__people" role="status" data-part="people"></p>
+          </div>
+          <div class="desk-bar__tools">
+            <button class="button button--small" data-part="cancel" data-needs="operator" hidden>${icon('stop')}<span
+              class="desk-bar__word">${t('desk.cancel')}</span></button>
+            <button class="button button--small" data-part="retry" data-needs="operator" hidden>${icon('retry')}${t('desk.retry')}</button>
+            <button class="button button--small" data-part="recordOn" data-needs="operator" title="${t('again.on_title')}" hidden>${icon('live')}<span
+              class="desk-bar__word">${t('again.on')}</span></button>
+            <p class="desk-bar__lock dim" role="status" data-part="lock" hidden></p>
+            <span class="spacer"></span>
+            <p class="save number" role="status" data-part="save" data-needs="operator"></p>
+            <button class="button button--quiet button--small" data-part="undo" data-needs="operator">${icon('undo')}
+              <span class="desk-bar__word">${t('desk.undo')}</span></button>
+            <button class="button button--quiet button--small button--icon" data-part="redo" data-needs="operator">${icon('redo')}
+              <span class="visually-hidden">${t('desk.redo')}</span></button>
+            <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${withKey(t('desk.keys'), '?')}">${icon('keys')}
+              <span class="desk-bar__word">${t('desk.keys')}</span></button>
+            <button class="button button--small" data-part="finish" data-needs="operator"></button>
+            <details class="menu" data-part="menu">
+              <summary class="button button--small button--primary">${icon('download')}${t('desk.export')}</summary>
+              ${exportsMarkup(id)}
+            </details>
+            <person-menu></person-menu>
+          </div>
+          <progress class="bar desk-bar__progress" max="1" data-part="bar" aria-label="${t('progress.label')}"></progress>
+        </header>`,
+    );
+    const { desk, page, parts } = this;
+    this.listen(parts.review, 'click', () => desk.tab.set('review'));
+    this.listen(parts.labels, 'click', () =>
+      orToast(() => editLabels(desk.inspection.value, () => desk.inspection.load())),
+    );
+    this.listen(parts.cancel, 'click', () => orToast(() => page.cancel()));
+    this.listen(parts.recordOn, 'click', () => page.recordOn());
+    this.listen(parts.retry, 'click', () => orToast(() => page.retry()));
+    this.listen(parts.finish, 'click', () => page.finish());
+    this.listen(parts.undo, 'click', () => page.undo());
+    this.listen(parts.redo, 'click', () => page.redo());
+    this.listen(parts.help, 'click', () => page.help());
+    closesElsewhere(parts.menu, this.signal);
+    this.listen(parts.menu, 'click', ({ target }) => {
+      const item = target.closest('[data-export]');
+      if (!item) return;
+      parts.menu.querySelector('summary').focus(); // the dialog returns the focus to it
+      openExport(desk, formatOf(item.dataset.export));
+    });
+    this.listen(desk.inspection, 'change', () => this.#showState());
+    this.listen(desk.people, 'change', () => this.#showPeople());
+    this.listen(desk.observations, 'change', () => this.#showEmergency());
+    this.listen(desk.history, 'change', () => this.#showHistory());
+    this.#showState();
+    showSaving(parts.save, desk, this.signal);
+    this.#showEmergency();
+    this.#showHistory();
+  }
+
+  #showState() {
+    const { parts, desk } = this;
+    const { status, progress, labels, outdated } = desk.inspection.value;
+    showLabelButton(parts.labels, labels);
+    const shown = `${status} ${outdated}`;
+    if (parts.chip.dataset.shows !== shown) {
+      parts.chip.dataset.shows = shown;
+      render(parts.chip, html`${statusChip(status)} ${outdatedChip(outdated)}`);
+    }
+    const isRunning = status === 'running';
+    parts.pace.textContent = isRunning ? pace(progress) : '';
+    parts.bar.classList.toggle('desk-bar__progress--off', !isRunning);
+    parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
+    parts.cancel.hidden = !desk.inspection.isUnfinished;
+    parts.recordOn.hidden = !mayGoOn(desk.inspection.value);
+    const isToRepeat = (outdated || desk.inspection.damage) && !isLocked(desk.inspection.value);
+    parts.retry.hidden = status !== 'failed' && status !== 'cancelled' && !isToRepeat;
+    this.#showFinish();
+    this.#showReview();
+  }
+
+  #showReview() {
+    const { parts } = this;
+    const { review } = this.desk.inspection.value;
+    const shown = `${review.state} ${review.at}`;
+    if (parts.review.dataset.shows === shown) return;
+    parts.review.dataset.shows = shown;
+    parts.review.hidden = review.state === 'draft'; // as in the list, it needs no word
+    render(parts.review, html`${review.state !== 'draft' && reviewChip(review.state)}`);
+    parts.lock.hidden = !isLocked({ review });
+    if (isLocked({ review })) parts.lock.textContent = t('reviewing.locked', { who: review.by, when: date(review.at) });
+  }
+
+  #showFinish() {
+    const { finish } = this.parts;
+    const ended = isFinished(this.desk.inspection.value);
+    finish.hidden = this.desk.inspection.value.live !== null; // the live bar has it
+    const text = ended ? t('finish.finished') : t('finish.open');
+    if (finish.dataset.shows === text) return;
+    finish.dataset.shows = text;
+    render(finish, html`${icon(ended ? 'check' : 'flag')}<span class="desk-bar__word">${text}</span>`);
+    finish.setAttribute('aria-label', text);
+  }
+
+  #showPeople() {
+    const { people } = this.parts;
+    const { names } = this.desk.people;
+    const list = names.map(([name, pages]) => (pages > 1 ? t('people.pages', { name, pages }) : name)).join(', ');
+    const text = names.length ? t('people.here', { n: names.length, names: list }) : '';
+    if (people.title === text) return;
+    people.title = text;
+    render(people, html`${text && icon('people')}<span>${text}</span>`);
+  }
+
+  #showEmergency() {
+    this.parts.emergency.hidden = !this.desk.observations.value.some(({ severity }) => severity === GRAVEST);
+  }
+
+  /** Shows on each button the step that it undoes or redoes. */
+  #showHistory() {
+    const {
+      parts,
+      desk: {
+        history: { last, next },
+      },
+    } = this;
+    for (const [button, step, title, key] of [
+      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_none'), 'U'],
+      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_none'), 'Shift + U'],
+    ]) {
+      button.disabled = !step;
+      button.title = withKey(title, key);
+    }
+  }
+}
+
+customElements.define('desk-bar', DeskBar);
