@@ -135,8 +135,8 @@ export class ArchiveAdd extends Component {
 }
 
 const formMarkup =
-  () => html`<p class="dim add__help">${t('add.help')} <a href="/archive/rules">${t('archive.rules')}</a></p>
-  <form class="panel add__form" data-part="form" novalidate>
+  () => html`<p class="dim below-4">${t('add.help')} <a href="/archive/rules">${t('archive.rules')}</a></p>
+  <form class="panel add__form stack gap-4 at-top pad-4" data-part="form" novalidate>
     <div class="field add__paths"><label for="add-paths">${t('add.paths')}</label>
       <textarea class="input" id="add-paths" rows="3" spellcheck="false" autocomplete="off" aria-describedby="add-paths-help add-paths-fault" data-part="paths"></textarea>
       <span class="fault" id="add-paths-fault" role="alert" data-part="pathsFault"></span>
@@ -151,7 +151,7 @@ const formMarkup =
   </form>
   <section data-part="result" hidden>
     <div class="content__head"><div><h2 tabindex="-1" data-part="resultTitle">${t('add.dry_run')}</h2><div data-part="summary"></div></div>
-      <div class="content__ways"><label class="add__problems"><input type="checkbox" data-part="problems" /> ${t('add.only_problems')}</label>
+      <div class="content__ways"><label class="inline-row"><input type="checkbox" data-part="problems" /> ${t('add.only_problems')}</label>
         <button class="button button--primary" data-part="add">${icon('plus')}<span data-part="addWord"></span></button></div></div>
     <data-table class="additions" data-part="table"></data-table>
     <list-pager data-part="pager"></list-pager>

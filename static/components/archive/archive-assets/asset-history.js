@@ -42,7 +42,7 @@ export class AssetHistory extends Component {
     /** @type {Parts<'archive-assets/asset-history'>} */
     this.parts = render(
       this,
-      html`<div class="asset__about"><div class="asset__facts" data-part="facts"></div><asset-map class="asset__map" data-part="map" hidden></asset-map></div>
+      html`<div class="asset__about stack gap-4 at-top"><div class="asset__facts stack at-start below-3" data-part="facts"></div><asset-map class="asset__map" data-part="map" hidden></asset-map></div>
         <div data-part="pending"></div>
         <div data-part="history"><p class="dim" role="status">${t('page.loading')}</p></div>`,
     );
@@ -114,14 +114,14 @@ export class AssetHistory extends Component {
   #show() {
     const { inspections, traces, total } = this.#history;
     if (inspections.length === 0) {
-      render(this.parts.history, html`<p class="panel find__nothing">${t('assets.never')}</p>`);
+      render(this.parts.history, html`<p class="panel find__nothing row gap-3 wrap pad-4">${t('assets.never')}</p>`);
       return;
     }
     const shown = traces.filter(({ change }) => !this.#change || change === this.#change);
     render(
       this.parts.history,
       html`${total > inspections.length && html`<p class="dim">${t('assets.newest', { n: inspections.length, total })}</p>`}
-        ${traces.length > 0 && html`<div class="asset-history__changes" role="group" aria-label="${t('assets.by_change')}">${CHANGES.map((change) => this.#changeButton(change))}</div>`}
+        ${traces.length > 0 && html`<div class="flow below-3" role="group" aria-label="${t('assets.by_change')}">${CHANGES.map((change) => this.#changeButton(change))}</div>`}
         <div class="history-scroll" tabindex="0" role="region" aria-label="${t('assets.history')}"><table class="asset-history">
         <caption class="visually-hidden">${t('assets.history')}</caption>
         <thead><tr><th scope="col">${t('search.defect')}</th>${inspections.map((one, i) =>
@@ -132,7 +132,7 @@ export class AssetHistory extends Component {
           ),
         )}</tr></thead>
         <tbody>${shown.map((trace) => traceRow(trace, inspections))}</tbody></table></div>
-        ${traces.length === 0 && html`<p class="panel find__nothing">${inspections.some(({ defects }) => defects.length) ? t('assets.no_places') : t('assets.no_defects')}</p>`}`,
+        ${traces.length === 0 && html`<p class="panel find__nothing row gap-3 wrap pad-4">${inspections.some(({ defects }) => defects.length) ? t('assets.no_places') : t('assets.no_defects')}</p>`}`,
     );
   }
 
@@ -183,7 +183,7 @@ function summary({ changes }) {
   const parts = CHANGES.filter((change) => change !== 'first' && changes[change]).map(
     (change) => `${count(changes[change])} ${wordFor('assets.change_of', change)}`,
   );
-  return html`${parts.length > 0 && html`<span class="asset-history__summary number">${parts.join(' · ')}</span>`}`;
+  return html`${parts.length > 0 && html`<span class="plain number">${parts.join(' · ')}</span>`}`;
 }
 
 function traceRow(trace, inspections) {
@@ -207,10 +207,10 @@ function growthText({ quantity, before, after, unit }) {
 
 const notSeen = (change) =>
   change === 'gone'
-    ? html`<span class="asset-history__gone">${icon('minus')}${wordFor('assets.change', 'gone')}</span>`
+    ? html`<span class="asset-history__gone inline-row gap-1 dim">${icon('minus')}${wordFor('assets.change', 'gone')}</span>`
     : html`<span class="dim" title="${t('assets.not_seen')}">–</span>`;
 
 const sightingMarkup = (sighting) =>
-  html`<a class="asset-history__seen" href="${defectPath(sighting)}">${severityMark(sighting.severity)}<b>${sighting.severity ?? '–'}</b></a>`;
+  html`<a class="asset-history__seen inline-row plain" href="${defectPath(sighting)}">${severityMark(sighting.severity)}<b>${sighting.severity ?? '–'}</b></a>`;
 
 customElements.define('asset-history', AssetHistory);

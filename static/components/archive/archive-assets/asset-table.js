@@ -23,12 +23,12 @@ export const alsoWritten = (others) =>
   html`${others.length > 0 && html`<span class="chip asset__clash" title="${t('assets.clash_help')}">${icon('alert')}${t('assets.clash', { others: others.join(', ') })}</span>`}`;
 
 export const assetTableMarkup =
-  () => html`<search class="find"><div class="field find__text"><label class="visually-hidden" for="assets-text">${t('assets.search')}</label>
+  () => html`<search class="row gap-3 wrap below-4"><div class="field find__text"><label class="visually-hidden" for="assets-text">${t('assets.search')}</label>
     <input class="input" id="assets-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('assets.search')}" data-part="text" /></div>
     <span class="find__filters" data-part="chips"></span></search>
   <div data-part="pending"></div>
   <data-table class="assets-table" data-part="table"></data-table>
-  <p class="panel find__nothing" data-part="nothing" hidden>${t('assets.nothing')}</p>
+  <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('assets.nothing')}</p>
   <list-pager data-part="pager"></list-pager>`;
 
 /**

@@ -135,18 +135,18 @@ export class ArchiveDefects extends Component {
   }
 }
 
-const contentMarkup = () => html`<form class="search-form" role="search" data-part="form">
+const contentMarkup = () => html`<form class="search-form stack gap-3 at-bottom below-3" role="search" data-part="form">
     <div class="field search-form__text"><label for="defects-text">${t('search.words')}</label>
       <input class="input" id="defects-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('search.words_hint')}" data-part="text" /></div>
-    <div class="field code-search"><label for="defects-code">${t('search.code')}</label>
+    <div class="field holds"><label for="defects-code">${t('search.code')}</label>
       <input class="input" id="defects-code" role="combobox" aria-autocomplete="list" aria-expanded="false" aria-controls="defects-codes"
         autocomplete="off" spellcheck="false" placeholder="${t('form.code_hint')}" data-part="code" />
       <ul class="code-search__list panel" id="defects-codes" role="listbox" aria-label="${t('form.codes')}" data-part="codes" hidden></ul></div>
     <div class="field"><label for="defects-severity">${t('search.severity')}</label>
       <select class="input" id="defects-severity" data-part="severity_from"><option value="">${t('search.any')}</option>
         ${GRADES.map((grade) => html`<option value="${grade}">${grade} · ${severityWord(grade)}</option>`)}</select></div>
-    <details class="search-form__more" data-part="more"><summary>${t('search.more')}</summary>
-      <div class="search-form__place">
+    <details class="search-form__more whole-row" data-part="more"><summary>${t('search.more')}</summary>
+      <div class="search-form__place stack gap-3">
         <div class="field"><label for="defects-from">${t('search.from')}</label><span class="input-with-unit"><input class="input" id="defects-from" inputmode="decimal" autocomplete="off" aria-describedby="defects-distance" data-part="from_m" /><span class="unit">${lengthUnit}</span></span></div>
         <div class="field"><label for="defects-to">${t('search.to')}</label><span class="input-with-unit"><input class="input" id="defects-to" inputmode="decimal" autocomplete="off" aria-describedby="defects-distance" data-part="to_m" /><span class="unit">${lengthUnit}</span></span></div>
         <div class="field"><label for="defects-clock">${t('search.clock')}</label>
@@ -163,12 +163,12 @@ const contentMarkup = () => html`<form class="search-form" role="search" data-pa
       </div>
       <span class="fault" id="defects-distance" role="alert" data-part="distanceFault"></span></details>
   </form>
-  <div class="search-head"><p class="dim number" role="status" data-part="found"></p><span class="find__filters" data-part="chips"></span>
+  <div class="search-head row gap-row wrap"><p class="dim number" role="status" data-part="found"></p><span class="find__filters" data-part="chips"></span>
     <button class="button button--small button--quiet" data-part="clear">${t('list.clear')}</button></div>
   <div data-part="pending"></div>
   <data-table class="defects-table" data-part="table"></data-table>
-  <p class="panel find__nothing" data-part="nothing" hidden>${t('search.nothing')}</p>
-  <p class="panel find__nothing" data-part="empty" hidden>${t('search.no_defects')}</p>
+  <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('search.nothing')}</p>
+  <p class="panel find__nothing row gap-3 wrap pad-4" data-part="empty" hidden>${t('search.no_defects')}</p>
   <list-pager data-part="pager"></list-pager>`;
 
 /** The address of a defect in its inspection: the page opens it at its frame. */
@@ -182,7 +182,7 @@ const columns = () => [
     sort: 'severity',
     descends: true,
     cell: ({ severity }) =>
-      html`<span class="inspection__worst">${severityMark(severity)}<b>${severity ?? ''}</b> <span class="dim">${wordFor('severity', String(severity ?? 'none'))}</span></span>`,
+      html`<span class="inspection__worst inline-row">${severityMark(severity)}<b>${severity ?? ''}</b> <span class="dim">${wordFor('severity', String(severity ?? 'none'))}</span></span>`,
   },
   {
     name: 'defect',

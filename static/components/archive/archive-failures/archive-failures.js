@@ -23,8 +23,8 @@ export class ArchiveFailures extends Component {
       this,
       archivePage({
         title: t('archive.failures'),
-        content: html`<p class="panel failures__none" data-part="none" hidden>${icon('check')}<span>${t('failures.none')}</span></p>
-          <ul class="failures" data-part="groups" aria-label="${t('archive.failures')}"></ul>`,
+        content: html`<p class="panel failures__none row gap-3 pad-4" data-part="none" hidden>${icon('check')}<span>${t('failures.none')}</span></p>
+          <ul class="failures stack gap-3" data-part="groups" aria-label="${t('archive.failures')}"></ul>`,
       }),
     );
     this.listen(this, 'click', ({ target }) => {
@@ -76,15 +76,15 @@ const keyOf = ({ code, reason }) => `${code} ${reason}`;
 
 function createGroup({ code, reason, repair, example }) {
   const item = document.createElement('li');
-  item.className = 'panel failure';
+  item.className = 'panel failure stack gap-3 pad-4';
   const primary = (kind) => (kind === (repair === 'film' ? 'retry' : repair) ? 'button--primary' : '');
   item.parts = render(
     item,
-    html`<div class="failure__what"><h2>${icon('alert')}<span class="number" data-part="count"></span></h2>
-        <p class="failure__reason">${errorText({ code, detail: reason })}</p>
+    html`<div class="failure__what stack gap-1 shrinks breaks"><h2>${icon('alert')}<span class="number" data-part="count"></span></h2>
+        <p class="strong">${errorText({ code, detail: reason })}</p>
         <p class="dim">${t('failures.example')} <b>${example.name}</b>: ${example.detail}</p>
         <p class="help">${wordFor('repair', repair ?? 'unknown')}</p></div>
-      <div class="failure__ways">
+      <div class="flow">
         <span data-needs="operator"><button class="button ${primary('rig')}" data-repair="rig">${icon('settings')}${t('failures.rig')}</button></span>
         <span data-needs="operator"><button class="button ${primary('retry')}" data-repair="retry">${icon('retry')}${t('failures.retry')}</button></span>
         <a class="button" href="/archive?${new URLSearchParams({ reason })}">${icon('film')}${t('failures.films')}</a>

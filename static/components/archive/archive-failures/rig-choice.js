@@ -15,7 +15,7 @@ export async function askOtherRig(n, rigs) {
   const names = Object.keys(rigs);
   const { dialog, parts, closed } = openDialog({
     title: t('failures.rig_title', { n, count: count(n) }),
-    content: html`<form class="confirm" data-part="form" novalidate>
+    content: html`<form class="stack gap-4" data-part="form" novalidate>
       <div class="field"><label for="other-rig">${t('archive.rig')}</label>
         <select class="input" id="other-rig" data-part="choice">
           ${names.map((name) => html`<option value="${name}">${name}</option>`)}

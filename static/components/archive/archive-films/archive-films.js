@@ -60,10 +60,10 @@ export class ArchiveFilms extends Component {
         title: t('archive.films'),
         ways: html`<button class="button button--quiet" data-part="keys">${icon('keys')}${t('archive.keys')} <kbd>?</kbd></button>
           <a class="button ${may('admin') && 'button--primary'}" href="/archive/add" data-needs="operator" ${!may('admin') && html`title="${t('rights.admin')}"`}>${icon('plus')}${t('archive.add')}</a>`,
-        content: html`<section class="panel archive-progress" data-part="progress" aria-label="${t('archive.progress')}" hidden></section>
-          <section class="panel empty" data-part="empty" hidden>${emptyArchive()}</section>
+        content: html`<section class="panel archive-progress stack pad-head below-4" data-part="progress" aria-label="${t('archive.progress')}" hidden></section>
+          <section class="panel empty stack gap-4 at-start" data-part="empty" hidden>${emptyArchive()}</section>
           <div data-part="body" hidden>
-            <search class="find">
+            <search class="row gap-3 wrap below-4">
               <div class="field find__text"><label class="visually-hidden" for="films-text">${t('archive.search')}</label>
                 <input class="input" id="films-text" type="search" autocomplete="off" placeholder="${t('archive.search_hint')}" data-part="text" /></div>
               <div class="field"><label class="visually-hidden" for="films-state">${t('list.filter')}</label>
@@ -71,16 +71,16 @@ export class ArchiveFilms extends Component {
                   ${FILM_STATES.map((state) => html`<option value="${state}">${wordFor('status', state)}</option>`)}</select></div>
               <span class="find__filters" data-part="chips"></span>
             </search>
-            <div class="film-actions" role="toolbar" aria-label="${t('archive.actions')}" data-needs="operator" data-part="toolbar">
+            <div class="film-actions row wrap" role="toolbar" aria-label="${t('archive.actions')}" data-needs="operator" data-part="toolbar">
               <p class="number film-actions__chosen" role="status" data-part="chosen"></p>
               <button class="button button--small" data-part="all"></button>
               <button class="button button--small button--quiet" data-part="none">${t('archive.select_none')}</button>
-              <span class="film-actions__buttons">${ACTIONS.map(([name, sign]) => html`<button class="button button--small" data-action="${name}">${icon(sign)}${wordFor('archive_action', name)}</button>`)}
+              <span class="film-actions__buttons flow">${ACTIONS.map(([name, sign]) => html`<button class="button button--small" data-action="${name}">${icon(sign)}${wordFor('archive_action', name)}</button>`)}
                 <button class="button button--small" data-part="change">${icon('edit')}${t('archive.change')}</button>
                 <button class="button button--small" data-part="takeOff">${icon('trash')}${t('archive.take_off')}</button></span>
             </div>
             <data-table class="films-table" data-part="table"></data-table>
-            <p class="panel find__nothing" data-part="nothing" hidden>${t('archive.nothing')}
+            <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('archive.nothing')}
               <button class="button button--small" data-part="clear">${t('list.clear')}</button></p>
             <list-pager data-part="pager"></list-pager>
           </div>`,
@@ -382,7 +382,7 @@ function stateMarkup(film) {
   return html`${statusChip(state)} ${outdatedFilter(film.outdated)}
     ${
       state === 'running' &&
-      html`<span class="inspection__progress"><progress class="bar" max="1" value="${total ? done / total : 0}" aria-label="${t('progress.label')}"></progress>
+      html`<span class="inspection__progress stack full small"><progress class="bar" max="1" value="${total ? done / total : 0}" aria-label="${t('progress.label')}"></progress>
       <span class="dim number">${pace(film)}</span></span>`
     }
     ${error && html`<small class="films-table__reason" title="${errorText(error)}">${errorText(error)}</small>`}`;

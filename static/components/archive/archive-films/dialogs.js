@@ -30,7 +30,7 @@ export async function askChange(n, signal) {
   const { rigs } = await get('/api/archive/rules', signal);
   const { parts, closed } = openDialog({
     title: t('archive.change_title', { n, count: count(n) }),
-    content: html`<form method="dialog" class="confirm" data-part="form" novalidate>
+    content: html`<form method="dialog" class="stack gap-4" data-part="form" novalidate>
       <p class="help">${t('archive.change_help')}</p>
       <div class="field"><label for="change-rig">${t('archive.rig')}</label>
         <select class="input" id="change-rig" data-part="rig"><option value="">${t('archive.stays')}</option>

@@ -16,19 +16,17 @@ export function progressMarkup(
   all,
 ) {
   const percent = Math.floor((100 * done) / all);
-  return html`<div class="archive-progress__whole">
+  return html`<div class="stack">
       <p><b class="number">${t('archive.done_of', { done: count(done), all: count(all), percent })}</b></p>
       <progress class="bar" max="${all}" value="${done}" aria-label="${t('archive.progress')}"></progress>
     </div>
-    <dl class="archive-progress__facts">
+    <dl class="archive-progress__facts flow">
       ${fact(t('archive.speed'), filmsPerH === null ? '–' : t('archive.speed_value', { films: count(Math.round(filmsPerH)), fps: fps === null ? '–' : count(Math.round(fps)) }))}
       ${fact(t('archive.left'), etaS === null ? '–' : duration(etaS))}
       ${fact(t('archive.engine'), html`${engineName(engine)}${engine.dashboard_url && html` · <a href="${engine.dashboard_url}" target="_blank" rel="noopener noreferrer">${t('archive.dashboard')}</a>`}`)}
     </dl>
     ${states.ready && may('operator') && html`<button class="button button--primary archive-progress__start" data-start-all>${icon('play')}${t('archive.start_all', { n: states.ready, count: count(states.ready) })}</button>`}
-    <ul class="archive-progress__states" aria-label="${t('archive.by_state')}">${FILM_STATES.filter(
-      (state) => states[state],
-    ).map(
+    <ul class="flow whole-row" aria-label="${t('archive.by_state')}">${FILM_STATES.filter((state) => states[state]).map(
       (state) =>
         html`<li><button class="button button--small chip--${state}" data-go="${state}">${statusSign(state)}${wordFor('status', state)} <b class="number">${count(states[state])}</b></button></li>`,
     )}</ul>

@@ -195,21 +195,21 @@ function lookOf(text) {
   return numbers.length === 3 && numbers.every(Number.isFinite) ? numbers : null;
 }
 
-const contentMarkup = () => html`<form class="map-filters" data-part="form">
+const contentMarkup = () => html`<form class="map-filters flow at-bottom below-3" data-part="form">
     <div class="field"><label for="map-project">${t('archive.project')}</label><select class="input" id="map-project" data-part="project"></select></div>
     <div class="field"><label for="map-severity">${t('map.severity')}</label>
       <select class="input" id="map-severity" data-part="severity_from"><option value="">${t('search.any')}</option>
         ${GRADES.map((grade) => html`<option value="${grade}">${grade} · ${severityWord(grade)}</option>`)}</select></div>
-    <div class="map-legend"><p class="dim">${t('map.legend')}</p>
+    <div class="map-legend grow small"><p class="dim">${t('map.legend')}</p>
       <ul>${[...GRADES, null].map((grade) => html`<li>${severityMark(grade)}<span aria-hidden="true">${severityWord(grade)}</span></li>`)}</ul></div>
   </form>
   <div data-part="pending"></div>
   <div data-part="left"></div>
-  <section class="panel map-empty" data-part="empty" hidden><h2>${t('map.empty')}</h2>
+  <section class="panel map-empty stack gap-3" data-part="empty" hidden><h2>${t('map.empty')}</h2>
     <p>${pieces('map.empty_text', { latitude: html`<b>${wordFor('header', 'start_lat')}</b>`, longitude: html`<b>${wordFor('header', 'start_lon')}</b>` })}</p>
     <p><a class="button" href="/archive/register">${t('map.register')}</a></p></section>
-  <p class="panel find__nothing" data-part="nothing" hidden>${t('map.nothing')}</p>
-  <div class="map-area" data-part="area">
+  <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('map.nothing')}</p>
+  <div class="map-area stack gap-4" data-part="area">
     <div class="map panel">
       <map-canvas data-part="map"></map-canvas>
       <div class="map__buttons">
@@ -221,14 +221,14 @@ const contentMarkup = () => html`<form class="map-filters" data-part="form">
       <p class="map__attribution" data-part="attribution"></p>
       <div class="map-card panel" role="group" aria-label="${t('map.card')}" data-part="card" hidden></div>
     </div>
-    <section class="map-list" aria-label="${t('map.list')}"><p class="dim number" role="status" data-part="seen">${t('page.loading')}</p>
+    <section class="map-list stack packed" aria-label="${t('map.list')}"><p class="dim number" role="status" data-part="seen">${t('page.loading')}</p>
       <ul data-part="list"></ul><p class="dim number" data-part="more"></p></section>
   </div>`;
 
 /** Assets that the map does not show, and why. */
 const leftMarkup = ({ assets, placed, unplaced }) => html`
   ${placed > assets.length && html`<p class="message">${icon('info')}<span>${t('map.too_many', { count: count(assets.length), all: count(placed) })}</span></p>`}
-  ${placed > 0 && unplaced > 0 && html`<p class="map-left dim">${t('map.unplaced', { n: unplaced, count: count(unplaced) })} <a href="/archive/register">${t('map.register')}</a></p>`}`;
+  ${placed > 0 && unplaced > 0 && html`<p class="below-3 small dim">${t('map.unplaced', { n: unplaced, count: count(unplaced) })} <a href="/archive/register">${t('map.register')}</a></p>`}`;
 
 const newRow = () => {
   const row = document.createElement('li');

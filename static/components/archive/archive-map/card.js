@@ -61,7 +61,9 @@ export class Card {
   }
 }
 
-const assetMarkup = (asset) => html`<a class="map-card__name" href="${assetPath(asset.asset)}">${asset.asset}</a>
+const assetMarkup = (
+  asset,
+) => html`<a class="map-card__name strong breaks" href="${assetPath(asset.asset)}">${asset.asset}</a>
   ${asset.project && html`<p class="dim">${asset.project}</p>`}
   <p class="map-card__grade">${severityMark(asset.worst_severity)}<b>${asset.worst_severity ?? ''}</b> ${gradeWord(asset)}</p>
   ${

@@ -33,11 +33,11 @@ export class ArchiveProjects extends Component {
       archivePage({
         title: t('archive.projects'),
         ways: exportButton(),
-        content: html`<search class="find"><div class="field find__text"><label class="visually-hidden" for="projects-text">${t('projects.search')}</label>
+        content: html`<search class="row gap-3 wrap below-4"><div class="field find__text"><label class="visually-hidden" for="projects-text">${t('projects.search')}</label>
             <input class="input" id="projects-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('projects.search')}" data-part="text" /></div></search>
           <div data-part="pending"></div>
           <data-table data-part="table"></data-table>
-          <p class="panel find__nothing" data-part="nothing" hidden>${t('projects.nothing')}</p>
+          <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('projects.nothing')}</p>
           <list-pager data-part="pager"></list-pager>`,
       }),
     );
@@ -84,7 +84,7 @@ export class ArchiveProjects extends Component {
             <a class="button" href="/archive/template?${query}">${icon('edit')}${t('archive.template')}</a>`
           }
           <button class="button button--primary" data-part="export" disabled>${icon('download')}${t('list.export')}</button>`,
-        content: html`<div class="project-facts panel" data-part="facts"></div>${assetTableMarkup()}`,
+        content: html`<div class="project-facts pad-head below-4 panel" data-part="facts"></div>${assetTableMarkup()}`,
       }),
     );
     fillAssetTable(this, true);

@@ -33,12 +33,12 @@ export class ArchiveQuality extends Component {
         title: t('archive.quality'),
         ways: exportButton(),
         content: html`<p class="dim">${t('quality.help')}</p>
-          <div class="choices quality__choices" role="group" aria-label="${t('quality.problem')}" data-part="choices">
+          <div class="choices flow gap-1 pad-1 quality__choices" role="group" aria-label="${t('quality.problem')}" data-part="choices">
             <button class="button button--small" data-problem="">${t('quality.all')}</button>
             ${PROBLEMS.map(([problem]) => html`<button class="button button--small" data-problem="${problem}">${wordFor('film_problem', problem)}</button>`)}</div>
           <div data-part="pending"></div>
           <data-table class="quality-table" data-part="table"></data-table>
-          <p class="panel find__nothing" data-part="nothing" hidden>${t('quality.nothing')}</p>
+          <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('quality.nothing')}</p>
           <list-pager data-part="pager"></list-pager>`,
       }),
     );
@@ -74,7 +74,7 @@ export class ArchiveQuality extends Component {
 const shareCell = (share, isProblem) =>
   share === null
     ? html`<span class="dim">–</span>`
-    : html`<span class="number ${isProblem && 'quality__problem'}">${isProblem && icon('alert')}${signed(100 * share, 1)} %</span>`;
+    : html`<span class="number ${isProblem && 'quality__problem inline-row gap-1 lost nowrap'}">${isProblem && icon('alert')}${signed(100 * share, 1)} %</span>`;
 
 const columns = () => [
   {

@@ -30,11 +30,11 @@ export class ArchiveRegister extends Component {
         ways: html`<a class="button" href="/api/register/assets.csv" download>${icon('download')}${t('register.export')}</a>
           <button class="button" data-import data-needs="operator">${icon('upload')}${t('register.import')}</button>
           <button class="button button--primary" data-add data-needs="operator">${icon('plus')}${t('register.add')}</button>`,
-        content: html`<search class="find"><div class="field find__text"><label class="visually-hidden" for="register-text">${t('register.search')}</label>
+        content: html`<search class="row gap-3 wrap below-4"><div class="field find__text"><label class="visually-hidden" for="register-text">${t('register.search')}</label>
             <input class="input" id="register-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('register.search')}" data-part="text" /></div></search>
           <p class="dim" role="status" data-part="found"></p>
           <data-table class="register" data-part="table"></data-table>
-          <div class="panel find__nothing" data-part="nothing" hidden></div>
+          <div class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden></div>
           <list-pager data-part="pager"></list-pager>`,
       }),
     );

@@ -94,19 +94,19 @@ export async function importAssets() {
   return done;
 }
 
-const dialogMarkup = () => html`<div class="drop register__drop" data-part="drop"><div class="drop__ask">
+const dialogMarkup = () => html`<div class="drop register__drop" data-part="drop"><div class="drop__ask stack">
     ${icon('upload')}<p>${t('register.drop')}</p>
-    <div class="drop__buttons"><button type="button" class="button" data-part="pick">${t('register.pick')}</button>
+    <div class="drop__buttons flow"><button type="button" class="button" data-part="pick">${t('register.pick')}</button>
       <a class="button" href="/api/register/template.csv" download>${icon('download')}${t('register.template')}</a></div>
     <p class="help">${t('register.columns')}</p></div>
     <input type="file" accept=".csv,.txt,.tsv,text/csv" aria-label="${t('register.pick')}" data-part="input" hidden /></div>
-  <div class="register__file"><b data-part="name"></b><div role="status" data-part="state"></div></div>
+  <div class="row gap-row wrap"><b data-part="name"></b><div role="status" data-part="state"></div></div>
   <p class="fault" role="alert" data-part="fault"></p>
-  <div class="register__result" data-part="result"></div>
+  <div class="register__result stack gap-3 shrinks" data-part="result"></div>
   <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
     <button type="button" class="button button--primary" data-part="take" hidden></button></div>`;
 
-const countsMarkup = ({ added, changed, same, faulty }) => html`<ul class="register__counts">
+const countsMarkup = ({ added, changed, same, faulty }) => html`<ul class="register__counts flow">
   <li class="chip">${t('register.count_add', { n: added, count: count(added) })}</li>
   <li class="chip">${t('register.count_change', { n: changed, count: count(changed) })}</li>
   <li class="chip">${t('register.count_same', { n: same, count: count(same) })}</li>
@@ -153,6 +153,6 @@ const tableMarkup = (
   title,
   heads,
   rows,
-) => html`<div class="register__rows" tabindex="0" role="region" aria-label="${title}"><table>
+) => html`<div class="register__rows framed" tabindex="0" role="region" aria-label="${title}"><table>
   <thead><tr><th scope="col">${t('register.row')}</th>${heads.map((head) => html`<th scope="col">${head}</th>`)}</tr></thead>
   <tbody>${rows.map(([row, ...cells]) => html`<tr><td class="number">${row}</td>${cells.map((cell) => html`<td>${cell}</td>`)}</tr>`)}</tbody></table></div>`;

@@ -26,24 +26,24 @@ export class ArchiveRules extends Component {
       this,
       archivePage({
         title: t('archive.rules'),
-        ways: html`<p class="rules__state" role="status" data-part="state"></p>
+        ways: html`<p class="rules__state strong weak" role="status" data-part="state"></p>
           <button class="button" data-part="try" data-needs="operator" disabled>${icon('search')}${t('rules.try')}</button>
           <button class="button" data-part="discard" data-needs="operator" disabled>${icon('undo')}${t('rules.discard')}</button>
           <button class="button button--primary" data-part="save" data-needs="operator" disabled>${icon('check')}${t('rules.save')}</button>`,
         content: html`<p class="dim rules__help">${t('rules.help')}</p>
           <div role="alert" data-part="faults"></div>
-          <div class="rules" data-part="editor" hidden>
+          <div class="rules stack gap-5 at-top" data-part="editor" hidden>
             <section aria-labelledby="rules-title"><h2 id="rules-title">${t('rules.title')}</h2>
               <p class="help">${t('rules.order')}</p>
-              <p class="panel rules__none" data-part="noRules" hidden>${t('rules.none')}</p>
-              <ol class="rules__list" data-part="rules"></ol>
+              <p class="panel pad-4 full" data-part="noRules" hidden>${t('rules.none')}</p>
+              <ol class="stack gap-3 full" data-part="rules"></ol>
               <button class="button" data-part="addRule" data-needs="operator">${icon('plus')}${t('rules.add')}</button></section>
             <section aria-labelledby="rigs-title"><h2 id="rigs-title">${t('rules.rigs')}</h2>
               <p class="help">${t('rules.rigs_help')}</p>
-              <p class="panel rules__none" data-part="noRigs" hidden>${t('rules.no_rigs')}</p>
-              <ul class="rules__list" data-part="rigs"></ul>
+              <p class="panel pad-4 full" data-part="noRigs" hidden>${t('rules.no_rigs')}</p>
+              <ul class="stack gap-3 full" data-part="rigs"></ul>
               <button class="button" data-part="addRig" data-needs="operator">${icon('plus')}${t('rules.add_rig')}</button>
-              <details class="rules__json"><summary>${t('rules.json')}</summary>
+              <details class="rules__json full"><summary>${t('rules.json')}</summary>
                 <p class="help">${t('rules.json_help')}</p>
                 <label class="visually-hidden" for="rules-json">${t('rules.json')}</label>
                 <textarea class="input" id="rules-json" rows="14" spellcheck="false" aria-describedby="rules-json-fault" data-part="json"></textarea>
@@ -104,7 +104,7 @@ export class ArchiveRules extends Component {
     );
     render(
       parts.rigs,
-      html`${names.map((name) => html`<li class="panel rig-card">${rigMarkup(name, rigs[name], rules)}</li>`)}`,
+      html`${names.map((name) => html`<li class="panel rig-card row gap-3 wrap apart pad-head">${rigMarkup(name, rigs[name], rules)}</li>`)}`,
     );
     parts.noRules.hidden = rules.length > 0;
     parts.noRigs.hidden = names.length > 0;

@@ -14,7 +14,7 @@ import '../../intake/rig-form/rig-form.js';
 export async function askRig(name, rigs) {
   const { dialog, parts, closed } = openDialog({
     title: name === null ? t('rules.add_rig') : t('rules.edit_named', { name }),
-    content: html`<form class="confirm" data-part="form" novalidate>
+    content: html`<form class="stack gap-4" data-part="form" novalidate>
       <div class="field"><label for="rig-name">${t('rules.name')}</label>
         <input class="input" id="rig-name" maxlength="200" autocomplete="off" aria-describedby="rig-name-fault" data-part="name" value="${name ?? ''}" />
         <span class="fault" id="rig-name-fault" role="alert" data-part="fault"></span></div>

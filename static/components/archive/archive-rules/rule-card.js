@@ -17,7 +17,7 @@ const TEMPLATES = [
  */
 export function ruleCard(rule, i, { rules, names, fields }) {
   const missing = rule.rig && !names.includes(rule.rig);
-  return html`<div class="rule__head">
+  return html`<div class="rule__head stack gap-3 at-bottom">
       <span class="rule__number number" aria-hidden="true">${i + 1}</span>
       ${field(i, 'name', t('rules.name'), html`<input class="input" id="rule-${i}-name" value="${rule.name}" maxlength="100" autocomplete="off" data-field="name" aria-describedby="rule-${i}-name-fault" />`)}
       <span class="rules__ways" data-needs="operator">
@@ -25,7 +25,7 @@ export function ruleCard(rule, i, { rules, names, fields }) {
         <button class="button button--small button--icon" data-do="down" ${i === rules.length - 1 && 'disabled'} aria-label="${t('rules.down', { name: rule.name })}" title="${t('rules.later')}">↓</button>
         <button class="button button--small button--icon" data-do="remove" aria-label="${t('rules.remove_named', { name: rule.name })}" title="${t('rules.remove')}">${icon('trash')}</button></span>
     </div>
-    ${field(i, 'pattern', t('rules.pattern'), html`<input class="input rule__pattern" id="rule-${i}-pattern" value="${rule.pattern}" maxlength="1000" autocomplete="off" spellcheck="false" data-field="pattern" aria-describedby="rule-${i}-pattern-fault rule-${i}-pattern-help" />`, t('rules.pattern_help', { field: '{asset}', example: '{project}/{asset}_*.mp4' }))}
+    ${field(i, 'pattern', t('rules.pattern'), html`<input class="input mono" id="rule-${i}-pattern" value="${rule.pattern}" maxlength="1000" autocomplete="off" spellcheck="false" data-field="pattern" aria-describedby="rule-${i}-pattern-fault rule-${i}-pattern-help" />`, t('rules.pattern_help', { field: '{asset}', example: '{project}/{asset}_*.mp4' }))}
     <div class="rule__grid">
       ${field(
         i,

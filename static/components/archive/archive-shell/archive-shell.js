@@ -104,12 +104,12 @@ export const pendingNote = (n) =>
 
 /** Facts side by side: [name, value]. */
 export const factsMarkup = (facts) =>
-  html`<dl class="facts">${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd class="number">${value}</dd></div>`)}</dl>`;
+  html`<dl class="facts flow">${facts.map(([name, value]) => html`<div><dt>${name}</dt><dd class="number">${value}</dd></div>`)}</dl>`;
 
 /** The way to everything, for other programs. */
 export const exportButton =
-  () => html`<details class="menu export-all"><summary class="button">${icon('download')}${t('archive.export')}</summary>
-  <div class="menu__list panel"><p class="menu__note">${t('archive.export_help')}</p>
+  () => html`<details class="menu holds export-all"><summary class="button">${icon('download')}${t('archive.export')}</summary>
+  <div class="menu__list panel"><p class="help pad-row">${t('archive.export_help')}</p>
     ${[
       ['parquet', 'Parquet'],
       ['json', 'JSON'],

@@ -113,8 +113,8 @@ function show(input, sentence) {
 }
 
 function formMarkup({ asset_id: id, project }, isStored, byName) {
-  return html`<form class="asset-form" data-part="form" novalidate>
-    <div class="asset-form__grid">
+  return html`<form class="stack gap-4" data-part="form" novalidate>
+    <div class="asset-form__grid stack at-top">
       <div class="field"><label for="asset-id">${t('header.asset_id')}</label>
         <input class="input" id="asset-id" maxlength="200" autocomplete="off" spellcheck="false" value="${id}" ${isStored && 'readonly'}
           aria-describedby="asset-id-fault" data-part="id" />
@@ -125,10 +125,10 @@ function formMarkup({ asset_id: id, project }, isStored, byName) {
     </div>
     ${GROUPS.map(
       ([title, names]) => html`<fieldset class="asset-form__group"><legend>${title}</legend>
-      <div class="asset-form__grid">${names.map((name) => fieldMarkup(byName.get(name)))}</div></fieldset>`,
+      <div class="asset-form__grid stack at-top">${names.map((name) => fieldMarkup(byName.get(name)))}</div></fieldset>`,
     )}
     <div class="field"><label for="asset-line">${t('register.line')}</label>
-      <textarea class="input asset-form__line" id="asset-line" rows="3" spellcheck="false" autocomplete="off"
+      <textarea class="input asset-form__line pad-row mono" id="asset-line" rows="3" spellcheck="false" autocomplete="off"
         aria-describedby="asset-line-help asset-line-fault" data-part="line"></textarea>
       <span class="fault" id="asset-line-fault"></span>
       <span class="help" id="asset-line-help">${t('register.line_help')}</span></div>

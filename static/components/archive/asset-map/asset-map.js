@@ -40,7 +40,9 @@ export class AssetMap extends Component {
     /** @type {Parts<'asset-map/asset-map'>} */
     this.parts = render(
       this,
-      place ? markup(place, tiles && attribution) : html`<p class="panel find__nothing">${t('map.unknown')}</p>`,
+      place
+        ? markup(place, tiles && attribution)
+        : html`<p class="panel find__nothing row gap-3 wrap pad-4">${t('map.unknown')}</p>`,
     );
     this.repaint();
   }
@@ -67,7 +69,7 @@ function markup({ asset }, attribution) {
   return html`<figure class="panel">
     <div class="asset-map__sheet"><canvas role="img" aria-label="${t('map.of', { asset: asset.asset })}" data-part="ground"></canvas>
       <span class="map__attribution">${attribution}</span></div>
-    <figcaption class="asset-map__facts"><span class="number">${t('map.start')} ${placeText(start)}</span>
+    <figcaption class="asset-map__facts row wrap apart pad-row small"><span class="number">${t('map.start')} ${placeText(start)}</span>
       ${asset.line.length > 1 && html`<span class="number">${t('map.end')} ${placeText(end)}</span>`}
       <a class="button button--small" data-part="open">${icon('map')}${t('map.open')}</a></figcaption></figure>`;
 }

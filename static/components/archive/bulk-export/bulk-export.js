@@ -152,7 +152,7 @@ class BulkExport {
           missing > 0 &&
           html`<h3>${t('bulk.not_made', { n: missing, count: count(missing) })}</h3>
           <p class="help">${t('bulk.not_made_help')}</p>
-          <ul class="export__list bulk__missing" tabindex="0">${notMade.map(
+          <ul class="stack gap-1 bulk__missing" tabindex="0">${notMade.map(
             ({ name, format, detail: why }) => html`<li class="export__row">${icon('alert')}
             <span><b>${name || t('bulk.deleted')}</b> ${format && nameOf(format)}: <span lang="${lang}">${why}</span></span></li>`,
           )}
@@ -182,8 +182,8 @@ const extraName = (extra) => {
 const nameOf = (kind) => (kind === 'document' ? t('bulk.document') : formatOf(kind).name);
 
 const markup = () => html`<div class="export bulk">
-  <div class="bulk__choice" data-part="choice"><p>${t('bulk.help')}</p>
-    <fieldset class="bulk__formats" data-part="formats"><legend class="visually-hidden">${t('bulk.formats')}</legend>
+  <div class="stack gap-4" data-part="choice"><p>${t('bulk.help')}</p>
+    <fieldset class="bulk__formats stack gap-3" data-part="formats"><legend class="visually-hidden">${t('bulk.formats')}</legend>
       ${GROUPS.map(
         ({ title, formats }) =>
           html`<div><h3>${title}</h3>${formats.map(
@@ -191,9 +191,9 @@ const markup = () => html`<div class="export bulk">
         data-format="${kind}" ${CHOSEN_AT_FIRST.includes(kind) && html`checked`} />${name}</label>`,
           )}</div>`,
       )}
-      <div class="bulk__extras"><h3>${t('bulk.whole')}</h3><label class="switch"><input type="checkbox" data-part="document" />${t('bulk.document')}</label>
+      <div class="whole-row"><h3>${t('bulk.whole')}</h3><label class="switch"><input type="checkbox" data-part="document" />${t('bulk.document')}</label>
         <p class="help">${t('bulk.document_help')}</p></div>
-      <div class="bulk__extras">${EXTRAS.map(
+      <div class="whole-row">${EXTRAS.map(
         (name) => html`<label class="switch"><input type="checkbox"
         data-part="${name}" />${extraName(name)}</label>`,
       )}</div>
@@ -201,7 +201,7 @@ const markup = () => html`<div class="export bulk">
       <p class="message bulk__limit" role="status" data-part="limit"></p>
     </fieldset></div>
   <div data-part="fault" role="alert"></div>
-  <div class="export__making" data-part="making" hidden>
+  <div class="stack" data-part="making" hidden>
     <progress class="bar" data-part="bar" value="0" aria-label="${t('export.making')}"></progress>
     <p class="number" role="status" data-part="announced"></p>
   </div>

@@ -25,7 +25,7 @@ export async function importArchive(file) {
   const upload = new Upload(file, file.name);
   const { dialog, parts, closed } = openDialog({
     title: t('list.archive_title', { filename: file.name }),
-    content: html`<div class="confirm">
+    content: html`<div class="stack gap-4">
       <p role="status" data-part="said"></p>
       <progress class="bar" max="1" aria-label="${t('list.archive_progress')}" data-part="bar"></progress>
       <p class="fault" role="alert" data-part="fault"></p>

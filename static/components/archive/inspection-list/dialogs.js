@@ -9,7 +9,7 @@ import { openDialog } from '../../shared/dialog/dialog.js';
 export async function askName(name) {
   const { dialog, parts, closed } = openDialog({
     title: t('confirm.rename_title'),
-    content: html`<form method="dialog" class="confirm" data-part="form" novalidate>
+    content: html`<form method="dialog" class="stack gap-4" data-part="form" novalidate>
       <div class="field"><label for="rename-name">${t('confirm.name')}</label>
         <input class="input" id="rename-name" maxlength="200" autocomplete="off" aria-describedby="rename-fault"
           data-part="name" />
@@ -34,7 +34,7 @@ export async function askName(name) {
 export async function askDelete({ name, defects }) {
   const { dialog, parts, closed } = openDialog({
     title: t('confirm.delete_title', { name }),
-    content: html`<form method="dialog" class="confirm" data-part="form">
+    content: html`<form method="dialog" class="stack gap-4" data-part="form">
       <p>${t('confirm.delete_text', { defects: t('confirm.delete_defects', { n: defects }) })}</p>
       ${buttons(t('confirm.delete_submit'), 'button--danger')}</form>`,
   });
@@ -60,7 +60,7 @@ export function showImported(filename, { inspections, warnings }) {
       ${
         warnings.length
           ? html`<h3>${t('list.import_warnings', { n: warnings.length })}</h3>
-        <ul class="imported__list imported__warnings">${warnings.map((text) => html`<li>${text}</li>`)}</ul>`
+        <ul class="imported__list help breaks">${warnings.map((text) => html`<li>${text}</li>`)}</ul>`
           : ''
       }
       <div class="dialog__buttons"><button type="button" class="button button--primary" data-part="done">${t('page.close')}</button></div>

@@ -47,10 +47,10 @@ export class InspectionList extends Component {
               <a class="button button--primary" href="/new" data-needs="operator">${icon('plus')}${t('list.new')}</a></div>
           </div>
           <p class="message message--error" data-part="fault" role="alert" hidden></p>
-          <section class="panel empty" data-part="empty" hidden>
+          <section class="panel empty stack gap-4 at-start" data-part="empty" hidden>
             <h2>${t('list.empty')}</h2>
             <p class="dim">${t('list.empty_text')}</p>
-            <div class="empty__ways" data-needs="operator">
+            <div class="flow gap-3" data-needs="operator">
               <a class="button button--primary" href="/new">${icon('plus')}${t('list.first')}</a>
               <button class="button" data-part="sample">${icon('film')}<span data-part="sampleWord">${t('list.sample')}</span></button>
             </div>
@@ -58,7 +58,7 @@ export class InspectionList extends Component {
           <div data-part="table" hidden>
             <list-filters data-part="filters"></list-filters>
             <div class="inspections">
-              <div class="inspections__head" role="group" aria-label="${t('list.sort')}" data-part="head">
+              <div class="inspections__head help" role="group" aria-label="${t('list.sort')}" data-part="head">
                 <label class="inspection__mark"><span class="visually-hidden">${t('archive.select_page')}</span><input type="checkbox" data-mark-page /></label>
                 <span class="inspections__wide">${sortButton('name', t('list.name'))}${sortButton('asset', t('archive.asset'))}${sortButton('project', t('archive.project'))}</span>
                 <span>${sortButton('status', t('list.status'))}${sortButton('review_state', t('tab.review'))}</span>
@@ -68,7 +68,7 @@ export class InspectionList extends Component {
               <ul data-part="rows" aria-label="${t('list.title')}"></ul>
               <selection-bar data-part="selection"></selection-bar>
               <list-pager data-part="pager"></list-pager>
-              <p class="panel find__nothing" data-part="nothing" hidden>${t('list.nothing')}
+              <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('list.nothing')}
                 <button class="button button--small" data-part="clear">${t('list.clear')}</button></p>
             </div>
           </div>

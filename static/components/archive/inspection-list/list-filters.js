@@ -22,7 +22,7 @@ export class ListFilters extends Component {
     /** @type {Parts<'inspection-list/list-filters'>} */
     this.parts = render(
       this,
-      html`<search class="find">
+      html`<search class="row gap-3 wrap below-4">
         <div class="field find__text"><label class="visually-hidden" for="find-text">${t('list.search')}</label>
           <input class="input" id="find-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('list.search_hint')}" data-part="search" /></div>
         ${choice(

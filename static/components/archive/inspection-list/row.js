@@ -38,13 +38,13 @@ export function createRow(id) {
         <span class="inspection__about dim" data-part="about"></span>
         <span class="label-chips" data-part="labels"></span>
       </div>
-      <div class="inspection__status">
+      <div class="inspection__status stack gap-1 at-start">
         <span data-part="chip"></span>
-        <span class="inspection__progress" data-part="progress">
+        <span class="inspection__progress stack full small" data-part="progress">
           <progress class="bar" data-part="bar" max="1" aria-label="${t('progress.label')}"></progress>
           <span class="dim number" data-part="pace"></span>
         </span>
-        <span class="inspection__error" data-part="error"></span>
+        <span class="inspection__error small lost" data-part="error"></span>
       </div>
       <div class="inspection__fact"><span class="label">${t('list.length')}</span><b class="number" data-part="length"></b></div>
       <div class="inspection__fact"><span class="label">${t('list.defects')}</span><b class="number" data-part="defects"></b></div>

@@ -22,7 +22,7 @@ export class SelectionBar extends Component {
     /** @type {Parts<'inspection-list/selection-bar'>} */
     this.parts = render(
       this,
-      html`<div class="selection-bar panel" role="group" aria-label="${t('list.selected_actions')}">
+      html`<div class="selection-bar row wrap pad-row below-2 panel" role="group" aria-label="${t('list.selected_actions')}">
         <p class="number selection-bar__chosen" role="status" data-part="chosen"></p>
         <button class="button button--small" data-part="all"></button>
         <button class="button button--small button--quiet" data-part="none">${t('archive.select_none')}</button>

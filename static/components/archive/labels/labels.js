@@ -108,7 +108,7 @@ async function askLabels(name, labels) {
   return (await closed) === 'stored' ? chosen : null;
 }
 
-const formMarkup = () => html`<form method="dialog" class="confirm" data-part="form" novalidate>
+const formMarkup = () => html`<form method="dialog" class="stack gap-4" data-part="form" novalidate>
   <p class="help">${t('labels.help')}</p>
   <ul class="labels-chosen" data-part="chosen" aria-label="${t('labels.label')}"></ul>
   <p class="dim" data-part="none">${t('labels.none')}</p>

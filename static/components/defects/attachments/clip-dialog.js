@@ -15,7 +15,7 @@ export async function openClip(inspection, item, title) {
   const { dialog, parts } = openDialog({
     title: t('attach.clip_of', { name: title }),
     size: 'wide',
-    content: html`<div class="photos" data-part="clip"><p role="status">${t('attach.cutting')}</p>
+    content: html`<div class="photos stack gap-3" data-part="clip"><p role="status">${t('attach.cutting')}</p>
       <progress class="bar" aria-label="${t('attach.cutting')}"></progress></div>`,
   });
   const end = new AbortController();

@@ -35,8 +35,8 @@ export class DefectAttachments extends Component {
     /** @type {Parts<'attachments/defect-attachments'>} */
     this.parts = render(
       this,
-      html`<ul class="thumbs" aria-label="${t('attach.photos')}" data-part="photos"></ul>
-        <div class="form__row">
+      html`<ul class="thumbs flow" aria-label="${t('attach.photos')}" data-part="photos"></ul>
+        <div class="flow">
           <button type="button" class="button button--small" data-needs="operator" data-part="add"
             title="${withKey(t('attach.add_photo'), 'Shift + P')}">${icon('plus')}${t('attach.add_photo')}</button>
           <button type="button" class="button button--small" data-needs="operator" data-part="record"
@@ -44,7 +44,7 @@ export class DefectAttachments extends Component {
           <button type="button" class="button button--small" data-part="clip">${icon('film')}${t('attach.clip')}</button>
         </div>
         <p class="help" id="voice-fault" role="status" data-part="fault"></p>
-        <ul class="voices" aria-label="${t('attach.voices')}" data-part="voices"></ul>`,
+        <ul class="voices stack" aria-label="${t('attach.voices')}" data-part="voices"></ul>`,
     );
     const { parts, desk } = this;
     this.listen(parts.add, 'click', () => addPhoto(desk, this.observationId));
@@ -220,7 +220,7 @@ function createThumb() {
   const element = document.createElement('li');
   render(
     element,
-    html`<button type="button" class="thumbs__photo"><img alt="" /><canvas aria-hidden="true" hidden></canvas></button>`,
+    html`<button type="button" class="thumbs__photo framed--strong holds"><img alt="" /><canvas aria-hidden="true" hidden></canvas></button>`,
   );
   return element;
 }

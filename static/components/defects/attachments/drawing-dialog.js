@@ -169,7 +169,7 @@ function paintCross(canvas, [u, v], width) {
   }
 }
 
-const markup = ({ url }, { width, height }) => html`<form class="drawing__tools" data-part="tools">
+const markup = ({ url }, { width, height }) => html`<form class="row wrap" data-part="tools">
     <fieldset class="drawing__choice"><legend class="visually-hidden">${t('attach.tools')}</legend>
       ${TOOLS.map((tool, i) => html`<label class="button button--small"><input type="radio" class="visually-hidden" name="tool" value="${tool}" ${i === 0 && 'checked'} />${wordFor('attach.tool', tool)}</label>`)}</fieldset>
     <fieldset class="drawing__choice"><legend class="visually-hidden">${t('attach.colours')}</legend>

@@ -23,7 +23,7 @@ export function openPhotos(desk, observation, shown, title) {
   const { dialog, parts } = openDialog({
     title,
     size: 'wide',
-    content: html`<div class="photos" data-part="photos"></div>`,
+    content: html`<div class="photos stack gap-3" data-part="photos"></div>`,
   });
   const end = new AbortController();
   dialog.addEventListener('close', () => end.abort());
@@ -148,7 +148,7 @@ function markup(desk, item, photos, at, title, isBurntIn) {
   const path = `/api/inspections/${desk.inspection.id}/photos/${photos[at].id}?${query}`;
   const isOne = photos.length === 1;
   const [isFirst, isLast] = [at === 0, at === photos.length - 1];
-  return html`<div class="photo__tools">
+  return html`<div class="row wrap">
       ${!isOne && html`${step('before', 'back', t('attach.before'), isFirst)}${step('after', 'forward', t('attach.after'), isLast)}`}
       <span class="number">${t('attach.of', { n: at + 1, all: photos.length })}</span>
       <span class="dim number">${t('form.frame', { frame })}</span>
@@ -168,7 +168,7 @@ function markup(desk, item, photos, at, title, isBurntIn) {
       ${!attachment && measuresOnPhoto(item, video)}
       ${strokes.length > 0 && html`<canvas class="photo__strokes" data-part="strokes" aria-hidden="true"></canvas>`}
     </div>
-    <div class="photo__tools">
+    <div class="row wrap">
       <label class="switch"><input type="checkbox" ${isBurntIn && 'checked'} />${t('attach.burnt_in')}</label>
       ${isStored && html`<a class="button button--small" href="${path}" download>${icon('download')}${t('form.photo_save')}</a>`}
     </div>`;
@@ -179,7 +179,7 @@ function mark(pixel, video) {
   const [u, v] = toSquare(video, pixel);
   const { width, height } = squareOf(video);
   const radius = width / 22;
-  return html`<svg class="photo__mark" viewBox="-0.5 -0.5 ${width} ${height}" aria-hidden="true">
+  return html`<svg class="photo__mark covers" viewBox="-0.5 -0.5 ${width} ${height}" aria-hidden="true">
     ${['photo__edge', 'photo__line'].map(
       (line) => html`<g class="${line}"><circle cx="${u}" cy="${v}" r="${radius}" />
       <path d="M${u - radius} ${v}h${radius * 0.6}M${u + radius} ${v}h${-radius * 0.6}M${u} ${v - radius}v${radius * 0.6}M${u} ${v + radius}v${-radius * 0.6}" /></g>`,

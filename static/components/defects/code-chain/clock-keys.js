@@ -19,7 +19,7 @@ export function clockMarkup(typed) {
   const isOpen = typed.endsWith('@');
   const isRange = typed.lastIndexOf('@') > 0;
   if (isRange && !isOpen) return null;
-  return html`<div class="chain__keys" role="group" aria-label="${t('dial.label')}">
+  return html`<div class="chain__keys flow gap-1" role="group" aria-label="${t('dial.label')}">
     ${
       isOpen
         ? HOURS.map(

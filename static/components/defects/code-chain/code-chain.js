@@ -169,7 +169,7 @@ export class CodeChain extends Component {
           ${this.#clock && html`<span class="chain__clock number">${clockText(this.#clock)}</span>`}</p>
         ${
           choices.length
-            ? html`<div class="chain__keys">${choices.map(
+            ? html`<div class="chain__keys flow gap-1">${choices.map(
                 ({ letter, label }) => html`<button
           type="button" class="button button--small" data-key="${letter}"><kbd>${letter}</kbd>${label}</button>`,
               )}</div>`
@@ -178,13 +178,13 @@ export class CodeChain extends Component {
         ${row && clockMarkup(this.#clock)}
         ${
           row
-            ? html`<div class="chain__keys" role="group" aria-label="${t('form.severity')}">${GRADES.map(
+            ? html`<div class="chain__keys flow gap-1" role="group" aria-label="${t('form.severity')}">${GRADES.map(
                 (grade) => html`<button
               type="button" class="button button--small" data-key="${grade}" title="${severityWord(grade)}"><kbd>${grade}</kbd>
               ${severityMark(grade)}<span class="visually-hidden">${severityWord(grade)}</span></button>`,
               )}
               <button type="button" class="button button--small button--primary" data-key="Enter"><kbd>↵</kbd>${t('chain.without')}</button></div>`
-            : html`<div class="chain__keys" role="group" aria-label="${t('chain.last')}">${this.#last.map(
+            : html`<div class="chain__keys flow gap-1" role="group" aria-label="${t('chain.last')}">${this.#last.map(
                 (last, i) => html`<button
               type="button" class="button button--small" data-key="${i + 1}"><kbd>${i + 1}</kbd>${[
                 last.code,
@@ -202,7 +202,7 @@ export class CodeChain extends Component {
 }
 
 const endMarkup =
-  () => html`<div class="chain__keys"><button type="button" class="button button--quiet button--small" data-key="Backspace"><kbd>⌫</kbd>${t('chain.back')}</button>
+  () => html`<div class="chain__keys flow gap-1"><button type="button" class="button button--quiet button--small" data-key="Backspace"><kbd>⌫</kbd>${t('chain.back')}</button>
           <button type="button" class="button button--quiet button--small" data-key="Escape"><kbd>Esc</kbd>${t('page.cancel')}</button></div>`;
 
 customElements.define('code-chain', CodeChain);

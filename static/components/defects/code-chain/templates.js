@@ -13,7 +13,7 @@ export const TEMPLATE_KEYS = [...'ABCDEFGHIJKLMNOPQRSTUVWXYZ'];
 export function templatesMarkup(catalogue) {
   const { templates } = preferences.value;
   if (templates.length === 0) return html`<p class="chain__code">${t('chain.no_templates')}</p>`;
-  return html`<ul class="chain__templates" aria-label="${t('chain.templates')}">${templates.map(
+  return html`<ul class="chain__templates stack gap-1" aria-label="${t('chain.templates')}">${templates.map(
     (tag, i) => html`<li>
     <button type="button" class="button button--small" data-key="${TEMPLATE_KEYS[i]}"><kbd>${TEMPLATE_KEYS[i]}</kbd><b>${tag.code}</b>
       ${quickLabel(catalogue, tag)}</button>

@@ -57,7 +57,7 @@ export class ClockDial extends Component {
           <text class="dial__hours-text" y="0" data-part="hoursText" aria-hidden="true"></text>
           <text class="dial__note" y="20" data-part="note" aria-hidden="true"></text>
         </svg>
-        <div class="dial__buttons">
+        <div class="dial__buttons flow">
           <button type="button" class="button button--small" data-part="round">${t('dial.all_round')}</button>
           <button type="button" class="button button--small" data-part="clear">${icon('undo')}${t('dial.clear')}</button>
         </div>`,

@@ -53,22 +53,22 @@ export class DefectForm extends Component {
     /** @type {Parts<'defect-form/defect-form'>} */
     this.parts = render(
       this,
-      html`<div class="form__head">
+      html`<div class="form__head row gap-3 apart line-below">
           <h2 data-part="title"></h2>
           <button type="button" class="button button--quiet button--small button--icon" data-part="link"
             title="${withKey(t('link.copy'), 'Y')}" aria-label="${t('link.copy')}">${icon('link')}</button>
           <button type="button" class="button button--small" data-part="done" title="${t('form.close')}">${icon('check')}${t('form.done')}</button>
         </div>
-        <p class="form__others" role="status" data-part="others" hidden></p>
-        <form class="form__body" data-part="form">
+        <p class="form__others line-below small" role="status" data-part="others" hidden></p>
+        <form class="form__body stack gap-3 halves packed grow" data-part="form">
           <div class="message message--error form__wide" role="alert" data-part="refused" hidden>${icon('alert')}
-            <div><p data-part="refusal"></p><div class="form__row">
+            <div><p data-part="refusal"></p><div class="flow">
               <button type="button" class="button button--small" data-part="compare">${icon('swap')}${t('conflict.compare')}</button>
               <button type="button" class="button button--small" data-part="again">${icon('retry')}${t('form.send_again')}</button>
               <button type="button" class="button button--small" data-part="giveUp">${icon('undo')}${t('form.give_up')}</button>
             </div></div></div>
           <fieldset class="locked" ${!mayEdit() && 'disabled'}>
-          <div class="field form__code code-search">
+          <div class="field form__code holds">
             ${head('defect-code', t('form.code'), 'code')}
             <input class="input" id="defect-code" role="combobox" aria-autocomplete="list" aria-expanded="false"
               aria-controls="defect-codes" aria-describedby="defect-code-label" autocomplete="off" spellcheck="false"
@@ -81,9 +81,9 @@ export class DefectForm extends Component {
             <select class="input" id="defect-char1" name="char1" aria-describedby="needs-char1" data-part="char1"></select></div>
           <div class="field" data-part="char2Field">${head('defect-char2', t('form.detail'), 'char2')}
             <select class="input" id="defect-char2" name="char2" aria-describedby="needs-char2" data-part="char2"></select></div>
-          <fieldset class="form__severity">
+          <fieldset class="form__severity stack gap-1">
             <legend>${t('form.severity')}</legend>
-            <div class="form__grades">${GRADES.map(
+            <div class="form__grades stack gap-1">${GRADES.map(
               (grade) => html`<label
               title="${withKey(severityWord(grade), `Shift + ${grade}`)}">
               <input type="radio" name="severity" value="${grade}" />
@@ -92,10 +92,10 @@ export class DefectForm extends Component {
             <span class="help" data-part="severityWord"></span>
           </fieldset>
           <div class="field form__clock" data-part="clockField">
-            <span class="form__needs"><span class="label">${t('dial.label')}</span>${needed('clock')}</span>
+            <span class="form__needs flow apart"><span class="label">${t('dial.label')}</span>${needed('clock')}</span>
             <clock-dial data-part="dial"></clock-dial>
           </div>
-          <div class="form__beside">
+          <div class="form__beside stack gap-3 packed">
             ${[1, 2].map(
               (n) => html`<div class="field" data-part="quant${n}Field">
               ${head(`defect-quant${n}`, n === 1 ? t('form.quantity') : t('form.quantity_2'), `quant${n}`)}
@@ -106,7 +106,7 @@ export class DefectForm extends Component {
             <div class="field">${head('defect-remark', t('form.remark'), 'remark')}
               <textarea class="input" id="defect-remark" name="remark" rows="3" maxlength="2000" aria-describedby="needs-remark"></textarea></div>
           </div>
-          <section class="form__advice form__wide" aria-label="${t('form.advice')}">
+          <section class="stack gap-3 form__wide" aria-label="${t('form.advice')}">
             <div class="field"><label for="defect-recommendation">${t('form.recommendation')}</label>
               <select class="input" data-part="proposals" aria-label="${t('form.proposals')}" hidden></select>
               <textarea class="input" id="defect-recommendation" name="recommendation" rows="2" maxlength="1000"></textarea></div>
@@ -116,12 +116,12 @@ export class DefectForm extends Component {
               <span class="fault" id="defect-cost-fault" data-part="costFault"></span></div>
           </section>
           <measure-box class="form__wide" data-part="measures"></measure-box>
-          <section class="form__stretch form__wide" aria-label="${t('stretch.label')}" data-part="stretchField">
+          <section class="stack form__wide" aria-label="${t('stretch.label')}" data-part="stretchField">
             <p class="number" data-part="stretch"></p>
-            <div class="form__row" data-part="stretchButtons"></div>
+            <div class="flow" data-part="stretchButtons"></div>
           </section>
           </fieldset>
-          <section class="form__place form__wide" aria-label="${t('form.place')}">
+          <section class="form__place stack at-start form__wide" aria-label="${t('form.place')}">
             <p class="help number" data-part="anchor"></p>
             <button type="button" class="button button--small" data-part="move" data-needs="operator" title="${t('form.move_help')}">${icon('move')}${t('form.move')}</button>
             <defect-attachments data-part="attachments"></defect-attachments>
@@ -414,10 +414,10 @@ function quantityIn(text) {
 
 /** Marks a field that a report needs; an empty one blocks nothing here. */
 const needed = (name) =>
-  html`<span class="form__needed" id="needs-${name}" data-part="${name}Needed" hidden>${t('form.needed')}</span>`;
+  html`<span class="form__needed small strong weak" id="needs-${name}" data-part="${name}Needed" hidden>${t('form.needed')}</span>`;
 
 const head = (id, label, name) =>
-  html`<span class="form__needs"><label for="${id}">${label}</label>${needed(name)}</span>`;
+  html`<span class="form__needs flow apart"><label for="${id}">${label}</label>${needed(name)}</span>`;
 
 /**
  * @param {import('../../desk/page/desk.js').Desk} desk

@@ -37,7 +37,7 @@ export class DefectList extends Component {
       html`<open-stretches></open-stretches>
         <div class="defects" data-part="overview">
           <h2 class="visually-hidden">${t('defects.label')}</h2>
-          <div class="defects__head" data-part="head">
+          <div class="defects__head stack" data-part="head">
             <input class="input" type="search" placeholder="${t('defects.search')}" aria-label="${t('defects.search')}"
               autocomplete="off" spellcheck="false" data-part="search" />
             <select class="input" aria-label="${t('defects.show')}" data-part="filter">
@@ -46,11 +46,11 @@ export class DefectList extends Component {
               title="${t('defects.newest')}">${icon('newest')}</button>
           </div>
           <p class="defects__count dim number" data-part="count"></p>
-          <div class="defects__empty" data-part="empty">
+          <div class="defects__empty stack pad-4" data-part="empty">
             <p>${t('defects.empty')}</p>
             ${isKeyOn('t') && html`<p class="dim" data-needs="operator">${pieces('defects.empty_help', { key: html`<kbd>T</kbd>` })}</p>`}
           </div>
-          <ol class="defects__rows" data-part="rows"></ol>
+          <ol class="defects__rows pad-1 grow holds" data-part="rows"></ol>
         </div>
         <div data-part="details" class="defects__details" hidden></div>`,
     );
@@ -156,13 +156,13 @@ export class DefectList extends Component {
     row.className = 'defect';
     row.parts = render(
       row,
-      html`<a class="defect__main" href="${linkTo({ defect: id })}" tabindex="-1" draggable="false" data-part="main">
+      html`<a class="defect__main stack bare full" href="${linkTo({ defect: id })}" tabindex="-1" draggable="false" data-part="main">
           <span data-part="mark"></span>
-          <span class="defect__what"><b data-part="code"></b> <span data-part="label"></span></span>
+          <span class="defect__what one-line"><b data-part="code"></b> <span data-part="label"></span></span>
           <b class="defect__where number" data-part="distance"></b>
-          <span class="defect__more dim number"><span class="defect__save" data-part="save"></span>
+          <span class="defect__more one-line small dim number"><span class="defect__save strong weak" data-part="save"></span>
             <span class="defect__review" data-part="review"></span>
-            <span class="defect__lacks" data-part="lacks"></span>
+            <span class="defect__lacks weak" data-part="lacks"></span>
             <span data-part="more"></span></span>
           <span class="defect__interval dim number" data-part="interval"></span>
           <span class="defect__photo"><img data-part="photo" alt="" width="72" height="54" hidden /></span>

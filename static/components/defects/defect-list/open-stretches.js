@@ -37,11 +37,11 @@ export class OpenStretches extends Component {
   }
 
   #createRow({ number }) {
-    const row = Object.assign(document.createElement('li'), { className: 'open-stretch', startId: '' });
+    const row = Object.assign(document.createElement('li'), { className: 'open-stretch row', startId: '' });
     row.parts = render(
       row,
-      html`<button class="open-stretch__start" data-part="start">${icon('stretch')}<b data-part="name"></b>
-          <span class="open-stretch__from dim number" data-part="from"></span>
+      html`<button class="open-stretch__start row bare grow shrinks" data-part="start">${icon('stretch')}<b data-part="name"></b>
+          <span class="open-stretch__from one-line grow shrinks dim number" data-part="from"></span>
           <b class="number" data-part="length"></b></button>
         <button class="button button--small" data-part="finish" data-needs="operator">${t('stretch.finish_short')}<kbd data-part="key"></kbd></button>`,
     );

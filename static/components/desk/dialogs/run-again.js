@@ -14,7 +14,7 @@ import '../../intake/source-picker/source-picker.js';
 export async function askEndOfRecording() {
   const { dialog, parts, closed } = openDialog({
     title: t('again.end_title'),
-    content: html`<form method="dialog" class="confirm" data-part="form"><p>${t('again.end_text')}</p>
+    content: html`<form method="dialog" class="stack gap-4" data-part="form"><p>${t('again.end_text')}</p>
       <div class="dialog__buttons"><button type="button" class="button" data-part="keep">${t('again.end_keep')}</button>
         <button class="button button--danger" value="end">${t('again.end_submit')}</button></div></form>`,
   });
@@ -31,7 +31,7 @@ export async function askEndOfRecording() {
 export async function openRecordOn(inspection) {
   const { dialog, parts, closed } = openDialog({
     title: t('again.on_title'),
-    content: html`<form class="confirm" data-part="form" novalidate>
+    content: html`<form class="stack gap-4" data-part="form" novalidate>
       <p>${t('again.on_text')}</p>
       <source-picker data-part="camera"></source-picker>
       <fieldset class="again__robot"><legend>${t('again.robot')}</legend>
@@ -61,7 +61,7 @@ export async function openRig(inspection) {
   const { id, rig, video } = inspection.value;
   const { dialog, parts, closed } = openDialog({
     title: t('again.rig_title'),
-    content: html`<form class="confirm" data-part="form" novalidate>
+    content: html`<form class="stack gap-4" data-part="form" novalidate>
       <p>${t('again.rig_text')}</p>
       <rig-form data-part="rig"></rig-form>${foot(t('again.rig_submit'))}</form>`,
     size: 'wide',
@@ -87,7 +87,7 @@ export async function openTurn(inspection, degrees) {
   const { id } = inspection.value;
   const { dialog, parts, closed } = openDialog({
     title: t('again.turn_title'),
-    content: html`<form class="confirm" data-part="form" novalidate>
+    content: html`<form class="stack gap-4" data-part="form" novalidate>
       <p>${t('again.rig_text')}</p>
       <rig-picture data-part="picture"></rig-picture>${foot(t('again.rig_submit'))}</form>`,
     size: 'wide',

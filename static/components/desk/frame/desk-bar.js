@@ -29,13 +29,13 @@ export class DeskBar extends Component {
     /** @type {Parts<'frame/desk-bar'>} */
     this.parts = render(
       this,
-      html`<header class="topbar desk-bar">
+      html`<header class="topbar row line-below desk-bar">
           <div class="desk-bar__title">
-            <a class="brand" href="/" aria-label="${t('desk.all')}">${icon('back')}${icon('logo')}</a>
+            <a class="brand inline-row plain" href="/" aria-label="${t('desk.all')}">${icon('back')}${icon('logo')}</a>
             <h1 class="desk-bar__name" title="${name}">${name}</h1>
             <span role="status" data-part="chip"></span>
             <button type="button" class="chip-button" title="${t('tab.review')}" data-part="review"></button>
-            <button type="button" class="chip-button label-button" data-part="labels"></button>
+            <button type="button" class="chip-button label-button inline-row gap-1 help" data-part="labels"></button>
             <span class="desk-bar__pace dim number" data-part="pace"></span>
             <p class="desk-bar__people" role="status" data-part="people"></p>
           </div>
@@ -55,7 +55,7 @@ export class DeskBar extends Component {
             <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${withKey(t('desk.keys'), '?')}">${icon('keys')}
               <span class="desk-bar__word">${t('desk.keys')}</span></button>
             <button class="button button--small" data-part="finish" data-needs="operator"></button>
-            <details class="menu" data-part="menu">
+            <details class="menu holds" data-part="menu">
               <summary class="button button--small button--primary">${icon('download')}${t('desk.export')}</summary>
               ${exportsMarkup(id)}
             </details>

@@ -12,11 +12,11 @@ export const exportsMarkup = (id) => html`<div class="menu__list menu__list--exp
   <div class="menu__group" data-part="emergency" hidden>${exportMarkup(EMERGENCY)}</div>
   ${GROUPS.map(
     ({ title, formats }, i) => html`<section class="menu__group" aria-labelledby="exports-${i}">
-    <h2 class="menu__title" id="exports-${i}">${title}</h2>
+    <h2 class="menu__title help strong" id="exports-${i}">${title}</h2>
     <ul>${formats.map((format) => html`<li>${exportMarkup(format)}</li>`)}</ul></section>`,
   )}
   <section class="menu__group" aria-labelledby="exports-other">
-    <h2 class="menu__title" id="exports-other">${t('export.other')}</h2>
+    <h2 class="menu__title help strong" id="exports-other">${t('export.other')}</h2>
     <ul><li><a class="menu__item" download href="/api/inspections/${id}/track?format=csv"><b>${t('desk.export_track')}</b>
         <span class="dim">${t('desk.export_track_help')}</span></a></li>
       <li><a class="menu__item" href="/compare?a=${id}"><b>${t('compare.with')}</b>

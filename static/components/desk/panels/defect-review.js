@@ -34,7 +34,7 @@ export class DefectReview extends Component {
           html`<div class="field"><label for="remark-text">${t('reviewing.say')}</label>
           <textarea class="input" id="remark-text" rows="2" maxlength="2000" aria-describedby="remark-fault" data-part="text">${drafts.of(id)}</textarea>
           <span class="fault" aria-live="polite" id="remark-fault" data-part="fault"></span></div>
-        <div class="form__row">
+        <div class="flow">
           <button type="button" class="button button--small" data-say="accepted">${icon('check')}${t('reviewing.accept')}</button>
           <button type="button" class="button button--small" data-say="question">${icon('help')}${t('reviewing.ask')}</button>
           <button type="button" class="button button--small" data-say="comment">${icon('edit')}${t('reviewing.comment')}</button>

@@ -14,7 +14,7 @@ export async function askStep(state, blocking) {
   const isNeeded = state === 'reopened';
   const { dialog, parts, closed } = openDialog({
     title: wordFor('review_step', state),
-    content: html`<form method="dialog" class="confirm" data-part="form" novalidate>
+    content: html`<form method="dialog" class="stack gap-4" data-part="form" novalidate>
       <p>${wordFor('review_step_text', state)}</p>
       ${blocking > 0 && html`<p class="message message--warning">${icon('alert')}<span>${t('reviewing.blocking', { n: blocking })}</span></p>`}
       <div class="field"><label for="review-reason">${isNeeded ? t('reviewing.reason') : t('reviewing.note')}</label>

@@ -53,7 +53,7 @@ export class StripLog extends Strip {
     this.parts = render(
       this,
       html`<div class="strip__bar">
-          <details class="menu" data-part="menu">
+          <details class="menu holds" data-part="menu">
             <summary class="button button--quiet button--small">${icon('layers')}${t('strip.lanes')}</summary>
             <ul class="menu__list strip__lane-list panel">
               ${[...LANES.map(({ name }) => name), 'wall'].map(

@@ -28,7 +28,7 @@ export class PictureLook extends Component {
     /** @type {Parts<'video/picture-look'>} */
     this.parts = render(
       this,
-      html`<details class="menu" data-part="menu">
+      html`<details class="menu holds" data-part="menu">
           <summary class="button button--small button--icon stage__tool" aria-label="${t('look.title')}"
             title="${t('look.title')}">${icon('contrast')}</summary>
           <div class="menu__list panel look" role="group" aria-label="${t('look.title')}">

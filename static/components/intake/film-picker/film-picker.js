@@ -23,10 +23,10 @@ export class FilmPicker extends Component {
     this.parts = render(
       this,
       html`<div class="drop" data-part="drop">
-          <div class="drop__ask" data-part="ask">
+          <div class="drop__ask stack" data-part="ask">
             ${icon('film')}
             <p>${t('films.drop')}</p>
-            <div class="drop__buttons">
+            <div class="drop__buttons flow">
               <button type="button" class="button" data-part="pick">${t('films.pick')}</button>
               <button type="button" class="button" data-part="pickFolder">${t('films.pick_folder')}</button>
             </div>
@@ -36,10 +36,10 @@ export class FilmPicker extends Component {
             <div class="drop__all" data-part="all">
               <p><b data-part="count"></b> <span class="dim number" data-part="size"></span></p>
               <progress class="bar" data-part="bar" max="1" aria-label="${t('films.progress')}"></progress>
-              <p class="drop__total number" role="status" data-part="total"></p>
+              <p class="drop__total dim number" role="status" data-part="total"></p>
             </div>
             <ul class="drop__films" data-part="list"></ul>
-            <div class="drop__buttons">
+            <div class="drop__buttons flow">
               <button type="button" class="button button--small" data-part="pause"></button>
               <button type="button" class="button button--small" data-part="more">${t('films.more')}</button>
               <button type="button" class="button button--small" data-part="clear">${t('films.remove_all')}</button>
@@ -164,12 +164,12 @@ export class FilmPicker extends Component {
     row.className = 'drop__film';
     row.parts = render(
       row,
-      html`<p class="drop__name"><b>${film.path}</b> <span class="dim number">${bytes(film.file.size)}</span></p>
+      html`<p class="drop__name breaks"><b>${film.path}</b> <span class="dim number">${bytes(film.file.size)}</span></p>
         <button type="button" class="button button--small" data-part="remove"
           aria-label="${t('films.remove_one', { name: film.path })}">${t('films.remove')}</button>
         <progress class="bar" data-part="bar" max="1"
           aria-label="${t('films.progress_of', { name: film.path })}"></progress>
-        <p class="drop__state number" data-part="state"></p>
+        <p class="drop__state whole-row dim number" data-part="state"></p>
         <a class="drop__made" data-part="made" hidden>${t('films.open')}</a>`,
     );
     this.listen(row.parts.remove, 'click', () => this.#remove(film));

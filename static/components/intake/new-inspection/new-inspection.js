@@ -64,10 +64,10 @@ export class NewInspection extends Component {
       html`${topBar(t('new.title'))}
         <main id="main" class="content new" tabindex="-1">
           <div class="content__head"><h1>${t('new.title')}</h1></div>
-          <form class="new__form" data-part="form" data-needs="operator" novalidate>
+          <form class="stack gap-4" data-part="form" data-needs="operator" novalidate>
             <section class="panel new__section" aria-labelledby="new-video">
               <h2 id="new-video">${t('new.video')}</h2>
-              <fieldset class="new__kinds" data-part="kinds">
+              <fieldset class="new__kinds stack" data-part="kinds">
                 <legend class="visually-hidden">${t('new.kind')}</legend>
                 ${kind('upload', 'film', t('new.kind_file'), true)}
                 ${kind('live', 'live', t('new.kind_live'), false)}
@@ -95,7 +95,7 @@ export class NewInspection extends Component {
               <rig-form data-part="rig"></rig-form>
             </section>
 
-            <div class="new__foot">
+            <div class="new__foot row gap-3 wrap">
               <p class="fault" role="alert" data-part="fault"></p>
               <button type="button" class="button" data-part="stop" hidden>${t('page.cancel')}</button>
               <button class="button button--primary" data-part="start">${t('new.start')}</button>
@@ -366,7 +366,7 @@ export class NewInspection extends Component {
 const rememberedOf = (header) =>
   Object.fromEntries(Object.entries(header).filter(([name, value]) => REMEMBERED_FIELDS.has(name) && value !== null));
 
-const kind = (value, sign, label, isChosen) => html`<label class="new__kind">
+const kind = (value, sign, label, isChosen) => html`<label class="new__kind row framed--strong pad-row">
   <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;
 
 /**

@@ -24,7 +24,7 @@ const NUMBERS = [
 export async function askBoard(model) {
   const { dialog, parts, closed } = openDialog({
     title: t('board.title'),
-    content: html`<form class="confirm" data-part="form" novalidate>
+    content: html`<form class="stack gap-4" data-part="form" novalidate>
       <p>${t('board.text')}</p>
       <div class="field"><label for="board-film">${t('board.film')}</label>
         <input class="input" type="file" accept="video/*" id="board-film" data-part="film" /></div>

@@ -40,7 +40,7 @@ export class RigForm extends Component {
     /** @type {Parts<'rig-form/rig-form'>} */
     this.parts = render(
       this,
-      html`<div class="rig__source">
+      html`<div class="rig__source flow gap-3 at-bottom below-4">
           <div class="field">
             <label for="rig-preset">${t('rig.start_from')}</label>
             <select class="input" id="rig-preset" data-part="preset"><option value="">${t('rig.choose')}</option></select>
@@ -50,15 +50,15 @@ export class RigForm extends Component {
           <input type="file" accept=".json,application/json" data-part="file" hidden />
         </div>
         <p class="fault" role="alert" data-part="loadFault"></p>
-        <div class="rig__body">
-          <div class="rig__fields">
+        <div class="rig__body stack gap-5">
+          <div class="stack gap-5 packed">
             ${GROUPS.map(
               ({ name, title, fields }) => html`<fieldset class="rig__group rig__group--${name}">
               <legend>${title}</legend>
               ${
                 name === 'camera' &&
                 html`<lens-fields data-part="lens"></lens-fields>
-                <button type="button" class="button button--small rig__board" data-part="board">${icon('layers')}${t('board.open')}</button>`
+                <button type="button" class="button button--small below-4" data-part="board">${icon('layers')}${t('board.open')}</button>`
               }
               <div class="rig__grid">${fields.map(fieldMarkup)}</div>
             </fieldset>`,

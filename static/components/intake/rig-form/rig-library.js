@@ -19,7 +19,7 @@ const USERS_SHOWN = 5;
 export async function openRigLibrary(present, name) {
   const { dialog, parts, closed } = openDialog({
     title: t('library.title'),
-    content: html`<form class="library__keep" data-part="form" novalidate>
+    content: html`<form class="library__keep flow gap-3 at-bottom" data-part="form" novalidate>
         <div class="field"><label for="library-name">${t('library.keep_as')}</label>
           <input class="input" id="library-name" maxlength="100" autocomplete="off" value="${name}"
             aria-describedby="library-fault" data-part="name" /></div>
@@ -113,9 +113,9 @@ const row = ({
   changed_at: at,
   changed_by: by,
   used_by: users,
-}) => html`<li class="library__rig" data-id="${id}">
+}) => html`<li class="library__rig stack gap-row framed pad-3" data-id="${id}">
   <input class="input" maxlength="100" autocomplete="off" aria-label="${t('library.name_of', { name })}" value="${name}" />
-  <span class="library__buttons">
+  <span class="flow">
     <button type="button" class="button button--small button--primary" data-act="take"
       aria-label="${t('library.take_named', { name })}">${icon('check')}${t('library.take')}</button>
     <button type="button" class="button button--small" data-act="file"
@@ -123,6 +123,6 @@ const row = ({
     <button type="button" class="button button--small" data-act="delete"
       aria-label="${t('library.delete_named', { name })}">${icon('trash')}${t('library.delete')}</button>
   </span>
-  <span class="help library__used">${t('library.changed', { by, date: date(at) })}
+  <span class="help whole-row">${t('library.changed', { by, date: date(at) })}
     ${t('library.used_by', { n: users.length, count: count(users.length) })}
     ${users.slice(0, USERS_SHOWN).map((user) => html` <a href="/inspections/${user.id}">${user.name}</a>`)}</span></li>`;

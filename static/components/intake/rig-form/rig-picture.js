@@ -40,7 +40,7 @@ export class RigPicture extends Component {
             <svg class="rig-picture__lines" preserveAspectRatio="none" aria-hidden="true" data-part="lines"></svg>
           </div>
           <figcaption class="help" data-part="caption">${t('rigview.help')}</figcaption>
-          <div class="rig-picture__turns" role="group" aria-label="${t('rigview.turns')}">
+          <div class="rig-picture__turns flow" role="group" aria-label="${t('rigview.turns')}">
             ${TURNS.map(
               ([degrees, text]) => html`<button type="button" class="button button--small" data-turn="${degrees}">
               ${icon('retry')}${text}</button>`,

@@ -27,7 +27,7 @@ export class CounterStep extends Component {
       this,
       html`<counter-box data-part="picture"></counter-box>
         <p class="number" role="status" data-part="said"></p>
-        <div class="wizard__buttons">
+        <div class="flow">
           <button type="button" class="button button--small" data-part="again" hidden>${icon('retry')}${t('wizard.counter_back')}</button>
           <button type="button" class="button button--small" data-part="none" aria-pressed="false">${icon('close')}${t('counter.none')}</button>
         </div>`,

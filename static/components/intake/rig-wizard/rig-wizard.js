@@ -42,7 +42,7 @@ export class RigWizard extends Component {
     /** @type {Parts<'rig-wizard/rig-wizard'>} */
     this.parts = render(
       this,
-      html`<div class="wizard__ask">
+      html`<div class="row gap-row wrap">
           <p>${t('wizard.intro')}</p>
           <button type="button" class="button" data-part="open">${icon('video')}${t('wizard.open')}</button>
           <p class="help" data-part="needs">${t('wizard.needs_film')}</p>
@@ -115,8 +115,8 @@ export class RigWizard extends Component {
     this.parts.body.replaceChildren();
     const inside = render(
       this.parts.body,
-      html`<div class="wizard" role="group" aria-label="${t('wizard.open')}">
-        <ol class="wizard__steps">
+      html`<div class="wizard stack gap-3 one-column pad-4" role="group" aria-label="${t('wizard.open')}">
+        <ol class="wizard__steps flow">
           <li><button type="button" class="wizard__step" data-part="toAxis"><b>1</b>${t('wizard.axis')}</button></li>
           <li><button type="button" class="wizard__step" data-part="toWidth"><b>2</b>${t('wizard.width')}</button></li>
           <li><button type="button" class="wizard__step" data-part="toCounter"><b>3</b>${t('wizard.counter')}</button></li>
@@ -137,13 +137,13 @@ export class RigWizard extends Component {
         </div>
         <p class="number" role="status" data-part="said"></p>
         <p class="help" id="wizard-help" data-part="help"></p>
-        <div class="wizard__fields" data-part="fields">
+        <div class="wizard__fields stack gap-4" data-part="fields">
           ${field('diameter', t('wizard.diameter'), 'mm')}
           ${field('height', t('wizard.height'), 'mm')}
           ${field('focal', t('wizard.focal'), 'px')}
         </div>
         <p class="message" data-part="guessed">${icon('info')}<span>${t('wizard.guessed')}</span></p>
-        <div class="wizard__buttons">
+        <div class="flow">
           <button type="button" class="button button--small" data-part="again">${icon('retry')}${t('wizard.again')}</button>
           <button type="button" class="button button--small" data-part="yes">${icon('check')}${t('wizard.yes')}</button>
           <button type="button" class="button button--small" data-part="next">${icon('check')}${t('wizard.next')}</button>

@@ -32,8 +32,8 @@ export class SourcePicker extends Component {
       html`<fieldset class="source__list">
           <legend class="visually-hidden">${t('source.which')}</legend>
           ${choice(NETWORK, 'network', t('source.network'), t('source.network_help'), true)}
-          <div class="source__network" data-part="network">
-            <div class="field source__address">
+          <div class="source__network stack gap-3" data-part="network">
+            <div class="field whole-row">
               <label for="source-address">${t('source.address')}</label>
               <input class="input" id="source-address" type="text" inputmode="url" maxlength="2000" autocomplete="off"
                 spellcheck="false" list="source-recent" placeholder="${EXAMPLE}" data-part="address"
@@ -55,7 +55,7 @@ export class SourcePicker extends Component {
           </div>
           <div class="source__listed" data-part="listed"></div>
         </fieldset>
-        <div class="source__foot">
+        <div class="source__foot row wrap apart">
           <p class="help" role="status" data-part="found"></p>
           <button type="button" class="button button--small" data-part="refresh">${icon('retry')}${t('source.refresh')}</button>
         </div>
@@ -150,7 +150,7 @@ export class SourcePicker extends Component {
   }
 }
 
-const choice = (value, sign, name, help, isChosen) => html`<label class="source__choice">
+const choice = (value, sign, name, help, isChosen) => html`<label class="source__choice row gap-3 framed pad-row">
   <input type="radio" name="source" value="${value}" ${isChosen && html`checked`} />${icon(sign)}
   <span><b>${name}</b><span class="help">${help}</span></span></label>`;
 

@@ -107,7 +107,7 @@ class ExportDialog {
       losses.length === 0
         ? html`<p class="export__all">${icon('check')}<span>${t('export.holds_all')}</span></p>`
         : html`<h3>${t('export.losses', { n: losses.length })}</h3><p class="help">${t('export.losses_help')}</p>
-          <ul class="export__list">${losses.slice(0, most).map(
+          <ul class="stack gap-1">${losses.slice(0, most).map(
             ({ detail, observation_id: id }) => html`<li class="export__row">
             ${icon('alert')}<span>${detail}</span>${
               id &&
@@ -139,7 +139,7 @@ class ExportDialog {
           ${
             blocking.length > 0 &&
             html`<p class="help">${t('export.blocking_help')}</p>
-          <ul class="export__list">${blocking.slice(0, SHOWN_AT_FIRST).map(
+          <ul class="stack gap-1">${blocking.slice(0, SHOWN_AT_FIRST).map(
             (issue) => html`<li class="export__row export__row--block">
             ${icon('stop')}<span>${sentenceOf(issue, issue.observation_id && observations.find(issue.observation_id))}</span></li>`,
           )}
@@ -272,7 +272,7 @@ const markup = ({ help, extras = [], isOrdered }, inspection) => html`<div class
   <section data-part="losses" role="status" hidden><p class="dim">${t('export.looking')}</p></section>
   <section data-part="checks"><p class="dim">${t('checks.looking')}</p></section>
   <div data-part="fault" role="alert"></div>
-  <div class="export__making" data-part="making" hidden>
+  <div class="stack" data-part="making" hidden>
     <progress class="bar export__bar" aria-label="${t('export.making')}"></progress>
     <p class="number"><span role="status" data-part="announced"></span> <span class="dim" data-part="seconds"></span></p>
   </div>

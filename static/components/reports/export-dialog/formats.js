@@ -81,7 +81,7 @@ export const formatOf = (kind) =>
   [EMERGENCY, ...GROUPS.flatMap(({ formats }) => formats)].find((format) => format.kind === kind);
 
 /** The choices of a delivery: the exchange format, and the language of what people read. */
-export const deliveryChoices = () => html`<div class="export__choices" data-part="choices">
+export const deliveryChoices = () => html`<div class="export__choices stack gap-3" data-part="choices">
   <div class="field"><label for="delivery-exchange">${t('export.exchange_format')}</label>
     <select class="input" id="delivery-exchange" data-part="exchange">${DELIVERED.map(formatOf)
       .filter(Boolean)

@@ -100,7 +100,7 @@ export function showBlocks(body, { recommendations, currency }) {
         ${cell('severity_from', html`<select class="input" data-field="severity_from" aria-label="${named('severity_from')}">${SEVERITIES.map((n) => html`<option value="${n}" ${n === from && 'selected'}>${n} ${wordFor('severity', String(n))}</option>`)}</select>`)}
         ${cell('text', html`<textarea class="input" rows="2" maxlength="1000" data-field="text" aria-label="${named('text')}" placeholder="${t('report_template.block_text_help')}">${text}</textarea>`)}
         ${cell('cost', html`<input class="input" type="number" min="0" max="1000000000" step="any" data-field="cost" value="${cost ?? ''}" aria-label="${named('cost')}" autocomplete="off" />`)}
-        <td data-needs="operator"><span class="blocks__ways">
+        <td data-needs="operator"><span class="row gap-1">
           <button type="button" class="button button--small button--icon" data-do="up" ${i === 0 && 'disabled'} aria-label="${t('report_template.block_up', { n: i + 1 })}" title="${t('rules.earlier')}">↑</button>
           <button type="button" class="button button--small button--icon" data-do="down" ${i === last && 'disabled'} aria-label="${t('report_template.block_down', { n: i + 1 })}" title="${t('rules.later')}">↓</button>
           <button type="button" class="button button--small button--icon" data-do="remove" aria-label="${t('report_template.block_remove', { n: i + 1 })}" title="${t('rules.remove')}">${icon('trash')}</button></span></td></tr>`;

@@ -41,7 +41,7 @@ export class ReportTemplate extends Component {
       this,
       archivePage({
         title: this.#project === '' ? t('report_template.of_all') : t('report_template.of', { project: this.#project }),
-        ways: html`<p class="template__state" role="status" data-part="state"></p>
+        ways: html`<p class="template__state strong weak" role="status" data-part="state"></p>
           <button class="button button--icon" data-part="undo" data-needs="operator" disabled aria-label="${t('page.undo')}" title="${t('page.undo')}">${icon('undo')}</button>
           <button class="button button--icon" data-part="redo" data-needs="operator" disabled aria-label="${t('report_template.redo')}" title="${t('report_template.redo')}">${icon('redo')}</button>
           <button class="button" data-part="reset" data-needs="operator" hidden>${icon('trash')}<span data-part="resetWord"></span></button>
@@ -49,7 +49,7 @@ export class ReportTemplate extends Component {
         content: html`<p class="dim template__help"><span data-part="whose"></span> <span data-part="changed"></span></p>
           <nav class="template__others" aria-label="${t('report_template.others')}" data-part="others"></nav>
           <div role="alert" data-part="refused"></div>
-          <fieldset class="template" data-part="form" hidden ${!may('operator') && 'disabled'}>${formMarkup()}</fieldset>
+          <fieldset class="template stack gap-4 halves at-top shrinks" data-part="form" hidden ${!may('operator') && 'disabled'}>${formMarkup()}</fieldset>
           <section class="panel template__preview" aria-labelledby="template-preview" data-part="preview" hidden>${previewMarkup()}</section>`,
       }),
     );
@@ -276,7 +276,7 @@ function formMarkup() {
       ${line('company_name', 200, t('report_template.company_help'))}
       ${lines('company_address', 3)}
       <div class="field"><span class="label" id="template-logo">${t('report_template.field.logo')}</span>
-        <div class="template__logo"><img alt="${t('report_template.logo_alt')}" data-part="logoShown" hidden />
+        <div class="template__logo row gap-3 wrap"><img alt="${t('report_template.logo_alt')}" data-part="logoShown" hidden />
           <label class="button" data-needs="operator">${icon('upload')}${t('report_template.logo_choose')}<input class="visually-hidden" type="file" accept="image/*" data-part="file" /></label>
           <button type="button" class="button" data-part="noLogo" data-needs="operator" hidden>${icon('trash')}${t('report_template.logo_none')}</button></div>
         <span class="fault" role="alert" data-part="logoFault"></span><span class="help">${t('report_template.logo_help')}</span></div>
@@ -327,7 +327,7 @@ const lines = (name, rows, help) =>
   );
 
 const previewMarkup = () => html`<h2 id="template-preview">${t('report_template.preview')}</h2>
-  <form class="template__show" data-part="previewForm"><div class="field"><label for="template-inspection">${t('report_template.inspection')}</label>
+  <form class="template__show flow gap-3 at-bottom" data-part="previewForm"><div class="field"><label for="template-inspection">${t('report_template.inspection')}</label>
     <select class="input" id="template-inspection" data-part="inspection"></select></div>
     <button class="button" data-part="show">${icon('download')}${t('report_template.show')}</button></form>
   <p class="help">${t('report_template.preview_help')}</p>

@@ -56,7 +56,7 @@ export function showSections(list, sections, mayEdit) {
     list,
     html`${sections.map(({ name, isOn }, i) => {
       const word = wordFor('report_template.section', name);
-      return html`<li class="sections__item" data-place="${i}" draggable="${String(mayEdit)}">
+      return html`<li class="sections__item row framed apart" data-place="${i}" draggable="${String(mayEdit)}">
         <label><input type="checkbox" ${isOn && 'checked'} /> <span>${word}</span></label>
         ${
           mayEdit &&

@@ -31,12 +31,12 @@ export function openDialog({ title, content, size = 'narrow', question = () => n
   dialog.setAttribute('aria-labelledby', id);
   const parts = render(
     dialog,
-    html`<div class="dialog__head">
+    html`<div class="dialog__head row gap-3 apart line-below">
         <h2 id="${id}">${title}</h2>
         <button type="button" class="button button--quiet button--icon" data-part="close"
           aria-label="${t('page.close')}">${icon('close')}</button>
       </div>
-      <div class="dialog__body">${content}</div>`,
+      <div class="dialog__body stack gap-4">${content}</div>`,
   );
   const dismiss = async () => {
     const asked = question();
@@ -72,7 +72,7 @@ export function openDialog({ title, content, size = 'narrow', question = () => n
 export async function ask({ title, text, submit }) {
   const { parts, closed } = openDialog({
     title,
-    content: html`<form method="dialog" class="confirm"><p>${text}</p><div class="dialog__buttons">
+    content: html`<form method="dialog" class="stack gap-4"><p>${text}</p><div class="dialog__buttons">
       <button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
       <button class="button button--danger" value="yes">${submit}</button></div></form>`,
   });

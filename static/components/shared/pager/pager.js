@@ -13,9 +13,9 @@ export class ListPager extends Component {
     /** @type {Parts<'pager/pager'>} */
     this.parts = render(
       this,
-      html`<nav class="pager" aria-label="${t('pager.title')}">
+      html`<nav class="pager row gap-row wrap apart" aria-label="${t('pager.title')}">
         <p class="dim number" data-part="shown"></p>
-        <div class="pager__ways">
+        <div class="pager__ways flow">
           <button class="button button--small button--icon" data-part="first" aria-label="${t('pager.first')}" title="${t('pager.first')}">${icon('stepBack')}</button>
           <button class="button button--small" data-part="previous">${icon('back')}${t('pager.previous')}</button>
           <button class="button button--small" data-part="next">${t('pager.next')}${icon('forward')}</button>

@@ -82,9 +82,9 @@ export async function openSettings(choice) {
   if (await isChanged) location.reload();
 }
 
-const content = () => html`<section class="settings" aria-labelledby="settings-display">
+const content = () => html`<section class="settings stack gap-3" aria-labelledby="settings-display">
     <h3 id="settings-display">${t('settings.display')}</h3>
-    <div class="settings__pair">
+    <div class="settings__pair stack gap-3 at-bottom">
       <div class="field"><label for="settings-language">${t('settings.language')}</label>
         <select class="input" id="settings-language" data-part="language">
           <option value="">${t('settings.language_auto')}</option>
@@ -97,8 +97,8 @@ const content = () => html`<section class="settings" aria-labelledby="settings-d
     </div>
     <p class="help">${t('settings.theme_help')}</p>
   </section>
-  <section class="settings" aria-labelledby="settings-quick">
-    <div class="settings__head">
+  <section class="settings stack gap-3" aria-labelledby="settings-quick">
+    <div class="settings__head apart">
       <h3 id="settings-quick">${t('settings.quick')}</h3>
       <button type="button" class="button button--small" data-part="usual">${t('settings.quick_reset')}</button>
     </div>
@@ -106,9 +106,9 @@ const content = () => html`<section class="settings" aria-labelledby="settings-d
     <ol class="settings__codes" data-part="codes"></ol>
   </section>
   ${keysMarkup()}
-  <section class="settings" aria-labelledby="settings-packs">
+  <section class="settings stack gap-3" aria-labelledby="settings-packs">
     <h3 id="settings-packs">${t('settings.packs')}</h3>
-    <div class="settings__pair">
+    <div class="settings__pair stack gap-3 at-bottom">
       <div class="field"><label for="settings-pack">${t('settings.pack')}</label>
         <select class="input" id="settings-pack" data-part="pack"></select></div>
       <div class="settings__buttons">
@@ -207,7 +207,7 @@ async function showQuickCodes({ codes }, save, report) {
 
 function quickRow(i) {
   const key = i + 1;
-  return html`<li class="settings__code code-search">
+  return html`<li class="settings__code stack holds">
     <label for="quick-${key}"><kbd>${key}</kbd><span class="visually-hidden">${t('settings.quick_key', { key })}</span></label>
     <input class="input" id="quick-${key}" role="combobox" aria-autocomplete="list" aria-expanded="false"
       aria-controls="quick-${key}-codes" aria-describedby="quick-${key}-label" autocomplete="off" spellcheck="false"

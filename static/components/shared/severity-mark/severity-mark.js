@@ -40,7 +40,7 @@ export function severityMark(severity) {
 export function worstMarkup(severity) {
   if (severity === null) return html`<span class="dim">–</span>`;
   const word = severityWord(severity);
-  return html`<span class="inspection__worst">${severityMark(severity)}<b>${severity}</b>
+  return html`<span class="inspection__worst inline-row">${severityMark(severity)}<b>${severity}</b>
     ${severity === GRAVEST ? html`<b>${word}</b>` : html`<span class="dim">${word}</span>`}</span>`;
 }
 

@@ -18,7 +18,7 @@ export class ToastStack extends Component {
   /** @param {Options & {text: string}} message */
   show({ text, kind = 'info', action, run, isUnreachable = false }) {
     const toast = document.createElement('div');
-    toast.className = `toast toast--${kind}`;
+    toast.className = `toast row gap-3 toast--${kind}`;
     const parts = render(
       toast,
       html`${kind === 'error' && icon('alert')}<p>${text}</p>

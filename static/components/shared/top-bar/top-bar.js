@@ -14,11 +14,11 @@ import { openSettings, redrawWith } from '../settings-dialog/settings-dialog.js'
 /**
  * @param {string} [here] name of the page, when it is not the list of inspections
  */
-export const topBar = (here) => html`<header class="topbar">
-  <a class="brand" href="/">${icon('logo')}Chainage</a>
+export const topBar = (here) => html`<header class="topbar row line-below">
+  <a class="brand inline-row plain" href="/">${icon('logo')}Chainage</a>
   ${
     here &&
-    html`<nav class="crumbs" aria-label="${t('page.breadcrumb')}"><ol>
+    html`<nav class="crumbs shrinks" aria-label="${t('page.breadcrumb')}"><ol>
     <li><a href="/">${t('list.title')}</a></li><li aria-current="page">${here}</li></ol></nav>`
   }
   <span class="spacer"></span>
@@ -30,11 +30,11 @@ export class PersonMenu extends Component {
     /** @type {Parts<'top-bar/top-bar'>} */
     this.parts = render(
       this,
-      html`<details class="menu" data-part="menu">
+      html`<details class="menu holds" data-part="menu">
         <summary class="button button--quiet button--small button--icon" aria-label="${t('menu.title')}"
           title="${t('menu.title')}">${icon('menu')}</summary>
         <div class="menu__list panel">
-          <div class="choices" role="group" aria-label="${t('settings.language')}">
+          <div class="choices flow gap-1 pad-1" role="group" aria-label="${t('settings.language')}">
             ${LANGUAGES.map(
               ([code, name]) => html`<button class="button button--small" data-language="${code}"
               lang="${code}" aria-pressed="${String(code === language)}">${name}</button>`,
@@ -44,7 +44,7 @@ export class PersonMenu extends Component {
           ${may('admin') && html`<a class="menu__item menu__item--line" href="/users">${icon('people')}${t('menu.users')}</a>`}
           <button class="menu__item menu__item--line" data-part="help">${icon('help')}${t('menu.help')}</button>
           <button class="menu__item menu__item--line" data-part="leave">${icon('leave')}${t('menu.log_out')}</button>
-          <p class="menu__note" data-part="person"></p>
+          <p class="help pad-row" data-part="person"></p>
         </div>
       </details>`,
     );

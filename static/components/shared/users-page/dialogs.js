@@ -14,12 +14,12 @@ import { icon } from '../icon/icon.js';
 export async function makeToken() {
   const { dialog, parts, closed } = openDialog({
     title: t('users.add'),
-    content: html`<form method="dialog" class="confirm" data-part="form" novalidate>
+    content: html`<form method="dialog" class="stack gap-4" data-part="form" novalidate>
       <div class="field"><label for="token-name">${t('users.name')}</label>
         <input class="input" id="token-name" maxlength="100" autocomplete="off" aria-describedby="token-help token-fault" data-part="name" />
         <span class="help" id="token-help">${t('users.name_help')}</span>
         <span class="fault" id="token-fault" role="alert" data-part="fault"></span></div>
-      <fieldset class="users__roles"><legend class="label">${t('users.role')}</legend>
+      <fieldset class="users__roles stack gap-1"><legend class="label">${t('users.role')}</legend>
         ${ROLES.map(
           (
             role,
@@ -54,10 +54,10 @@ export async function makeToken() {
 async function showSecret({ name, secret }) {
   const { parts, closed } = openDialog({
     title: t('users.secret_title', { name }),
-    content: html`<form method="dialog" class="confirm">
+    content: html`<form method="dialog" class="stack gap-4">
       <p class="message message--warning">${icon('alert')}<span>${t('users.secret_text')}</span></p>
       <div class="field"><label for="token-secret">${t('users.secret')}</label>
-        <input class="input users__secret" id="token-secret" readonly value="${secret}" data-part="secret" /></div>
+        <input class="input mono" id="token-secret" readonly value="${secret}" data-part="secret" /></div>
       <p class="dim" role="status" data-part="note"></p>
       <div class="dialog__buttons"><button type="button" class="button button--primary" data-part="copy">${icon('link')}${t('users.copy')}</button>
         <button class="button">${t('page.close')}</button></div></form>`,
