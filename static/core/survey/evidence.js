@@ -1,7 +1,7 @@
 /** Names the evidence for corrections in words, and why something cannot be used. */
 
 import { chainage } from '../wall/units.js';
-import { t } from '../page/words.js';
+import { t, wordFor } from '../page/words.js';
 
 /** The server names evidence in English, in three forms. @type {[RegExp, (parts: string[]) => string][]} */
 const FORMS = [
@@ -29,30 +29,18 @@ export function evidenceText(evidence) {
 /** @param {string} evidence as the server names it */
 export const isOfJoints = (evidence) => FORMS[1][0].test(evidence);
 
-/** @type {Record<string, (params: any) => string>} */
-const REFUSALS = {
-  no_joints: () => t('refusal.no_joints'),
-  one_joint: () => t('refusal.one_joint'),
-  uncountable: (params) => t('refusal.uncountable', params),
-  uncertain_gap: (params) => t('refusal.uncertain_gap', params),
-  few_counted: (params) => t('refusal.few_counted', params),
-  unexplained_scale: (params) => t('refusal.unexplained_scale', params),
-  undecided_scale: (params) => t('refusal.undecided_scale', params),
-  contradiction: ({ evidence, other_evidence: other, ...scales }) =>
-    t('refusal.contradiction', { ...scales, evidence: evidenceText(evidence), other_evidence: evidenceText(other) }),
-  impossible_length: ({ length_m: length, measured_m: measured }) =>
-    t('refusal.impossible_length', { length: chainage(length), measured: chainage(measured) }),
-  length_lost: (params) => t('refusal.length_lost', params),
-  untracked_mark: (params) => t('refusal.untracked_mark', params),
-  lost_mark: (params) => t('refusal.lost_mark', params),
-  mark_off_the_wall: (params) => t('refusal.mark_off_the_wall', params),
-  no_segment: () => t('corrections.no_segment'),
-};
-
 /**
  * Returns why something cannot correct the distances, or null where only the server's sentence explains it.
- * @typedef {{code: string, params: Record<string, number|string>}} Reason
+ * @typedef {{code: string, params: Record<string, any>}} Reason
  *
  * @param {Reason|null|undefined} reason
  */
-export const refusalText = (reason) => (reason ? REFUSALS[reason.code]?.(reason.params) : null) ?? null;
+export function refusalText(reason) {
+  if (!reason) return null;
+  const { evidence, other_evidence: other, length_m: lengthM, measured_m: measuredM } = reason.params;
+  return wordFor('refusal', reason.code, {
+    ...reason.params,
+    ...(evidence && { evidence: evidenceText(evidence), other_evidence: evidenceText(other) }),
+    ...(lengthM && { length: chainage(lengthM), measured: chainage(measuredM) }),
+  });
+}

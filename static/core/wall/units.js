@@ -67,6 +67,9 @@ export function parseDistance(text) {
 /** A number with a true minus sign, and none before a zero. @param {number} value @param {number} decimals */
 export const signed = (value, decimals) => rounded(value, decimals).toFixed(decimals).replace('-', '−');
 
+/** '+12', '−3', '0'. @param {number} value @param {number} decimals */
+export const withSign = (value, decimals) => `${rounded(value, decimals) > 0 ? '+' : ''}${signed(value, decimals)}`;
+
 /** '0:03.42', or '1:02:03.42' above an hour. @param {number} seconds @param {number} [decimals] */
 export function timecode(seconds, decimals = 2) {
   const scale = 10 ** decimals;

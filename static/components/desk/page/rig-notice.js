@@ -1,7 +1,7 @@
 /** Disagreements of picture and rig, the most serious first. */
 
 import { html, render, setText } from '../../../core/page/html.js';
-import { noticeText } from '../../../core/survey/notices.js';
+import { wordFor } from '../../../core/page/words.js';
 import { Component } from '../../../core/page/store.js';
 import { icon } from '../../shared/icon/icon.js';
 
@@ -15,7 +15,7 @@ export class RigNotice extends Component {
     const show = () => {
       const [notice] = corrections.value?.result?.notices ?? [];
       this.hidden = !notice;
-      setText(text, notice ? noticeText(notice) : '');
+      setText(text, notice ? wordFor('notice', notice.code, notice.params) : '');
     };
     this.listen(corrections, 'change', show);
     show();

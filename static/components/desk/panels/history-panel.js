@@ -15,33 +15,30 @@ import { remarkText } from './history-remarks.js';
 /** Rows created at once. */
 const PAGE = 40;
 
-const OF_INSPECTION = {
-  created: ['plus', t('history.inspection_created')],
-  changed: ['edit', t('history.inspection_changed')],
-  corrected: ['settings', t('history.inspection_corrected')],
-  rescaled: ['settings', t('history.inspection_rescaled')],
-  rig_changed: ['retry', t('history.inspection_rig')],
-  continued: ['live', t('history.inspection_continued')],
-  finished: ['check', t('history.inspection_finished')],
-  labelled: ['label', t('history.inspection_labelled')],
-  imported: ['plus', t('history.inspection_imported')],
-  deleted: ['trash', t('history.inspection_deleted')],
-};
-const OF_OBSERVATION = {
-  created: ['plus', (name) => t('history.observation_created', { name })],
-  changed: ['edit', (name) => t('history.observation_changed', { name })],
-  deleted: ['trash', (name) => t('history.observation_deleted', { name })],
-  restored: ['undo', (name) => t('history.observation_restored', { name })],
-  attached: ['plus', (name) => t('history.observation_attached', { name })],
-  detached: ['trash', (name) => t('history.observation_detached', { name })],
-  told: ['check', (name) => t('history.client_notified', { name })],
-  accepted: ['check', (name) => t('history.remark_accepted', { name })],
-  question: ['help', (name) => t('history.remark_question', { name })],
-  comment: ['edit', (name) => t('history.remark_comment', { name })],
-  settled: ['check', (name) => t('history.remark_settled', { name })],
-  unsettled: ['help', (name) => t('history.remark_unsettled', { name })],
-  withdrawn: ['trash', (name) => t('history.remark_withdrawn', { name })],
-  not_told: ['alert', (name) => t('history.client_not_notified', { name })],
+/** The sign of each action. */
+const SIGNS = {
+  created: 'plus',
+  changed: 'edit',
+  corrected: 'settings',
+  rescaled: 'settings',
+  rig_changed: 'retry',
+  continued: 'live',
+  finished: 'check',
+  labelled: 'label',
+  imported: 'plus',
+  deleted: 'trash',
+  restored: 'undo',
+  attached: 'plus',
+  detached: 'trash',
+  told: 'check',
+  not_told: 'alert',
+  accepted: 'check',
+  question: 'help',
+  comment: 'edit',
+  settled: 'check',
+  unsettled: 'help',
+  withdrawn: 'trash',
+  reviewed: 'forward',
 };
 
 /** Events that replaced a version of what people state; it can be restored. */
@@ -130,9 +127,9 @@ export class HistoryPanel extends Component {
   #row(event, index) {
     const { at, who, observation_id: id } = event;
     const remark = remarkText(event);
-    const [sign, title] = this.#titleOf(event);
+    const title = this.#titleOf(event);
     const changes = differences(event);
-    return html`<li class="event">${icon(sign)}
+    return html`<li class="event">${icon(SIGNS[event.action] ?? 'info')}
       <div class="event__what">
         <p class="event__title">${
           id && this.desk.observations.find(id)
@@ -172,15 +169,12 @@ export class HistoryPanel extends Component {
   }
 
   #titleOf({ action, observation_id: id, before, after }) {
-    if (action === 'reviewed') {
-      return ['forward', t('history.inspection_reviewed', { state: wordFor('review', after.review) })];
-    }
-    if (id === null) return OF_INSPECTION[action] ?? ['info', action];
+    if (action === 'reviewed') return t('history.inspection_reviewed', { state: wordFor('review', after.review) });
+    if (id === null) return wordFor('history_inspection', action) ?? action;
     const known = this.desk.observations.find(id);
     const code = (after ?? before)?.code;
     const name = known ? nameOf(known) : [t('history.deleted_defect'), code].filter(Boolean).join(' ');
-    const [sign, words] = OF_OBSERVATION[action] ?? ['info', () => action];
-    return [sign, words(name)];
+    return wordFor('history_observation', action, { name }) ?? action;
   }
 }
 

@@ -3,11 +3,10 @@
 import { refusalText } from '../../../core/survey/evidence.js';
 import { html, patchList, render, setText } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
-import { chainage, plusMinus } from '../../../core/wall/units.js';
+import { chainage, plusMinus, withSign } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
 import { jointsText } from '../readout/interval-detail.js';
-import { withSign } from './known-length.js';
 
 /**
  * @typedef {object} Row a joint, a mark of a person that is none, or a joint that is left out

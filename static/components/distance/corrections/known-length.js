@@ -3,8 +3,7 @@
 import { knownLength } from '../../../core/survey/corrections.js';
 import { html, render } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
-import { rounded } from '../../../core/wall/rounding.js';
-import { chainage, lengthUnit, signed, toShown } from '../../../core/wall/units.js';
+import { chainage, lengthUnit, signed, toShown, withSign } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
 import { isPositive, metresField, numberField, read, readMetres, write, writeMetres } from './fields.js';
@@ -148,8 +147,5 @@ export function closureMarkup({ known_length_m, measured_m, residual_mm, residua
       }</p>
     </div></div>`;
 }
-
-/** '+12', '−3', '0' */
-export const withSign = (value, decimals) => `${rounded(value, decimals) > 0 ? '+' : ''}${signed(value, decimals)}`;
 
 customElements.define('known-length', KnownLength);

@@ -3,14 +3,12 @@
 import { UNSTATED } from '../../../core/survey/corrections.js';
 import { evidenceText, isOfJoints } from '../../../core/survey/evidence.js';
 import { html, render } from '../../../core/page/html.js';
-import { noticeText } from '../../../core/survey/notices.js';
 import { Component } from '../../../core/page/store.js';
 import { ApiError } from '../../../core/server/api.js';
-import { chainage, plusMinus } from '../../../core/wall/units.js';
-import { t } from '../../../core/page/words.js';
+import { chainage, plusMinus, withSign } from '../../../core/wall/units.js';
+import { t, wordFor } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
 import { loadBudget, budgetMarkup } from '../readout/interval-detail.js';
-import { withSign } from './known-length.js';
 
 const U95 = 1.96;
 /** Lengths that differ less than this are shown as equal. */
@@ -95,7 +93,8 @@ export class CorrectionOutcome extends Component {
     render(
       parts.notices,
       html`${(result?.notices ?? []).map(
-        (notice) => html`<p class="message message--warning">${icon('alert')}<span>${noticeText(notice)}</span></p>`,
+        (notice) =>
+          html`<p class="message message--warning">${icon('alert')}<span>${wordFor('notice', notice.code, notice.params)}</span></p>`,
       )}`,
     );
     render(parts.class, result ? classMarkup(result.distance_class) : html``);

@@ -1,16 +1,7 @@
 /** Describes how a frame was tracked: a sentence, and its level. */
 
-import { t } from '../../../core/page/words.js';
+import { t, wordFor } from '../../../core/page/words.js';
 
-const percent = (share) => ({ percent: Math.round(100 * share) });
-
-const COMPLAINTS = {
-  too_fast: ({ overlap }) => t('readout.too_fast', percent(overlap)),
-  too_dark: () => t('readout.too_dark'),
-  too_bright: () => t('readout.too_bright'),
-  blurred: () => t('readout.blurred'),
-  lens_dirty: ({ fixed_pattern: share }) => t('readout.lens_dirty', percent(share)),
-};
 /** More complaints do not help the driver. */
 const MOST_NAMED = 2;
 
@@ -27,7 +18,7 @@ export const LEVELS = ['none', 'ok', 'weak', 'lost'];
 export function healthWords(status, health, lostS, isAround) {
   if (!status) return { level: 'none', what: '', text: t('readout.none') };
   const names = (health?.complaints ?? []).slice(0, MOST_NAMED);
-  const why = names.map((name) => COMPLAINTS[name](health)).join(' · ');
+  const why = names.map((name) => wordFor('readout_complaint', name, { percent: shareOf(name, health) })).join(' · ');
   if (isAround && status !== 'lost') return { level: status, what: 'around', text: t('readout.looking_around') };
   const what = `${status} ${names}`;
   const level = status === 'ok' && why ? 'weak' : status;
@@ -42,5 +33,8 @@ function sentence(status, why, lostS) {
   if (status === 'weak') return t('readout.weak', { why: why || t('readout.unsure') });
   return why || t('readout.ok');
 }
+
+/** What share of the picture a complaint is about, in percent. */
+const shareOf = (name, { overlap, fixed_pattern: fixed }) => Math.round(100 * (name === 'too_fast' ? overlap : fixed));
 
 const upperFirst = (text) => text.charAt(0).toUpperCase() + text.slice(1);

@@ -178,8 +178,7 @@ def test_why_joints_do_not_count_is_said_in_the_language_of_the_report():
 
 @pytest.mark.parametrize("subject", ["inspection", "observation"])
 def test_whatever_the_history_of_the_page_names_has_a_word_in_the_report(subject):
-    panel = FOLDER.parent.parent / "static/components/desk/panels/history-panel.js"
-    table = panel.read_text("utf-8").split(f"const OF_{subject.upper()} = {{")[1].split("};")[0]
-    actions = re.findall(r"^  (\w+): \[", table, re.MULTILINE)
+    words = json.loads((FOLDER.parent.parent / "static/words/en.json").read_text("utf-8"))
+    actions = words[f"history_{subject}"]
     assert len(actions) >= 6
     assert {f"action.{subject}_{action}" for action in actions} <= ENGLISH.keys()
