@@ -113,6 +113,7 @@ def entry(seq: int, photos: Path | None = None, **fields: Any) -> Entry:
     defaults: dict[str, Any] = dict.fromkeys(Entry.__dataclass_fields__) | {
         "id": f"00000000-0000-4000-8000-{seq:012d}",
         "seq": seq,
+        "number": seq,
         "time_s": None if distance_m is None else round(max(0.0, distance_m) * 100 / FPS, 3),
         "u95_m": None if distance_m is None else round(0.02 + 0.0025 * abs(distance_m), 3),
         "raw_m": None if distance_m is None else round(distance_m * 1.002, 3),

@@ -295,5 +295,5 @@ def _the_one(found: list[Inspection], wanted: str) -> Inspection:
 
 def _print_losses(losses: Iterable[Loss], t: Translator) -> None:
     for loss in losses:
-        where = "" if loss.entry is None else f"observation {loss.entry.seq}: "
+        where = "" if loss.entry is None else f"observation {loss.entry.number}: "
         err.print(f"not in this format: {where}{t.loss(loss)}", style="yellow")

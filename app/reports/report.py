@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Literal
@@ -137,6 +138,7 @@ class Entry:
 
     id: str
     seq: int
+    """Number of the tag: it never changes, so that files and other programs can rely on it."""
     tag: StatedTag
     """What a person stated; everything else is derived from it, the track and the rig."""
     time_s: float | None
@@ -177,6 +179,8 @@ class Entry:
     more_photos: tuple[Photo, ...] = ()
     """Further photos, and drawings on copies of photos, in the order of the person."""
     voice_notes: tuple[VoiceNote, ...] = ()
+    number: int = 0
+    """What people call it: its place along the pipe in this report, from 1 (`along_the_pipe`)."""
     figures: tuple[Figure | None, ...] = ()
     """Of the tag's measures, in their order; None where nothing can be derived."""
 
@@ -200,6 +204,20 @@ class Entry:
         if self.kind is None:
             return None
         return self.kind.label_in(language)
+
+
+def along_the_pipe(entries: Iterable[Entry]) -> tuple[Entry, ...]:
+    """Return the entries by distance, then by time, numbered; untracked ones come last."""
+
+    def place(entry: Entry) -> tuple[float, float, int]:
+        distance_m, time_s = (
+            math.inf if value is None else value for value in (entry.distance_m, entry.time_s)
+        )
+        return distance_m, time_s, entry.seq
+
+    return tuple(
+        replace(entry, number=number) for number, entry in enumerate(sorted(entries, key=place), 1)
+    )
 
 
 @dataclass(frozen=True)
@@ -271,7 +289,7 @@ class Report:
     rig: Rig
     source: Source
     entries: tuple[Entry, ...]
-    """Entries by distance, then by time; untracked ones come last."""
+    """From `along_the_pipe`."""
     distance_m: float | None
     """Corrected distance of the last frame, like the next two fields."""
     u95_m: float | None

@@ -39,6 +39,7 @@ from app.reports.report import (
     Taken,
     Units,
     Written,
+    along_the_pipe,
 )
 from app.reports.templates import ReportTemplates, company_of
 from app.storage.blobs import keys
@@ -285,7 +286,7 @@ class Reports:
             source=Source(
                 row.source_kind, row.source_filename, row.source_size, row.source_sha256, row.video
             ),
-            entries=tuple(sorted(entries, key=_along_the_pipe)),
+            entries=along_the_pipe(entries),
             distance_m=_metres(end_mm),
             u95_m=None if is_unmeasured(raw) or sigma_mm is None else half_width_m(sigma_mm),
             raw_distance_m=_metres(_last(raw.distance_mm)),
@@ -399,12 +400,6 @@ def _at_stated_times(entries: Sequence[Entry], *, has_times: bool) -> list[Entry
     if has_times and all(entry.tag.film_time_s is None for entry in entries):
         return list(entries)
     return [replace(entry, time_s=entry.tag.film_time_s) for entry in entries]
-
-
-def _along_the_pipe(entry: Entry) -> tuple[float, float, int]:
-    """Return the sort key of a report's entries."""
-    distance_m = math.inf if entry.distance_m is None else entry.distance_m
-    return distance_m, math.inf if entry.time_s is None else entry.time_s, entry.seq
 
 
 def _stretch_lengths_m(observations: Sequence[ObservationView]) -> dict[str, float]:

@@ -40,7 +40,7 @@ def scene_page(report: Report) -> str:
                 lateral_m=entry.y_m or 0.0,
                 figures=entry.figures,
             ),
-            number=entry.seq,
+            number=entry.number,
         )
         for entry in report.entries
         if entry.distance_m is not None

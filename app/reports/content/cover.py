@@ -51,7 +51,7 @@ def cover_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     operator = " · ".join(
         str(header[name]) for name in ("operator", "operator_certificate") if header.get(name)
     )
-    dates = " ".join(str(header[name]) for name in ("date", "time") if header.get(name))
+    dates = " ".join(t.date(str(header[name])) for name in ("date", "time") if header.get(name))
     standard = " ".join(str(header[name]) for name in ("standard", "edition") if header.get(name))
     nodes = [str(header.get(name) or NOTHING) for name in ("start_node", "end_node")]
     return [

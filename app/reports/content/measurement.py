@@ -29,7 +29,7 @@ def result_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     if met.percent is None:
         text = t("measurement.class_not_met")
     else:
-        text = t("measurement.class_met", percent=f"{met.percent:g}")
+        text = t("measurement.class_met", percent=t.figure(met.percent))
     text += " " + t("measurement.class_half", half=f"{t.half_width(met.half_width_m)} {t.units}")
     if met.residual_mm is None:
         text += " " + t("measurement.class_open")
@@ -49,8 +49,8 @@ def result_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
                 t(
                     "measurement.frames_of",
                     total=total,
-                    weak=f"{100 * counts['weak'] / total:.1f}",
-                    lost=f"{100 * counts['lost'] / total:.1f}",
+                    weak=t.figure(100 * counts["weak"] / total, 1),
+                    lost=t.figure(100 * counts["lost"] / total, 1),
                 ),
             )
         )
@@ -101,8 +101,8 @@ def _closure(report: Report, t: Translator) -> str:
         "measurement.closure_of",
         measured=t.length(metres(closure.measured_mm)),
         known=t.length(metres(closure.known_mm)),
-        residual=signed(closure.residual_mm, 0),
-        percent=signed(closure.residual_percent, 2),
+        residual=t.local(signed(closure.residual_mm, 0)),
+        percent=t.local(signed(closure.residual_percent, 2)),
     )
 
 
@@ -126,7 +126,7 @@ def correction_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
                 t(
                     "measurement.length_of",
                     length=t.length(length.length_m),
-                    sigma=f"{length.sigma_mm:g}",
+                    sigma=t.figure(length.sigma_mm),
                     first=length.first_frame,
                     last=length.last_frame,
                 ),
@@ -159,8 +159,8 @@ def correction_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
                 t("measurement.rig_sigma"),
                 t(
                     "measurement.rig_sigma_of",
-                    height=f"{stated.rig_sigma.height_mm:g}",
-                    focal=f"{stated.rig_sigma.focal_px:g}",
+                    height=t.figure(stated.rig_sigma.height_mm),
+                    focal=t.figure(stated.rig_sigma.focal_px),
                 ),
             )
         )
@@ -170,16 +170,16 @@ def correction_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
         if adjusted.correction is not None and adjusted.correction.doubts_rig:
             rows.append((t("measurement.rig"), t("measurement.rig_doubted")))
         sigma = "" if adjusted.scale_sigma is None else f" ± {adjusted.scale_sigma:.6f}"
-        rows.append((t("measurement.scale"), f"{adjusted.scale:.6f}{sigma}"))
+        rows.append((t("measurement.scale"), t.local(f"{adjusted.scale:.6f}{sigma}")))
         if adjusted.height is not None:
             rows.append(
                 (
                     t("measurement.height"),
                     t(
                         "measurement.height_of",
-                        implied=f"{adjusted.height.height_mm:.1f}",
-                        u95=f"{U95 * adjusted.height.sigma_mm:.1f}",
-                        stated=f"{report.rig.mount.height_mm:g}",
+                        implied=t.figure(adjusted.height.height_mm, 1),
+                        u95=t.figure(U95 * adjusted.height.sigma_mm, 1),
+                        stated=t.figure(report.rig.mount.height_mm),
                     ),
                 )
             )
@@ -201,7 +201,7 @@ def joint_table(
             NOTHING if joint.number is None else str(joint.number),
             f"{t.number(metres(joint.distance_mm))} ± "
             f"{t.half_width(half_width_m(joint.sigma_mm))} {t.units}",
-            NOTHING if joint.residual_mm is None else f"{signed(joint.residual_mm, 1)} mm",
+            NOTHING if joint.residual_mm is None else t.local(f"{signed(joint.residual_mm, 1)} mm"),
             str(joint.frame),
             t("measurement.by_hand" if joint.is_marked else "measurement.found"),
         )
@@ -229,8 +229,8 @@ def counter_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
             counter=t.length(metres(found.length.length_mm)),
             camera=t.length(metres(found.camera_mm)),
             half=f"{t.half_width(half_width_m(found.camera_sigma_mm))} {t.units}",
-            scale=f"{found.scale:.3f}",
-            sigma=f"{found.sigma:.3f}",
+            scale=t.figure(found.scale, 3),
+            sigma=t.figure(found.sigma, 3),
             first=found.length.first_frame,
             last=found.length.last_frame,
         )
@@ -285,27 +285,27 @@ def rig_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
         model=t(f"lens.{camera.model}"),
         width=camera.width,
         height=camera.height,
-        fx=f"{camera.fx:.1f}",
-        fy=f"{camera.fy:.1f}",
-        cx=f"{camera.cx:.1f}",
-        cy=f"{camera.cy:.1f}",
+        fx=t.figure(camera.fx, 1),
+        fy=t.figure(camera.fy, 1),
+        cx=t.figure(camera.cx, 1),
+        cy=t.figure(camera.cy, 1),
     )
     if camera.distortion:
-        numbers = ", ".join(f"{value:.5g}" for value in camera.distortion)
+        numbers = ", ".join(t.local(f"{value:.5g}") for value in camera.distortion)
         lens += " " + t("measurement.distortion", numbers=numbers)
     place = t(
         "measurement.mount",
         view=t(f"view.{mount.view}"),
-        height=f"{mount.height_mm:g}",
-        lateral=f"{mount.lateral_mm:g}",
-        rotation=f"{mount.rotation_deg:g}",
-        pitch=f"{mount.pitch_deg:g}",
-        roll=f"{mount.roll_deg:g}",
+        height=t.figure(mount.height_mm),
+        lateral=t.figure(mount.lateral_mm),
+        rotation=t.figure(mount.rotation_deg),
+        pitch=t.figure(mount.pitch_deg),
+        roll=t.figure(mount.roll_deg),
     )
     wall = (
         t("measurement.flat")
         if pipe.diameter_mm is None
-        else t("measurement.circular", diameter=f"{pipe.diameter_mm:g}")
+        else t("measurement.circular", diameter=t.figure(pipe.diameter_mm))
     )
     if pipe.segment_length_mm is not None:
         wall += " " + t("measurement.segment", length=t.length(pipe.segment_length_mm / 1000))
@@ -328,7 +328,7 @@ def video_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     facts = [picture, str(video.get("codec") or "")]
     frames, duration_s = video.get("frames"), video.get("duration_s")
     if frames and duration_s:
-        rate = t("measurement.rate", frames=frames, rate=f"{frames / duration_s:.3g}")
+        rate = t("measurement.rate", frames=frames, rate=t.local(f"{frames / duration_s:.3g}"))
         facts += [rate, t.time(duration_s)]
     rows = [
         (t("measurement.file"), source.filename or NOTHING),

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 from app.reports.content.condition import is_defect
 from app.reports.report import Entry, Report
-from app.survey.rounding import decimals
 
 
 @dataclass(frozen=True)
@@ -56,8 +55,3 @@ def count_without(report: Report) -> int:
         key = entry.id if entry.cont_id is None else f"stretch {entry.cont_id}"
         has[key] = has.get(key, False) or bool(entry.tag.recommendation)
     return sum(not one for one in has.values())
-
-
-def money(amount: float) -> str:
-    """Format an amount with two decimals, without its currency."""
-    return decimals(amount, 2)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from decimal import Decimal
 from typing import Any
 
 from app.imports.survey import Caveat
@@ -22,6 +24,7 @@ from app.survey.undelivered import Undelivered
 FOOT_M = 0.3048
 NOTHING = "–"
 _ALL_ROUND = "12–12"
+_DAY = re.compile(r"(?P<year>\d{4})-(?P<month>\d\d)-(?P<day>\d\d)")
 
 
 class Translator:
@@ -62,7 +65,7 @@ class Translator:
 
     def loss(self, loss: Loss) -> str:
         """Return the sentence about something that a format cannot hold."""
-        number = {"seq": loss.entry.seq} if loss.entry else {}
+        number = {"seq": loss.entry.number} if loss.entry else {}
         return self(f"loss.{loss.key}", **number, **self._spoken(loss.values))
 
     def phrase(self, phrase: Phrase) -> str:
@@ -111,9 +114,32 @@ class Translator:
         """Metres in the unit of distances."""
         return FOOT_M if self.units == "ft" else 1.0
 
+    def local(self, figures: str) -> str:
+        """Return figures as the language writes them, given with a decimal point."""
+        signs = {"point": ".", "group": ","}
+        return figures.translate({ord(sign): self(f"figures.{k}") for k, sign in signs.items()})
+
+    def figure(self, value: float, digits: int | None = None) -> str:
+        """Format a number with so many decimals, or with those that it has."""
+        # Six digits would round what the tables state.
+        return self.local(f"{value:.10g}" if digits is None else decimals(value, digits))
+
+    def amount(self, cost: float) -> str:
+        """Format a cost without its currency."""
+        return self.local(f"{Decimal(decimals(cost, 2)):,}")
+
+    def money(self, cost: float, currency: str) -> str:
+        """Format a cost with its currency."""
+        return self("figures.money", amount=self.amount(cost), currency=currency)
+
+    def date(self, stated: str) -> str:
+        """Format a day that is stated as 2026-09-14; anything else stays as it is."""
+        day = _DAY.fullmatch(stated)
+        return self("figures.date", **day.groupdict()) if day else stated
+
     def number(self, metres: float) -> str:
         """Format a distance without its unit: metres with two decimals, feet with one."""
-        return decimals(metres, self._digits, unit=self.per_unit_m)
+        return self.local(decimals(metres, self._digits, unit=self.per_unit_m))
 
     def length(self, metres: float | None) -> str:
         """Format a distance with its unit."""
@@ -121,18 +147,16 @@ class Translator:
 
     def half_width(self, metres: float) -> str:
         """Format half of a 95 % interval, without its unit."""
-        return half_width_text(metres, unit_m=self.per_unit_m, digits=self._digits)
+        text = half_width_text(metres, unit_m=self.per_unit_m, digits=self._digits)
+        return self.local(text)
 
     @property
     def _digits(self) -> int:
         """Decimals of distances and their intervals."""
         return 1 if self.units == "ft" else 2
 
-    def place(self, entry: Entry) -> str:
-        """Format the place of an entry: `12.40 m ± 0.05 m`."""
-        return self._place(entry)
-
-    def _place(self, at: Entry | Taken) -> str:
+    def place(self, at: Entry | Taken) -> str:
+        """Format the place of an entry or a photo: `12.40 m ± 0.05 m`."""
         if at.distance_m is None:
             return self("entry.not_tracked")
         if at.u95_m is None:
@@ -141,7 +165,7 @@ class Translator:
 
     def place_in_photo(self, entry: Entry, taken: Taken | None) -> str:
         """Format the place that a photo shows: the entry's, or where else it was taken."""
-        return self.place(entry) if taken is None else self("photos.taken", at=self._place(taken))
+        return self.place(entry) if taken is None else self("photos.taken", at=self.place(taken))
 
     def short_place(self, entry: Entry) -> str:
         """Format the place with the unit once, for tables: `12.40 ± 0.05 m`."""
@@ -149,7 +173,7 @@ class Translator:
 
     def number_of(self, entry: Entry) -> str:
         """Return the number of an entry."""
-        return self("check.number", seq=entry.seq)
+        return self("check.number", seq=entry.number)
 
     def code(self, entry: Entry) -> str:
         """Return the code with its characters."""
@@ -173,8 +197,8 @@ class Translator:
         if entry.clock_from is None:
             return ""
         if entry.tag.clock_to is None:
-            return f"{entry.clock_from:g}"
-        return f"{entry.clock_from:g}–{entry.tag.clock_to:g}"
+            return str(entry.clock_from)
+        return f"{entry.clock_from}–{entry.tag.clock_to}"
 
     def clock_in_words(self, entry: Entry) -> str:
         """Format the clock position for a sentence."""
@@ -185,12 +209,19 @@ class Translator:
     def quantities(self, entry: Entry) -> list[str]:
         """Return the quantities with units."""
         both = ((entry.tag.quant1, entry.unit1), (entry.tag.quant2, entry.unit2))
-        return [_with_unit(value, unit) for value, unit in both if value is not None]
+        return [self.with_unit(value, unit) for value, unit in both if value is not None]
+
+    def with_unit(self, value: float, unit: str | None) -> str:
+        """Format a quantity with its unit, such as `12 %`; degrees stand at the number."""
+        number = self.figure(value)
+        if unit == "deg":
+            return f"{number}°"
+        return number if unit in (None, "count") else f"{number} {unit}"
 
     def sizes(self, entry: Entry) -> list[str]:
         """Return what was measured on the wall: `Width 23 ± 2 mm`."""
         return [
-            " ".join([self.one_of("measure", figure.kind), figure_text(figure)])
+            " ".join([self.one_of("measure", figure.kind), self.local(figure_text(figure))])
             for figure in entry.figures
             if figure
         ]
@@ -205,16 +236,18 @@ class Translator:
         return f"{letter}{entry.cont_id}"
 
     def time(self, seconds: float | None) -> str:
-        """Format a time in the video: m:ss or h:mm:ss."""
+        """Format a time in the film, down to tenths: `1:02:03.4`."""
         if seconds is None:
             return ""
-        minutes, second = divmod(int(seconds), 60)
+        minutes, tenths = divmod(int(10 * seconds + 1e-6), 600)
         hours, minute = divmod(minutes, 60)
-        return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
+        second = self.local(f"{tenths / 10:04.1f}")
+        return f"{hours}:{minute:02}:{second}" if hours else f"{minute}:{second}"
 
     def instant(self, at: datetime) -> str:
         """Format day and time in UTC."""
-        return f"{at.astimezone(UTC):%Y-%m-%d %H:%M} UTC"
+        day, time = f"{at.astimezone(UTC):%Y-%m-%d %H:%M}".split()
+        return f"{self.date(day)} {time} UTC"
 
     def review(self, report: Report) -> str:
         """Return the state of the review, and who has set it when."""
@@ -249,7 +282,7 @@ class Translator:
             return self("choice.yes" if value else "choice.no")
         if isinstance(value, int | float):
             return self._quantity(name, value)
-        return self.one_of("choice", value) if isinstance(value, str) else str(value)
+        return self.one_of("choice", self.date(value)) if isinstance(value, str) else str(value)
 
     def issue(self, issue: Issue, numbers: dict[str, Entry]) -> str:
         """Describe an issue; in English if its words are not known.
@@ -283,7 +316,7 @@ class Translator:
     def _name(self, entry: Entry) -> str:
         if entry.distance_m is None:
             return self.number_of(entry)
-        return self("check.number_at", seq=entry.seq, place=self.length(entry.distance_m))
+        return self("check.number_at", seq=entry.number, place=self.length(entry.distance_m))
 
     def _quantity(self, name: str, value: float) -> str:
         if not math.isfinite(value):
@@ -292,14 +325,7 @@ class Translator:
             return self.length(value)
         for ending, unit in (("_mm", "mm"), ("_pct", "%"), ("_c", "°C")):
             if name.endswith(ending):
-                return f"{value:.10g} {unit}"
+                return self.with_unit(value, unit)
         if name.endswith(("_lat", "_lon")):
-            return f"{value:.7f}".rstrip("0").rstrip(".") + "°"
-        return f"{value:.10g}"
-
-
-def _with_unit(value: float, unit: str | None) -> str:
-    number = f"{value:.10g}"  # six digits would round what the tables state
-    if unit == "deg":
-        return f"{number}°"
-    return number if unit in (None, "count") else f"{number} {unit}"
+            return self.with_unit(float(f"{value:.7f}"), "deg")
+        return f"{value:.10g}" if name == "year" else self.figure(value)

@@ -128,7 +128,7 @@ def remarks_on(report: Report, wall: Wall, t: Translator) -> list[str]:
     remarks = [t("wall.gaps")] if wall.gaps(wall.span_m) else []
     inside = {entry.id for entry, _ in places_within(report, wall, wall.span_m)}
     outside = [
-        str(entry.seq)
+        str(entry.number)
         for entry in report.entries
         if entry.distance_m is not None and entry.id not in inside
     ]

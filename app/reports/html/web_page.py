@@ -7,13 +7,14 @@ head forbids every request, and the templates escape all text.
 from __future__ import annotations
 
 import base64
+import math
 from collections.abc import Mapping, Sequence
 from importlib import resources
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from app.reports.content.condition import ACT_NOW, condition_of
+from app.reports.content.condition import ACT_NOW, condition_of, worst_first
 from app.reports.content.cover import cover_rows, warnings_of
 from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
 from app.reports.content.grades import grade_of
@@ -31,16 +32,19 @@ from app.reports.content.recommendations import (
     costs_of,
     count_without,
     has_recommendations,
-    money,
     recommended,
 )
-from app.reports.content.shown_photos import shown_photos
+from app.reports.content.shown_photos import photos_by_entry, shown_photos
 from app.reports.content.summary import opening
 from app.reports.content.text import iso, legible
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.html.links import to_row
-from app.reports.html.pipe_strip import pipe_strip
-from app.reports.html.wall_strip import wall_strips
+from app.reports.content.wall import remarks_on, wall_of
+from app.reports.drawings import svg
+from app.reports.drawings.along import along_the_run
+from app.reports.drawings.glance import pipe_at_a_glance
+from app.reports.drawings.pipe_graphic import legend, whole_pipe
+from app.reports.drawings.survey_plan import survey_plan
+from app.reports.drawings.unrolled_wall import wall_scale, wall_strips
 from app.reports.report import Loss, Report, Written, failure
 from app.reports.template import Section
 from app.survey.fields.header import is_empty, required_to_issue
@@ -48,6 +52,8 @@ from vo_core.errors import ChainageError
 
 ENOUGH_PX = 1280
 """Sufficient length of the longer side of a photo; a photo twice as large is reduced."""
+MOST_WALL_BYTES = 6 * 2**20
+"""Bytes of all pictures of the wall together, before base64, above which they are reduced."""
 
 _POLICY = (
     "default-src 'none'",
@@ -67,19 +73,8 @@ _SCENE_POLICY = (
 )
 
 _LOGO_PX = 480
-_TITLES: Mapping[Section, str] = {
-    "summary": "summary.title",
-    "header": "header.title",
-    "graphic": "graphic.title",
-    "observations": "observations.title",
-    "photos": "photos.title",
-    "wall": "wall.title",
-    "scene": "web.scene",
-    "condition": "condition.title",
-    "measurement": "measurement.title",
-    "checks": "sign.title",
-}
-"""Keys of the titles."""
+_TITLES: Mapping[Section, str] = {"scene": "web.scene", "checks": "sign.title"}
+"""Keys of the titles that are not called after their section."""
 
 Rows = Sequence[tuple[str, str]]
 
@@ -104,6 +99,8 @@ def write(report: Report) -> Written:
     """Write the report in its language and units."""
     t, chosen = Translator.of(report), report.template.sections
     scene, losses = _scene(report) if "scene" in chosen else (None, ())
+    shown = shown_photos(report) if "photos" in chosen else []
+    grade = grade_of(report)
     page = _TEMPLATES.get_template("web_page.html").render(
         report=report,
         t=t,
@@ -111,13 +108,15 @@ def write(report: Report) -> Written:
         policy="; ".join(_POLICY if scene is None else (*_POLICY, *_SCENE_POLICY)),
         style=_asset("web_page.css"),
         script=_asset("web_page.js"),
-        sections=[(section, t(_TITLES[section])) for section in chosen],
+        severities=[(n, svg.fill_of(n), svg.ink_on(n)) for n in range(len(svg.SEVERITY))],
+        sections=[(section, t(_TITLES.get(section, f"{section}.title"))) for section in chosen],
         logo=_jpeg_base64(logo_of(report.company.logo, _LOGO_PX)),
         warnings=warnings_of(report, t),
         cover=cover_rows(report, t),
         opening=opening(report, t),
         condition=condition_of(report),
-        grade=(grade := grade_of(report)),
+        worst=worst_first(report),
+        grade=grade,
         rule=rule_of(grade, t) if grade else (),
         threshold_of=threshold_of,
         class_of=class_of,
@@ -126,27 +125,21 @@ def write(report: Report) -> Written:
         recommended=recommended(report),
         count_without=count_without(report),
         costs=costs_of(report),
-        money=money,
         ACT_NOW=ACT_NOW,
-        strip=pipe_strip(report, t),
+        glances=[pipe_at_a_glance(report, t, width) for width in (svg.WIDTH, svg.NARROW)],
+        pipes=[whole_pipe(report, t, width) for width in (svg.WIDTH, svg.NARROW)],
+        legend=legend(report, t),
+        plan=survey_plan(report, t),
+        along=None if report.is_unmeasured else along_the_run(report, t),
         reference=t.reference(report),
-        wall=wall_strips(report, t) if "wall" in chosen else None,
-        shown=(shown := shown_photos(report)),
-        photographed={
-            entry.id for each in shown if "photos" in chosen for entry, _ in each.captions
-        },
-        to_row=to_row,
+        wall=_wall(report, t) if "wall" in chosen else None,
+        shown=shown,
+        photos_of=photos_by_entry(shown),
         why_not_shown=why_not_shown,
         jpeg_base64=lambda photo: _jpeg_base64(jpeg_of(photo, ENOUGH_PX)),
         scene=scene,
         header=_header(report, t),
-        measured=[
-            (t("measurement.result"), result_rows(report, t)),
-            (t("measurement.corrections"), correction_rows(report, t)),
-            *([(t("measurement.counter"), rows)] if (rows := counter_rows(report, t)) else []),
-            (t("measurement.rig"), rig_rows(report, t)),
-            (t("measurement.video"), video_rows(report, t)),
-        ],
+        measured=_measured(report, t),
         joints=joint_table(report.joint_evidence, t),
         entry_of={entry.id: entry for entry in report.entries},
         iso=iso,
@@ -190,6 +183,32 @@ def _header(report: Report, t: Translator) -> list[tuple[str, Rows]]:
         if name not in known and not is_empty(value)
     ]
     return [(title, rows) for title, rows in (*groups, (t("header.others"), others)) if rows]
+
+
+def _measured(report: Report, t: Translator) -> list[tuple[str, Rows]]:
+    """Return the parts about the measurement that have something to say."""
+    parts = {
+        "result": result_rows(report, t),
+        "corrections": correction_rows(report, t),
+        "counter": counter_rows(report, t),
+        "rig": rig_rows(report, t),
+        "video": video_rows(report, t),
+    }
+    return [(t(f"measurement.{name}"), rows) for name, rows in parts.items() if rows]
+
+
+def _wall(report: Report, t: Translator) -> tuple[str, list[svg.Drawing]] | None:
+    """Return what to say about the unrolled wall, and its strips; None if nothing was seen."""
+    wall = wall_of(report)
+    if wall is None:
+        return None
+    total = sum(tile.size for tile in wall.tiles)
+    times = max(1, math.ceil(math.sqrt(total / MOST_WALL_BYTES)))
+    sentences = [t("web.wall_help"), *remarks_on(report, wall, t)]
+    if times > 1:
+        sentences.insert(1, t("web.wall_reduced", times=times))
+    full = wall.layout.width_px * wall_scale(report, wall) / wall.layout.tile_mm
+    return " ".join(sentences), [*wall_strips(report, t, wall, px_per_mm=full / times)]
 
 
 def _scene(report: Report) -> tuple[Markup | None, tuple[Loss, ...]]:

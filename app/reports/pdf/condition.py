@@ -14,7 +14,6 @@ from app.reports.content.recommendations import (
     costs_of,
     count_without,
     has_recommendations,
-    money,
     recommended,
 )
 from app.reports.content.translator import NOTHING, Translator
@@ -133,7 +132,7 @@ def _last_columns(threshold: str, value: str) -> tuple[Column, ...]:
 def _defect(found: Input, t: Translator) -> tuple[Cell, ...]:
     entry = found.entry
     return (
-        str(entry.seq),
+        str(entry.number),
         t.short_place(entry),
         [(t.code(entry), CELL.bold())],
         t.label(entry),
@@ -160,12 +159,12 @@ def _recommendations(report: Report, t: Translator) -> list[Flowable]:
     )
     rows: list[tuple[Cell, ...]] = [
         (
-            str(entry.seq),
+            str(entry.number),
             t.short_place(entry),
             [(t.code(entry), CELL.bold())],
             Badge(entry.tag.severity),
             entry.tag.recommendation or "",
-            *([_amount(entry.tag.cost)] if costs else []),
+            *([_amount(entry.tag.cost, t)] if costs else []),
         )
         for entry in entries
     ]
@@ -182,16 +181,16 @@ def _sums(costs: Costs | None, currency: str, t: Translator) -> list[Flowable]:
         Column(t("sheet.cost", currency=currency), 34 * mm, "right"),
     )
     rows: list[tuple[Cell, ...]] = [
-        (Badge(severity), t.severity(severity), money(amount))
+        (Badge(severity), t.severity(severity), t.amount(amount))
         for severity, amount in costs.by_severity.items()
     ]
-    total = [(t("recommendation.total"), CELL.bold())], [(money(costs.total), CELL.bold())]
+    total = [(t("recommendation.total"), CELL.bold())], [(t.amount(costs.total), CELL.bold())]
     title = Heading(t("recommendation.costs"), level=1, bookmark=False)
     return [CondPageBreak(40 * mm), title, Grid(columns, [*rows, ("", *total)])]
 
 
-def _amount(cost: float | None) -> str:
-    return "" if cost is None else money(cost)
+def _amount(cost: float | None, t: Translator) -> str:
+    return "" if cost is None else t.amount(cost)
 
 
 def _counts(found: Condition, t: Translator) -> Flowable:

@@ -97,7 +97,7 @@ def _first(canvas: Paper, y: float, entry: Entry, t: Translator) -> float:
     draw_photo(canvas, entry.photo, 0, y - height, width, height, t, alt=alt)
     place = NOTHING if entry.lat is None else f"{entry.lat:.6f}, {entry.lon:.6f}"
     rows = [
-        (t("entry.no"), str(entry.seq)),
+        (t("entry.no"), str(entry.number)),
         (t("entry.joint"), NOTHING if entry.joint_no is None else str(entry.joint_no)),
         (t("entry.clock_long"), t.clock_in_words(entry) or NOTHING),
         (t("entry.quantity"), ", ".join(t.quantities(entry)) or NOTHING),

@@ -11,13 +11,13 @@ def number_of(report: Report, entry: Entry, t: Translator) -> Cell:
     """Return the number of an entry, which links to its photo, else to nothing."""
     place = photo_of(report, entry)
     if place is None:
-        return str(entry.seq)
-    return Linked(str(entry.seq), place, t("alt.to_photo", seq=entry.seq))
+        return str(entry.number)
+    return Linked(str(entry.number), place, t("alt.to_photo", seq=entry.number))
 
 
 def row_of(entry: Entry) -> str:
     """Return the name of an entry's row in the table of observations."""
-    return f"row-{entry.seq}"
+    return f"row-{entry.number}"
 
 
 def photo_of(report: Report, entry: Entry) -> str | None:
@@ -29,4 +29,4 @@ def photo_of(report: Report, entry: Entry) -> str | None:
 
 def place_of_photo(entry: Entry) -> str:
     """Return the name of the place of an entry's first photo."""
-    return f"photo-{entry.seq}"
+    return f"photo-{entry.number}"

@@ -53,7 +53,7 @@ class Running:
         foot = t(
             "page.foot",
             asset=report.asset,
-            date=report.date,
+            date=t.date(report.date),
             report=report.id,
             revision=report.revision,
         )

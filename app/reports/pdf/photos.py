@@ -93,7 +93,7 @@ def photo_alt(entry: Entry, photo: Photo | None, t: Translator) -> str:
     """Say what a photo shows: defect, place and clock position."""
     place = t.place_in_photo(entry, photo.taken if photo else None)
     parts = (f"{t.code(entry)} {t.label(entry)}", place, t.clock_in_words(entry))
-    return t("alt.photo", seq=entry.seq, shown=", ".join(part for part in parts if part))
+    return t("alt.photo", seq=entry.number, shown=", ".join(part for part in parts if part))
 
 
 def _alt(photo: ShownPhoto, t: Translator) -> str:
@@ -207,10 +207,10 @@ def _first_line(
         x += BADGE + 1.6 * mm
     room = _WIDTH - BADGE - 1.6 * mm
     place = t.place_in_photo(entry, photo.taken)
-    text = t("photos.caption", seq=entry.seq, place=place, code=t.code(entry))
+    text = t("photos.caption", seq=entry.number, place=place, code=t.code(entry))
     text = shortened(text, LINK, room)
     if "observations" in report.template.sections:
-        link = partial(paper.link, row_of(entry), t("alt.to_row", seq=entry.seq))
+        link = partial(paper.link, row_of(entry), t("alt.to_row", seq=entry.number))
         say_linked(paper, x, y, text, LINK, link)
     else:
         say(paper, x, y, text, CELL.bold())

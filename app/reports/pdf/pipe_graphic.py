@@ -392,7 +392,7 @@ class _Painter:
         stretch = t.stretch(entry)
         texts = [
             None,
-            (str(entry.seq), CELL.soft()),
+            (str(entry.number), CELL.soft()),
             (t.short_place(entry), CELL.bold()),
             (t.code(entry), CELL),
             (t.clock(entry), CELL),

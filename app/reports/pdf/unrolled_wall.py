@@ -152,7 +152,7 @@ class _Strip:
             last=t.length(self.span_m[1]),
             scale=self.scale,
             joints=len(joints_within(self.report, self.span_m)),
-            numbers=", ".join(str(entry.seq) for entry, _ in self.marks) or "–",
+            numbers=", ".join(str(entry.number) for entry, _ in self.marks) or "–",
         )
 
     def x_of(self, distance_m: float) -> float:
@@ -311,7 +311,7 @@ class _Strip:
         canvas.setFillColor(SEVERITY.get(entry.tag.severity or 0, WASH))
         canvas.circle(badge_x, badge_y + 1.5 * mm, 1.9 * mm, 1, 1)
         style = TINY.bold().on(on_severity(entry.tag.severity))
-        draw(canvas, badge_x, badge_y + 0.8 * mm, str(entry.seq), style, "centre")
+        draw(canvas, badge_x, badge_y + 0.8 * mm, str(entry.number), style, "centre")
 
     def _boxes(self, place: Place) -> list[tuple[float, float, float, float]]:
         """Return boxes around the seen parts of the place: left, bottom, width, height."""

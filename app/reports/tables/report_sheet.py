@@ -13,7 +13,7 @@ from xlsxwriter.worksheet import Worksheet
 
 from app.reports.content.condition import urgent
 from app.reports.content.grades import grade_of
-from app.reports.content.recommendations import costs_of, money
+from app.reports.content.recommendations import costs_of
 from app.reports.content.text import legible
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.content.typesetting import one_line
@@ -95,7 +95,7 @@ def _columns(report: Report, t: Translator) -> Sequence[_Column]:
     centre = (("align", "center"),)
     wrap = (("text_wrap", True),)
     return (
-        _Column(t("entry.no"), 6, lambda entry: entry.seq),
+        _Column(t("entry.no"), 6, lambda entry: entry.number),
         _Column(
             t("sheet.distance", unit=t.units),
             10,
@@ -178,7 +178,7 @@ def _facts(report: Report, t: Translator) -> Sequence[Sequence[tuple[str, str]]]
             (t("condition.deciding"),
              f"{t.place(worst)} · {t.code(worst)}" if worst else NOTHING),
             (t("sheet.costs"),
-             f"{money(costs.total)} {report.template.currency}" if costs else NOTHING),
+             t.money(costs.total, report.template.currency) if costs else NOTHING),
             (t("cover.report"), t("cover.version", report=report.id, revision=report.revision)),
         ),
     )  # fmt: skip

@@ -135,7 +135,7 @@ def _grade(out: _Sheet, report: Report, t: Translator) -> None:
     if grade.inputs:
         rows = (
             (
-                str(found.entry.seq), t.place(found.entry), t.code(found.entry),
+                str(found.entry.number), t.place(found.entry), t.code(found.entry),
                 t.label(found.entry), ", ".join(t.quantities(found.entry)),
                 threshold_of(grade, found, t), class_of(grade, found, t),
             )
@@ -151,7 +151,7 @@ def _grade(out: _Sheet, report: Report, t: Translator) -> None:
             (*heads[:5], t("grade.reason")),
             (
                 (
-                    str(found.entry.seq), t.place(found.entry), t.code(found.entry),
+                    str(found.entry.number), t.place(found.entry), t.code(found.entry),
                     t.label(found.entry), ", ".join(t.quantities(found.entry)), t(found.why),
                 )
                 for found in grade.unclassified

@@ -51,7 +51,7 @@ def test_people_read_the_grade_its_source_and_what_was_accepted(text_of):
     assert "5 · decides" in text
     assert "no published threshold that is certain" in text
     assert "Rebuild the wall." in text
-    for amount in ("9000.00", "1250.50", "100.25", "10350.75"):
+    for amount in ("9,000.00", "1,250.50", "100.25", "10,350.75"):
         assert amount in text
     assert "Defects without a recommendation: 4" in text
 

@@ -63,7 +63,7 @@ class Cells(HTMLParser):
 
 
 def in_html(content):
-    table = content.decode().split('<table class="observations">')[1].split("</table>")[0]
+    table = content.decode().split('<table class="cards observations">')[1].split("</table>")[0]
     parser = Cells()
     parser.feed(table)
     found = (re.fullmatch(r"(-?[0-9.]+) ± [0-9.]+ m", text) for text in parser.texts)

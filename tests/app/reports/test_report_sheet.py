@@ -68,7 +68,7 @@ def test_every_observation_is_a_row_that_people_can_read(book, made):
         "Crack: line, edges touching, along the pipe",
     )
     assert (crack["Clock"], crack["Quantity"], crack["Stretch"]) == ("11", "2 mm", "A1")
-    assert (crack["Severity"], crack["Video"]) == (3, "0:10")
+    assert (crack["Severity"], crack["Video"]) == (3, "0:10.6")
     assert rows[8]["Recommendation"] == "=rebuild"
     assert [row["Cost (MYR)"] for row in rows if row["Cost (MYR)"]] == [9000.0, 1250.5]
 
@@ -78,7 +78,7 @@ def test_no_text_is_a_formula_and_a_time_opens_the_film_there(book, made):
     cells = {cell.value: cell for row in sheet.iter_rows() for cell in row}
 
     assert (cells["=rebuild"].data_type, cells["=rebuild"].quotePrefix) == ("s", True)
-    assert cells["0:10"].hyperlink.target == (
+    assert cells["0:10.6"].hyperlink.target == (
         f"https://culverts.example/inspections/{made.id}?defect={made.entries[2].id}"
     )
 
@@ -117,7 +117,7 @@ def test_the_head_names_the_asset_the_grade_and_the_costs(book):
 
     assert words[0] == "CUL-0041 · Culvert inspection report"
     assert "5 · act at once" in words
-    assert "10250.50 MYR" in words
+    assert "MYR 10,250.50" in words
     assert any("not a DWA grade" in str(word) for word in words)
 
 

@@ -1,0 +1,1 @@
+"""Every drawing of the reports, once: an SVG that the PDF places and the page contains."""
