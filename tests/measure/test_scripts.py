@@ -21,8 +21,6 @@ SHORTEST = {
     "report": [],
     "resilience": ["--files", "20", "--rounds", "2", "--seconds", "8"],
     "screenshots": ["{out}"],
-    "search": ["--inspections", "100", "--defects", "3"],
-    "soak_viewer": ["--updates", "72000"],  # four minutes: memory is flat after one
 }
 
 

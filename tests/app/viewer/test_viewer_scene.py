@@ -348,7 +348,7 @@ def test_stretches_and_sectors_are_patches_of_their_colour(served: Served) -> No
 def test_an_hour_of_everything_is_no_more_to_keep_than_a_minute(
     served: Served, monkeypatch: pytest.MonkeyPatch, is_long: bool
 ) -> None:
-    """The short form of `tests/measure/soak_viewer.py`."""
+    """As an hour of it would."""
     monkeypatch.setattr("app.viewer.scene._TICK_S", 0.0)
 
     def work(client: Client, steps: range) -> int:
