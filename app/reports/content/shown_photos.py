@@ -30,6 +30,12 @@ class ShownPhoto:
         return t("photos.drawing" if is_drawing else "photos.photo", n=self.number)
 
 
+def photo_alt(entry: Entry, photo: Photo, t: Translator) -> str:
+    """Say what a photo shows, for people who do not see it."""
+    place = t.place_in_photo(entry, photo.taken)
+    return t("web.photo", seq=entry.number, label=t.label(entry), place=place)
+
+
 def shown_photos(report: Report) -> list[ShownPhoto]:
     """Return the pictures in the order of the report; photos without a file are left out.
 

@@ -18,7 +18,7 @@ from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.checks import Issue
 from app.survey.interval import half_width_text
 from app.survey.records import NOT_NOTIFIED, Event
-from app.survey.rounding import decimals
+from app.survey.rounding import decimals, rounded
 from app.survey.undelivered import Undelivered
 
 FOOT_M = 0.3048
@@ -149,6 +149,16 @@ class Translator:
         """Format half of a 95 % interval, without its unit."""
         text = half_width_text(metres, unit_m=self.per_unit_m, digits=self._digits)
         return self.local(text)
+
+    def cells(self, at: Entry) -> tuple[float | None, float | None]:
+        """Return distance and half-width as numbers for a sheet, rounded as they are printed."""
+        if at.distance_m is None:
+            return None, None
+        distance = rounded(at.distance_m / self.per_unit_m, self._digits)
+        if at.u95_m is None:
+            return distance, None
+        half = half_width_text(at.u95_m, unit_m=self.per_unit_m, digits=self._digits)
+        return distance, float(half)
 
     @property
     def _digits(self) -> int:

@@ -34,7 +34,7 @@ from app.reports.content.recommendations import (
     has_recommendations,
     recommended,
 )
-from app.reports.content.shown_photos import photos_by_entry, shown_photos
+from app.reports.content.shown_photos import photo_alt, photos_by_entry, shown_photos
 from app.reports.content.summary import opening
 from app.reports.content.text import iso, legible
 from app.reports.content.translator import NOTHING, Translator
@@ -135,6 +135,7 @@ def write(report: Report) -> Written:
         wall=_wall(report, t) if "wall" in chosen else None,
         shown=shown,
         photos_of=photos_by_entry(shown),
+        photo_alt=photo_alt,
         why_not_shown=why_not_shown,
         jpeg_base64=lambda photo: _jpeg_base64(jpeg_of(photo, ENOUGH_PX)),
         scene=scene,

@@ -53,3 +53,15 @@ def cell_text(text: str) -> str:
 def lines_of(text: str, width: float) -> int:
     """Return about how many lines a wrapped text has, in a column of a width in characters."""
     return sum(max(1, math.ceil(len(line) * _SPARE / width)) for line in text.split("\n"))
+
+
+_A4 = 9
+"""Number of the paper in the file format."""
+
+
+def fit_on_page(sheet: Worksheet, *, head: int = 0) -> None:
+    """Print on A4 across, one page wide, with a row of heads on each page."""
+    sheet.set_landscape()
+    sheet.set_paper(_A4)
+    sheet.fit_to_pages(1, 0)
+    sheet.repeat_rows(head)

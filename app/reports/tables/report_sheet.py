@@ -14,16 +14,15 @@ from xlsxwriter.worksheet import Worksheet
 from app.reports.content.condition import urgent
 from app.reports.content.grades import grade_of
 from app.reports.content.recommendations import costs_of
+from app.reports.content.shown_photos import photo_alt
 from app.reports.content.text import legible
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.content.typesetting import one_line
+from app.reports.drawings.svg import fill_of, ink_on
 from app.reports.report import Entry, Photo, Report
-from app.reports.tables.cells import LINE_PT, Cells, lines_of
+from app.reports.tables.cells import LINE_PT, Cells, fit_on_page, lines_of
 from app.survey.fields.header import project_of
-from app.survey.rounding import rounded
 
-_A4 = 9
-"""Number of the paper in the file format."""
 _THUMBNAIL_PX = (160, 120)
 """Room for a thumbnail on the sheet."""
 _SHARPNESS = 1.25
@@ -38,10 +37,6 @@ _HEAD = 6
 """The row with the names of the columns, below the facts."""
 _FRAME = {"border": 1, "border_color": "#C2CBD2"}
 _SOFT = "#56636E"
-SEVERITY_FILL = {
-    0: "#FFFFFF", 1: "#E4ECEF", 2: "#F3DE9B", 3: "#ECAE4B", 4: "#C4622D", 5: "#8A1713",
-}  # fmt: skip
-"""The colours of the other reports."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +48,7 @@ class _Column:
     """Characters of the sheet's font, as Excel measures columns."""
     value: Callable[[Entry], str | float | None]
     look: tuple[tuple[str, Any], ...] = ()
-    kind: Literal["plain", "severity", "photo", "time"] = "plain"
+    kind: Literal["plain", "severity", "photo", "cost", "time"] = "plain"
 
 
 def add(book: Workbook, cells: Cells, report: Report, t: Translator) -> None:
@@ -79,37 +74,16 @@ def add(book: Workbook, cells: Cells, report: Report, t: Translator) -> None:
 
 
 def _columns(report: Report, t: Translator) -> Sequence[_Column]:
-    money_columns = (
-        [
-            _Column(
-                t("sheet.cost", currency=report.template.currency),
-                11,
-                lambda entry: entry.tag.cost,
-                (("num_format", "#,##0.00"),),
-            )
-        ]
-        if report.template.costs
-        else []
-    )
     places = "0.0" if t.units == "ft" else "0.00"
-    centre = (("align", "center"),)
-    wrap = (("text_wrap", True),)
-    return (
+    centre, wrap, bold = (("align", "center"),), (("text_wrap", True),), (("bold", True),)
+    columns = (
         _Column(t("entry.no"), 6, lambda entry: entry.number),
-        _Column(
-            t("sheet.distance", unit=t.units),
-            10,
-            lambda entry: _in_units(entry.distance_m, t),
-            (("num_format", places), ("bold", True)),
-        ),
-        _Column(
-            t("sheet.half_width", unit=t.units),
-            8,
-            lambda entry: None if entry.u95_m is None else float(t.half_width(entry.u95_m)),
-            (("num_format", f'"±" {places}'),),
-        ),
+        _Column(t("sheet.distance", unit=t.units), 10, lambda entry: t.cells(entry)[0],
+                (("num_format", places), *bold)),
+        _Column(t("sheet.half_width", unit=t.units), 8, lambda entry: t.cells(entry)[1],
+                (("num_format", f'"±" {places}'),)),
         _Column(t("entry.joint"), 7, lambda entry: entry.joint_no, centre),
-        _Column(t("entry.code"), 11, t.code, (("bold", True),)),
+        _Column(t("entry.code"), 11, t.code, bold),
         _Column(t("entry.what"), 34, t.label, wrap),
         _Column(t("entry.clock_short"), 8, t.clock, centre),
         _Column(t("entry.quantity"), 14, lambda entry: _sizes(entry, t), wrap),
@@ -118,13 +92,11 @@ def _columns(report: Report, t: Translator) -> Sequence[_Column]:
         _Column(t("sheet.photo"), _PHOTO_WIDTH, lambda _: None, kind="photo"),
         _Column(t("sheet.remark"), 36, lambda entry: entry.tag.remark, wrap),
         _Column(t("sheet.recommendation"), 32, lambda entry: entry.tag.recommendation, wrap),
-        *money_columns,
+        _Column(t("sheet.cost", currency=report.template.currency), 11,
+                lambda entry: entry.tag.cost, (("num_format", "#,##0.00"),), kind="cost"),
         _Column(t("sheet.time"), 9, lambda entry: t.time(entry.time_s), kind="time"),
-    )
-
-
-def _in_units(metres: float | None, t: Translator) -> float | None:
-    return None if metres is None else rounded(metres / t.per_unit_m, 1 if t.units == "ft" else 2)
+    )  # fmt: skip
+    return [one for one in columns if one.kind != "cost" or report.template.costs]
 
 
 def _sizes(entry: Entry, t: Translator) -> str:
@@ -167,7 +139,7 @@ def _facts(report: Report, t: Translator) -> Sequence[Sequence[tuple[str, str]]]
             (t("cover.operator"), stated("operator")),
         ),
         (
-            (t("cover.inspected"), stated("date", "time")),
+            (t("cover.inspected"), t.value("date", stated("date", "time"))),
             (t("cover.nodes"),
              t("cover.from_to", start=stated("start_node"), end=stated("end_node"))),
             (t("cover.length"), length),
@@ -228,8 +200,8 @@ def _severity_look(severity: int, t: Translator) -> dict[str, Any]:
         "bold": True,
         "align": "left",
         "num_format": f'0 "{word}"',
-        "bg_color": SEVERITY_FILL.get(severity, "#FFFFFF"),
-        "font_color": "#FFFFFF" if severity >= 4 else "#17212B",
+        "bg_color": fill_of(severity),
+        "font_color": ink_on(severity),
     }
 
 
@@ -252,7 +224,7 @@ def _place_photo(
         {
             "image_data": io.BytesIO(content), "x_scale": scale, "y_scale": scale,
             "x_offset": 4, "y_offset": 4, "object_position": 1,
-            "description": t("sheet.photo_of", name=legible(photo.name)),
+            "description": photo_alt(entry, photo, t),
         },
     )  # fmt: skip
     high_px = round(size[1] * scale) + 8
@@ -281,13 +253,10 @@ def _thumbnail(photo: Photo) -> tuple[bytes, tuple[int, int]] | None:
 
 
 def _set_up_print(sheet: Worksheet, report: Report, t: Translator, last: int, columns: int) -> None:
-    """Print on A4 across, one page wide, with the head on each page and its number in the foot."""
-    sheet.set_landscape()
-    sheet.set_paper(_A4)
-    sheet.fit_to_pages(1, 0)
-    sheet.repeat_rows(_HEAD)
+    """Print the head on each page, and its number in the foot."""
+    fit_on_page(sheet, head=_HEAD)
     sheet.print_area(0, 0, last, columns - 1)
     sheet.set_margins(left=0.4, right=0.4, top=0.5, bottom=0.6)
-    what = f"{report.asset[:80]} {str(report.header.get('date') or '')[:20]}"
+    what = f"{report.asset[:80]} {t.date(str(report.header.get('date') or ''))[:20]}"
     left = one_line(legible(what)).replace("&", "&&")
     sheet.set_footer(f"&L{left}&R{t('page.of', page='&P')}&N")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -20,7 +20,7 @@ from app.reports.content.text import iso, legible
 from app.reports.content.translator import Translator
 from app.reports.report import Loss, Report, Written
 from app.reports.tables import report_sheet, statistics_sheet, table
-from app.reports.tables.cells import LONGEST_TEXT, Cells, cell_text
+from app.reports.tables.cells import LONGEST_TEXT, Cells, cell_text, fit_on_page
 from app.reports.tables.table import DICTIONARY, Cell, Column
 from app.survey.fields.header import FIELDS
 from app.survey.interval import half_width_m
@@ -33,34 +33,39 @@ _NARROWEST = 8
 _WIDEST = 60
 """Largest width of a column, in characters."""
 
-JOINTS = (
-    Column("joint_no", "Number of the joint from the zero point; the first after it is 1"),
-    Column("distance_m", "Where it was seen, corrected", "m"),
-    Column("distance_u95_m", "Half-width of the 95 % interval of the distance", "m"),
-    Column("residual_mm", "Known less measured distance when the track is only scaled", "mm"),
-    Column("frame", "Number of the frame that showed it best"),
-    Column("is_marked", "1 if a person clicked on it, 0 if it was found by the program"),
-)
-CORRECTIONS = (
-    Column("at", "When, ISO 8601"),
-    Column("who", "Who did it"),
-    Column("what", "corrected: of the whole run; moved: an observation to another frame or pixel"),
-    Column("seq", "Number of the observation that was moved"),
-    Column("before", "What was stated before"),
-    Column("after", "What has been stated since"),
-    Column("why", "In the words of the person who did it"),
-)
-_HEADER = (
-    Column("field", "Name of a fact about the report or of a field of the header"),
-    Column("value", "Its value"),
-    Column("unit", "Unit of the value"),
-)
-_ABOUT = (
-    Column("sheet", "Name of the sheet"),
-    Column("column", "Name of the column"),
-    Column("meaning", "What it says"),
-    Column("unit", "Unit of its numbers"),
-)
+_SHEETS: Mapping[str, Sequence[Column]] = {
+    "observations": DICTIONARY,
+    "header": (
+        Column("field", "Name of a fact about the report or of a field of the header"),
+        Column("value", "Its value"),
+        Column("unit", "Unit of the value"),
+    ),
+    "joints": (
+        Column("joint_no", "Number of the joint from the zero point; the first after it is 1"),
+        Column("distance_m", "Where it was seen, corrected", "m"),
+        Column("distance_u95_m", "Half-width of the 95 % interval of the distance", "m"),
+        Column("residual_mm", "Known less measured distance when the track is only scaled", "mm"),
+        Column("frame", "Number of the frame that showed it best"),
+        Column("is_marked", "1 if a person clicked on it, 0 if it was found by the program"),
+    ),
+    "corrections": (
+        Column("at", "When, ISO 8601"),
+        Column("who", "Who did it"),
+        Column("what", "corrected: of the whole run; moved: an observation to another frame or "
+               "pixel"),
+        Column("seq", "Number of the observation that was moved"),
+        Column("before", "What was stated before"),
+        Column("after", "What has been stated since"),
+        Column("why", "In the words of the person who did it"),
+    ),
+    "dictionary": (
+        Column("sheet", "Name of the sheet"),
+        Column("column", "Name of the column"),
+        Column("meaning", "What it says"),
+        Column("unit", "Unit of its numbers"),
+    ),
+}  # fmt: skip
+"""The sheets for programs with their columns."""
 
 Row = Sequence[Cell]
 
@@ -69,23 +74,27 @@ _JSON_ONLY = Loss("rig_in_json")
 
 def write(report: Report) -> Written:
     """Write numbers as numbers, instants as ISO 8601, true and false as 1 and 0."""
-    sheets: Sequence[tuple[str, Sequence[Column], Sequence[Row]]] = (
-        ("observations", DICTIONARY, [tuple(row.values()) for row in table.rows(report)]),
-        ("header", _HEADER, [*_header(report)]),
-        ("joints", JOINTS, [*_joints(report)]),
-        ("corrections", CORRECTIONS, [*_corrections(report)]),
-        ("dictionary", _ABOUT, [*_dictionary()]),
-    )
+    content: Mapping[str, Sequence[Row]] = {
+        "observations": [tuple(row.values()) for row in table.rows(report)],
+        "header": [*_header(report)],
+        "joints": [*_joints(report)],
+        "corrections": [*_corrections(report)],
+        "dictionary": [
+            (name, column.name, column.meaning, column.unit)
+            for name, columns in _SHEETS.items()
+            for column in columns
+        ],
+    }
     out = io.BytesIO()
     book = _Book(out)
     book.book.set_properties({"title": legible(report.name)[:255], "created": report.made_at})
     t = Translator.of(report)
     report_sheet.add(book.book, book.cells, report, t)
     statistics_sheet.add(book.book, book.cells, report, t)
-    for name, columns, rows in sheets:
-        book.add_sheet(name, columns, rows)
+    for name, rows in content.items():
+        book.add_sheet(name, _SHEETS[name], rows)
     book.book.close()
-    cells = [value for _, _, rows in sheets for row in rows for value in row]
+    cells = [value for rows in content.values() for row in rows for value in row]
     texts = [value for value in cells if isinstance(value, str)]
     losses = [_JSON_ONLY, *table.illegible(texts)]
     if any("\r" in text for text in texts):
@@ -116,6 +125,7 @@ class _Book:
         for number, width in enumerate(widths):
             sheet.set_column(number, number, min(max(width + 2, _NARROWEST), _WIDEST))
         sheet.autofilter(0, 0, count, len(columns) - 1)
+        fit_on_page(sheet)
 
     def _write(self, sheet: Worksheet, row: int, number: int, column: Column, value: Cell) -> int:
         """Fill a cell; return its width in characters."""
@@ -193,59 +203,55 @@ def _joints(report: Report) -> Iterable[Row]:
 
 def _corrections(report: Report) -> Iterable[Row]:
     """Yield everything that changed a published distance."""
+    described: Mapping[str, tuple[str, Callable[[Mapping[str, Any]], str]]] = {
+        "corrected": ("corrected", _stated),
+        RESCALED: ("rescaled", _scale),
+        RIG_CHANGED: ("rig changed", _values),
+    }
     numbers = {entry.id: entry.seq for entry in report.entries}
     for event in report.events:
-        at, before, after = iso(event.at), event.before, event.after
-        if event.action == "corrected":
-            yield at, event.who, "corrected", None, _stated(before), _stated(after), event.remark
-        elif event.action == RESCALED:
-            yield at, event.who, "rescaled", None, _scale(before), _scale(after), event.remark
-        elif event.action == RIG_CHANGED:
-            yield at, event.who, "rig changed", None, _values(before), _values(after), event.remark
+        at, before, after = iso(event.at), event.before or {}, event.after or {}
+        if event.action in described:
+            what, words = described[event.action]
+            yield at, event.who, what, None, words(before), words(after), event.remark
         elif event.observation_id and before and after and _anchor(before) != _anchor(after):
             seq = numbers.get(event.observation_id)
             yield at, event.who, "moved", seq, _anchored(before), _anchored(after), event.remark
 
 
-def _values(fields: Mapping[str, Any] | None) -> str:
+def _values(fields: Mapping[str, Any]) -> str:
     """Format the changed values of the rig."""
-    return ", ".join(f"{name} {value}" for name, value in (fields or {}).items())
+    return ", ".join(f"{name} {value}" for name, value in fields.items())
 
 
-def _scale(fields: Mapping[str, Any] | None) -> str:
+def _scale(fields: Mapping[str, Any]) -> str:
     """Format the scale by joints."""
-    scale = None if fields is None else fields.get("scale")
+    scale = fields.get("scale")
     return "nothing" if scale is None else f"scale {scale} by the joints"
 
 
-def _stated(fields: Mapping[str, Any] | None) -> str:
+def _stated(fields: Mapping[str, Any]) -> str:
     """Describe in words what was stated about distances."""
     try:
-        stated = Stated.from_json(fields or {})
+        stated = Stated.from_json(fields)
     except msgspec.ValidationError:  # written by another version
         return json.dumps(fields)
-    parts = []
-    if stated.zero is not None:
-        parts.append(f"zero: frame {stated.zero.frame} at {decimals(stated.zero.offset_m, 3)} m")
-    parts += [
-        f"{length.kind} length: frames {length.first_frame} to {length.last_frame} are "
-        f"{decimals(length.length_m, 3)} m apart, +/- {length.sigma_mm:g} mm"
-        for length in stated.lengths
-    ]
-    if stated.joints.use is False:
-        parts.append("joints: not used")
-    elif stated.joints != Joints():
-        parts.append(
-            f"joints: {len(stated.joints.marked)} marked, {len(stated.joints.left_out)} left out"
-        )
-    if stated.rig_sigma is not None:
-        parts.append(
-            f"rig: height +/- {stated.rig_sigma.height_mm:g} mm, "
-            f"focal length +/- {stated.rig_sigma.focal_px:g} px"
-        )
-    if stated.forced:
-        parts.append(f"forced: {stated.forced}")
-    return "; ".join(parts) or "nothing"
+    zero, joints, sigma = stated.zero, stated.joints, stated.rig_sigma
+    parts = [
+        zero and f"zero: frame {zero.frame} at {decimals(zero.offset_m, 3)} m",
+        *(
+            f"{one.kind} length: frames {one.first_frame} to {one.last_frame} are "
+            f"{decimals(one.length_m, 3)} m apart, +/- {one.sigma_mm:g} mm"
+            for one in stated.lengths
+        ),
+        "joints: not used" if joints.use is False
+        else joints != Joints()
+        and f"joints: {len(joints.marked)} marked, {len(joints.left_out)} left out",
+        sigma and f"rig: height +/- {sigma.height_mm:g} mm, "
+        f"focal length +/- {sigma.focal_px:g} px",
+        stated.forced and f"forced: {stated.forced}",
+    ]  # fmt: skip
+    return "; ".join(part for part in parts if part) or "nothing"
 
 
 def _anchor(fields: Mapping[str, Any]) -> tuple[Any, Any]:
@@ -256,15 +262,3 @@ def _anchored(fields: Mapping[str, Any]) -> str:
     pixel = fields.get("pixel")
     at = f", pixel {pixel[0]:g} {pixel[1]:g}" if pixel else ""
     return f"frame {fields.get('frame')}{at}"
-
-
-def _dictionary() -> Iterable[Row]:
-    for name, columns in (
-        ("observations", DICTIONARY),
-        ("header", _HEADER),
-        ("joints", JOINTS),
-        ("corrections", CORRECTIONS),
-        ("dictionary", _ABOUT),
-    ):
-        for column in columns:
-            yield name, column.name, column.meaning, column.unit

@@ -10,15 +10,16 @@ from xlsxwriter.worksheet import Worksheet
 
 from app.reports.content.condition import SEVERITIES, condition_of
 from app.reports.content.grade_words import class_of, rule_of, threshold_of
-from app.reports.content.grades import grade_of
+from app.reports.content.grades import Input, grade_of
 from app.reports.content.recommendations import costs_of, count_without
 from app.reports.content.translator import Translator
 from app.reports.report import Entry, Report
-from app.reports.tables.cells import LINE_PT, Cells, lines_of
+from app.reports.tables.cells import LINE_PT, Cells, fit_on_page, lines_of
 
-Value = str | float | None
-_WIDTHS = (14, 22, 20, 44, 16, 20, 18)
-"""Of the columns, in characters."""
+_NUMBERS, _TEXTS = (12, 14, 12, 16), (18, 44, 16, 22, 24)
+"""Widths of the columns, in characters: those of numbers are before those of texts, so that none
+has both."""
+_WIDTHS = (*_NUMBERS, *_TEXTS)
 
 
 class _Sheet:
@@ -38,28 +39,31 @@ class _Sheet:
 
     def note(self, text: str) -> None:
         """Write a sentence over the width of the sheet."""
-        last = len(_WIDTHS) - 1
         look = self._cells.look(text_wrap=True)
-        self._sheet.merge_range(self._row, 0, self._row, last, "", look)
+        self._sheet.merge_range(self._row, 0, self._row, len(_WIDTHS) - 1, "", look)
         self._cells.text(self._sheet, self._row, 0, text, text_wrap=True)
         self._sheet.set_row(self._row, lines_of(text, sum(_WIDTHS)) * LINE_PT + 2)
         self._row += 1
 
-    def table(self, heads: Sequence[str], rows: Iterable[Sequence[Value]]) -> None:
-        for number, head in enumerate(heads):
-            self._cells.text(self._sheet, self._row, number, head, bold=True, bottom=1)
-        for row in rows:
+    def table(
+        self,
+        numbers: Sequence[str],
+        texts: Sequence[str],
+        rows: Iterable[tuple[Sequence[float | None], Sequence[str]]],
+    ) -> None:
+        """Write a table, given the heads and in each row the cells of its numbers and texts."""
+        for start, heads in ((0, numbers), (len(_NUMBERS), texts)):
+            for column, head in enumerate(heads, start):
+                self._cells.text(self._sheet, self._row, column, head, bold=True, bottom=1)
+        for values, said in rows:
             self._row += 1
-            for number, value in enumerate(row):
-                self._put(number, value)
+            for column, value in enumerate(values):
+                if value is not None:
+                    look = {"num_format": "#,##0.00"} if isinstance(value, float) else {}
+                    self._sheet.write_number(self._row, column, value, self._cells.look(**look))
+            for column, text in enumerate(said, len(_NUMBERS)):
+                self._cells.text(self._sheet, self._row, column, text, text_wrap=True)
         self._row += 1
-
-    def _put(self, number: int, value: Value) -> None:
-        if isinstance(value, str):
-            self._cells.text(self._sheet, self._row, number, value, text_wrap=True)
-        elif value is not None:
-            look = {"num_format": "#,##0.00"} if isinstance(value, float) else {}
-            self._sheet.write_number(self._row, number, value, self._cells.look(**look))
 
 
 def add(book: Workbook, cells: Cells, report: Report, t: Translator) -> None:
@@ -67,9 +71,7 @@ def add(book: Workbook, cells: Cells, report: Report, t: Translator) -> None:
     sheet = book.add_worksheet(t("sheet.statistics"))
     for number, width in enumerate(_WIDTHS):
         sheet.set_column(number, number, width)
-    sheet.set_landscape()
-    sheet.set_paper(9)
-    sheet.fit_to_pages(1, 0)
+    fit_on_page(sheet)
     out = _Sheet(sheet, cells, report.template.accent)
     out.title(f"{report.asset} · {t('sheet.statistics')}", size=15)
     _severities(out, report, t)
@@ -80,21 +82,20 @@ def add(book: Workbook, cells: Cells, report: Report, t: Translator) -> None:
 def _severities(out: _Sheet, report: Report, t: Translator) -> None:
     condition, costs = condition_of(report), costs_of(report)
     out.title(t("sheet.by_severity"))
-    heads = [t("sheet.severity"), "", t("sheet.defects")]
-    if costs is not None:
-        heads.append(t("sheet.cost", currency=report.template.currency))
     by_severity = costs.by_severity if costs else {}
     counts: list[tuple[int | None, int]] = [
         *((severity, condition.counts[severity]) for severity in reversed(SEVERITIES)),
         (None, condition.unrated),
     ]
-    rows: list[Sequence[Value]] = [
-        (severity, t.severity(severity), count, by_severity.get(severity))
+    rows: list[tuple[Sequence[float | None], Sequence[str]]] = [
+        ((severity, count, by_severity.get(severity)), (t.severity(severity),))
         for severity, count in counts
     ]
+    heads = [t("entry.severity_short"), t("sheet.defects")]
     if costs is not None:
-        rows.append((t("sheet.total"), None, None, costs.total))
-    out.table(heads, rows)
+        heads.append(t("sheet.cost", currency=report.template.currency))
+        rows.append(((None, None, costs.total), (t("sheet.total"),)))
+    out.table(heads, [t("sheet.severity")], rows)
     out.note(t("recommendation.without", n=count_without(report)))
 
 
@@ -104,20 +105,11 @@ def _codes(out: _Sheet, report: Report, t: Translator) -> None:
     for entry in report.defects:
         found[t.code(entry)].append(entry)
     out.title(t("sheet.by_code"))
-    heads = (t("entry.code"), t("sheet.defects"), t("sheet.worst"), t("entry.what"))
-    out.table(
-        heads,
-        (
-            (
-                code,
-                len(entries),
-                max((entry.tag.severity for entry in entries if entry.tag.severity is not None),
-                    default=None),
-                t.label(entries[0]),
-            )
-            for code, entries in sorted(found.items())
-        ),
-    )  # fmt: skip
+    rows = []
+    for code, entries in sorted(found.items()):
+        rated = [one.tag.severity for one in entries if one.tag.severity is not None]
+        rows.append(((max(rated, default=None), len(entries)), (code, t.label(entries[0]))))
+    out.table((t("sheet.worst"), t("sheet.defects")), (t("entry.code"), t("entry.what")), rows)
 
 
 def _grade(out: _Sheet, report: Report, t: Translator) -> None:
@@ -128,32 +120,36 @@ def _grade(out: _Sheet, report: Report, t: Translator) -> None:
     out.title(f"{t('grade.title')}: {t(grade.word)}")
     for sentence in rule_of(grade, t):
         out.note(sentence)
-    heads = (
-        t("entry.no"), t("entry.place"), t("entry.code"), t("entry.what"), t("entry.quantity"),
-        t("grade.threshold"), t("grade.class"),
+    numbers = (
+        t("entry.no"), t("sheet.distance", unit=t.units), t("sheet.half_width", unit=t.units),
     )  # fmt: skip
+    texts = (t("entry.code"), t("entry.what"), t("entry.quantity"))
     if grade.inputs:
-        rows = (
+        out.table(
+            numbers,
+            (*texts, t("grade.threshold"), t("grade.class")),
             (
-                str(found.entry.number), t.place(found.entry), t.code(found.entry),
-                t.label(found.entry), ", ".join(t.quantities(found.entry)),
-                threshold_of(grade, found, t), class_of(grade, found, t),
-            )
-            for found in grade.inputs
+                (_figures(one, t), (*_words(one, t), threshold_of(grade, one, t),
+                                    class_of(grade, one, t)))
+                for one in grade.inputs
+            ),
         )  # fmt: skip
-        out.table(heads, rows)
     else:
         out.note(t("grade.no_inputs"))
     if grade.unclassified:
         out.title(t("grade.unclassified"))
         out.note(t("grade.unclassified_note"))
         out.table(
-            (*heads[:5], t("grade.reason")),
-            (
-                (
-                    str(found.entry.number), t.place(found.entry), t.code(found.entry),
-                    t.label(found.entry), ", ".join(t.quantities(found.entry)), t(found.why),
-                )
-                for found in grade.unclassified
-            ),
-        )  # fmt: skip
+            numbers,
+            (*texts, t("grade.reason")),
+            ((_figures(one, t), (*_words(one, t), t(one.why))) for one in grade.unclassified),
+        )
+
+
+def _figures(found: Input, t: Translator) -> Sequence[float | None]:
+    return found.entry.number, *t.cells(found.entry)
+
+
+def _words(found: Input, t: Translator) -> Sequence[str]:
+    entry = found.entry
+    return t.code(entry), t.label(entry), ", ".join(t.quantities(entry))

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from datetime import datetime
 
 from app.reports.content.sizes import figure_text
 from app.reports.content.text import iso, legible
 from app.reports.report import Entry, Loss, Report, Written
 from app.survey.rounding import decimals
 from vo_core.csv_rows import plain
+
+Cell = str | int | float | None
 
 
 @dataclass(frozen=True)
@@ -21,24 +24,49 @@ class Column:
     name: str
     meaning: str
     unit: str | None = None
+    source: str | Callable[[Report, Entry], object] = ""
+    """Attribute of an entry or of its tag, if it has another name than the column; or what returns
+    the value."""
+
+    def value(self, report: Report, entry: Entry) -> Cell:
+        """Return the value for an entry; None means unknown."""
+        if callable(self.source):
+            value = self.source(report, entry)
+        else:
+            name = self.source or self.name
+            value = getattr(entry if hasattr(entry, name) else entry.tag, name)
+        if isinstance(value, datetime):
+            return iso(value)
+        return int(value) if isinstance(value, bool) else value  # type: ignore[return-value]
+
+
+def _measured(_: Report, entry: Entry) -> str | None:
+    found = [f"{figure.kind} {figure_text(figure)}" for figure in entry.figures if figure]
+    return "; ".join(found) or None
 
 
 DICTIONARY = (
-    Column("report_id", "Of the inspection, and so of its report"),
-    Column("asset_id", "Name of the culvert, of the header"),
+    Column("report_id", "Of the inspection, and so of its report", source=lambda r, _: r.id),
+    Column("asset_id", "Name of the culvert, of the header",
+           source=lambda r, _: r.header.get("asset_id")),
     Column("seq", "Number of the observation; never used twice in an inspection"),
+    Column("number", "Its number in reports for people: its place along the pipe, from 1"),
     Column("distance_m", "From the zero point along the axis, corrected", "m"),
-    Column("distance_u95_m", "Half-width of the 95 % interval of the distance", "m"),
-    Column("distance_source", "Basis of the distance: odometry, joint, closure or typed"),
-    Column("distance_raw_m", "The same distance as it was measured, before corrections", "m"),
-    Column("calibration_id", "Calibration of the camera, of the header"),
-    Column("distance_to_go_m", "From here to the far end, where its distance is known", "m"),
+    Column("distance_u95_m", "Half-width of the 95 % interval of the distance", "m", "u95_m"),
+    Column("distance_source", "Basis of the distance: odometry, joint, closure or typed",
+           source="source"),
+    Column("distance_raw_m", "The same distance as it was measured, before corrections", "m",
+           "raw_m"),
+    Column("calibration_id", "Calibration of the camera, of the header",
+           source=lambda r, _: r.header.get("calibration_id")),
+    Column("distance_to_go_m", "From here to the far end, where its distance is known", "m",
+           "to_go_m"),
     Column("joint_no", "Number of the joint beside it; the first after the zero point is 1"),
     Column("at_joint", "1 within 200 mm of a joint that was seen, else 0"),
     Column("code", "Main code; empty for a tag whose details are still to come"),
     Column("char1", "First characterisation of the code"),
     Column("char2", "Second characterisation of the code"),
-    Column("label", "The code in words, of the code pack"),
+    Column("label", "The code in words, of the code pack", source=lambda _, e: e.label("en")),
     Column("quant1", "First quantity", "unit1"),
     Column("unit1", "Unit of quant1: mm, %, deg, ppm or count"),
     Column("quant2", "Second quantity", "unit2"),
@@ -49,12 +77,14 @@ DICTIONARY = (
     Column("cont_role", "Its part in the stretch: start, change or finish"),
     Column("cont_length_m", "Length of the stretch, given at its start", "m"),
     Column("severity", "0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now"),
-    Column("code_pack", "Name of the table of codes"),
-    Column("video_file", "Name of the video"),
-    Column("video_time_s", "Time of the frame in the video", "s"),
+    Column("code_pack", "Name of the table of codes", source=lambda r, _: r.pack),
+    Column("video_file", "Name of the video", source=lambda r, _: r.source.filename),
+    Column("video_time_s", "Time of the frame in the video", "s", "time_s"),
     Column("frame", "Number of the frame; the first one is 0"),
-    Column("photo_file", "Name of the photo, as in the evidence bundle of its server"),
-    Column("photo_sha256", "SHA-256 of the photo, hexadecimal"),
+    Column("photo_file", "Name of the photo, as in the evidence bundle of its server",
+           source=lambda _, e: e.photo and e.photo.name),
+    Column("photo_sha256", "SHA-256 of the photo, hexadecimal",
+           source=lambda _, e: e.photo and e.photo.sha256),
     Column("x_m", "Wall point along the axis", "m"),
     Column("y_m", "Wall point to the right of the axis", "m"),
     Column("z_m", "Wall point below the axis of a pipe, or below a floor", "m"),
@@ -64,15 +94,14 @@ DICTIONARY = (
     Column("tagged_by", "Who tagged it"),
     Column("tagged_at", "When, ISO 8601"),
     Column("edited_at", "When it was changed last, ISO 8601; empty if never"),
-    Column("measured", "Sizes measured on the wall, with the half-widths of their 95 % intervals"),
+    Column("measured", "Sizes measured on the wall, with the half-widths of their 95 % intervals",
+           source=_measured),
     Column("recommendation", "What should be done about it, as a person accepted it"),
     Column("cost", "Estimated cost of that, in the currency of the project's reports"),
-)
+)  # fmt: skip
 
 COLUMNS = tuple(column.name for column in DICTIONARY)
 """Columns of a row, one row for each observation."""
-
-Cell = str | int | float | None
 
 
 def write(report: Report) -> Written:
@@ -105,61 +134,10 @@ def illegible(texts: Iterable[str]) -> list[Loss]:
 
 def rows(report: Report) -> list[dict[str, Cell]]:
     """Return one mapping of COLUMNS for each entry; None means unknown."""
-    return [_row(report, entry) for entry in report.entries]
-
-
-def _row(report: Report, entry: Entry) -> dict[str, Cell]:
-    photo = entry.photo
-    return {
-        "report_id": report.id,
-        "asset_id": report.header.get("asset_id"),
-        "seq": entry.seq,
-        "distance_m": entry.distance_m,
-        "distance_u95_m": entry.u95_m,
-        "distance_source": entry.source,
-        "distance_raw_m": entry.raw_m,
-        "calibration_id": report.header.get("calibration_id"),
-        "distance_to_go_m": entry.to_go_m,
-        "joint_no": entry.joint_no,
-        "at_joint": int(entry.at_joint),
-        "code": entry.tag.code,
-        "char1": entry.tag.char1,
-        "char2": entry.tag.char2,
-        "label": entry.label("en"),
-        "quant1": entry.tag.quant1,
-        "unit1": entry.unit1,
-        "quant2": entry.tag.quant2,
-        "unit2": entry.unit2,
-        "clock_from": entry.clock_from,
-        "clock_to": entry.tag.clock_to,
-        "cont_id": entry.cont_id,
-        "cont_role": entry.cont_role,
-        "cont_length_m": entry.cont_length_m,
-        "severity": entry.tag.severity,
-        "code_pack": report.pack,
-        "video_file": report.source.filename,
-        "video_time_s": entry.time_s,
-        "frame": entry.tag.frame,
-        "photo_file": photo.name if photo else None,
-        "photo_sha256": photo.sha256 if photo else None,
-        "x_m": entry.x_m,
-        "y_m": entry.y_m,
-        "z_m": entry.z_m,
-        "lon": entry.lon,
-        "lat": entry.lat,
-        "remark": entry.tag.remark,
-        "tagged_by": entry.tagged_by,
-        "tagged_at": iso(entry.tagged_at),
-        "edited_at": iso(entry.edited_at),
-        "measured": _measured(entry),
-        "recommendation": entry.tag.recommendation,
-        "cost": entry.tag.cost,
-    }
-
-
-def _measured(entry: Entry) -> str | None:
-    found = [f"{figure.kind} {figure_text(figure)}" for figure in entry.figures if figure]
-    return "; ".join(found) or None
+    return [
+        {column.name: column.value(report, entry) for column in DICTIONARY}
+        for entry in report.entries
+    ]
 
 
 def _csv_cell(name: str, value: Cell) -> Cell:

@@ -124,14 +124,18 @@ def test_the_head_names_the_asset_the_grade_and_the_costs(book):
 def test_statistics_print_counts_costs_and_what_the_grade_follows_from(book):
     rows = [[*row] for row in book["Statistics"].iter_rows(values_only=True)]
 
-    assert [5, "act now", 1, 9000.0] in [row[:4] for row in rows]
-    assert ["Total", None, None, 10250.5] in [row[:4] for row in rows]
+    assert [5, 1, 9000.0, None, "act now"] in [row[:5] for row in rows]
+    assert [None, None, 10250.5, None, "Total"] in [row[:5] for row in rows]
     assert any("BFR Abwasser" in str(row[0]) for row in rows)
-    decisive = next(row for row in rows if row[2] == "BAC C")
-    assert (decisive[0], decisive[5], decisive[6]) == ("9", "any extent", "5 · decides")
-    crack = next(row for row in rows if row[5] == "2–5 mm")
-    assert (crack[2], crack[6]) == ("BAB B A", "3")
-    assert any(row[2] == "BAF F E" and "no published threshold" in row[5] for row in rows if row[5])
+    decisive = next(row for row in rows if row[0] == 9)
+    assert decisive[1:5] == [12.4, 0.06, None, "BAC C"]
+    assert decisive[7:] == ["any extent", "5 · decides"]
+    crack = next(row for row in rows if row[7] == "2–5 mm")
+    assert (crack[4], crack[8]) == ("BAB B A", "3")
+    assert any(row[4] == "BAF F E" and "no published threshold" in row[7] for row in rows if row[7])
+    heads = {t for row in rows[1:] for t in row[:4] if isinstance(t, str)}
+    assert not any(isinstance(value, int | float) for row in rows for value in row[4:])
+    assert "No." in heads
 
 
 def test_feet_and_malay_and_a_template_without_costs_or_grade():

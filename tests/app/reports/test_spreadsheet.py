@@ -61,6 +61,8 @@ def test_heads_are_frozen_nothing_is_merged_and_columns_can_be_read():
     for sheet in data_of(book_of(report())):
         assert sheet.freeze_panes == "A2"
         assert not sheet.merged_cells.ranges
+        assert sheet.sheet_properties.pageSetUpPr.fitToPage
+        assert sheet.page_setup.fitToHeight == 0  # one page wide, as many high as it takes
     sheet = book_of(report())["observations"]
     widths = {cell.value: sheet.column_dimensions[cell.column_letter].width for cell in sheet[1]}
     assert widths["report_id"] >= 32
