@@ -10,21 +10,12 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
-from app.imports.en13508_fields import Coded, header_of, observations_of, with_film_of
+from app.imports.cells import clean
+from app.imports.en13508_fields import Coded, survey_from
 from app.imports.letters import decoded
-from app.imports.survey import (
-    MOST_OBSERVATIONS,
-    MOST_OF_FILE,
-    MOST_SURVEYS,
-    Caveat,
-    ImportedFile,
-    ImportedSurvey,
-    Notes,
-    clean,
-    survey_of,
-    too_many_surveys,
-)
+from app.imports.survey import Caveat, ImportedFile, ImportedSurvey, Notes, file_of
 
 _MARK = re.compile(r"^[ \t]{0,20}#(?:A1|B01|B1)[ \t]*=", re.MULTILINE)
 _ENCODING = re.compile(rb"^#A1=([ -~]{0,40})", re.MULTILINE)
@@ -124,19 +115,9 @@ def read(content: bytes) -> ImportedFile:
     text, said = decoded(content, named[1].decode("ascii") if named else "")
     lines = [(at, line) for at, line in enumerate(_LINE_END.split(text), 1) if clean(line, 1)]
     form = _form(lines)
-    surveys: list[ImportedSurvey] = []
-    warnings: list[Caveat] = [*said]
-    room = MOST_OF_FILE
-    for block in _blocks(lines, warnings):
-        if len(surveys) == MOST_SURVEYS:
-            warnings.append(too_many_surveys(block.line))
-            break
-        try:
-            surveys.append(_survey(block, form, min(room, MOST_OBSERVATIONS)))
-            room -= len(surveys[-1].observations)
-        except _BadBlock as bad:
-            warnings.append(bad.caveat)
-    return ImportedFile(tuple(surveys), tuple(warnings))
+    warnings = list(said)
+    blocks = ((block.line, partial(_survey, block, form)) for block in _blocks(lines, warnings))
+    return file_of(blocks, warnings)
 
 
 class _BadBlock(Exception):
@@ -190,16 +171,17 @@ def _blocks(lines: Lines, warnings: list[Caveat]) -> Iterator[_Block]:
     warnings += stray.said
 
 
-def _survey(block: _Block, form: _Form, room: int) -> ImportedSurvey:
+def _survey(block: _Block, form: _Form, room: int) -> ImportedSurvey | Caveat:
     notes = Notes()
     for part in (*block.header, *block.rows):
         for line, text in part.lines:
             if len(text) > _LONGEST_LINE:
                 notes.add("long_line", line, most=_LONGEST_LINE)
-    rows = list(_rows(block, form, notes, room))
-    header = with_film_of(rows, header_of(_stated(block, form, notes), notes))
-    observations = observations_of(rows, header, notes)
-    return survey_of(header, observations, notes, f"Inspection of line {block.line}")
+    try:
+        rows = list(_rows(block, form, notes, room))
+        return survey_from(_stated(block, form, notes), rows, notes, block.line)
+    except _BadBlock as bad:
+        return bad.caveat
 
 
 def _stated(block: _Block, form: _Form, notes: Notes) -> Coded:

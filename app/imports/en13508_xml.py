@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-from app.imports.en13508_fields import Coded, header_of, observations_of, with_film_of
-from app.imports.survey import (
-    MOST_OBSERVATIONS,
-    MOST_OF_FILE,
-    MOST_SURVEYS,
-    Caveat,
-    ImportedFile,
-    ImportedSurvey,
-    Notes,
-    clean,
-    number,
-    survey_of,
-    too_many_surveys,
-)
-from app.imports.xml_file import Element, note_unread, unknown_parts
+from functools import partial
+
+from app.imports.cells import clean, number
+from app.imports.en13508_fields import Coded, survey_from
+from app.imports.survey import Caveat, ImportedFile, ImportedSurvey, Notes, file_of
+from app.imports.xml_file import Element, first_rows, note_unread, unknown_parts
 from app.survey import grids
 
 _PIPES = ("ZB", "ZB_A")
@@ -31,44 +22,27 @@ def looks_like(root: Element) -> bool:
 
 def read(root: Element) -> ImportedFile:
     """Read all readable inspections of pipes in the file; the warnings say what is left out."""
-    surveys: list[ImportedSurvey] = []
-    blocks = {child.name for child in root.children if child.name.startswith("ZB")}
-    warnings = unknown_parts(root, {"ZA", *blocks})
-    room = MOST_OF_FILE
-    for block in root.children:
-        if not block.name.startswith("ZB"):
-            continue
-        if len(surveys) == MOST_SURVEYS:
-            warnings.append(too_many_surveys(block.line))
-            break
-        if block.name not in _PIPES:
-            warnings.append(Caveat("block_of_no_pipe", block.line, {"name": block.name[:10]}))
-        elif not any(text for _, text in _cells(block)):
-            warnings.append(Caveat("block_without_header", block.line))
-        else:
-            surveys.append(_survey(block, min(room, MOST_OBSERVATIONS)))
-            room -= len(surveys[-1].observations)
-    return ImportedFile(tuple(surveys), tuple(warnings))
+    blocks = [child for child in root.children if child.name.startswith("ZB")]
+    warnings = unknown_parts(root, {"ZA", *(block.name for block in blocks)})
+    return file_of(((block.line, partial(_survey, block)) for block in blocks), warnings)
 
 
-def _survey(block: Element, room: int) -> ImportedSurvey:
-    notes = Notes()
+def _survey(block: Element, room: int) -> ImportedSurvey | Caveat:
+    if block.name not in _PIPES:
+        return Caveat("block_of_no_pipe", block.line, {"name": block.name[:10]})
     cells = _cells(block)
+    if not any(text for _, text in cells):
+        return Caveat("block_without_header", block.line)
+    notes = Notes()
     explained = {
         child.name.upper(): words
         for child in block.children
         if (words := clean(child.attributes.get("ADE", "")))
     }
-    header = header_of(cells, notes, explained)
-    header |= _places(block, dict(cells), notes)
-    children = [child for child in block.children if child.name == "ZC"]
-    if len(children) > room:
-        notes.add_too_many(children[room].line)
-    rows = [(row.line, _cells(row)) for row in children[:room]]
-    header = with_film_of(rows, header)
-    observations = observations_of(rows, header, notes)
+    places = _places(block, dict(cells), notes)
+    rows = [(row.line, _cells(row)) for row in first_rows(block.all("ZC"), room, notes)]
     note_unread(notes, block)
-    return survey_of(header, observations, notes, f"Inspection of line {block.line}")
+    return survey_from(cells, rows, notes, block.line, explained=explained, places=places)
 
 
 def _cells(parent: Element) -> Coded:

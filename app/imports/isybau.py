@@ -12,56 +12,25 @@ from functools import partial
 from typing import Any
 
 from app.imports import german
+from app.imports.cells import number
+from app.imports.header import at_ends, header_of, with_words
+from app.imports.observations import observation_of, texts_of
 from app.imports.survey import (
-    MOST_OBSERVATIONS,
-    MOST_OF_FILE,
-    MOST_SURVEYS,
     Caveat,
-    Cells,
     ImportedFile,
     ImportedObservation,
     ImportedSurvey,
     Notes,
-    coded,
-    figure,
-    iso_date,
-    number,
+    file_of,
     survey_of,
-    time_of_day,
-    too_many_surveys,
-    without_empty,
 )
-from app.imports.xml_file import NOTHING, Element, note_unread, unknown_parts
-from app.survey.fields.in_words import taken_from_remarks
+from app.imports.xml_file import NOTHING, Element, first_rows, note_unread, unknown_parts
+from app.survey.fields.lists import GROUNDS
 
-_DIRECTIONS = {"O": "with_flow", "U": "against_flow"}
-_PURPOSES = {
-    "1": "first_survey", "2": "routine", "3": "acceptance", "4": "end_of_warranty",
-    "5": "follow_up", "6": "before_repair", "7": "after_repair",
-}  # fmt: skip
-"""List U101."""
-_METHODS = {"0": "camera", "1": "walk_through", "2": "from_end_only"}
-"""List U108."""
-_SHAPES = {"0": "circular", "1": "egg", "3": "rectangular"}
-"""List G205."""
-_SYSTEMS = {"KR": "storm", "KS": "foul", "KM": "combined"}
-"""List G101."""
-_FLAGS = {"1": True, "true": True, "0": False, "false": False}
 _OTHER_SYSTEM = "6"
 """U102: codes that are not of EN 13508-2."""
-_GROUNDS = {
-    "GE": "reached from the other side", "AV": "client waives", "ZE": "aim reached",
-    "IN": "not possible from there",
-}  # fmt: skip
-"""List U134; GN, the far end was not reached, needs no words."""
 _NO_VIDEO = "4"
 """U127."""
-_OTHER_FLOW_CONTROL = "6"
-_ROUGH = ("direction", "asset_type")
-_HELD = (
-    "asset_id", "date", "time", "operator", "height_mm", "width_mm", "unit_length_m", "year",
-    "known_length_m", "road", "job_ref", "client_job_ref", "contractor", "temperature_c", "cleaned",
-)  # fmt: skip
 _PARTS = (
     "Datenstatus", "Erstellungsdatum", "Kennungen", "Stammdatenkollektiv",
     "Zustandsdatenkollektiv",
@@ -97,26 +66,18 @@ def looks_like(root: Element) -> bool:
 def read(root: Element) -> ImportedFile:
     """Read all readable inspections of pipes in the file; the warnings say what is left out."""
     known = _known(root)
-    surveys: list[ImportedSurvey] = []
     warnings: list[Caveat] = []
     for collectives in root.all("Datenkollektive"):
         warnings += unknown_parts(collectives, _PARTS)
-    inspected = {asset.value("Objektbezeichnung") for asset, _ in _inspections(root)}
+    inspections = list(_inspections(root))
+    inspected = {asset.value("Objektbezeichnung") for asset, _ in inspections}
     if bare := len(known.pipes.keys() - inspected):
         warnings.append(Caveat("pipes_not_inspected", values={"count": bare}))
-    room = MOST_OF_FILE
-    for asset, inspection in _inspections(root):
-        if len(surveys) == MOST_SURVEYS:
-            warnings.append(too_many_surveys(inspection.line))
-            break
-        run = inspection.first("Rohrleitung")
-        if run is None:
-            named = {"name": asset.value("Objektbezeichnung")[:60]}
-            warnings.append(Caveat("inspection_of_no_pipe", inspection.line, named))
-            continue
-        surveys.append(_survey(asset, inspection, run, known, min(room, MOST_OBSERVATIONS)))
-        room -= len(surveys[-1].observations)
-    return ImportedFile(tuple(surveys), tuple(warnings))
+    surveys = (
+        (inspection.line, partial(_survey, asset, inspection, known))
+        for asset, inspection in inspections
+    )
+    return file_of(surveys, warnings)
 
 
 def _inspections(root: Element) -> Iterator[tuple[Element, Element]]:
@@ -162,17 +123,20 @@ def _place(asset: Element, *path: str) -> tuple[float, float] | None:
 
 
 def _survey(
-    asset: Element, inspection: Element, run: Element, known: _Known, room: int
-) -> ImportedSurvey:
+    asset: Element, inspection: Element, known: _Known, room: int
+) -> ImportedSurvey | Caveat:
+    run = inspection.first("Rohrleitung")
+    name = asset.value("Objektbezeichnung")
+    if run is None:
+        return Caveat("inspection_of_no_pipe", inspection.line, {"name": name[:60]})
     notes = Notes()
     header = _header(asset, inspection, run, known, notes)
     has_video = run.value("ArtVideoreferenz") != _NO_VIDEO
-    rows = list(run.all("Inspektionsdaten", "RZustand"))
-    read_row = partial(_observation, notes=notes, has_video=has_video)
-    observations = german.observations_of(rows, room, notes, read_row)
+    rows = first_rows(run.all("Inspektionsdaten", "RZustand"), room, notes)
+    found = (_observation(row, notes, has_video=has_video) for row in rows)
+    observations = [observation for observation in found if observation is not None]
+    place, of_pipe = asset.first("Lage") or NOTHING, known.pipes.get(name, NOTHING)
     surveyed_m = number(run.value("Inspektionslaenge"))
-    place = asset.first("Lage") or NOTHING
-    of_pipe = known.pipes.get(asset.value("Objektbezeichnung"), NOTHING)
     note_unread(notes, inspection, place, of_pipe, apart=_IMPLIED)
     otherwise = f"Inspection of line {inspection.line}"
     return survey_of(header, observations, notes, otherwise, surveyed_m=surveyed_m)
@@ -183,113 +147,45 @@ def _header(
 ) -> dict[str, Any]:
     name = asset.value("Objektbezeichnung")
     pipe = known.pipes.get(name, NOTHING)
-    edge = pipe.first("Kante") or NOTHING
-    basics = [run.first("RGrunddaten") or NOTHING, edge.first("Profil") or NOTHING, edge]
-
-    def basic(name: str) -> str:
-        return next((text for part in basics if (text := part.value(name))), "")
-
     order = known.orders.get(inspection.value("Auftragskennung"), NOTHING)
+    edge = pipe.first("Kante") or NOTHING
+    parts = [asset, inspection, run, order]
+    for parent, path in ((run, "RGrunddaten"), (edge, "Profil"), (asset, "Lage"), (pipe, "Lage")):
+        parts.append(parent.first(path) or NOTHING)
+    parts += [edge, pipe]
+
+    def value_of(name: str) -> str:
+        return next((text for part in parts if (text := part.value(name))), "")
+
     films = known.films.get(f"#{inspection.value('Videoablagereferenz')}", [])
     if not films and run.value("ArtVideoreferenz") != _NO_VIDEO:
         films = known.films.get(name, [])
-    cleaned = inspection.value("Reinigung")
     header: dict[str, Any] = {
-        "asset_id": name,
-        "date": iso_date(inspection.value("Inspektionsdatum"))
-        or inspection.value("Inspektionsdatum"),
-        "time": time_of_day(inspection.value("Uhrzeit")) or inspection.value("Uhrzeit"),
-        "operator": inspection.value("NameUntersucher"),
-        "height_mm": figure(basic("Profilhoehe")),
-        "width_mm": figure(basic("Profilbreite")),
-        "unit_length_m": figure(basic("Regeleinzelrohrlaenge")),
-        "known_length_m": figure(edge.value("Laenge")),
-        "year": figure(pipe.value("Baujahr")),
-        "road": asset.value("Lage", "Strassenname") or pipe.value("Lage", "Strassenname"),
-        "job_ref": order.value("Auftragsbezeichnung"),
-        "client_job_ref": order.value("Auftragsnummer"),
-        "contractor": order.value("Auftragnehmer"),
-        "temperature_c": figure(inspection.value("Temperatur")),
-        "cleaned": _FLAGS.get(cleaned, cleaned),
         "video_files": ", ".join(dict.fromkeys(films)),
-        "remarks": inspection.value("Bemerkung"),
+        "direction": "unknown",
+        **header_of("isybau", value_of, notes, inspection.line),
     }
     if order.value("Kodiersystem") not in ("", _OTHER_SYSTEM):
         header["standard"] = "EN 13508-2"
-    control = inspection.value("Wasserhaltung")
-    for field_name, value, meanings, own in (
-        ("direction", run.value("Inspektionsrichtung"), _DIRECTIONS, "isybau_richtung"),
-        ("reference_point", run.value("BezugspunktLage"), german.REFERENCE_POINTS, "isybau_bezug"),
-        ("method", inspection.value("Inspektionsverfahren"), _METHODS, "isybau_verfahren"),
-        ("purpose", order.value("Inspektionszweck"), _PURPOSES, "isybau_zweck"),
-        ("weather", inspection.value("Wetter"), german.WEATHER, "isybau_wetter"),
-        ("flow_control", control, german.FLOW_CONTROL, "isybau_wasserhaltung"),
-        ("shape", basic("Profilart"), _SHAPES, "isybau_profilart"),
-        ("material", basic("Material"), german.MATERIALS, "isybau_material"),
-        ("asset_type", pipe.value("Entwaesserungsart"), _SYSTEMS, "isybau_entwaesserungsart"),
-    ):
-        if (field_name, value) == ("flow_control", _OTHER_FLOW_CONTROL):
-            header[own] = value  # its words are in the remark
-        else:
-            german.listed(header, field_name, value, meanings, own, inspection.line, notes)
-    header.setdefault("direction", "unknown")
-    ends = [basic("KnotenZulauf"), basic("KnotenAblauf")]
+    ends = [value_of("KnotenZulauf"), value_of("KnotenAblauf")]
     if header["direction"] == "against_flow":
         ends.reverse()
     header["start_node"], header["end_node"] = ends
-    header |= german.at_ends(header, known.places)
-    stated = without_empty(header)
-    found = taken_from_remarks(stated, held=_HELD, rough=_ROUGH)
-    if "flow_control" in found:
-        found.pop("isybau_wasserhaltung", None)
-    return found
+    return with_words(header | at_ends(header, known.places), "isybau")
 
 
 def _observation(row: Element, notes: Notes, *, has_video: bool) -> ImportedObservation | None:
-    value = row.value
-    distance_m = number(value("Station"))
-    if distance_m is None:
-        notes.add("no_distance", row.line, text=f"{value('Station')!r:.40}")
-        return None
-    said = [value("Kommentar")]
-    grounds = _GROUNDS.get(value("GrundAbbruch"), "")
-    if grounds and grounds not in said[0]:
-        said.append(grounds)
-    parse = Cells(notes, row.line)
-    quantities = [
-        parse.quantity(value(f"Quantifizierung{n}Numerisch") or value(f"Quantifizierung{n}Text"))
-        for n in (1, 2)
-    ]
-    continuous = parse.stretch(value("Streckenschaden") + value("StreckenschadenLfdNr"))
-    clocks = [parse.clock(value(name)) for name in ("PositionVon", "PositionBis")]
-    time_s = _time_s(row, parse, has_video=has_video)
-    said += parse.words
-    said += [f"class {found.own_text()}" for found in row.all("Klassifizierung")]
-    observation = ImportedObservation(
-        distance_m=distance_m,
-        code=value("InspektionsKode"),
-        char1=value("Charakterisierung1"),
-        char2=value("Charakterisierung2"),
-        quant1=quantities[0],
-        quant2=quantities[1],
-        clock_from=clocks[0],
-        clock_to=clocks[1],
-        stretch=continuous,
-        at_joint=value("Verbindung") in ("1", "true"),
-        remark=", ".join(part for part in said if part),
-        photo=value("Fotodatei") or None,
-        time_s=time_s,
-        line=row.line,
-    )
-    return coded(german.from_remark(observation), notes)
-
-
-def _time_s(row: Element, parse: Cells, *, has_video: bool) -> float | None:
-    """Return the time in the film; a zero counts only if there is one."""
-    timecode, counter = row.value("Timecode"), row.value("Videozaehler")
-    if not has_video and not (timecode or counter).strip("0"):
-        return None
-    found = _TIMECODE.fullmatch(timecode)
-    if found:
-        return float(3600 * int(found[1]) + 60 * int(found[2]) + int(found[3]))
-    return parse.time_s(timecode or counter)
+    texts = texts_of("isybau", row.value)
+    texts["continuous"] += row.value("StreckenschadenLfdNr")
+    german.take_from_remark(texts)
+    grounds = str(GROUNDS.value("isybau", row.value("GrundAbbruch")) or "")
+    if grounds and grounds not in texts["remark"]:
+        texts["remark"] = ", ".join(filter(None, (texts["remark"], grounds)))
+    position = texts["film_time_s"] or row.value("Videozaehler")
+    if not has_video and not position.strip("0"):
+        position = ""  # a zero counts only if there is a film
+    if found := _TIMECODE.fullmatch(position):
+        position = ":".join(found.groups())
+    texts["film_time_s"] = position
+    more = [f"class {found.own_text()}" for found in row.all("Klassifizierung")]
+    return observation_of(texts, notes, row.line, more=more)

@@ -11,29 +11,25 @@ import re
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from app.errors import InvalidImport
+from app.imports.cells import clean, number, time_of_day
+from app.imports.header import header_of
+from app.imports.observations import observation_of, texts_of
 from app.imports.survey import (
-    MOST_OBSERVATIONS,
-    MOST_OF_FILE,
     MOST_SURVEYS,
-    Cells,
     ImportedFile,
     ImportedObservation,
     ImportedSurvey,
     Notes,
-    clean,
-    coded,
-    figure,
-    iso_date,
-    number,
+    file_of,
     survey_of,
-    time_of_day,
-    too_many_surveys,
 )
-from app.survey.fields.header import LONGEST_TEXT
+from app.survey.fields.header import FIELDS, LONGEST_TEXT
+from app.survey.fields.observation import FIELDS as OBSERVED
 
 _MAGIC = b"SQLite format 3\0"
 _MOST_ROWS = 50_000
@@ -54,41 +50,23 @@ _OBSERVATION = "SECOBS"
 _NODE = "NODE"
 _MEDIA = "SECOBSMM"
 
-_DIRECTIONS = {"D": "with_flow", "1": "with_flow", "U": "against_flow", "2": "against_flow"}
-_HEADER_TEXTS: Mapping[str, tuple[str, ...]] = {
-    "operator": ("INS_Inspector", "INS_InspectorName", "INS_Operator", "INS_Surveyor"),
-    "client": ("INS_Customer", "INS_Client", "OBJ_Owner", "OBJ_Ownership"),
-    "job_ref": ("INS_JobNumber", "INS_WorkOrder", "OBJ_Project"),
-    "weather": ("INS_Weather",),
-    "standard": ("INS_Standard", "INS_CodingSystem"),
-    "remarks": ("INS_Memo", "OBJ_Memo"),
-    "material": ("OBJ_Material",),
-    "location_text": ("OBJ_Street",),
-    "video_files": ("INS_VideoFile", "INS_VideoFileName"),
-}
-_HEADER_NUMBERS: Mapping[str, tuple[str, ...]] = {
-    "expected_length_m": ("OBJ_RealLength", "OBJ_Length"),
-    "unit_length_m": ("OBJ_PipeJointLength", "OBJ_PipeUnitLength", "OBJ_PipeLength"),
-    "year": ("OBJ_ConstructionYearText", "OBJ_ConstructionYear"),
-}
 _GRADES: Mapping[str, str] = {
     "structural grade": "OBS_GradeS", "operational grade": "OBS_GradeO",
     "hydraulic grade": "OBS_GradeH", "rating": "OBS_RateValue",
 }  # fmt: skip
 _OTHERS = (
-    *_GRADES.values(), "INS_Temperature", "INS_InspectedLength", "INS_HighestGrade", "OBS_Char3",
-    "OMM_Type", "OMM_FileType",
-    "OBJ_PK", "OBJ_ID", "OBJ_Key", "OBJ_Name", "OBJ_Number", "OBJ_FromNode_REF", "OBJ_ToNode_REF",
-    "OBJ_Shape", "OBJ_PipeHeightOrDia", "OBJ_Size1", "OBJ_Size2", "INS_PK", "INS_Section_FK",
-    "INS_StartDate", "INS_StartTime", "INS_TimeStamp", "INS_InspectionDir", "OBS_PK",
-    "OBS_Inspection_FK", "OBS_Distance", "OBS_SortOrder", "OBS_OpCode", "OBS_Char1", "OBS_Char2",
-    "OBS_Q1_Value", "OBS_Q2_Value", "OBS_Q3_Value", "OBS_ClockPos1", "OBS_ClockPos2",
-    "OBS_CD_Code1", "OBS_CDCode", "OBS_Continuous", "OBS_ContDefectLength", "OBS_Observation",
-    "OBS_Memo", "OBS_AtJoint", "OBS_TimeCtr", "OMM_Observation_FK", "OMM_FileName",
+    *_GRADES.values(), "INS_InspectedLength", "INS_HighestGrade", "OBS_Char3", "OMM_Type",
+    "OMM_FileType", "OBJ_ID", "OBJ_Number", "OBJ_FromNode_REF", "OBJ_ToNode_REF", "INS_PK",
+    "INS_Section_FK", "OBS_PK", "OBS_Inspection_FK", "OBS_SortOrder", "OBS_Q3_Value",
+    "OBS_ContDefectLength", "OMM_Observation_FK", "OMM_FileName",
 )  # fmt: skip
 _READ = frozenset(
     name.upper()
-    for names in (*_HEADER_TEXTS.values(), *_HEADER_NUMBERS.values(), _OTHERS)
+    for names in (
+        *(field.columns["wincan"].codes for field in FIELDS if "wincan" in field.columns),
+        *(field.columns["wincan"].codes for field in OBSERVED if "wincan" in field.columns),
+        _OTHERS,
+    )
     for name in names
 )
 """Columns to read, in capitals; those that end in _DELETED are read too."""
@@ -108,6 +86,7 @@ _PICTURES = frozenset({"bmp", "gif", "heic", "jpeg", "jpg", "png", "tif", "tiff"
 _STRETCHES = {"S": "A", "F": "B"}
 """Start and finish in MSCC and PACP, as the letters of EN 13508-2."""
 _STRETCH = re.compile(r"([SF])([0-9]{1,3})")
+_MAY_BE_ZERO = "INS_Temperature"
 _NOT_STATED = ("", "0", "False")
 _CODE_LETTERS = 3
 """Letters of a code in EN 13508-2; further letters are its characters."""
@@ -329,18 +308,15 @@ def _file(database: sqlite3.Connection) -> ImportedFile:
     for row in rows(_OBSERVATION):
         observed.setdefault(row.text("OBS_Inspection_FK"), []).append(row)
     inspections = rows(_INSPECTION)
-    if len(inspections) > MOST_SURVEYS:
-        notes.said.append(too_many_surveys())
-    surveys: list[ImportedSurvey] = []
-    room = MOST_OF_FILE
-    for row in inspections[:MOST_SURVEYS]:
-        own = observed.pop(row.text("INS_PK"), [])
-        surveys.append(_survey(row, sections, nodes, own, media, min(room, MOST_OBSERVATIONS)))
-        room -= len(surveys[-1].observations)
+    surveys = (
+        (None, partial(_survey, row, sections, nodes, observed.pop(row.text("INS_PK"), []), media))
+        for row in inspections
+    )
+    file = file_of(surveys, notes.said)
     left = 0 if len(inspections) > MOST_SURVEYS else sum(map(len, observed.values()))
     if left:
         notes.add("of_no_inspection", count=left)
-    return ImportedFile(tuple(surveys), tuple(notes.said))
+    return replace(file, warnings=tuple(notes.said))
 
 
 def _survey(
@@ -361,13 +337,10 @@ def _survey(
     if len(ordered) > room:
         notes.add_too_many()
     files = [media.get(row.text("OBS_PK"), _Media()) for row in ordered]
-    stated = [header["video_files"], *(name for each in files for name in each.films)]
+    stated = [header.get("video_files", ""), *(name for each in files for name in each.films)]
     header["video_files"] = ", ".join(dict.fromkeys(filter(None, stated)))
-    observations = [
-        observation
-        for row, own in zip(ordered[:room], files, strict=False)
-        if (observation := _observation(row, own, notes)) is not None
-    ]
+    found = map(partial(_observation, notes=notes), ordered[:room], files)
+    observations = [observation for observation in found if observation is not None]
     surveyed_m = inspection.number("INS_InspectedLength") or None
     return survey_of(header, observations, notes, "WinCan inspection", surveyed_m=surveyed_m)
 
@@ -383,33 +356,23 @@ def _header(
     inspection: _Row, section: _Row, nodes: Mapping[str, str], notes: Notes
 ) -> dict[str, Any]:
     both = _Row({**section.values, **inspection.values})
-    header: dict[str, Any] = {
-        "asset_id": section.text("OBJ_Key", "OBJ_Name", "OBJ_PK"),
-        "date": iso_date(inspection.text("INS_StartDate", "INS_TimeStamp"))
-        or inspection.text("INS_StartDate"),
+
+    def value_of(name: str) -> str:
+        return both.text(name) if name == _MAY_BE_ZERO else both.stated(name)
+
+    header = {
+        "direction": "unknown",
+        "time": time_of_day(inspection.text("INS_StartDate")),
         "wincan_highest_grade": inspection.number("INS_HighestGrade"),
-        "time": time_of_day(inspection.text("INS_StartTime", "INS_StartDate")),
+        **header_of("wincan", value_of, notes),
     }
-    header |= {name: both.text(*columns) for name, columns in _HEADER_TEXTS.items()}
-    header |= {
-        name: both.number(*columns) or figure(both.stated(*columns))
-        for name, columns in _HEADER_NUMBERS.items()
-    }
-    header["temperature_c"] = figure(both.text("INS_Temperature"))  # which may be zero
-    first, second = (
-        _node(section.text(f"OBJ_{end}Node_REF"), nodes, notes) for end in ("From", "To")
-    )
-    word = inspection.text("INS_InspectionDir").upper()
-    direction = _DIRECTIONS.get(word)
-    if word and direction is None:
-        notes.add("unknown_direction", value=f"{word!r:.20}")
-    is_against = direction == "against_flow"
-    header |= {
-        "direction": direction or "unknown",
-        "start_node": second if is_against else first,
-        "end_node": first if is_against else second,
-    }
-    return header | _profile(section, notes)
+    ends = [_node(section.text(f"OBJ_{end}Node_REF"), nodes, notes) for end in ("From", "To")]
+    if header["direction"] == "against_flow":
+        ends.reverse()
+    header["start_node"], header["end_node"] = ends
+    if header.get("shape") == "circular":
+        header.setdefault("width_mm", header.get("height_mm"))
+    return header
 
 
 def _node(reference: str, nodes: Mapping[str, str], notes: Notes) -> str:
@@ -418,77 +381,37 @@ def _node(reference: str, nodes: Mapping[str, str], notes: Notes) -> str:
     return nodes.get(reference) or reference
 
 
-def _profile(section: _Row, notes: Notes) -> dict[str, Any]:
-    """Return height and width in millimetres, and the shape if its word is known."""
-    word = section.text("OBJ_Shape")
-    shapes = {
-        "A": "circular", "C": "circular", "CIRCULAR": "circular", "ROUND": "circular",
-        "KREIS": "circular", "KREISPROFIL": "circular", "R": "rectangular", "B": "rectangular",
-        "RECTANGULAR": "rectangular", "E": "egg", "EGG": "egg",
-    }  # fmt: skip
-    shape = shapes.get(word.upper())
-    if word and shape is None:
-        notes.add("unknown_value", field="shape", value=f"{word!r:.20}", own="wincan_shape")
-    height = section.number("OBJ_PipeHeightOrDia", "OBJ_Size1")
-    return {
-        "shape": shape,
-        "wincan_shape": "" if shape else word,
-        "height_mm": height,
-        "width_mm": section.number("OBJ_Size2") or (height if shape == "circular" else None),
-    }
-
-
 def _observation(row: _Row, media: _Media, notes: Notes) -> ImportedObservation | None:
-    code = row.text("OBS_OpCode").upper()
-    distance_m = row.number("OBS_Distance")
-    if distance_m is None:
+    texts = texts_of("wincan", row.text)
+    if row.number("OBS_Distance") is None:
+        code = texts["code"].upper()
         notes.add("code_without_distance" if code else "neither_code_nor_distance", code=code)
         return None
-    code, char1, char2 = _split(code, row.text("OBS_Char1"), row.text("OBS_Char2"))
-    parse = Cells(notes)
-    quantities = [parse.quantity(row.text(f"OBS_Q{n}_Value")) for n in (1, 2)]
-    clocks = [parse.clock(row.text(f"OBS_ClockPos{n}")) for n in (1, 2)]
+    _split(texts)
     mark = row.stated("OBS_CD_Code1", "OBS_CDCode", "OBS_Continuous").upper()
     found = _STRETCH.fullmatch(mark)
-    continuous = parse.stretch(f"{_STRETCHES[found[1]]}{found[2]}" if found else mark)
-    time_s = parse.time_s(row.text("OBS_TimeCtr"))
+    texts["continuous"] = f"{_STRETCHES[found[1]]}{found[2]}" if found else mark
+    said = (row.text("OBS_Observation"), row.text("OBS_Memo"))
+    texts["remark"] = ", ".join(filter(None, said))
+    texts["photo_name"] = media.pictures[0] if media.pictures else ""
     labelled = {"char3": "OBS_Char3", "third quantity": "OBS_Q3_Value", **_GRADES}
-    said = [
-        row.text("OBS_Observation"),
-        row.text("OBS_Memo"),
-        *parse.words,
+    more = [
         *(f"{label} {text}" for label, name in labelled.items() if (text := row.stated(name))),
         *(f"photo {name}" for name in media.pictures[1:]),
         *(f"file {name}" for name in media.others),
     ]
-    length_m = row.number("OBS_ContDefectLength")
-    if length_m:
-        said.append(f"{length_m:g} m long")
-    observation = ImportedObservation(
-        distance_m=distance_m,
-        code=code,
-        char1=char1,
-        char2=char2,
-        quant1=quantities[0],
-        quant2=quantities[1],
-        clock_from=clocks[0],
-        clock_to=clocks[1],
-        stretch=continuous,
-        at_joint=row.text("OBS_AtJoint").upper() in ("1", "TRUE", "J", "Y", "-1"),
-        remark=", ".join(part for part in said if part),
-        photo=media.pictures[0] if media.pictures else None,
-        time_s=time_s,
-    )
-    return coded(observation, notes)
+    if length_m := row.number("OBS_ContDefectLength"):
+        more.append(f"{length_m:g} m long")
+    return observation_of(texts, notes, more=more)
 
 
-def _split(code: str, char1: str, char2: str) -> tuple[str, str, str]:
-    """Return a code of EN 13508-2 apart from its characters, where they stand behind it."""
+def _split(texts: dict[str, str]) -> None:
+    """Tell a code of EN 13508-2 and its characters apart, where they stand behind it."""
+    code = texts["code"].upper()
     behind = code[_CODE_LETTERS:]
-    if char1 or char2 or not code.isalpha() or not behind:
-        return code, char1, char2
+    if texts["char1"] or texts["char2"] or not code.isalpha() or not behind:
+        return
     if code.startswith("AE") and len(behind) <= 4:
-        return code[:_CODE_LETTERS], behind, ""
-    if code.startswith("B") and len(behind) <= 2:
-        return code[:_CODE_LETTERS], behind[0], behind[1:]
-    return code, char1, char2
+        texts["code"], texts["char1"] = code[:_CODE_LETTERS], behind
+    elif code.startswith("B") and len(behind) <= 2:
+        texts["code"], texts["char1"], texts["char2"] = code[:_CODE_LETTERS], behind[0], behind[1:]

@@ -7,7 +7,7 @@ Names come without namespaces, which differ between versions of the formats.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 from xml.parsers import expat
@@ -77,6 +77,14 @@ class Element:
 
 NOTHING = Element("", 0, {})
 """Stands for an element that a file does not have."""
+
+
+def first_rows(rows: Iterable[Element], room: int, notes: Notes) -> list[Element]:
+    """Return as many rows as are read, and warn of the others."""
+    found = list(rows)
+    if len(found) > room:
+        notes.add_too_many(found[room].line)
+    return found[:room]
 
 
 def note_unread(notes: Notes, *parents: Element, apart: Collection[str] = ()) -> None:

@@ -18,7 +18,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 from app.access.access import Principal
-from app.imports.survey import ImportedObservation, ImportedSurvey, clean
+from app.imports.cells import clean
+from app.imports.survey import ImportedObservation, ImportedSurvey
 from app.imports.whole_inspection import WholeInspection
 from app.inspections.file_reader import FileReader
 from app.inspections.keeping import Imported, Keeper, Run

@@ -10,7 +10,7 @@ from app.reports import pdf as document
 from app.reports.bundle import bundle, delivery
 from app.reports.exchange import archive_file, en13508, en13508_xml, geojson, isybau, m150, ribx
 from app.reports.exchange import chainage_json as json_report
-from app.reports.exchange.survey_file import SurveyFile
+from app.reports.exchange.survey_file import SurveyFile, of_one
 from app.reports.html import web_page
 from app.reports.pdf import emergency
 from app.reports.pdf.glyphs import missing_glyphs
@@ -46,6 +46,17 @@ class Format:
         return written.losses
 
 
+def _exchange(
+    stem: str,
+    suffix: str,
+    survey_file: Callable[[], SurveyFile],
+    media_type: str = "application/xml",
+) -> Format:
+    return Format(
+        stem, suffix, media_type, lambda report: of_one(survey_file(), report), survey_file
+    )
+
+
 _FORMS: Mapping[str, Format] = {
     "pdf": Format("report", ".pdf", "application/pdf", document.write, losses_of=missing_glyphs),
     "html": Format(
@@ -60,24 +71,12 @@ _FORMS: Mapping[str, Format] = {
         "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
         spreadsheet.write,
     ),
-    "en13508": Format(
-        "en13508", ".txt", "text/plain; charset=us-ascii", en13508.write, en13508.TextFile
-    ),
-    "en13508xml": Format(
-        "en13508", ".xml", "application/xml", en13508_xml.write, en13508_xml.XmlFile
-    ),
-    "ribx": Format("ribx", ".ribx", "application/xml", ribx.write, ribx.RibxFile),
-    "isybau": Format(
-        "isybau", ".xml", "application/xml", isybau.write, partial(isybau.IsybauFile, isybau.V2017)
-    ),
-    "isybau2024": Format(
-        "isybau2024",
-        ".xml",
-        "application/xml",
-        isybau.write_2024,
-        partial(isybau.IsybauFile, isybau.V2024),
-    ),
-    "m150": Format("m150", ".xml", "application/xml", m150.write, m150.M150File),
+    "en13508": _exchange("en13508", ".txt", en13508.TextFile, "text/plain; charset=us-ascii"),
+    "en13508xml": _exchange("en13508", ".xml", en13508_xml.XmlFile),
+    "ribx": _exchange("ribx", ".ribx", ribx.RibxFile),
+    "isybau": _exchange("isybau", ".xml", partial(isybau.IsybauFile, isybau.V2017)),
+    "isybau2024": _exchange("isybau2024", ".xml", partial(isybau.IsybauFile, isybau.V2024)),
+    "m150": _exchange("m150", ".xml", m150.M150File),
     "geojson": Format("map", ".geojson", "application/geo+json", geojson.write),
 }
 _IN_BUNDLE = ("pdf", "html", "csv", "xlsx", "json")

@@ -13,7 +13,7 @@ from reports import report
 from steps import Server, log_in
 from surveys import Survey
 
-from app.reports.exchange import en13508
+from app.reports.formats import FORMATS
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def server(
 def old_survey(server: Server, tmp_path: Path) -> Iterator[Path]:
     path = tmp_path / "old survey.txt"
     odd = b"not a number;;BAC;A;;;;;;;;;\r\n"
-    path.write_bytes(en13508.write(report()).content.replace(b"#Z\r\n", odd + b"#Z\r\n"))
+    path.write_bytes(FORMATS["en13508"].write(report()).content.replace(b"#Z\r\n", odd + b"#Z\r\n"))
     yield path
     for left in json.load(server.ask("GET", "/api/inspections"))["inspections"]:
         server.ask("DELETE", f"/api/inspections/{left['id']}")

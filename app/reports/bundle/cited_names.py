@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from app.reports.content.naming import file_stem
-from app.reports.exchange.survey import film, film_in_ascii
+from app.reports.exchange.names import film, film_in_ascii
 from app.reports.report import Photo, Report
 
 _ASCII = ("en13508", "en13508xml", "ribx")

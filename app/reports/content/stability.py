@@ -12,8 +12,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from app.reports.exchange.lists import material
 from app.reports.report import Entry
+from app.survey.fields.lists import MATERIALS
 
 _FLEXIBLE = ("AL", "AM", "AN", "AO", "AP", "AV", "AW", "AX")
 """Materials of EN 13508-2, list ACD, that deform before they break: metals and plastics."""
@@ -84,8 +84,9 @@ class Classed:
 
 def is_flexible(words: object) -> bool | None:
     """Return whether a pipe of this material deforms before it breaks; None if it is unknown."""
-    found = material(words) if isinstance(words, str) else None
-    return None if found is None else found.en in _FLEXIBLE
+    if not isinstance(words, str) or MATERIALS.meaning_of(words) is None:
+        return None
+    return MATERIALS.code("en", words) in _FLEXIBLE
 
 
 def classed(entry: Entry, is_flexible: bool | None) -> Classed:

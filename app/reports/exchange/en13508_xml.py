@@ -7,20 +7,13 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element
 
-from app.reports.content.ascii import one_line
 from app.reports.exchange.en13508 import columns, in_order, survey_of
-from app.reports.exchange.survey import FileNames
-from app.reports.exchange.survey_file import of_one
+from app.reports.exchange.names import FileNames
 from app.reports.exchange.tree import child, children, to_bytes
-from app.reports.report import Loss, Report, Written
+from app.reports.report import Loss, Report
 
 DECLARATION = '<?xml version="1.0" encoding="UTF-8"?>'
 _EDITION = "2010"
-
-
-def write(report: Report) -> Written:
-    """Write one inspection."""
-    return of_one(XmlFile(), report)
 
 
 class XmlFile:
@@ -33,7 +26,7 @@ class XmlFile:
 
     def add(self, report: Report) -> tuple[Loss, ...]:
         """Add an inspection."""
-        survey = survey_of(report, one_line, self._names)
+        survey = survey_of(report, self._names)
         pipe = child(self._root, "ZB")
         for code, behind in in_order(survey.header, survey.explained):
             if value := survey.value(code, behind):

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.reports.content.ascii import one_line
-from app.reports.exchange.fields import field_name
+from app.reports.exchange.header import field_name
 from app.reports.exchange.losses import ONE_LINE
 from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Stretch, Written
 from app.reports.tables import table

@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import PurePath
 from xml.etree.ElementTree import Element
 
 from app.reports.content.ascii import one_line
-from app.reports.exchange import lists
-from app.reports.exchange.coordinates import NAMES, ends_of, rd_m
-from app.reports.exchange.en13508 import MADE_OF, columns, explanations, header_fields
+from app.reports.exchange.coordinates import NAMES, Point, ends_of, rd_m
+from app.reports.exchange.en13508 import columns, explanations, header_values
 from app.reports.exchange.en13508_xml import DECLARATION
-from app.reports.exchange.fields import Fields, field_name
+from app.reports.exchange.header import Header, field_name
 from app.reports.exchange.losses import NO_GEOMETRY, left_out
-from app.reports.exchange.survey import (
-    CODES,
-    FileNames,
-    Names,
-    Row,
-    film_in_ascii,
-    names_of,
-    renamed,
-    rows_of,
-)
-from app.reports.exchange.survey_file import of_one
+from app.reports.exchange.names import FileNames, Names, film_in_ascii, renamed
+from app.reports.exchange.rows import CODES, Row, rows_of
 from app.reports.exchange.tree import child, children, to_bytes
-from app.reports.report import Loss, Phrase, Report, Written
+from app.reports.report import Loss, Phrase, Report
+from app.survey.fields.declaration import OTHER
+from app.survey.fields.header import FIELDS
 
 _FORMAT = "RIBX"
 _STANDARD = "EN 13508-2+A1:2011"
@@ -34,17 +27,12 @@ _CODES = re.compile(rf"{CODES.pattern}|BX[A-Z]")
 """The Dutch additions measure, such as BXA the slope."""
 _GML = "http://www.opengis.net/gml"
 _NEEDED = {
-    "AAM": field_name("client"), "ABF": field_name("date"), "ABH": field_name("operator"),
-    "ABI": field_name("job_ref"), "ABJ": field_name("client_job_ref"), "ABS": Phrase("part.film"),
-    "ACA": field_name("shape"), "ACB": field_name("height_mm"), "ACD": field_name("material"),
-    "ACM": field_name("cleaned"),
+    "AAM": "client", "ABF": "date", "ABH": "operator", "ABI": "job_ref", "ABJ": "client_job_ref",
+    "ABS": "", "ACA": "shape", "ACB": "height_mm", "ACD": "material", "ACM": "cleaned",
 }  # fmt: skip
-"""Fields that a delivery must contain, by what they are made of."""
-
-
-def write(report: Report) -> Written:
-    """Write one inspection."""
-    return of_one(RibxFile(), report)
+"""Codes that a delivery must contain, and their fields; ABS is the film."""
+_NEVER = frozenset({"AAC", "AAE", "AAG", "AAU"})
+"""Codes that RIBX has as points."""
 
 
 class RibxFile:
@@ -59,21 +47,24 @@ class RibxFile:
 
     def add(self, report: Report) -> tuple[Loss, ...]:
         """Add an inspection."""
-        fields = Fields(report.header)
+        header = Header(report, "en", _FORMAT)
         rows, losses = rows_of(report, _CODES)
-        names, lost = names_of(report, fields, one_line, self._names)
-        losses += lost
-        pipe = Element("ZB_A")
-        losses += _header(pipe, report, fields, names, rows)
-        name = film_in_ascii(report)
+        names, lost = self._names.add(report, header)
+        values = header_values(report, header, names, rows) | {"ABA": _STANDARD}
+        losses += lost + _missing(values)
+        explained = _explained(report, header, values)
+        points, lost = _points(header, names)
+        pipe = child(self._root, "ZB_A")
+        for code in sorted({*values, *points} - (_NEVER - points.keys())):
+            if code in points:
+                _add_point(child(pipe, code), points[code])
+            else:
+                words = {"ADE": explained[code]} if code in explained else {}
+                child(pipe, code, values[code], **words)
+        film = film_in_ascii(report)
         for row in rows:
-            children(child(pipe, "ZC"), _row(row, names, name))
-        losses += [
-            *renamed(report, name),
-            left_out(report),
-            *fields.losses(_FORMAT),
-        ]
-        self._root.append(pipe)
+            children(child(pipe, "ZC"), _row(row, names, film))
+        losses += [*lost, *renamed(report, film), left_out(report), *header.losses()]
         return tuple(losses)
 
     def content(self) -> bytes:
@@ -81,71 +72,55 @@ class RibxFile:
         return to_bytes(self._root, DECLARATION, "ascii")
 
 
-def _header(
-    pipe: Element, report: Report, fields: Fields, names: Names, rows: list[Row]
-) -> list[Loss]:
-    stated, losses = header_fields(report, fields, names, rows)
-    clock = fields.time()
-    values = dict(stated) | {"ABA": _STANDARD, "ABG": ":".join(clock) if clock else ""}
-    explained = _explained(values, report)
-    if name := film_in_ascii(report):
-        media = {"ABK": lists.OTHER, "ABL": lists.OTHER, "ABR": lists.OTHER, "ABO": "VIDEO-01"}
-        values = media | values
-        codec = str(report.source.video.get("codec") or "")
-        kind = one_line(f"{PurePath(name).suffix[1:].upper()} {codec}")
-        media = {"ABK": "file on disk", "ABL": "JPEG", "ABR": kind}
-        explained |= {code: words for code, words in media.items() if values[code] == lists.OTHER}
-    explained |= explanations(fields, values)
-    points, lost = _points(report, fields, names)
-    for code in sorted({*values, *points}):
-        if code in points:
-            _point(child(pipe, code), points[code])
-        elif values.get(code) and code not in ("AAC", "AAE", "AAG", "AAU"):
-            attributes = {"ADE": explained[code]} if code in explained else {}
-            child(pipe, code, values[code], **attributes)
+def _missing(values: Mapping[str, str]) -> list[Loss]:
     missing = tuple(
-        Phrase("part.code_of", code=code, field=what)
-        for code, what in _NEEDED.items()
+        Phrase("part.code_of", code=code, field=field_name(name) if name else Phrase("part.film"))
+        for code, name in _NEEDED.items()
         if not values.get(code)
     )
-    if missing:
-        losses.append(Loss("ribx_requires", missing=missing))
-    return [*losses, *lost]
+    return [Loss("ribx_requires", missing=missing)] if missing else []
 
 
-def _explained(values: dict[str, str], report: Report) -> dict[str, str]:
-    """Return what the letter Z stands for, as an attribute."""
-    return {
-        code: one_line(str(report.header.get(name) or ""))
-        for code, name in MADE_OF.items()
-        if values.get(code) == lists.OTHER
+def _explained(report: Report, header: Header, values: dict[str, str]) -> dict[str, str]:
+    """Return what letters Z stand for, which stands beside them; add those of the film."""
+    explained = {
+        field.columns["en"].code: one_line(str(report.header.get(field.name) or ""))
+        for field in FIELDS
+        if field.listed("en") and values.get(field.columns["en"].code) == OTHER
     }
+    if name := film_in_ascii(report):
+        codec = str(report.source.video.get("codec") or "")
+        media = {
+            "ABK": "file on disk",
+            "ABL": "JPEG",
+            "ABR": one_line(f"{PurePath(name).suffix[1:].upper()} {codec}"),
+        }
+        values |= {**dict.fromkeys(media, OTHER), "ABO": "VIDEO-01"} | values
+        explained |= {code: words for code, words in media.items() if values[code] == OTHER}
+    return explained | explanations(header, values)
 
 
-def _points(
-    report: Report, fields: Fields, names: Names
-) -> tuple[dict[str, tuple[float, float]], list[Loss]]:
+def _points(header: Header, names: Names) -> tuple[dict[str, Point], list[Loss]]:
     """Return AAE and AAG, of the nodes of AAD and AAF, if they are in the Netherlands."""
-    ends = ends_of(fields)
-    found = rd_m(ends) if ends else None
+    ends = ends_of(header)
+    if ends is None:
+        return {}, [NO_GEOMETRY]
+    found = rd_m(ends)
     if found is None:
-        if ends is None:
-            return {}, [NO_GEOMETRY]
         return {}, [Loss("dutch_grid", fields=tuple(map(field_name, NAMES)))]
-    first, second = found if names.upstream == names.start else found[::-1]
-    return {"AAE": first, "AAG": second}, []
+    return dict(zip(("AAE", "AAG"), found.along(names), strict=True)), []
 
 
-def _point(parent: Element, point: tuple[float, float]) -> None:
+def _add_point(parent: Element, point: Point) -> None:
     place = child(parent, "gml:Point", srsName="Netherlands-RD", srsDimension="2")
     child(place, "gml:pos", f"{point[0]:.3f} {point[1]:.3f}")
 
 
-def _row(row: Row, names: Names, film_name: str) -> dict[str, str]:
+def _row(row: Row, names: Names, film: str) -> dict[str, str]:
     values = columns(row, names)
     for clock in ("G", "H"):
         if clock in values:
             values[clock] = values[clock].zfill(2)
-    if "N" in values:
-        values["N"] = f"{film_name}|{values['N']}" if film_name else values["N"]
+    if "N" in values and film:
+        values["N"] = f"{film}|{values['N']}"
     return dict(sorted(values.items()))

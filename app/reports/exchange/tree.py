@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from app.reports.content.ascii import one_line
+from app.reports.report import Loss
 
 
 def child(parent: Element, name: str, text: object = None, **attributes: str) -> Element:
@@ -24,16 +25,23 @@ def children(parent: Element, values: Mapping[str, object]) -> Element:
     return parent
 
 
+def chain(parent: Element, *names: str) -> Element:
+    """Append an element within an element and so on; return the innermost."""
+    for name in names:
+        parent = child(parent, name)
+    return parent
+
+
 class Shared:
     """Elements that several inspections of a file refer to by a name; each is written once."""
 
     def __init__(self) -> None:
         self._elements: dict[str, Element] = {}
 
-    def add(self, name: str, element: Element) -> bool:
-        """Add an element unless its name is there; return whether the one there differs."""
+    def add(self, name: str, element: Element) -> list[Loss]:
+        """Add an element unless its name is there; return the loss where the one there differs."""
         known = self._elements.setdefault(name, element)
-        return tostring(known) != tostring(element)
+        return [] if tostring(known) == tostring(element) else [Loss("written_once", name=name)]
 
     def append_to(self, parent: Element) -> None:
         """Append them to an element of the file, in the order of their first inspection."""

@@ -17,6 +17,8 @@ Group = Literal["required", "auto", "more"]
 Kind = Literal["text", "number", "choice", "date", "time", "bool"]
 Value = str | int | float | bool | None
 
+OTHER = "Z"
+"""In EN 13508-2 the letter of any other value, which needs words."""
 _ROUGHLY = "~"
 AS_IT_IS = "\0"
 """In place of `Column.other`: words that the list does not know are written themselves."""
@@ -111,6 +113,17 @@ class Column:
         return tuple(self.code.split())
 
 
+def kept_name(family: Family, code: str) -> str:
+    """Name the header field that keeps a code of an imported file that no list has."""
+    prefix = "en13508" if family == "en" else family
+    return f"{prefix}_{re.sub(r'[^a-z0-9]', '_', code.lower())[:40]}"
+
+
+def explanation_of(code: str) -> str:
+    """Name the header field that holds what a letter Z stands for, where no field of ours does."""
+    return f"ribx_{code.lower()[:20]}"
+
+
 def at(**places: str | Column) -> Mapping[str, Column]:
     """Return the columns of a field, by the family of formats."""
     return {
@@ -143,5 +156,7 @@ class Field:
         return tuple(dict.fromkeys(str(meaning.value) for meaning in self.values.meanings))
 
     def listed(self, family: Family) -> ValueList | None:
-        """Return its list of values, if the family writes their codes."""
-        return self.values if self.values is not None and self.values.has(family) else None
+        """Return its list of values, if the column of the family holds their codes."""
+        if self.values is None or family not in self.columns or not self.values.has(family):
+            return None
+        return self.values

@@ -85,7 +85,7 @@ FIELDS: tuple[HeaderField, ...] = (
     _day("required", "date", en="ABF", isybau="Inspektionsdatum", m150="HI104",
          wincan="INS_StartDate INS_TimeStamp"),
     HeaderField("time", "time", group="required", columns=at(
-        en="ABG", isybau="Uhrzeit", m150="HI105", wincan="INS_StartTime INS_StartDate")),
+        en="ABG", isybau="Uhrzeit", m150="HI105", wincan="INS_StartTime")),
     _text("required", "operator", en="ABH", isybau=Column("NameUntersucher", longest=40),
           m150="HI112", wincan="INS_Inspector INS_InspectorName INS_Operator INS_Surveyor"),
     _text("required", "client", en="AAM", m150="HI001",

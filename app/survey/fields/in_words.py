@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 
-from app.survey.fields.declaration import Value
+from app.survey.fields.declaration import AS_IT_IS, Family, Value
 from app.survey.fields.header import FIELDS, HeaderField, faults, number_of
 
 TECHNICAL = frozenset(
@@ -29,9 +29,7 @@ def in_words(field: HeaderField, value: object) -> str:
     return " ".join(f"{_label(field)}: {_text(value)} {unit}".split())
 
 
-def taken_from_remarks(
-    header: Mapping[str, Value], *, held: Collection[str], rough: Collection[str] = ()
-) -> dict[str, Value]:
+def taken_from_remarks(header: Mapping[str, Value], family: Family) -> dict[str, Value]:
     """Return a header with the fields that stand at the end of its remarks, as `in_words`.
 
     Writers add them in the order of the fields, so the run ends where that order does. Behind the
@@ -39,9 +37,8 @@ def taken_from_remarks(
     again, at the same place.
 
     Args:
-        header: Values that the file states; they stay.
-        held: Fields that the format always holds, so that no writer states them in words.
-        rough: Fields that its format states only roughly: words replace their values.
+        header: Values that the file states; they stay, but for those of a rough column.
+        family: Of the format of the file.
     """
     items = str(header.get("remarks") or "").split(_BETWEEN)
     found: dict[str, Value] = {}
@@ -49,16 +46,34 @@ def taken_from_remarks(
     are_leaving = True
     for place in reversed(range(len(items))):
         read = _read(items[place])
-        if read is None or read[0].name in held or _PLACE[read[0].name] >= last:
+        if read is None or _is_held(read[0], family) or _PLACE[read[0].name] >= last:
             break
         field, value = read
         last = _PLACE[field.name]
-        if header.get(field.name, value) != value and field.name not in rough:
+        if header.get(field.name, value) != value and not _is_rough(field, family):
             are_leaving = False
             continue
         found[field.name] = value
         kept = place if are_leaving else kept
     return {**header, **found, "remarks": _BETWEEN.join(items[:kept])} if found else dict(header)
+
+
+def _is_held(field: HeaderField, family: Family) -> bool:
+    """Return whether a format always holds a field, so that no writer states it in words."""
+    column = field.columns.get(family)
+    if column is None or field.name == "video_files":
+        return False
+    return not field.listed(family) or field.kind == "bool" or column.other == AS_IT_IS
+
+
+def _is_rough(field: HeaderField, family: Family) -> bool:
+    """Return whether a format states some values of a choice by the code of another one."""
+    values, column = field.listed(family), field.columns.get(family)
+    if values is None or column is None or not column.default or field.kind != "choice":
+        return False
+    return any(
+        values.value(family, values.code(family, choice)) != choice for choice in field.choices
+    )
 
 
 def _label(field: HeaderField) -> str:

@@ -9,7 +9,7 @@ from random_reports import reports
 from reports import ENGLISH, OBSERVATIONS, report
 
 from app.imports.en13508_text import looks_like, read
-from app.reports.exchange import en13508
+from app.reports.formats import FORMATS
 from app.reports.report import Report
 
 FOREIGN = """#A1=ISO-8859-1
@@ -215,7 +215,7 @@ def test_a_file_without_an_inspection_has_no_survey(content: bytes) -> None:
 
 
 def test_our_own_export_comes_back() -> None:
-    (survey,) = read(en13508.write(report()).content).surveys
+    (survey,) = read(FORMATS["en13508"].write(report()).content).surveys
     assert survey.warnings == ()
     for row, fields in zip(survey.observations, OBSERVATIONS, strict=True):
         stated = row.tag(0).to_json()
@@ -228,7 +228,7 @@ def test_our_own_export_comes_back() -> None:
 
 @given(made=reports())
 def test_any_export_of_ours_is_read_without_losing_a_row(made: Report) -> None:
-    (survey,) = read(en13508.write(made).content).surveys
+    (survey,) = read(FORMATS["en13508"].write(made).content).surveys
     tracked = [entry for entry in made.entries if entry.distance_m is not None]
     assert len(survey.observations) == len(tracked)
     # A sign of one letter may take several in ASCII, and then too many.

@@ -129,7 +129,7 @@ def test_the_longest_remarks_of_the_api_come_back(kind: str) -> None:
     [
         ("m150", {"m150_hg304": "BETON", "m150_hi106": "9", "m150_hi103": "7", "m150_hg302": "X"}),
         ("isybau", {"isybau_material": "OB", "isybau_wetter": "9", "isybau_profilart": "8",
-                    "isybau_zweck": "8", "isybau_verfahren": "3"}),
+                    "isybau_inspektionszweck": "8", "isybau_inspektionsverfahren": "3"}),
     ],
 )  # fmt: skip
 def test_values_outside_the_lists_of_a_format_come_back(kind: str, kept: dict[str, str]) -> None:

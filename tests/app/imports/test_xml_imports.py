@@ -59,7 +59,7 @@ def test_ribx_is_read_tolerantly() -> None:
     assert (crack.code, crack.char1, crack.char2, crack.photo) == ("BAB", "Y", "YY", "foto.jpg")
     assert (crack.clock_from, crack.stretch, crack.remark) == (None, None, "stretch 0")
     assert other.remark == "stretch 01, O x"
-    for sentence in ("ABP 'Q' is not known", "Line 10: '0' is not a stretch", "No distance"):
+    for sentence in ("Purpose: 'Q' is not known", "Line 10: '0' is not a stretch", "No distance"):
         assert sentence in told(survey)
     assert (empty.header["asset_id"], empty.observations) == ("S-2", ())
 

@@ -9,7 +9,8 @@ from reports import advised, report, said
 
 from app.reports import pdf as document
 from app.reports.content.recommendations import costs_of, count_without
-from app.reports.exchange import chainage_json, en13508
+from app.reports.exchange import chainage_json
+from app.reports.formats import FORMATS
 from app.reports.html import web_page
 from app.reports.pdf import emergency
 from app.reports.template import Recommendation, ReportTemplate
@@ -110,5 +111,7 @@ def test_programs_find_it_in_json_and_are_warned_of_its_loss_elsewhere():
     ]
 
     assert (entry["recommendation"], entry["cost"]) == ("Rebuild the wall.", 9000.0)
-    assert any("recommendations" in loss for loss in said(en13508.write(made()).losses))
-    assert not any("recommendations" in loss for loss in said(en13508.write(report()).losses))
+    assert any("recommendations" in loss for loss in said(FORMATS["en13508"].write(made()).losses))
+    assert not any(
+        "recommendations" in loss for loss in said(FORMATS["en13508"].write(report()).losses)
+    )

@@ -17,7 +17,7 @@ from surveys import Survey, another
 
 from app.imports import any_file
 from app.inspections.file_reader import FileReader
-from app.reports.exchange import en13508
+from app.reports.formats import FORMATS
 from app.storage.database.backup import back_up
 from app.tracking.pictures.videos import NO_FILM
 
@@ -166,7 +166,7 @@ def test_a_backup_does_not_miss_what_is_elsewhere(shared: Client, run: str, tmp_
 
 
 def test_a_survey_of_another_program_comes_back_too(shared: Client) -> None:
-    survey = imported(shared, en13508.write(report()).content)
+    survey = imported(shared, FORMATS["en13508"].write(report()).content)
     first = exported(shared, survey)
     again = exported(shared, imported(shared, json.dumps(first).encode()))
     assert but_for_ids(again) == but_for_ids(first)

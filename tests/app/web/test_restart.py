@@ -13,7 +13,7 @@ from doors import log_in
 from reports import DEFECTS, report
 from surveys import Survey
 
-from app.reports.exchange import en13508
+from app.reports.formats import FORMATS
 from app.storage.database.backup import back_up, restore
 
 DATABASE = "chainage.db"
@@ -25,7 +25,7 @@ def test_an_inspection_its_corrections_and_an_import_are_found_again_also_in_a_b
     data, back = survey.copied_to(tmp_path / "data"), tmp_path / "back"
     path = f"/api/inspections/{survey.id}"
     with serving(data) as client:
-        content = en13508.write(report()).content
+        content = FORMATS["en13508"].write(report()).content
         made = client.post("/api/imports", params={"filename": "old.txt"}, content=content)
         imported = f"/api/inspections/{made.json()['inspections'][0]['id']}"
         client.tag(survey.id, code="BAB", pixel=[20, 30])

@@ -12,9 +12,9 @@ from reports import DEFECTS, OBSERVATIONS, report
 from small_disk import small_disk
 from wincan_files import project
 
-from app.reports.exchange import en13508
+from app.reports.formats import FORMATS
 
-TEXT = en13508.write(report()).content
+TEXT = FORMATS["en13508"].write(report()).content
 
 
 def send(client: Client, content: bytes, filename: str = "old survey.txt") -> Any:
