@@ -64,7 +64,7 @@ export class ComparePage extends Component {
           <h1 class="visually-hidden">${t('compare.title')}</h1>
           <run-choice data-part="choice"></run-choice>
           <div data-part="message" role="status"></div>
-          <div class="compare__body" data-part="body" hidden></div>
+          <div class="compare__body stack gap-3 one-column" data-part="body" hidden></div>
         </main>`,
     );
     try {
@@ -129,18 +129,18 @@ export class ComparePage extends Component {
               data-part="length" /><span class="unit">${lengthUnit}</span></span></div>
           <p class="help compare__joints" data-part="jointsText" role="status"></p>
         </div>
-        <div class="compare__pictures">${SIDES.map((side) => pictureMarkup(side, this.#runs[side]))}</div>
+        <div class="compare__pictures stack gap-3 halves">${SIDES.map((side) => pictureMarkup(side, this.#runs[side]))}</div>
         <div class="panel compare__strip">
           <compare-strip data-part="strip"></compare-strip>
-          <div class="compare__move" role="group" aria-label="${t('compare.move')}">
+          <div class="compare__move row" role="group" aria-label="${t('compare.move')}">
             ${moveButton('backFar', 'stepBack', t('compare.back_far'), 'Shift + ←')}
             ${moveButton('back', 'back', t('compare.back'), '←')}
-            <p class="compare__place number" role="status" data-part="place"></p>
+            <p class="compare__place strong number" role="status" data-part="place"></p>
             ${moveButton('forward', 'forward', t('compare.forward'), '→')}
             ${moveButton('forwardFar', 'stepForward', t('compare.forward_far'), 'Shift + →')}
           </div>
         </div>
-        <section class="panel compare__defects" aria-label="${t('compare.defects')}">
+        <section class="panel compare__defects column" aria-label="${t('compare.defects')}">
           <div class="compare__kinds" role="group" aria-label="${t('compare.show')}">
             ${[['all', t('compare.all')], ...KINDS.map((kind) => [kind, kindWord(kind)])].map(
               ([kind, label]) => html`<button class="button button--small" data-kind="${kind}">${label}
@@ -148,7 +148,7 @@ export class ComparePage extends Component {
             )}
           </div>
           <ol data-part="rows"></ol>
-          <p class="compare__nothing dim" data-part="nothing"></p>
+          <p class="compare__nothing pad-4 dim" data-part="nothing"></p>
         </section>`,
       ),
     );
@@ -404,10 +404,10 @@ function createRow(select) {
   const row = Object.assign(document.createElement('li'), { className: 'pair', pair: null });
   row.parts = render(
     row,
-    html`<button class="pair__main" data-part="main"><span data-part="mark"></span>
+    html`<button class="pair__main stack bare full" data-part="main"><span data-part="mark"></span>
       <span class="pair__what"><b data-part="code"></b> <span data-part="label"></span></span>
-      <span class="pair__more number"><b data-part="kind"></b> <span class="dim" data-part="more"></span></span>
-      <span class="pair__where number"><span data-part="a"></span><span data-part="b"></span></span></button>`,
+      <span class="pair__more small number"><b data-part="kind"></b> <span class="dim" data-part="more"></span></span>
+      <span class="pair__where small nowrap number"><span data-part="a"></span><span data-part="b"></span></span></button>`,
   );
   // A click leaves the keyboard focus with the page.
   row.addEventListener('mousedown', (event) => event.preventDefault());
@@ -415,19 +415,19 @@ function createRow(select) {
   return row;
 }
 
-const pictureMarkup = (side, { id, inspection }) => html`<figure class="compare__run">
-  <figcaption class="compare__caption">
-    <span class="compare__letter">${side === 'a' ? t('compare.a') : t('compare.b')}</span>
+const pictureMarkup = (side, { id, inspection }) => html`<figure class="compare__run column shrinks">
+  <figcaption class="compare__caption flow">
+    <span class="compare__letter small">${side === 'a' ? t('compare.a') : t('compare.b')}</span>
     <a href="/inspections/${id}" title="${t('compare.open', { name: inspection.name })}">${inspection.name}</a>
     <span class="dim">${inspection.header.date}</span>
-    <span class="compare__distance number"><b data-part="${side}Distance"></b> <span class="dim" data-part="${side}Interval"></span></span>
+    <span class="compare__distance nowrap number"><b data-part="${side}Distance"></b> <span class="dim" data-part="${side}Interval"></span></span>
   </figcaption>
-  <div class="compare__stage" data-part="${side}Stage">
+  <div class="compare__stage holds" data-part="${side}Stage">
     <video data-part="${side}Video" muted playsinline preload="auto" tabindex="-1" aria-hidden="true"></video>
     <canvas data-part="${side}Canvas" role="img" aria-label="${t('compare.picture', { run: side.toUpperCase() })}"
       width="${squareOf(inspection.video).width}" height="${squareOf(inspection.video).height}"></canvas>
-    <p class="compare__note" data-part="${side}Note"></p>
-    <p class="compare__frame number" data-part="${side}Frame">${t('compare.loading')}</p>
+    <p class="compare__note strong nowrap" data-part="${side}Note"></p>
+    <p class="compare__frame small number" data-part="${side}Frame">${t('compare.loading')}</p>
   </div></figure>`;
 
 const moveButton = (part, sign, label, key) => html`<button class="button button--icon" data-part="${part}"

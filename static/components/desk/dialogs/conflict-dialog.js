@@ -31,7 +31,7 @@ export async function askWhichHolds(desk, conflict, settled) {
     content: html`<p class="conflict__intro">${words.intro}
         <span data-part="who"></span></p>
       ${tableMarkup(rowsOf(conflict, desk.catalogue), conflict)}
-      <form method="dialog" class="conflict__foot">
+      <form method="dialog" class="conflict__foot line-above">
         <p class="help">${t('conflict.later_help')}</p>
         <div class="dialog__buttons">
           <button class="button" value="">${t('conflict.later')}</button>
@@ -86,12 +86,12 @@ async function showWho(inspection, { kind, about }, place, signal) {
 function tableMarkup(rows, { mine, theirs }) {
   const [isMine, isTheirs] = [mine !== null, theirs !== null];
   const isMarked = ({ isOther }) => isMine && isTheirs && isOther;
-  return html`<table class="conflict__table">
+  return html`<table class="conflict__table full">
   <thead><tr><th scope="col"><span class="visually-hidden">${t('conflict.field')}</span></th>
     ${isMine && html`<th scope="col">${t('conflict.mine')}</th>`}${isTheirs && html`<th scope="col">${t('conflict.theirs')}</th>`}</tr></thead>
   <tbody>${rows.map(
     (row) => html`<tr${isMarked(row) && html` class="conflict__row--other"`}>
-    <th scope="row">${row.label}${isMarked(row) && html` <span class="conflict__mark">${t('conflict.differs')}</span>`}</th>
+    <th scope="row">${row.label}${isMarked(row) && html` <span class="conflict__mark small weak">${t('conflict.differs')}</span>`}</th>
     ${isMine && html`<td>${row.mine || '–'}</td>`}${isTheirs && html`<td>${row.theirs || '–'}</td>`}</tr>`,
   )}</tbody></table>`;
 }

@@ -237,7 +237,7 @@ const endedMarkup = ({ header }) => html`<p>${
   <div class="dialog__buttons"><button class="button" data-part="reopen">${icon('undo')}${t('finish.reopen')}</button></div>`;
 
 const formMarkup = ({ inspection }) => html`<form class="finish" data-part="form" novalidate>
-  <fieldset class="finish__how" data-part="how">
+  <fieldset class="finish__how stack halves" data-part="how">
     <legend>${t('finish.how')}</legend>
     ${
       /** @type {const} */ ([
@@ -245,7 +245,7 @@ const formMarkup = ({ inspection }) => html`<form class="finish" data-part="form
         ['abandoned', t('finish.abandoned'), 'stop'],
       ]).map(
         ([value, label, sign]) =>
-          html`<label class="finish__choice">${icon(sign)}<input type="radio" name="end" value="${value}" />${label}</label>`,
+          html`<label class="finish__choice row pad-row framed--strong holds">${icon(sign)}<input type="radio" name="end" value="${value}" />${label}</label>`,
       )
     }
     <span class="fault" data-part="howFault" role="alert"></span>

@@ -34,7 +34,7 @@ export async function openRecordOn(inspection) {
     content: html`<form class="stack gap-4" data-part="form" novalidate>
       <p>${t('again.on_text')}</p>
       <source-picker data-part="camera"></source-picker>
-      <fieldset class="again__robot"><legend>${t('again.robot')}</legend>
+      <fieldset class="again__robot stack"><legend>${t('again.robot')}</legend>
         <label><input type="radio" name="robot" value="stood_still" /> <b>${t('again.stood_still')}</b>
           <span class="help">${t('again.stood_still_help')}</span></label>
         <label><input type="radio" name="robot" value="moved" checked /> <b>${t('again.moved')}</b>

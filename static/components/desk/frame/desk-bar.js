@@ -32,20 +32,20 @@ export class DeskBar extends Component {
       html`<header class="topbar row line-below desk-bar">
           <div class="desk-bar__title">
             <a class="brand inline-row plain" href="/" aria-label="${t('desk.all')}">${icon('back')}${icon('logo')}</a>
-            <h1 class="desk-bar__name" title="${name}">${name}</h1>
+            <h1 class="desk-bar__name one-line" title="${name}">${name}</h1>
             <span role="status" data-part="chip"></span>
             <button type="button" class="chip-button" title="${t('tab.review')}" data-part="review"></button>
             <button type="button" class="chip-button label-button inline-row gap-1 help" data-part="labels"></button>
-            <span class="desk-bar__pace dim number" data-part="pace"></span>
-            <p class="desk-bar__people" role="status" data-part="people"></p>
+            <span class="desk-bar__pace small nowrap dim number" data-part="pace"></span>
+            <p class="desk-bar__people row gap-1 shrinks small" role="status" data-part="people"></p>
           </div>
-          <div class="desk-bar__tools">
+          <div class="desk-bar__tools grow">
             <button class="button button--small" data-part="cancel" data-needs="operator" hidden>${icon('stop')}<span
               class="desk-bar__word">${t('desk.cancel')}</span></button>
             <button class="button button--small" data-part="retry" data-needs="operator" hidden>${icon('retry')}${t('desk.retry')}</button>
             <button class="button button--small" data-part="recordOn" data-needs="operator" title="${t('again.on_title')}" hidden>${icon('live')}<span
               class="desk-bar__word">${t('again.on')}</span></button>
-            <p class="desk-bar__lock dim" role="status" data-part="lock" hidden></p>
+            <p class="desk-bar__lock one-line shrinks small dim" role="status" data-part="lock" hidden></p>
             <span class="spacer"></span>
             <p class="save number" role="status" data-part="save" data-needs="operator"></p>
             <button class="button button--quiet button--small" data-part="undo" data-needs="operator">${icon('undo')}

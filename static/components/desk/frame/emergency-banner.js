@@ -25,8 +25,8 @@ export class EmergencyBanner extends Component {
     /** @type {Parts<'frame/emergency-banner'>} */
     this.parts = render(
       this,
-      html`<p class="emergency__title">${severityMark(GRAVEST)}<b>${t('emergency.title')}</b></p>
-        <ul class="emergency__list" data-part="list" aria-live="polite"></ul>
+      html`<p class="emergency__title inline-row nowrap">${severityMark(GRAVEST)}<b>${t('emergency.title')}</b></p>
+        <ul class="emergency__list stack gap-1 grow shrinks" data-part="list" aria-live="polite"></ul>
         <a class="button button--small button--danger emergency__sheet" download
           href="${exportPath(id, 'emergency')}">${icon('download')}<span>${t('emergency.sheet')}</span></a>`,
     );

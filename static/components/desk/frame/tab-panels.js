@@ -30,15 +30,15 @@ export class TabPanels extends Component {
     /** @type {Parts<'frame/tab-panels'>} */
     this.parts = render(
       this,
-      html`<div class="tabs__list" role="tablist" aria-label="${label}" data-part="list">
+      html`<div class="tabs__list line-below holds" role="tablist" aria-label="${label}" data-part="list">
           ${tabs.map(
-            ({ name, title }) => html`<button class="tabs__tab" role="tab" id="tab-${name}"
-            aria-controls="tab-${name}-panel" data-tab="${name}">${title}<span class="tabs__note number"
+            ({ name, title }) => html`<button class="tabs__tab inline-row holds dim nowrap" role="tab" id="tab-${name}"
+            aria-controls="tab-${name}-panel" data-tab="${name}">${title}<span class="tabs__note dim number"
             data-part="${name}Note"></span></button>`,
           )}
         </div>
         ${tabs.map(
-          ({ name }) => html`<div class="tabs__panel" role="tabpanel" id="tab-${name}-panel"
+          ({ name }) => html`<div class="tabs__panel column grow" role="tabpanel" id="tab-${name}-panel"
           aria-labelledby="tab-${name}" data-part="${name}Panel" hidden></div>`,
         )}`,
     );

@@ -164,7 +164,7 @@ export class HeaderForm extends Component {
       return;
     }
     const group = (name) =>
-      html`<div class="header-form__grid">${this.#fields
+      html`<div class="header-form__grid stack gap-4">${this.#fields
         .filter((field) => field.group === name)
         .map((field) => fieldMarkup(field, packs))}</div>`;
     /** @type {Parts<'header/header-form'>} */

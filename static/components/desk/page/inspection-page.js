@@ -130,10 +130,10 @@ export class InspectionPage extends Component {
             <desk-splitter data-of="side"></desk-splitter>
             <desk-splitter data-of="strip"></desk-splitter>
             <desk-splitter data-of="viewer"></desk-splitter>
-            <div class="desk__notices">
+            <div class="desk__notices stack">
               <emergency-banner hidden></emergency-banner>
               <conflict-notice hidden></conflict-notice>
-              <div class="desk-messages" data-part="messages"></div>
+              <div class="desk-messages stack" data-part="messages"></div>
               <rig-notice hidden></rig-notice>
               <lock-notice hidden></lock-notice>
             </div>

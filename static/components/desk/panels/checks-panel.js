@@ -36,11 +36,11 @@ export class ChecksPanel extends Component {
     /** @type {Parts<'panels/checks-panel'>} */
     this.parts = render(
       this,
-      html`<div class="checks__head"><p role="status" data-part="summary"></p>
+      html`<div class="checks__head row gap-3 apart line-below"><p role="status" data-part="summary"></p>
           <button class="button button--quiet button--small" data-part="again">${icon('retry')}${t('checks.again')}</button></div>
         <div data-part="list"></div>
         <section aria-labelledby="checks-lost" data-part="lostField" hidden><h3 class="checks__title" id="checks-lost">${t('checks.lost_list')}</h3>
-          <ul class="checks__group" data-part="lost"></ul></section>`,
+          <ul class="checks__group pad-1" data-part="lost"></ul></section>`,
     );
     const { desk, parts } = this;
     this.listen(parts.again, 'click', () => desk.checks.load().catch(toastError));
@@ -89,7 +89,7 @@ export class ChecksPanel extends Component {
             .filter(({ found }) => found.length)
             .map(
               ({ level, found }) =>
-                html`<ul class="checks__group">${found.map((issue) => this.#row(issue, level))}</ul>`,
+                html`<ul class="checks__group pad-1">${found.map((issue) => this.#row(issue, level))}</ul>`,
             )}`,
     );
   }
@@ -126,7 +126,7 @@ export class ChecksPanel extends Component {
     const repairs = mayEdit() ? repairsOf(issue, this.desk) : [];
     return html`<li class="check check--${level}">${icon(level === 'block' ? 'stop' : 'alert')}
       <p>${this.#sentence(issue)}</p>
-      <div class="check__actions">${repairs.map(
+      <div class="check__actions flow">${repairs.map(
         ({ name }, i) => html`<button class="button button--small" data-issue="${index}"
         data-repair="${i}">${name}</button>`,
       )}${

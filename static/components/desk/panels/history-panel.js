@@ -57,11 +57,11 @@ export class HistoryPanel extends Component {
     /** @type {Parts<'panels/history-panel'>} */
     this.parts = render(
       this,
-      html`<div class="history__head">
+      html`<div class="history__head row wrap apart line-below">
           <label class="switch"><input type="checkbox" data-part="only" />${t('history.selected')}</label>
-          <p class="dim history__hint">${pieces('history.undo_hint', { key: html`<kbd>Ctrl + Z</kbd>` })}</p>
+          <p class="dim history__hint small">${pieces('history.undo_hint', { key: html`<kbd>Ctrl + Z</kbd>` })}</p>
         </div>
-        <p class="history__empty dim" role="status" data-part="note"></p>
+        <p class="history__empty pad-4 dim" role="status" data-part="note"></p>
         <ol data-part="rows" aria-label="${t('history.label')}"></ol>
         <div class="history__more"><button class="button button--small" data-part="more" hidden></button></div>`,
     );
@@ -130,7 +130,7 @@ export class HistoryPanel extends Component {
     const title = this.#titleOf(event);
     const changes = differences(event);
     return html`<li class="event">${icon(SIGNS[event.action] ?? 'info')}
-      <div class="event__what">
+      <div class="event__what stack gap-1">
         <p class="event__title">${
           id && this.desk.observations.find(id)
             ? html`<button class="link" data-observation="${id}">${title}</button>`
@@ -138,12 +138,12 @@ export class HistoryPanel extends Component {
         }</p>
         ${
           changes.length > 0 &&
-          html`<dl class="event__changes">${changes.map(
+          html`<dl class="event__changes flow small">${changes.map(
             ({ name, before, after }) =>
               html`<div><dt>${labelOf(name)}</dt><dd>${before !== null && html`<del>${before}</del> `}<ins>${after ?? '–'}</ins></dd></div>`,
           )}</dl>`
         }
-        ${remark && html`<p class="event__remark">“${remark}”</p>`}
+        ${remark && html`<p class="event__remark small">“${remark}”</p>`}
         ${
           mayEdit() &&
           hasVersion(event) &&
@@ -151,7 +151,7 @@ export class HistoryPanel extends Component {
           aria-label="${t('history.restore_title', { name: title })}">${icon('undo')}${t('history.restore')}</button></p>`
         }
       </div>
-      <p class="event__who dim"><time datetime="${at}">${date(at)}</time><span>${who}</span></p></li>`;
+      <p class="event__who packed small dim"><time datetime="${at}">${date(at)}</time><span>${who}</span></p></li>`;
   }
 
   /** Restores the version that an event has replaced, as a new change. */

@@ -25,12 +25,12 @@ export function remarkRow(remark, { name, isOld = false } = {}) {
     <div class="remark__what">
       <p>${name && html`<button type="button" class="link" data-go="${observation}">${name}</button> `}<b>${wordFor('remark', kind)}</b>
         ${isOld && html`<span class="dim">(${t('reviewing.edited_since')})</span>`}</p>
-      ${text && html`<p class="remark__text">${text}</p>`}
-      <p class="dim remark__who">${t('reviewing.by', { who: by, when: date(at) })}${settled && html` · ${t('reviewing.settled_by', { who: settledBy, when: date(settled) })}`}</p>
+      ${text && html`<p class="remark__text breaks">${text}</p>`}
+      <p class="dim small">${t('reviewing.by', { who: by, when: date(at) })}${settled && html` · ${t('reviewing.settled_by', { who: settledBy, when: date(settled) })}`}</p>
     </div>
     ${
       mayEdit() &&
-      html`<span class="remark__buttons">
+      html`<span class="remark__buttons at-top">
       ${kind === 'question' && html`<button type="button" class="button button--small" data-settle="${id}">${settled ? t('reviewing.unsettle') : t('reviewing.settle')}</button>`}
       ${
         isMine &&

@@ -73,8 +73,8 @@ export class ReviewPanel extends Component {
           ${review.steps.length === 0 && html`<p class="dim">${t('reviewing.no_steps')}</p>`}
           <ol class="remarks">${review.steps.toReversed().map(
             ({ state, by, at, reason }) => html`<li class="remark">${icon('forward')}
-            <div class="remark__what"><p><b>${wordFor('review', state)}</b></p>${reason && html`<p class="remark__text">${reason}</p>`}
-            <p class="dim remark__who">${t('reviewing.by', { who: by, when: date(at) })}</p></div></li>`,
+            <div class="remark__what"><p><b>${wordFor('review', state)}</b></p>${reason && html`<p class="remark__text breaks">${reason}</p>`}
+            <p class="dim small">${t('reviewing.by', { who: by, when: date(at) })}</p></div></li>`,
           )}</ol>
         </section>`,
     );

@@ -25,23 +25,23 @@ export class CorrectionsPanel extends Component {
     /** @type {Parts<'corrections/corrections-panel'>} */
     this.parts = render(
       this,
-      html`<div class="fix__body">
-          <correction-outcome class="fix"></correction-outcome>
-          <fieldset class="locked" ${!mayEdit() && 'disabled'}><div class="fix__columns">
-            <zero-section class="fix"></zero-section>
-            <counter-section class="fix"></counter-section>
-            <known-length class="fix"></known-length>
-            <taped-lengths class="fix"></taped-lengths>
-            <joints-section class="fix"></joints-section>
-            <rig-doubt class="fix"></rig-doubt>
+      html`<div class="fix__body scrolls grow holds">
+          <correction-outcome class="fix stack gap-3 packed one-column pad-4 line-above"></correction-outcome>
+          <fieldset class="locked" ${!mayEdit() && 'disabled'}><div class="fix__columns one-column">
+            <zero-section class="fix stack gap-3 packed one-column pad-4 line-above"></zero-section>
+            <counter-section class="fix stack gap-3 packed one-column pad-4 line-above"></counter-section>
+            <known-length class="fix stack gap-3 packed one-column pad-4 line-above"></known-length>
+            <taped-lengths class="fix stack gap-3 packed one-column pad-4 line-above"></taped-lengths>
+            <joints-section class="fix stack gap-3 packed one-column pad-4 line-above"></joints-section>
+            <rig-doubt class="fix stack gap-3 packed one-column pad-4 line-above"></rig-doubt>
           </div></fieldset>
         </div>
-        <form class="fix__bar" data-part="bar" hidden novalidate>
+        <form class="fix__bar stack pad-head" data-part="bar" hidden novalidate>
           <div data-part="fault" role="alert"></div>
           <div class="field" data-part="forceBox" hidden><label for="fix-force">${t('corrections.force')}</label>
             <input class="input" id="fix-force" maxlength="4000" autocomplete="off" placeholder="${t('corrections.force_hint')}"
               data-part="force" /></div>
-          <div class="fix__apply">
+          <div class="fix__apply flow">
             <label class="visually-hidden" for="fix-remark">${t('corrections.remark')}</label>
             <input class="input" id="fix-remark" maxlength="4000" autocomplete="off" placeholder="${t('corrections.remark')}"
               data-part="remark" />

@@ -40,9 +40,9 @@ export class CounterBox extends Component {
     /** @type {Parts<'corrections/counter-box'>} */
     this.parts = render(
       this,
-      html`<div class="counter-box__picture" data-part="frame">
+      html`<div class="counter-box__picture holds" data-part="frame">
           <img src="${source}" width="${shown.width}" height="${shown.height}" alt="${alt}" draggable="false" />
-          <svg class="counter-box__drawing" preserveAspectRatio="none" viewBox="0 0 ${width} ${height}" data-part="drawing" tabindex="0"
+          <svg class="counter-box__drawing full" preserveAspectRatio="none" viewBox="0 0 ${width} ${height}" data-part="drawing" tabindex="0"
             role="application" aria-label="${t('counter.box')}" aria-describedby="counter-box-help">
             <rect class="counter-box__edge" data-part="edge" />
           </svg>

@@ -23,7 +23,7 @@ export class CounterSection extends Component {
     this.parts = render(
       this,
       html`<h3>${t('counter.title')}</h3>
-        <div class="film-counter" data-part="state" role="status"></div>
+        <div class="stack" data-part="state" role="status"></div>
         <div data-part="offer"></div>
         <div data-part="faults"></div>
         <div class="fix__buttons" data-part="buttons">
@@ -102,7 +102,7 @@ export class CounterSection extends Component {
       sigma: length.scale_sigma.toFixed(3),
     });
     return html`<div class="message ${length.agrees ? 'film-counter__fits' : 'message--warning'}">${icon(length.agrees ? 'check' : 'alert')}
-      <div class="film-counter__offer"><p class="number">${text}</p>
+      <div class="stack gap-1 at-start"><p class="number">${text}</p>
         <p class="dim">${length.agrees ? t('counter.agrees') : t('counter.disagrees')}
           ${t('counter.between', { first: length.first_frame, last: length.last_frame })}</p>
         ${
@@ -184,7 +184,7 @@ function faultsMarkup(faults, track) {
     return row ? chainage(row.distance_mm / 1000) : t('corrections.frame', { frame });
   };
   return html`<table class="joints film-counter__faults number">
-      <caption class="film-counter__caption">${t('counter.faults')}</caption>
+      <caption class="film-counter__caption small strong">${t('counter.faults')}</caption>
       <thead><tr><th scope="col">${t('counter.fault')}</th><th scope="col">${t('counter.at')}</th>
         <th scope="col">${t('counter.counted')}</th><th scope="col">${t('counter.driven')}</th></tr></thead>
       <tbody>${faults.map(

@@ -30,7 +30,7 @@ export class KnownLength extends Component {
       this,
       html`<h3>${t('corrections.known')}</h3>
         <p class="help">${t('corrections.known_help')}</p>
-        <div class="fix__row">
+        <div class="fix__row stack gap-3 halves">
           ${metresField({ part: 'length', id: 'known-length', label: t('corrections.length') })}
           ${numberField({ part: 'sigma', id: 'known-sigma', label: t('corrections.sigma'), unit: 'mm' })}
           <div class="field"><span class="label" id="known-source">${t('corrections.source')}</span>

@@ -24,7 +24,7 @@ export class CorrectionOutcome extends Component {
     /** @type {Parts<'corrections/outcome'>} */
     this.parts = render(
       this,
-      html`<dl class="ends-of-run number">
+      html`<dl class="ends-of-run flow number">
           <div><dt>${t('corrections.as_measured')}</dt><dd data-part="raw"></dd></div>
           <div><dt data-part="nowTerm">${t('corrections.now')}</dt><dd data-part="now"></dd></div>
           <div data-part="thenBox" class="ends-of-run__then"><dt>${t('corrections.then')}</dt><dd data-part="then"></dd></div>
@@ -32,7 +32,7 @@ export class CorrectionOutcome extends Component {
         <div data-part="notices"></div>
         <div data-part="class"></div>
         <details class="evidence" data-part="budgetBox" open hidden><summary>${t('interval.made_of')}</summary>
-          <div class="budget__body" data-part="budget"></div></details>
+          <div class="stack gap-3" data-part="budget"></div></details>
         <details class="evidence" data-part="details" hidden><summary>${t('corrections.how')}</summary>
           <div data-part="evidence"></div></details>`,
     );

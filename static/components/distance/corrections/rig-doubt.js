@@ -13,7 +13,7 @@ export class RigDoubt extends Component {
       this,
       html`<h3>${t('corrections.rig')}</h3>
         <p class="help">${t('corrections.rig_help')}</p>
-        <div class="fix__row">
+        <div class="fix__row stack gap-3 halves">
           ${numberField({ part: 'height', id: 'rig-height', label: t('corrections.rig_height'), unit: 'mm' })}
           ${numberField({ part: 'focal', id: 'rig-focal', label: t('corrections.rig_focal'), unit: 'px' })}
         </div>`,

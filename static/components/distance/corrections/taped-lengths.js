@@ -99,7 +99,7 @@ export class TapedLengths extends Component {
     row.parts = render(
       row,
       html`${endsMarkup()}
-        <div class="tape__fields">
+        <div class="tape__fields stack gap-3 at-bottom">
           ${metresField({ part: 'length', id: `tape-${key}-length`, label: t('corrections.length') })}
           ${numberField({ part: 'sigma', id: `tape-${key}-sigma`, label: t('corrections.sigma'), unit: 'mm' })}
           <button class="button button--quiet button--small button--icon" data-part="remove"

@@ -16,19 +16,19 @@ export class ZeroSection extends Component {
       this,
       html`<h3>${t('corrections.zero')}</h3>
         <div class="zero">
-          <button class="zero__evidence" data-part="evidence" hidden>
+          <button class="zero__evidence framed--strong plain" data-part="evidence" hidden>
             <img data-part="picture" alt="" width="160" height="120" />
             <span class="number" data-part="caption"></span>
           </button>
-          <p class="zero__none" data-part="none">${t('corrections.zero_none')}</p>
-          <div class="zero__fields">
+          <p class="zero__none pad-3 small dim" data-part="none">${t('corrections.zero_none')}</p>
+          <div class="stack gap-3">
             <div class="fix__buttons">
               <button class="button button--small" data-part="here"><kbd>Z</kbd>${t('corrections.zero_here')}</button>
               <button class="button button--small button--quiet" data-part="clear" hidden>${t('corrections.clear')}</button>
             </div>
             ${metresField({ part: 'offset', id: 'zero-offset', label: t('corrections.offset') })}
           </div>
-          <figure class="zero__sketch" data-part="sketch"></figure>
+          <figure class="zero__sketch stack whole-row" data-part="sketch"></figure>
         </div>`,
     );
     const { parts, desk } = this;
@@ -84,7 +84,7 @@ function sketch(offsetM) {
   const [wall, reach] = [78, 64];
   const camera = offsetM === 0 ? wall : wall + Math.sign(offsetM) * reach;
   const shown = `${offsetM > 0 ? '+' : ''}${signed(toShown(offsetM), 2)} ${lengthUnit}`;
-  return html`<svg class="offset-sketch" viewBox="0 0 240 112" role="img" aria-label="${t('corrections.sketch', { offset: shown })}">
+  return html`<svg class="offset-sketch full" viewBox="0 0 240 112" role="img" aria-label="${t('corrections.sketch', { offset: shown })}">
       <path class="offset-sketch__ground" d="M0 22h${wall}M0 92h${wall}" />
       <path class="offset-sketch__wall" d="M${wall} 4v18h162M${wall} 108V92h162" />
       <path class="offset-sketch__zero" d="M${wall} 22v70" />

@@ -37,14 +37,14 @@ export class DistanceReadout extends Component {
     /** @type {Parts<'readout/distance-readout'>} */
     this.parts = render(
       this,
-      html`<p class="readout__distance number"><span data-part="value">–</span> <span class="readout__unit">${lengthUnit}</span></p>
-        <div class="readout__trust">
-          <p class="readout__interval number"><button class="readout__why" data-part="why" title="${t('interval.title')}"><span
+      html`<p class="readout__distance nowrap number"><span data-part="value">–</span> <span class="readout__unit dim">${lengthUnit}</span></p>
+        <div class="readout__trust stack grow">
+          <p class="readout__interval nowrap number"><button class="readout__why" data-part="why" title="${t('interval.title')}"><span
             data-part="interval"></span> <span class="dim">(95 %)</span>${icon('info')}</button></p>
-          <p class="readout__health number"><span data-part="sign"></span><span data-part="health"></span></p>
-          <p class="readout__more dim number"><span data-part="joint"></span><span class="readout__speed" data-part="speed"></span></p>
+          <p class="readout__health strong number"><span data-part="sign"></span><span data-part="health"></span></p>
+          <p class="readout__more flow small dim number"><span data-part="joint"></span><span class="readout__speed" data-part="speed"></span></p>
         </div>
-        <p class="readout__joints dim" data-part="joints" hidden><span data-part="jointsText"></span>
+        <p class="readout__joints small dim" data-part="joints" hidden><span data-part="jointsText"></span>
           <button class="link" data-part="takeBack" ${!mayEdit() && 'hidden'}>${t('readout.take_back')}</button></p>
         <p class="visually-hidden" role="status" data-part="announced"></p>`,
     );

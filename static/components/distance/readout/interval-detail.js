@@ -37,7 +37,7 @@ export function budgetMarkup({ distance_u95_m: u95M, parts, taped }) {
           aria-hidden="true"></meter></td></tr>`,
       )}</tbody>
     </table>
-    <p class="budget__advice">${icon('stretch')}<span>${advice(u95M, parts, taped)}</span></p>`;
+    <p class="budget__advice strong">${icon('stretch')}<span>${advice(u95M, parts, taped)}</span></p>`;
 }
 
 function advice(u95M, parts, taped) {
@@ -64,7 +64,7 @@ export async function openIntervalDetail(desk) {
   const { frame, row } = desk.playhead.value;
   const { dialog, parts } = openDialog({
     title: t('interval.title'),
-    content: html`<div class="budget__body" data-part="body" aria-busy="true"><p class="dim">${t('interval.loading')}</p></div>`,
+    content: html`<div class="stack gap-3" data-part="body" aria-busy="true"><p class="dim">${t('interval.loading')}</p></div>`,
   });
   const closing = new AbortController();
   dialog.addEventListener('close', () => closing.abort());

@@ -52,18 +52,18 @@ export class StripLog extends Strip {
     /** @type {Parts<'strip/strip-log'>} */
     this.parts = render(
       this,
-      html`<div class="strip__bar">
+      html`<div class="strip__bar row wrap gap-1 line-below">
           <details class="menu holds" data-part="menu">
             <summary class="button button--quiet button--small">${icon('layers')}${t('strip.lanes')}</summary>
             <ul class="menu__list strip__lane-list panel">
               ${[...LANES.map(({ name }) => name), 'wall'].map(
-                (name) => html`<li><label class="strip__lane">
+                (name) => html`<li><label class="strip__lane row gap-3">
                 <input type="checkbox" value="${name}" ${stripSettings.has(name) ? html`checked` : null} />
                 ${laneWord(name)}</label></li>`,
               )}
             </ul>
           </details>
-          <p class="strip__legend" aria-hidden="true">
+          <p class="strip__legend dim" aria-hidden="true">
             <span class="strip__key strip__key--ok">${t('strip.ok')}</span>
             <span class="strip__key strip__key--weak">${t('strip.weak')}</span>
             <span class="strip__key strip__key--lost">${t('strip.lost')}</span>

@@ -18,7 +18,7 @@ export class MeasureBox extends Component {
     /** @type {Parts<'measure/measure-box'>} */
     this.parts = render(
       this,
-      html`<div class="measure__row">
+      html`<div class="measure__row flow at-bottom">
           <label class="field"><span class="label">${t('measure.what')}</span>
             <select class="input" data-part="kind">${Object.keys(KINDS).map(
               (kind) => html`<option
@@ -27,10 +27,10 @@ export class MeasureBox extends Component {
           <button type="button" class="button" data-part="start" aria-pressed="false"
             title="${withKey(t('measure.start_help'), 'Shift + M')}">${icon('ruler')}${t('measure.start')}</button>
         </div>
-        <div class="measure__now" data-part="now" hidden>
+        <div class="measure__now stack pad-row" data-part="now" hidden>
           <p class="help" data-part="hint"></p>
-          <p class="measure__figure number" role="status" data-part="figure"></p>
-          <div class="measure__row">
+          <p class="strong number" role="status" data-part="figure"></p>
+          <div class="measure__row flow at-bottom">
             <button type="button" class="button button--small button--primary" data-part="finish">${icon('check')}${t('measure.finish')}</button>
             <button type="button" class="button button--small" data-part="back">${icon('undo')}${t('measure.back')}</button>
             <button type="button" class="button button--small button--quiet" data-part="cancel">${t('page.cancel')}</button>

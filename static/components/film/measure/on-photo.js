@@ -13,7 +13,7 @@ export function measuresOnPhoto({ frame, measures }, video) {
   const here = (measures ?? []).filter(({ points }) => points.every((point) => point.frame === frame));
   return (
     here.length > 0 &&
-    html`<svg class="photo__sizes" viewBox="-0.5 -0.5 ${width} ${height}" aria-hidden="true">
+    html`<svg class="photo__sizes covers" viewBox="-0.5 -0.5 ${width} ${height}" aria-hidden="true">
     ${here.map(({ kind, points }) => {
       const line = points.map(({ pixel }) => toSquare(video, pixel).join(' ')).join('L');
       const path = `M${line}${kind === 'area' ? 'Z' : ''}`;

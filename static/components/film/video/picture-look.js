@@ -33,7 +33,7 @@ export class PictureLook extends Component {
             title="${t('look.title')}">${icon('contrast')}</summary>
           <div class="menu__list panel look" role="group" aria-label="${t('look.title')}">
             ${FIELDS.map(
-              ([name, label, min, max]) => html`<label class="look__field">${label}
+              ([name, label, min, max]) => html`<label class="look__field stack">${label}
               <input type="range" min="${min}" max="${max}" step="0.05" data-part="${name}" /></label>`,
             )}
             <p class="help">${t('look.help')}</p>

@@ -17,9 +17,9 @@ export class QuickButtons extends Component {
   #show() {
     render(
       this,
-      html`<button class="button quick__code quick__code--plain"><kbd>T</kbd>${t('video.tag')}</button>
+      html`<button class="button quick__code small quick__code--plain"><kbd>T</kbd>${t('video.tag')}</button>
         ${quickCodes(this.desk.catalogue).map(
-          ({ tag: { code }, label }, i) => html`<button class="button quick__code"
+          ({ tag: { code }, label }, i) => html`<button class="button quick__code small"
           data-quick="${i}" title="${code}: ${label}"><kbd>${i + 1}</kbd>${label}</button>`,
         )}`,
     );

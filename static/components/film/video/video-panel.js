@@ -63,8 +63,8 @@ export class VideoPanel extends Component {
             <canvas data-part="picture" class="stage__picture" role="img" aria-label="${t('video.picture')}"></canvas>
           </div>
           <canvas data-part="overlay" class="stage__overlay" aria-hidden="true"></canvas>
-          <p class="stage__badge" data-part="badge" hidden>${icon('live')}${t('video.live')}
-            <picture-age class="stage__age"></picture-age></p>
+          <p class="stage__badge row small strong" data-part="badge" hidden>${icon('live')}${t('video.live')}
+            <picture-age class="stage__age row"></picture-age></p>
           <p class="stage__note" data-part="note"></p>
           <code-chain data-part="chain"></code-chain>
           <div class="stage__tools" role="group" aria-label="${t('video.view')}">
@@ -76,15 +76,15 @@ export class VideoPanel extends Component {
             ${tool('large', 'large', t('video.large'), 'Shift + F')}
           </div>
         </div>
-        <div class="transport">
+        <div class="transport row gap-3">
           <div class="transport__buttons">
             ${button('stepBack', 'stepBack', t('video.back'), '←')}
             ${button('play', 'play', t('video.play'), t('video.space'))}
             ${button('stepForward', 'stepForward', t('video.forward'), '→')}
           </div>
-          <input class="transport__time" type="range" min="0" max="1" step="any" value="0" data-part="time"
+          <input class="transport__time grow" type="range" min="0" max="1" step="any" value="0" data-part="time"
             aria-label="${t('video.time')}" />
-          <p class="transport__clock number"><span data-part="clock"></span><span class="transport__frame"
+          <p class="transport__clock small dim nowrap number"><span data-part="clock"></span><span class="transport__frame"
             data-part="frame"></span></p>
           <select class="input transport__speed" data-part="speed" aria-label="${t('video.speed')}"
             title="${t('video.speed_keys')}">${SPEEDS.map((speed) => html`<option value="${speed}">${speed}×</option>`)}</select>

@@ -44,7 +44,7 @@ export class ViewerPanel extends Component {
     /** @type {Parts<'views/viewer-panel'>} */
     this.parts = render(
       this,
-      html`<div class="viewer__head">
+      html`<div class="viewer__head row wrap apart line-below">
           <h2><span class="visually-hidden">${t('viewer.title')}</span> <small class="dim" data-part="late" title="${t('viewer.late_help')}">${t('viewer.late')}</small></h2>
           <div class="viewer__cameras" role="group" aria-label="${t('viewer.cameras')}">
             ${CAMERAS.map(
@@ -53,7 +53,7 @@ export class ViewerPanel extends Component {
             )}
           </div>
           <div class="viewer__tools" role="group" aria-label="${t('viewer.tools')}">
-            <select class="input viewer__cut" aria-label="${t('viewer.cut')}" title="${t('viewer.cut_help')}" data-part="cut">
+            <select class="input viewer__cut small" aria-label="${t('viewer.cut')}" title="${t('viewer.cut_help')}" data-part="cut">
               ${CUTS.map(([half, label]) => html`<option value="${half}">${label}</option>`)}
             </select>
             <button class="button button--small button--icon" aria-pressed="false" aria-label="${t('viewer.measure')}"
@@ -63,7 +63,7 @@ export class ViewerPanel extends Component {
               aria-label="${t('viewer.large')}" title="${t('viewer.large')}">${icon('large')}</button>
           </div>
         </div>
-        <div class="viewer__stage" data-part="stage"></div>`,
+        <div class="viewer__stage grow" data-part="stage"></div>`,
     );
     for (const button of this.querySelectorAll('[data-mode]')) {
       this.listen(button, 'click', () => this.#choose(button.dataset.mode));

@@ -64,13 +64,13 @@ export class WallStrip extends Strip {
     /** @type {Parts<'views/wall-strip'>} */
     this.parts = render(
       this,
-      html`<div class="wall__modes" role="group" data-needs="operator" aria-label="${t('wall.click')}">
+      html`<div class="wall__modes stack" role="group" data-needs="operator" aria-label="${t('wall.click')}">
           <button class="button" data-part="tag" title="${t('wall.tag_help')}">${t('wall.tag')}</button>
           <button class="button" data-part="seek" title="${t('wall.seek_help')}">${t('wall.seek')}</button>
         </div>
         <div class="wall__track" data-part="track" tabindex="0" role="application" aria-label="${t('wall.label')}"
           aria-describedby="wall-keys"><canvas data-part="ground"></canvas><canvas data-part="above"></canvas></div>
-        <p class="wall__empty" data-part="empty" hidden></p>
+        <p class="wall__empty small" data-part="empty" hidden></p>
         <p class="visually-hidden" id="wall-keys">${t('wall.keys')}</p>
         <p class="visually-hidden" role="status" data-part="announced"></p>`,
     );
