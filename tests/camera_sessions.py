@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from ipaddress import ip_network
 from pathlib import Path
 
@@ -13,20 +13,12 @@ import msgspec
 from builders import HEIGHT, PATIENCE_S, WIDTH, clip_rig
 from in_process import CameraThread
 
-from app.jobs.messages import (
-    Batch,
-    CameraInput,
-    CameraState,
-    Done,
-    Failed,
-    FromCamera,
-    Limits,
-    LiveRequest,
-    Row,
-    StopCapture,
-)
+from app.jobs.live.messages import CameraInput, CameraState, LiveRequest
+from app.jobs.messages import Answer, Failed, Limits, Part, Problem
 from app.jobs.process import Child
+from app.jobs.track.batches import Batch
 from app.tracking.cameras import Sources
+from vo_core import Estimate
 
 LOOPBACK = Sources([ip_network("127.0.0.0/8")], None)
 LIMITS = Limits(1536 * 2**20, file_bytes=2**30)
@@ -40,12 +32,12 @@ class Session:
     recording: Path
     limits: Limits = LIMITS
     reserve_bytes: int = 0
-    last: Row | None = None
+    last: Estimate | None = None
     zero_s: float | None = None
     child: Child | CameraThread = field(default_factory=CameraThread)
-    rows: list[Row] = field(default_factory=list)
+    rows: list[Estimate] = field(default_factory=list)
     states: list[CameraState] = field(default_factory=list)
-    end: Done | Failed | None = None
+    end: Problem | Failed | None = None
 
     def __post_init__(self) -> None:
         self.child.send(
@@ -56,25 +48,32 @@ class Session:
                 str(self.recording.with_name("parts.csv")),
                 self.limits,
                 self.reserve_bytes,
-                self.last,
+                asdict(self.last) if self.last else None,
                 self.zero_s,
             )
         )
-        self._decoder = msgspec.msgpack.Decoder(FromCamera)
+        self._messages = msgspec.msgpack.Decoder(Part | Answer | Failed)
+        self._parts = msgspec.msgpack.Decoder(Batch | CameraState)
 
     def until(self, condition: Callable[[], object]) -> Session:
         """Listen until it is so or the end."""
         deadline = time.monotonic() + PATIENCE_S
         while self.end is None and not condition():
             assert time.monotonic() < deadline, self.states
-            match self._decoder.decode(self.child.receive(PATIENCE_S)):
-                case Batch() as batch:
-                    self.rows += batch.rows
-                case CameraState() as state:
-                    self.states.append(state)
-                case Done() | Failed() as end:
-                    self.end = end
+            match self._messages.decode(self.child.receive(PATIENCE_S)):
+                case Part(value):
+                    self._take(self._parts.decode(value))
+                case Answer(value):
+                    self.end = msgspec.msgpack.decode(value, type=Problem)
+                case Failed() as failed:
+                    self.end = failed
         return self
+
+    def _take(self, part: Batch | CameraState) -> None:
+        if isinstance(part, Batch):
+            self.rows += part.estimates
+        else:
+            self.states.append(part)
 
     def until_end(self) -> Session:
         self.until(lambda: False)
@@ -83,7 +82,7 @@ class Session:
 
     def stop(self) -> Session:
         with suppress(BrokenPipeError):  # it may have ended by itself
-            self.child.send(StopCapture())
+            self.child.send(None)
         return self.until_end()
 
     def frames(self, count: int) -> Session:

@@ -13,9 +13,15 @@ from typing import Any
 import msgspec
 import pytest
 
+from app.jobs import child
 from app.jobs.live import camera
-from app.jobs.messages import Checkpoint, FromTracker, LiveRequest, TrackRequest, encode
+from app.jobs.live.messages import LiveRequest
+from app.jobs.messages import Problem, encode
 from app.jobs.track import tracker
+from app.jobs.track.batches import Batch
+from app.jobs.track.messages import Checkpoint, Passing, TrackRequest
+
+FromTracker = Batch | Checkpoint | Passing | Problem
 
 
 class VirtualClock:
@@ -39,10 +45,12 @@ class _Parent:
     def __init__(self, leave_at: float) -> None:
         self.messages: list[FromTracker] = []
         self._leave_at = leave_at
-        self._decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(FromTracker)
+        self._decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(
+            Batch | Checkpoint | Passing
+        )
 
-    def send_bytes(self, content: bytes) -> None:
-        message = self._decoder.decode(content)
+    def tell(self, part: object) -> None:
+        message = self._decoder.decode(encode(part))
         self.messages.append(message)
         if isinstance(message, Checkpoint) and message.frames >= self._leave_at:
             raise BrokenPipeError
@@ -51,17 +59,17 @@ class _Parent:
 def track(
     request: TrackRequest, *, leave_at: int | None = None
 ) -> tuple[list[FromTracker], VirtualClock]:
-    """All messages of a tracker, and its clock at the end; with `leave_at` up to a checkpoint after
-    so many frames.
+    """All messages of a tracker with its answer, and its clock at the end; with `leave_at` up to a
+    checkpoint after so many frames.
     """
     parent, clock = _Parent(math.inf if leave_at is None else leave_at), VirtualClock()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tracker, "time", clock)
         if leave_at is None:
-            tracker._track(request, parent)  # type: ignore[arg-type]
+            parent.messages.append(tracker.track(request, parent))  # type: ignore[arg-type]
         else:
             with pytest.raises(BrokenPipeError):
-                tracker._track(request, parent)  # type: ignore[arg-type]
+                tracker.track(request, parent)  # type: ignore[arg-type]
     return parent.messages, clock
 
 
@@ -72,7 +80,7 @@ class CameraThread:
         self._ours, self._theirs = Pipe()
         self._thread: threading.Thread | None = None
 
-    def send(self, message: msgspec.Struct) -> None:
+    def send(self, message: object) -> None:
         if self._thread is not None:
             self._ours.send_bytes(encode(message))
             return
@@ -82,7 +90,8 @@ class CameraThread:
 
     def _run(self, request: LiveRequest) -> None:
         with self._theirs:
-            camera.serve(request, self._theirs)
+            parent = child.Parent(self._theirs)
+            child.answer(self._theirs, lambda: camera.record(request, parent), "Tracking")
 
     def receive(self, timeout_s: float) -> bytes:
         if not self._ours.poll(timeout_s):

@@ -17,36 +17,30 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
+from functools import partial
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from app.jobs import limits
-from app.jobs.messages import (
-    Batch,
-    Done,
-    Failed,
-    FromMedia,
-    FromTracker,
-    Limits,
-    PictureRequest,
-    Probed,
-    ProbeRequest,
-    TrackRequest,
-    encode,
-)
+from app.jobs import child, confinement
+from app.jobs.messages import Answer, Failed, Limits, Part, Problem, encode
 from app.jobs.requests import media
+from app.jobs.requests.media import PictureRequest, ProbeRequest
 from app.jobs.track import tracker
+from app.jobs.track.batches import Batch
+from app.jobs.track.messages import Checkpoint, Passing, TrackRequest
 from vo_core import Rig
+from vo_core.containers import VideoInfo
 from vo_core.errors import RigVideoMismatch
 
 LIMITS = Limits(768 * 2**20, cpu_s=20)
 """The smallest limits that an operator may set."""
 WALL_CLOCK_S = 120.0
 """A file that takes this long hangs; one that is worked on meets its limit before."""
+_MESSAGES = msgspec.msgpack.Decoder(Part | Answer | Failed)
 
 
 @dataclass(frozen=True)
@@ -95,7 +89,7 @@ class ReadyTracker:
 
 
 def _serve() -> None:
-    media._warm_up()
+    media.warm_up()
     import app.jobs.track.follow  # noqa: F401
 
     gc.collect()
@@ -127,9 +121,9 @@ def _tried(video: str, rig: dict[str, Any]) -> Verdict:
 def _child(video: str, connection: Connection) -> None:
     """Run in the child; never return."""
     try:
-        limits.apply(LIMITS)
+        confinement.set_limits(LIMITS)
         for request in (ProbeRequest(video), PictureRequest(video, 0.2, 80)):
-            connection.send_bytes(encode(media._answer(request)))
+            child.answer(connection, partial(media.result_of, request), "Reading the video")
         sys.argv[1:] = [str(connection.fileno())]
         with suppress(EOFError):  # the parent has seen enough
             tracker.main()
@@ -139,44 +133,44 @@ def _child(video: str, connection: Connection) -> None:
 
 def _drained(connection: Connection, request: TrackRequest, begun_s: float) -> tuple[str, str, int]:
     """Return what a parent would conclude from the children's messages."""
-    from_media = msgspec.msgpack.Decoder(FromMedia)
-    from_tracker = msgspec.msgpack.Decoder(FromTracker)
-    rows: list[float] = []
+    parts = msgspec.msgpack.Decoder(Batch | Checkpoint | Passing)
+    times_s: list[float] = []
     try:
-        probed = from_media.decode(_received(connection, begun_s))
-        picture = from_media.decode(_received(connection, begun_s))
+        probed, picture = (_received(connection, begun_s) for _ in range(2))
         for answer in (probed, picture):
             if isinstance(answer, Failed) and answer.trace:
                 return "unforeseen", answer.trace, 0
-        if isinstance(probed, Probed):
-            json.dumps(msgspec.structs.asdict(probed), allow_nan=False)
-            Rig.parse(request.rig).require_picture_size(probed.width, probed.height)
+        if isinstance(probed, Answer):
+            info = msgspec.msgpack.decode(probed.value, type=VideoInfo)
+            json.dumps(asdict(info), allow_nan=False)
+            Rig.parse(request.rig).require_picture_size(info.width, info.height)
         connection.send_bytes(encode(request))
-        while not isinstance(
-            message := from_tracker.decode(_received(connection, begun_s)), Done | Failed
-        ):
-            for row in message.rows if isinstance(message, Batch) else ():
-                numbers = [v for v in msgspec.structs.astuple(row) if not isinstance(v, str)]
-                if row.frame != len(rows) or not all(map(math.isfinite, numbers)):
-                    return "unforeseen", f"row {numbers} after {len(rows)} rows", len(rows)
-                rows.append(row.time_s)
+        while isinstance(message := _received(connection, begun_s), Part):
+            part = parts.decode(message.value)
+            for estimate in part.estimates if isinstance(part, Batch) else ():
+                numbers = [v for v in astuple(estimate) if not isinstance(v, str)]
+                if estimate.frame != len(times_s) or not all(map(math.isfinite, numbers)):
+                    said = f"{numbers} after {len(times_s)} frames"
+                    return "unforeseen", said, len(times_s)
+                times_s.append(estimate.time_s)
     except RigVideoMismatch as error:
         return "rig_video_mismatch", str(error), 0
     except TimeoutError:
-        return "timed out", "", len(rows)
+        return "timed out", "", len(times_s)
     except (EOFError, ConnectionError):
-        return "crashed", "", len(rows)
-    if isinstance(message, Done):
-        return "partial" if message.problem else "whole", message.problem or "", len(rows)
+        return "crashed", "", len(times_s)
+    if isinstance(message, Answer):
+        problem = msgspec.msgpack.decode(message.value, type=Problem).sentence
+        return "partial" if problem else "whole", problem or "", len(times_s)
     if message.trace:
-        return "unforeseen", message.trace, len(rows)
-    return message.code, message.detail, len(rows)
+        return "unforeseen", message.trace, len(times_s)
+    return message.code, message.detail, len(times_s)
 
 
-def _received(connection: Connection, begun_s: float) -> bytes:
+def _received(connection: Connection, begun_s: float) -> Part | Answer | Failed:
     if not connection.poll(max(begun_s + WALL_CLOCK_S - time.monotonic(), 0)):
         raise TimeoutError
-    return connection.recv_bytes()
+    return _MESSAGES.decode(connection.recv_bytes())
 
 
 if __name__ == "__main__":

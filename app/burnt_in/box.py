@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from vo_core.types import ByteImage
+if TYPE_CHECKING:  # children load NumPy under their limits
+    from vo_core.types import ByteImage
 
 
 @dataclass(frozen=True)
@@ -15,6 +17,11 @@ class Box:
     top: int
     right: int
     bottom: int
+
+    @property
+    def corners(self) -> tuple[int, int, int, int]:
+        """Left, top, right, bottom."""
+        return self.left, self.top, self.right, self.bottom
 
     @property
     def width(self) -> int:

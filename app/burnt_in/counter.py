@@ -125,6 +125,20 @@ class BurntIn:
     """None if the film shows no counter."""
     film_date: date | None
     """None if it shows no date."""
+    width: int
+    height: int
+    """Of the picture."""
+
+
+@dataclass(frozen=True)
+class ReadFilm:
+    """A film of which every frame was read."""
+
+    found: BurntIn
+    csv: str
+    """The readings as `CounterReadings.to_csv` writes them."""
+    problem: str | None
+    """What was wrong with the film."""
 
 
 def burnt_in(video: Path, within: Box | None = None) -> BurntIn:
@@ -139,7 +153,9 @@ def burnt_in(video: Path, within: Box | None = None) -> BurntIn:
     pictures, read, detect = list(_pictures(video)), TextReader(), TextDetector()
     some = pictures[::EVERY]
     lines = [joined(detect(picture)) for picture in some]
-    return BurntIn(find_counter(pictures, lines, read, within), shown_date(some, lines, read))
+    height, width = pictures[0].shape[:2]
+    place = find_counter(pictures, lines, read, within)
+    return BurntIn(place, shown_date(some, lines, read), width, height)
 
 
 def read_counter(

@@ -22,7 +22,7 @@ _STATUS = np.dtype("S4")
 """ok, weak or lost in fixed length: a quarter of the size of text."""
 
 
-class Found(msgspec.Struct, frozen=True, tag="found"):
+class Found(msgspec.Struct, frozen=True):
     """The content of a file; one of the two fields is set."""
 
     surveys: ImportedFile | None = None
@@ -59,12 +59,13 @@ def pack(found: ImportedFile | WholeInspection) -> bytes:
     return _ENCODER.encode(Found(whole=replace(found, health=()), health=health))
 
 
-def unpack(found: Found) -> ImportedFile | WholeInspection:
+def unpack(packed: bytes) -> ImportedFile | WholeInspection:
     """Decode a message.
 
     Raises:
-        ValueError: The parts do not match.
+        ValueError: It is none, or its parts do not match.
     """
+    found = _DECODER.decode(packed)
     if found.surveys is not None:
         return found.surveys
     if found.whole is None:
@@ -94,8 +95,4 @@ def _unpacked(kind: type, value: Any) -> object:
 
 
 _ENCODER = msgspec.msgpack.Encoder(enc_hook=_packed)
-
-
-def decoder(kind: Any) -> msgspec.msgpack.Decoder[Any]:
-    """Return a decoder of messages, one of which may be `Found`."""
-    return msgspec.msgpack.Decoder(kind, dec_hook=_unpacked)
+_DECODER = msgspec.msgpack.Decoder(Found, dec_hook=_unpacked)

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from app.burnt_in.counter import BurntIn
 from app.errors import PixelOutsidePicture
 from app.inspections.uploads import Uploads
-from app.jobs.messages import CounterFound, FirstPicture
+from app.jobs.requests.media import FirstPicture
 from app.tracking.pictures.counter_queue import CounterQueue
 from app.tracking.pictures.media import Media
 from vo_core import Pose, Rig
@@ -55,7 +56,7 @@ class Aiming:
         with self._uploads.held(upload_id) as (path, info):
             return self._media.first_picture(path, info.filename)
 
-    def counter(self, upload_id: str) -> CounterFound:
+    def counter(self, upload_id: str) -> BurntIn:
         """Find the burnt-in counter of a complete upload.
 
         Raises:

@@ -10,6 +10,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 from app.imports.survey import Caveat
+from app.jobs.track.batches import Batch
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
 from app.storage.database.tables import Inspection
@@ -117,6 +118,12 @@ class Keeper:
         rig = json.dumps(inspection.rig, indent=2)
         self._blobs.put(keys.rig(inspection.id), rig.encode())
         self._tracks.begin(inspection.id)
-        self._tracks.append(inspection.id, run.estimates())
-        self._tracks.note(inspection.id, enumerate(run.health), run.sightings, run.tilt, run.stance)
+        batch = Batch(
+            list(run.estimates()),
+            health=list(enumerate(run.health)),
+            sightings=list(run.sightings),
+            tilt=run.tilt,
+            stance=run.stance,
+        )
+        self._tracks.append(inspection.id, batch)
         self._tracks.finish(inspection.id, track_metadata(inspection))

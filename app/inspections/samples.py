@@ -14,14 +14,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
-import msgspec
-
-from app.errors import InspectionNotFound, SampleBeingMade, SampleFailed
+from app.errors import InspectionNotFound, SampleBeingMade
 from app.inspections.films import Films
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
-from app.jobs.messages import Done, Failed, FromSample, Limits, Rendered, SampleRequest
-from app.jobs.process import Child, describe_exit
+from app.jobs.messages import Limits, Progress
+from app.jobs.process import Child, ask_about_media
+from app.jobs.requests.sample import SampleRequest
 from app.lab.simulation.sample import SAMPLE, tags
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
@@ -82,7 +81,6 @@ class Samples:
         self._inspections = inspections
         self._films = films
         self._observations = observations
-        self._messages: msgspec.msgpack.Decoder[FromSample] = msgspec.msgpack.Decoder(FromSample)
         self._changed = threading.Condition()
         """Guards the next fields; notified at each step."""
         self._making: SampleState | None = None
@@ -194,38 +192,27 @@ class Samples:
         return target
 
     def _render(self, folder: Path) -> None:
-        child = Child("app.jobs.requests.sample")
-        try:
+        def report(progress: Progress) -> None:
+            self._set_state(SampleState("rendering", progress.done, progress.total))
+
+        with Child("app.jobs.requests.sample") as child:
             with self._changed:
                 self._child = child
                 if self._stopping:
                     child.terminate()
-            self._drain(child, folder)
-        except TimeoutError as error:
-            child.kill()
-            raise SampleFailed(
-                f"Rendering the sample made no progress for {_STALL_S:g} s and was stopped."
-            ) from error
-        except (EOFError, BrokenPipeError) as error:
-            raise SampleFailed(
-                f"The process that renders the sample died: {describe_exit(child.end())}."
-            ) from error
-        finally:
-            with self._changed:
-                self._child = None
-            child.end()
-
-    def _drain(self, child: Child, folder: Path) -> None:
-        child.send(SampleRequest(str(folder), LENGTH_MM, _LIMITS))
-        while True:
-            match self._messages.decode(child.receive(_STALL_S)):
-                case Rendered(done, total):
-                    self._set_state(SampleState("rendering", done, total))
-                case Done():
-                    return
-                case Failed(_, detail, trace):
-                    logger.error("Rendering the sample: %s", trace)
-                    raise SampleFailed(f"The sample could not be rendered: {detail}.")
+            try:
+                ask_about_media(
+                    child,
+                    SampleRequest(str(folder), LENGTH_MM, _LIMITS),
+                    type(None),
+                    work="Rendering the sample",
+                    stall_s=_STALL_S,
+                    part=Progress,
+                    on_part=report,
+                )
+            finally:
+                with self._changed:
+                    self._child = None
 
 
 def header(rig: Rig, now: datetime) -> dict[str, Any]:

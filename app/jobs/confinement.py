@@ -1,4 +1,6 @@
-"""Confines a child to the files that it needs: Landlock, of Linux 5.13 and later.
+"""What a child may use: limits of memory, time and file size, and the files that it needs.
+
+Files are confined by Landlock, of Linux 5.13 and later.
 
 The lists of `vo_core.sources` keep FFmpeg from opening other files; the kernel then refuses them
 too, even to code that a malicious video makes a decoder run: the token, the database, other
@@ -13,6 +15,7 @@ from __future__ import annotations
 import ctypes
 import errno
 import os
+import resource
 import site
 import struct
 import sys
@@ -20,7 +23,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import app
+from app.jobs.messages import Limits
 
+_OPEN_FILES = 64
+_CPU_GRACE_S = 5
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
 """System calls, whose numbers are the same on every architecture."""
 _ASK_FOR_VERSION, _PATH_BENEATH, _PORT, _NO_NEW_PRIVILEGES = 1, 1, 2, 38
@@ -36,6 +42,24 @@ _SCOPES_SINCE = 6
 _CODE = ("/usr", "/lib", "/lib64", "/proc/self", "/sys/devices/system/cpu")
 _ABSENT = (errno.ENOSYS, errno.EOPNOTSUPP, errno.EPERM)
 """Errors if Landlock is not built in, not enabled, or blocked in a container."""
+
+
+def set_limits(limits: Limits) -> None:
+    """Limit address space, processor time and file size of this process; disable core dumps."""
+    _set(resource.RLIMIT_AS, limits.memory_bytes)
+    _set(resource.RLIMIT_NOFILE, _OPEN_FILES)
+    _set(resource.RLIMIT_FSIZE, limits.file_bytes)
+    _set(resource.RLIMIT_CORE, 0)
+    if limits.cpu_s is not None:
+        # The soft limit sends SIGXCPU, which names the reason; SIGKILL at the hard limit does not.
+        _set(resource.RLIMIT_CPU, limits.cpu_s, limits.cpu_s + _CPU_GRACE_S)
+
+
+def _set(kind: int, soft: int, hard: int | None = None) -> None:
+    _, most = resource.getrlimit(kind)
+    hard = soft if hard is None else hard
+    hard = hard if most == resource.RLIM_INFINITY else min(hard, most)
+    resource.setrlimit(kind, (min(soft, hard), hard))
 
 
 def confine(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import socket
@@ -9,21 +10,62 @@ import struct
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, Pipe
+from multiprocessing.connection import Pipe
 from pathlib import Path
+from typing import Any, Self, TypeVar
 
 import msgspec
 
 import app
-from app.jobs.messages import MAX_MESSAGE_BYTES, encode
+from app.errors import InvalidCalibration, MediaFailed, MediaTimeout
+from app.jobs.messages import MAX_MESSAGE_BYTES, Answer, Failed, Part, encode
+from vo_core.errors import UnreadableVideo
+
+logger = logging.getLogger(__name__)
 
 _GRACE_S = 20.0
 """A child that does not end within this time hangs; on a busy machine ending takes seconds."""
 _LOOK_AGAIN_S = 1.0
 _SEND_S = 10.0
 """A child that does not accept a message for this long hangs."""
+
+Result = TypeVar("Result")
+_MESSAGES: msgspec.msgpack.Decoder[Part | Answer | Failed] = msgspec.msgpack.Decoder(
+    Part | Answer | Failed
+)
+
+
+class ChildFault(Exception):
+    """A child gave no answer."""
+
+
+class Stalled(ChildFault):
+    """It sent nothing for too long, and was killed."""
+
+
+class Died(ChildFault):
+    """It ended before its answer, or sent what it may not send; the text says how it ended."""
+
+    def __init__(self, how: str, exit_code: int | None = None) -> None:
+        super().__init__(how)
+        self.exit_code = exit_code
+
+
+class Refused(ChildFault):
+    """It says itself why it failed."""
+
+    def __init__(self, failed: Failed) -> None:
+        super().__init__(failed.detail)
+        self.code = failed.code
+        self._trace = failed.trace
+
+    def log(self, work: str) -> None:
+        """Log a fault of the program."""
+        if self._trace:
+            logger.error("%s: %s %s", work, self, self._trace)
 
 
 @dataclass(frozen=True)
@@ -76,20 +118,67 @@ class Child:
         """Process id."""
         return self._process.pid
 
-    def send(self, message: msgspec.Struct) -> None:
+    def ask(
+        self,
+        request: object,
+        kind: type[Result],
+        *,
+        stall_s: float,
+        part: Any = None,
+        on_part: Callable[[Any], None] = lambda part: None,
+        on_sent: Callable[[], object] = lambda: None,
+    ) -> Result:
+        """Send a request, and receive all messages up to the answer.
+
+        Args:
+            request: For the child.
+            kind: Type of the answer.
+            stall_s: Longest time without a message.
+            part: Type of the results before the answer, if there are any.
+            on_part: Called with each of them.
+            on_sent: Called when the request was sent.
+        Raises:
+            Stalled, Died, Refused: There is no answer; without one, only a child that refused runs.
+        """
+        parts, answers = msgspec.msgpack.Decoder(part), msgspec.msgpack.Decoder(kind)
+        with self._explained():
+            self.send(request)
+        on_sent()
+        while True:
+            with self._explained():
+                message = _MESSAGES.decode(self.receive(stall_s))
+                if isinstance(message, Failed):
+                    raise Refused(message)
+                if isinstance(message, Answer):
+                    return answers.decode(message.value)
+                found = parts.decode(message.value)
+            on_part(found)
+
+    @contextmanager
+    def _explained(self) -> Iterator[None]:
+        """Turn errors of the pipe into faults of the child, and make sure that it has ended."""
+        try:
+            yield
+        except TimeoutError as error:
+            self.kill()
+            raise Stalled from error
+        except (EOFError, OSError) as error:
+            code = self.end()
+            raise Died(describe_exit(code), code) from error
+        except msgspec.MsgspecError as error:
+            self.kill()
+            raise Died("it gave an invalid answer") from error
+
+    def send(self, message: object) -> None:
         """Send a message to the child.
 
         Raises:
             TimeoutError: The child does not accept it.
             OSError: The child has died.
         """
-        self.send_bytes(encode(message))
-
-    def send_bytes(self, content: bytes) -> None:
-        """Send bytes unchanged; raises the same errors as `send`."""
         self._limit(socket.SO_SNDTIMEO, _SEND_S)
         try:
-            self._connection.send_bytes(content)
+            self._connection.send_bytes(encode(message))
         except BlockingIOError as error:
             raise TimeoutError from error
 
@@ -133,6 +222,12 @@ class Child:
                 socket.SOL_SOCKET, option, struct.pack("ll", int(seconds), int(1e6 * rest_s))
             )
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.kill()
+
     def terminate(self) -> None:
         """Ask the child to end; a waiting `receive` gets EOFError."""
         self._process.terminate()
@@ -173,9 +268,34 @@ def describe_exit(code: int) -> str:
     return f"it was ended by signal {-code} ({name}{_HINTS.get(-code, '')})"
 
 
-def connection_from_arguments() -> Connection:
-    """Return the child's end of the pipe; for the `main` of a child."""
-    return Connection(int(sys.argv[1]))
+def ask_about_media(
+    child: Child,
+    request: object,
+    kind: type[Result],
+    *,
+    work: str,
+    stall_s: float,
+    part: Any = None,
+    on_part: Callable[[Any], None] = lambda part: None,
+) -> Result:
+    """Ask a child as `Child.ask` does.
+
+    Args:
+        work: What the child does, as the beginning of a sentence.
+    Raises:
+        UnreadableVideo, InvalidCalibration: The child says that the film cannot be used.
+        MediaTimeout, MediaFailed: It took too long, died, or failed.
+    """
+    try:
+        return child.ask(request, kind, stall_s=stall_s, part=part, on_part=on_part)
+    except Stalled as error:
+        raise MediaTimeout(f"{work} made no progress for {stall_s:g} s and was stopped.") from error
+    except Died as death:
+        raise MediaFailed(f"{work} failed, as its process died: {death}.") from death
+    except Refused as refusal:
+        refusal.log(work)
+        told = {"unreadable_video": UnreadableVideo, "invalid_calibration": InvalidCalibration}
+        raise told.get(refusal.code, MediaFailed)(str(refusal)) from refusal
 
 
 def _environment() -> dict[str, str]:

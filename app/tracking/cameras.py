@@ -16,7 +16,7 @@ from typing import Literal
 from urllib.parse import SplitResult, urlsplit
 
 from app.errors import LiveSourceRefused
-from app.jobs.messages import CameraInput
+from app.jobs.live.messages import CameraInput
 
 Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address

@@ -12,31 +12,18 @@ import threading
 import time
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
-from app.errors import DiskFull, MediaFailed, StoreUnavailable
-from app.jobs.messages import (
-    Batch,
-    CameraState,
-    Done,
-    Failed,
-    Finalised,
-    FinaliseRequest,
-    FromCamera,
-    FromFinaliser,
-    FromReopener,
-    Limits,
-    LiveRequest,
-    ReopenRequest,
-    Row,
-    StopCapture,
-)
-from app.jobs.process import Child, describe_exit
+from app.errors import DiskFull, MediaFailed, MediaTimeout, StoreUnavailable
+from app.jobs.live.finaliser import FinaliseRequest
+from app.jobs.live.messages import CameraState, LiveRequest
+from app.jobs.live.reopener import ReopenRequest
+from app.jobs.messages import Limits, Problem
+from app.jobs.process import Child, Died, Refused, Stalled, ask_about_media
+from app.jobs.track.batches import Batch
 from app.jobs.track.parts import Between, Mark
 from app.logs import about
 from app.settings import MIB
@@ -55,6 +42,8 @@ from app.tracking.live import CameraStatus, Live, Progress
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.videos import video_columns
 from app.tracking.tracks import Tracks
+from vo_core.containers import VideoInfo
+from vo_core.errors import UnreadableVideo
 
 logger = logging.getLogger(__name__)
 
@@ -95,7 +84,7 @@ class LiveRun(Run):
     def end_child(self, child: Child) -> None:
         """Ask the child to end, as it must still track what was captured and close the file."""
         try:
-            child.send(StopCapture())
+            child.send(None)
         except OSError:  # it has died; its thread will notice
             logger.debug("A camera process had ended before it was asked to.")
 
@@ -135,10 +124,6 @@ class Recorder:
         self._tracking = tracking
         self._memory_bytes = memory_bytes
         self._reserve_bytes = reserve_bytes
-        self._messages: msgspec.msgpack.Decoder[FromCamera] = msgspec.msgpack.Decoder(FromCamera)
-        self._answers: msgspec.msgpack.Decoder[FromFinaliser] = msgspec.msgpack.Decoder(
-            FromFinaliser
-        )
         self.restarts = 0
         """Number of camera processes that died."""
         self._lock = threading.Lock()
@@ -203,22 +188,19 @@ class Recorder:
         size = video.stat().st_size
         self._folder.require_room(round(_ROOM_TO_REMUX * size))
         limits = Limits(self._memory_bytes, file_bytes=self._folder.disk_bytes())
-        child = Child("app.jobs.live.reopener")
-        answer: FromReopener
         try:
-            child.send(ReopenRequest(str(video), str(recording), limits))
-            answer = msgspec.msgpack.decode(child.receive(_FINALISING_S), type=FromReopener)
-        except TimeoutError:
-            child.kill()
-            answer = Failed("media_timeout", "It took too long.")
-        except (EOFError, BrokenPipeError):
-            answer = Failed("media_failed", f"The process died: {describe_exit(child.end())}.")
-        finally:
-            child.end()
-        if isinstance(answer, Failed):
+            with Child("app.jobs.live.reopener") as child:
+                ask_about_media(
+                    child,
+                    ReopenRequest(str(video), str(recording), limits),
+                    type(None),
+                    work="Going on with the recording",
+                    stall_s=_FINALISING_S,
+                )
+        except (MediaFailed, MediaTimeout, UnreadableVideo) as failure:
             recording.unlink(missing_ok=True)
-            logger.warning("%s cannot be continued: %s %s", video, answer.detail, answer.trace)
-            raise MediaFailed(f"The film cannot be continued. {answer.detail}")
+            logger.warning("%s cannot be continued: %s", video, failure)
+            raise MediaFailed(f"The film cannot be continued. {failure}") from failure
         sync_folder(recording.parent)
 
     def _in_thread(self, work: Any, subject: Any, inspection_id: str | None) -> None:
@@ -293,30 +275,33 @@ class Recorder:
         return None
 
     def _drained(self, run: LiveRun, child: Child) -> Outcome:
-        """Receive the messages of a camera process until it is done, or raise _Died."""
+        """Take the results of a camera process until it is done, or raise _Died."""
+
+        def take(part: Batch | CameraState) -> None:
+            if isinstance(part, Batch):
+                self._runs.take(run, part)
+            else:
+                self._note(run, part)
+
         try:
-            child.send(self._request(run))
-            self._runs.give_child(run, child)
-            while True:
-                match self._messages.decode(child.receive(_SILENCE_S)):
-                    case Batch() as batch:
-                        self._runs.take(run, batch)
-                    case CameraState() as state:
-                        self._note(run, state)
-                    case Done(problem):
-                        return Outcome("done", warning=problem)
-                    case Failed(code, detail, trace):
-                        if code not in _HOPELESS:
-                            raise _Died(f"{detail} {trace}")
-                        return Outcome("failed", code, detail)
-        except TimeoutError as error:
-            child.kill()
+            problem = child.ask(
+                self._request(run),
+                Problem,
+                stall_s=_SILENCE_S,
+                part=Batch | CameraState,
+                on_sent=lambda: self._runs.give_child(run, child),
+                on_part=take,
+            )
+        except Stalled as error:
             raise _Died("it was silent for too long and was ended") from error
-        except (EOFError, BrokenPipeError) as error:
-            raise _Died(describe_exit(child.end())) from error
-        except msgspec.MsgspecError as error:
-            child.kill()
-            raise _Died("it gave an invalid answer") from error
+        except Died as death:
+            raise _Died(str(death)) from death
+        except Refused as refusal:
+            if refusal.code not in _HOPELESS:
+                refusal.log(f"Recording {run.inspection.id}")
+                raise _Died(str(refusal)) from refusal
+            return Outcome("failed", refusal.code, str(refusal))
+        return Outcome("done", warning=problem.sentence)
 
     def _request(self, run: LiveRun) -> LiveRequest:
         assert run.source is not None  # noqa: S101  (given by begin)
@@ -329,7 +314,7 @@ class Recorder:
             str(self._folder.marks(run.inspection.id)),
             limits,
             self._reserve_bytes,
-            Row(*(getattr(run.last, name) for name in Row.__struct_fields__)) if run.last else None,
+            asdict(run.last) if run.last else None,
             run.zero_s,
             self._left_out(run),
             run.between if run.frames_done == run.first_frame else None,
@@ -439,13 +424,14 @@ class Recorder:
         if not recording.exists():
             return None
         mp4 = recording.with_name("recording.mp4")
-        answer = self._remuxed(recording, mp4)
-        if isinstance(answer, Failed):
-            logger.warning("Recording of %s: %s %s", inspection.id, answer.detail, answer.trace)
+        try:
+            info = self._remuxed(recording, mp4)
+        except (MediaFailed, MediaTimeout, UnreadableVideo) as failure:
+            logger.warning("Recording of %s: %s", inspection.id, failure)
             self._blobs.adopt(keys.film(inspection.id, keys.RECORDING), recording)
             return None
         video = mp4 if mp4.exists() else recording
-        columns = video_columns(answer.probed)
+        columns = video_columns(info)
         columns["playable"] = columns["playable"] and video == mp4
         left_out = [m for m in self._tracks.marks(inspection.id) if m.kind == "left_out"]
         columns["frames"] += len(left_out)  # dropped frames have numbers too
@@ -457,22 +443,18 @@ class Recorder:
         mp4.unlink(missing_ok=True)
         return recording if is_spare else None
 
-    def _remuxed(self, recording: Path, mp4: Path) -> Finalised | Failed:
+    def _remuxed(self, recording: Path, mp4: Path) -> VideoInfo:
         size = recording.stat().st_size
         has_room = self._folder.free_bytes() > _ROOM_TO_REMUX * size
         limits = Limits(self._memory_bytes, file_bytes=round(_ROOM_TO_REMUX * size) + MIB)
-        child = Child("app.jobs.live.finaliser")
-        try:
-            child.send(FinaliseRequest(str(recording), str(mp4) if has_room else None, limits))
-            return self._answers.decode(child.receive(_FINALISING_S))
-        except TimeoutError:
-            child.kill()
-            return Failed("media_timeout", "Finalising took too long.")
-        except (EOFError, BrokenPipeError):
-            how = describe_exit(child.end())
-            return Failed("media_failed", f"The finalising process died: {how}.")
-        finally:
-            child.end()
+        with Child("app.jobs.live.finaliser") as child:
+            return ask_about_media(
+                child,
+                FinaliseRequest(str(recording), str(mp4) if has_room else None, limits),
+                VideoInfo,
+                work="Finalising the recording",
+                stall_s=_FINALISING_S,
+            )
 
 
 def _shown(camera: CameraStatus) -> tuple[bool, bool, str | None]:

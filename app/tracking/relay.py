@@ -10,12 +10,11 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
 
 import msgspec
 
 from app.errors import InspectionNotFound
-from app.jobs.messages import Batch, Gauged, Row, Seen, Standing, Tilted
+from app.jobs.track.batches import Batch
 from app.storage.database.tables import ENDED
 from app.storage.members import Members
 from app.storage.records.inspections import InspectionStore
@@ -32,7 +31,8 @@ from app.tracking.live import (
     WallChanged,
 )
 from app.tracking.tracks import HEALTH, Tracks
-from vo_core.track import Track
+from vo_core.image.health import Health
+from vo_core.track import COLUMNS, Estimate, Track
 
 _ASK_EVERY_S = 1.0
 _ROWS_AT_ONCE = 5_000
@@ -258,7 +258,7 @@ class Relay:
             first = 0
             for batch in batches_of(self._tracks, inspection_id):
                 self._send(_Took(inspection_id, first, batch, run.camera, to))
-                first += len(batch.rows)
+                first += len(batch.estimates)
 
     def _send(self, message: _Message) -> None:
         self._members.send(msgspec.msgpack.encode(message))
@@ -280,30 +280,24 @@ def batches_of(tracks: Tracks, inspection_id: str) -> list[Batch]:
     track, health = tracks.get(inspection_id), tracks.health(inspection_id).columns()
     tilt, stance = tracks.tilt(inspection_id), tracks.stance(inspection_id)
     gauged = [
-        Gauged(frame, *map(float, values))
+        (frame, Health(*map(float, values)))
         for frame, values in enumerate(zip(*(health[name] for name in HEALTH), strict=True))
     ]
     batches = [
-        Batch(_rows(track, first), b"", health=gauged[first : first + _ROWS_AT_ONCE])
+        Batch(_estimates(track, first), health=gauged[first : first + _ROWS_AT_ONCE])
         for first in range(0, len(track), _ROWS_AT_ONCE)
     ]
     if batches:
         batches[-1] = msgspec.structs.replace(
             batches[-1],
-            sightings=[
-                Seen(*_fields(sighting, Seen)) for sighting in tracks.sightings(inspection_id)
-            ],
-            tilt=None if tilt is None else Tilted(*_fields(tilt, Tilted)),
-            stance=Standing(*_fields(stance, Standing)),
+            sightings=tracks.sightings(inspection_id),
+            tilt=tilt,
+            stance=stance,
         )
     return batches
 
 
-def _rows(track: Track, first: int) -> list[Row]:
-    names = Row.__struct_fields__
+def _estimates(track: Track, first: int) -> list[Estimate]:
+    names = COLUMNS
     columns = [getattr(track, name)[first : first + _ROWS_AT_ONCE].tolist() for name in names]
-    return [Row(*values) for values in zip(*columns, strict=True)]
-
-
-def _fields(found: object, kind: type[msgspec.Struct]) -> list[Any]:
-    return [getattr(found, name) for name in kind.__struct_fields__]
+    return [Estimate(*values) for values in zip(*columns, strict=True)]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from app.errors import BlobNotFound, DamagedTrack
 from app.jobs.track import parts
+from app.jobs.track.batches import Batch
 from app.jobs.track.parts import Mark
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs, Readable, StoredBlob
@@ -25,7 +26,7 @@ from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting, from_csv, to_csv
-from vo_core.track import COLUMNS, Estimate, Status, Track, metadata_of
+from vo_core.track import COLUMNS, Status, Track, metadata_of
 
 HEALTH = tuple(field.name for field in fields(Health))
 """Names of the columns of health."""
@@ -97,13 +98,17 @@ class _Growing:
         self.left_out: list[Mark] = []
         self.columns = GrowingColumns(_DTYPES)
 
-    def append(self, estimates: Iterable[Estimate]) -> None:
-        rows = list(estimates)
-        begin = len(self.columns)
-        values: dict[str, Any] = {name: [getattr(e, name) for e in rows] for name in COLUMNS}
+    def append(self, batch: Batch) -> None:
+        estimates, begin = batch.estimates, len(self.columns)
+        values: dict[str, Any] = {name: [getattr(e, name) for e in estimates] for name in COLUMNS}
         # Row i is frame i, whatever number a tracker has assigned.
-        values["frame"] = np.arange(begin, begin + len(rows))
-        self.columns.extend(len(rows), values)
+        values["frame"] = np.arange(begin, begin + len(estimates))
+        self.columns.extend(len(estimates), values)
+        for frame, health in batch.health:
+            self.health.note(frame, health)
+        self.sightings.extend(batch.sightings)
+        self.tilt = batch.tilt or self.tilt
+        self.stance = batch.stance or self.stance
 
     def track(self) -> Track:
         return Track(**self.columns.views())
@@ -159,27 +164,12 @@ class Tracks:
             self._read.pop(inspection_id, None)
             self._health.pop(inspection_id, None)
 
-    def append(self, inspection_id: str, estimates: Iterable[Estimate]) -> None:
-        """Add the next frames."""
+    def append(self, inspection_id: str, batch: Batch) -> None:
+        """Add the next frames, with their health, the joints that were seen, and the newest tilt
+        and stance.
+        """
         with self._lock:
-            self._growing[inspection_id].append(estimates)
-
-    def note(
-        self,
-        inspection_id: str,
-        health: Iterable[tuple[int, Health]],
-        sightings: Iterable[Sighting],
-        tilt: MountTilt | None = None,
-        stance: Stance | None = None,
-    ) -> None:
-        """Add the health of frames, the joints that were seen, and the newest tilt and stance."""
-        with self._lock:
-            growing = self._growing[inspection_id]
-            for frame, each in health:
-                growing.health.note(frame, each)
-            growing.sightings.extend(sightings)
-            growing.tilt = tilt or growing.tilt
-            growing.stance = stance or growing.stance
+            self._growing[inspection_id].append(batch)
 
     def leave_out(self, inspection_id: str, marks: Iterable[Mark]) -> None:
         """Note camera frames that the full disk could not store."""

@@ -7,12 +7,13 @@ tile that cannot be written waits in memory for the next one, at the latest for 
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import PurePath
 
 from app.errors import AppError, BlobNotFound, TileNotFound
+from app.jobs.track.batches import WallPicture
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
 from app.tracking.live import Live
@@ -47,11 +48,12 @@ class Unrolled:
         self._unwritten.pop(inspection_id, None)
         self._blobs.delete_all(keys.wall(inspection_id))
 
-    def take(self, inspection_id: str, pictures: Mapping[int, bytes]) -> None:
-        """Store new pictures, JPEG by index, and notify the listeners."""
-        if not pictures or inspection_id in self._refused:
+    def take(self, inspection_id: str, tiles: Sequence[WallPicture]) -> None:
+        """Store new pictures, and notify the listeners."""
+        if not tiles or inspection_id in self._refused:
             return
-        self._unwritten.setdefault(inspection_id, {}).update(pictures)
+        unwritten = self._unwritten.setdefault(inspection_id, {})
+        unwritten.update((tile.index, tile.content) for tile in tiles)
         try:
             self.catch_up(inspection_id)
         except (AppError, OSError) as error:

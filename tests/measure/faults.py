@@ -36,7 +36,7 @@ from builders import TUS, children_of, clip_rig, make_clip, wait_until
 from cameras import MjpegCamera
 from steps import Server
 
-from app.jobs.messages import KeptCheckpoint
+from app.jobs.track.messages import KeptCheckpoint
 
 FRAMES, PACE = 300, 8.0
 """Frames of the video and its pace: one and a half seconds without interruption."""

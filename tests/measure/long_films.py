@@ -20,7 +20,6 @@ import av
 import cv2
 import numpy as np
 
-from app.jobs.messages import Probed
 from app.lab.simulation.render import render
 from app.lab.simulation.sample import SAMPLE
 from app.storage.blobs import keys
@@ -35,6 +34,7 @@ from app.tracking.films.runs import track_metadata
 from app.tracking.pictures.videos import file_name, video_columns
 from app.tracking.tracks import Tracks
 from vo_core import Estimate
+from vo_core.containers import VideoInfo
 from vo_core.geometry.height import scale_sigma
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
@@ -70,7 +70,7 @@ def _add(folder: DataFolder, database: Database, defects: int, frames: int) -> s
     place = folder.inspection(inspection_id)
     (place / "photos").mkdir(parents=True)
     picture = next(render(SAMPLE)).image
-    probed = Probed(
+    probed = VideoInfo(
         width=picture.shape[1], height=picture.shape[0], codec="h264", container="mov,mp4",
         pixel_format="yuv420p", frames=frames, duration_s=frames / RATE_HZ, rate_hz=RATE_HZ,
     )  # fmt: skip

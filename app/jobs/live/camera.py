@@ -7,32 +7,22 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 import msgspec
 
-from app.jobs import limits
-from app.jobs.confinement import confine
-from app.jobs.failures import failure_of
-from app.jobs.messages import (
-    CameraState,
-    Done,
-    Failed,
-    LiveRequest,
-    StopCapture,
-    ToCamera,
-    encode,
-)
-from app.jobs.process import connection_from_arguments
+from app.jobs.child import Parent, serve
+from app.jobs.live.messages import CameraState, LiveRequest
+from app.jobs.messages import Problem
 from app.jobs.track import parts
 
 if TYPE_CHECKING:
     from app.jobs.live.capture import Capture
     from app.jobs.track.follow import Follower
     from app.jobs.track.parts import Mark
+    from vo_core import Estimate
 
 PREVIEW_WIDTH_PX = 640
 """Every frame of a camera is shown; encoding a small picture takes half a millisecond."""
@@ -42,88 +32,64 @@ _ROUNDING_S = 5e-4
 """Rounding of times in recordings, which count milliseconds."""
 
 
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    with connection_from_arguments() as connection:
-        request = _Commands(connection).next()
-        assert isinstance(request, LiveRequest)  # noqa: S101  (the parent's first message)
-        limits.apply(request.limits)
-        _confine(request)
-        serve(request, connection)
+def _place(request: LiveRequest) -> list[str]:
+    """Return the file or pipe of the camera."""
+    return [request.camera.location.removeprefix("file:")]
 
 
-def serve(request: LiveRequest, connection: Connection) -> None:
+def _changed_places(request: LiveRequest) -> list[str]:
+    """Return the folder of the recording, and a device or pipe, which is opened for writing though
+    nothing is written.
+    """
+    camera, folder = request.camera, str(Path(request.recording).parent)
+    is_file_or_far = camera.peer is not None or camera.kind == "file"
+    return [folder] if is_file_or_far else [folder, camera.location]
+
+
+def _port(request: LiveRequest) -> int | None:
+    return None if request.camera.peer is None else urlsplit(request.camera.location).port
+
+
+def record(request: LiveRequest, parent: Parent) -> Problem:
     """Capture, record and track until the parent, or the source, ends it."""
-    try:
-        _run(request, connection)
-    except (ConnectionError, EOFError):
-        return  # the server has gone; it will find the closed recording when it is back
-    except Exception as error:
-        connection.send_bytes(encode(failure_of(error, "Tracking")))
-
-
-def _confine(request: LiveRequest) -> None:
-    """Confine the process to the recording and the camera's device, file, pipe or port."""
-    camera, port = request.camera, None
-    writes = [str(Path(request.recording).parent)]
-    if camera.peer is not None:
-        port = urlsplit(camera.location).port
-    elif camera.kind != "file":  # opened for writing, though nothing is written
-        writes.append(camera.location)
-    confine(reads=[camera.location.removeprefix("file:")], writes=writes, port=port)
-
-
-class _Commands:
-    """Commands of the parent."""
-
-    def __init__(self, connection: Connection) -> None:
-        self._connection = connection
-        self._decoder: msgspec.msgpack.Decoder[ToCamera] = msgspec.msgpack.Decoder(ToCamera)
-
-    def next(self) -> ToCamera:
-        """Wait for the next command."""
-        return self._decoder.decode(self._connection.recv_bytes())
-
-    def is_to_stop(self) -> bool:
-        """Return whether the parent has sent a stop."""
-        return self._connection.poll() and isinstance(self.next(), StopCapture)
-
-
-def _run(request: LiveRequest, connection: Connection) -> None:
     # Imported here so that the decoders are loaded under the limits.
     from app.jobs.live.capture import Capture
     from app.jobs.live.film import Film
     from app.jobs.track.follow import Follower
-    from vo_core import Rig
+    from vo_core import Estimate, Rig
 
     rig = Rig.parse(request.rig)
+    last = None if request.last is None else Estimate(**request.last)
     path, marks_path = Path(request.recording), Path(request.marks_file)
     kept = parts.read(marks_path)
     pending = [mark for mark in request.left_out if mark not in kept]
-    follower = Follower(
-        rig, start=request.last, between=request.between, preview_width_px=PREVIEW_WIDTH_PX
-    )
+    follower = Follower(rig, start=last, between=request.between, preview_width_px=PREVIEW_WIDTH_PX)
     film = Film(path, marks_path, pending, request.reserve_bytes)
     capture = Capture(
         request.camera,
         (rig.camera.width, rig.camera.height),
         film,
-        first_index=_catch_up(follower, request, [*kept, *pending], connection),
+        first_index=_catch_up(follower, request, last, [*kept, *pending], parent),
         zero_s=request.zero_s,
     )
     capture.start()
     try:
-        _follow(capture, follower, connection)
+        _follow(capture, follower, parent)
     finally:
         capture.stop()
         capture.waiting.close()
         capture.join()
-    end = Failed(*capture.failure) if capture.failure else Done(capture.problem)
-    connection.send_bytes(encode(end))
+    if capture.failure is not None:
+        raise capture.failure
+    return Problem(capture.problem)
 
 
 def _catch_up(
-    follower: Follower, request: LiveRequest, marks: list[Mark], connection: Connection
+    follower: Follower,
+    request: LiveRequest,
+    last: Estimate | None,
+    marks: list[Mark],
+    parent: Parent,
 ) -> int:
     """Track frames that an earlier process recorded but whose rows were lost.
 
@@ -136,7 +102,7 @@ def _catch_up(
     from vo_core.errors import UnreadableVideo
     from vo_core.sources import VideoFile
 
-    path, last = Path(request.recording), request.last
+    path = Path(request.recording)
     is_seen_again = last is not None and not (
         request.between or any(mark.frame == last.frame for mark in marks)
     )
@@ -152,35 +118,32 @@ def _catch_up(
             batch = follower.batch()
             assert batch is not None  # noqa: S101  (there is a frame)
             if is_seen_again and found.frame.index == index:  # its row is known
-                batch = msgspec.structs.replace(batch, rows=[], health=[])
-            connection.send_bytes(encode(batch))
+                batch = msgspec.structs.replace(batch, estimates=[], health=[])
+            parent.tell(batch)
             index, is_seen_again = found.frame.index + 1, False
     return index
 
 
-def _follow(capture: Capture, follower: Follower, connection: Connection) -> None:
-    commands = _Commands(connection)
+def _follow(capture: Capture, follower: Follower, parent: Parent) -> None:
     sent: CameraState | None = None
     sent_s = 0.0
     while not capture.waiting.is_over:
         captured = capture.waiting.take(_WAIT_S)
         state = _state(capture)  # before the picture, which shows that the camera is there
         if time.monotonic() - sent_s >= _STATE_S or _has_news(state, sent):
-            connection.send_bytes(encode(state))
+            parent.tell(state)
             sent, sent_s = state, time.monotonic()
         if captured is not None:
             follower.add(captured.frame, captured.skipped)
             batch = follower.batch()
             assert batch is not None  # noqa: S101  (there is a frame)
-            connection.send_bytes(
-                encode(msgspec.structs.replace(batch, captured_s=captured.captured_s))
-            )
-        if commands.is_to_stop():
+            parent.tell(msgspec.structs.replace(batch, captured_s=captured.captured_s))
+        if parent.asks_to_stop():
             capture.stop()
     follower.finish()
     rest = follower.batch()
     if rest is not None:
-        connection.send_bytes(encode(rest))
+        parent.tell(rest)
 
 
 def _state(capture: Capture) -> CameraState:
@@ -207,4 +170,11 @@ def _has_news(state: CameraState, sent: CameraState | None) -> bool:
 
 
 if __name__ == "__main__":
-    main()
+    serve(
+        LiveRequest,
+        record,
+        named="Tracking",
+        reads=_place,
+        writes=_changed_places,
+        port=_port,
+    )

@@ -34,8 +34,8 @@ from av.video.codeccontext import VideoCodecContext
 from av.video.stream import VideoStream
 
 from app.jobs.live.jpegs import JpegReader
+from app.jobs.live.messages import CameraInput
 from app.jobs.live.recording import CODECS
-from app.jobs.messages import CameraInput
 from vo_core.containers import MAX_PIXELS, checked_stream
 from vo_core.errors import UnreadableVideo
 
@@ -78,12 +78,16 @@ class CameraFault(Exception):
     """A sentence that says why there is no picture; another try may help."""
 
 
-class WrongPictures(CameraFault):
-    """The source delivers unusable pictures; `code` is that of the API."""
+class NoPictures(CameraFault):
+    """No other try will help; `code` is that of the API."""
 
     def __init__(self, code: str, detail: str) -> None:
         super().__init__(detail)
         self.code = code
+
+
+class WrongPictures(NoPictures):
+    """The source delivers unusable pictures."""
 
 
 @dataclass(frozen=True)

@@ -23,12 +23,19 @@ from av.video.stream import VideoStream
 
 from app.back_off import BackOff
 from app.jobs.live import nal
-from app.jobs.live.cameras import CameraFault, Opened, WrongPictures, opened, plain_errors
+from app.jobs.live.cameras import (
+    CameraFault,
+    NoPictures,
+    Opened,
+    WrongPictures,
+    opened,
+    plain_errors,
+)
 from app.jobs.live.clocks import PAUSE_MS, FileClock, StreamClock
 from app.jobs.live.film import NO_ROOM, Film
+from app.jobs.live.messages import CameraInput
 from app.jobs.live.recording import Coding
 from app.jobs.live.waiting import Captured, Waiting
-from app.jobs.messages import CameraInput
 from vo_core.containers import MAX_FRAMES, MAX_PIXELS
 from vo_core.sources import frame_of
 
@@ -78,7 +85,7 @@ class Capture:
         self.zero_s = zero_s
         self.problem: str | None = None
         """Why the capture ended by itself, if that was too early."""
-        self.failure: tuple[str, str] | None = None
+        self.failure: NoPictures | None = None
         """Code and sentence, if the capture never began."""
         self._camera = camera
         self._size_wh = size_wh
@@ -163,9 +170,9 @@ class Capture:
 
     def _is_hopeless(self, fault: CameraFault, began_s: float) -> bool:
         if isinstance(fault, WrongPictures):
-            self.failure = (fault.code, str(fault))
+            self.failure = fault
         elif time.monotonic() - began_s > UNREACHABLE_AFTER_S:
-            self.failure = ("camera_unreachable", f"The camera gives no picture. {fault}")
+            self.failure = NoPictures("camera_unreachable", f"The camera gives no picture. {fault}")
         return self.failure is not None
 
     def _read_one_connection(self) -> None:

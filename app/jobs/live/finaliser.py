@@ -7,19 +7,34 @@ the codec or a lack of room prevents that, the recording itself is the video.
 from __future__ import annotations
 
 import os
-from dataclasses import asdict
-from multiprocessing.connection import Connection
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 
-from app.jobs import one_request
-from app.jobs.messages import Finalised, FinaliseRequest, Probed, encode
+from app.jobs.child import Parent, serve
+from app.jobs.messages import Limits
+
+if TYPE_CHECKING:  # loaded under the limits
+    from vo_core.containers import VideoInfo
 
 _PLAYED_IN_MP4 = "h264"
 
 
-def _finalise(request: FinaliseRequest, connection: Connection) -> None:
+class FinaliseRequest(msgspec.Struct, frozen=True):
+    """Finalise a recording; the answer is the `VideoInfo` of the film.
+
+    The film is `target` if its container is MP4, else the recording.
+    """
+
+    recording: str
+    target: str | None
+    """MP4 file to write if the recording can be played in MP4; None if there is no room."""
+    limits: Limits
+
+
+def _finalise(request: FinaliseRequest, _parent: Parent) -> VideoInfo:
     from app.jobs.live.recording import Recording
     from vo_core.sources import VideoFile
 
@@ -33,8 +48,7 @@ def _finalise(request: FinaliseRequest, connection: Connection) -> None:
         video_path = target if _remuxed(path, target) else path
     with VideoFile(video_path) as video:
         next(iter(video))  # raises unless a picture can be decoded
-        probed = Probed(**asdict(video.info))
-    connection.send_bytes(encode(Finalised(msgspec.structs.replace(probed, frames=frames))))
+        return replace(video.info, frames=frames)
 
 
 def _remuxed(path: Path, target: Path) -> bool:
@@ -85,15 +99,10 @@ def _times_ms(path: Path) -> list[int]:
         ]
 
 
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    one_request.serve(
+if __name__ == "__main__":
+    serve(
         FinaliseRequest,
         _finalise,
         named="Finalising the recording",
         writes=lambda request: [str(Path(request.recording).parent)],
     )
-
-
-if __name__ == "__main__":
-    main()

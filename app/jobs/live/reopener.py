@@ -5,14 +5,24 @@ The packets are converted back to the form that `recording` appends to, each at 
 
 from __future__ import annotations
 
-from multiprocessing.connection import Connection
 from pathlib import Path
 
-from app.jobs import one_request
-from app.jobs.messages import Done, ReopenRequest, encode
+import msgspec
+
+from app.jobs.child import Parent, serve
+from app.jobs.messages import Limits
 
 
-def _reopen(request: ReopenRequest, connection: Connection) -> None:
+class ReopenRequest(msgspec.Struct, frozen=True):
+    """Make a recording of a film; the answer is None."""
+
+    video: str
+    recording: str
+    """File to make; an existing one is replaced."""
+    limits: Limits
+
+
+def _reopen(request: ReopenRequest, _parent: Parent) -> None:
     import av
 
     from app.jobs.live.recording import Coding, Recording
@@ -30,19 +40,13 @@ def _reopen(request: ReopenRequest, connection: Connection) -> None:
                     time_ms = round(1000 * packet.pts * packet.time_base)
                     recording.append(time_ms, packet.is_keyframe, bytes(packet))
             recording.finish()
-    connection.send_bytes(encode(Done(None)))
 
 
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    one_request.serve(
+if __name__ == "__main__":
+    serve(
         ReopenRequest,
         _reopen,
         named="Going on with the recording",
         reads=lambda request: [request.video],
         writes=lambda request: [str(Path(request.recording).parent)],
     )
-
-
-if __name__ == "__main__":
-    main()

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any, Literal
 
-from app.jobs import one_request
-from app.jobs.messages import (
-    Calibrated,
-    CalibrationRequest,
-    Failed,
-    FromCalibrator,
-    encode,
-)
-from vo_core.types import ByteImage
+import msgspec
+
+from app.jobs.child import Parent, serve
+from app.jobs.messages import Limits
+
+if TYPE_CHECKING:  # loaded under the limits
+    from vo_core.types import ByteImage
 
 STEP_S = 0.5
 """Time between two pictures that are searched for the board."""
@@ -22,12 +20,42 @@ MOST_PICTURES = 60
 """More pictures make no better camera, and each takes some tenths of a second."""
 
 
-def _calibrate(request: CalibrationRequest, connection: Connection) -> None:
-    connection.send_bytes(encode(_answer(request)))
+class FilmedBoard(msgspec.Struct, frozen=True):
+    """The printed board of a film, and the lens that filmed it."""
+
+    columns: int
+    rows: int
+    square_mm: float
+    marker_mm: float | None
+    """Side of a ChArUco board's markers; None for a checkerboard."""
+    model: Literal["pinhole", "fisheye"]
 
 
-def _answer(request: CalibrationRequest) -> FromCalibrator:
+class CalibrationRequest(msgspec.Struct, frozen=True):
+    """Measure the camera that filmed a board."""
+
+    video: str
+    board: FilmedBoard
+    limits: Limits
+
+
+class Calibrated(msgspec.Struct, frozen=True):
+    """The camera, and how well it is known."""
+
+    camera: dict[str, Any]
+    focal_percent: float
+    """Standard uncertainty of the focal length in percent."""
+    pictures: int
+    rms_px: float
+    coverage: float
+    """Share of the picture that the boards covered."""
+    weaknesses: list[str]
+    """What to do better; empty for a good calibration."""
+
+
+def _calibrate(request: CalibrationRequest, _parent: Parent) -> Calibrated:
     # Imported here so that OpenCV is loaded under the limits.
+    from app.errors import InvalidCalibration
     from app.lab.calibration import Board, UnusableBoards, calibrate, find_boards
     from vo_core.errors import UnreadableVideo
 
@@ -36,7 +64,7 @@ def _answer(request: CalibrationRequest) -> FromCalibrator:
         board = Board(filmed.columns, filmed.rows, filmed.square_mm, filmed.marker_mm)
         found = calibrate(find_boards(_pictures(request.video), board), filmed.model)
     except (UnusableBoards, UnreadableVideo) as error:
-        return Failed("invalid_calibration", str(error))
+        raise InvalidCalibration(f"{str(error).rstrip('.')}.") from error
     return Calibrated(
         camera=found.camera.model_dump(mode="json"),
         focal_percent=found.fx_percent / 2,
@@ -62,15 +90,10 @@ def _pictures(video: str) -> Iterator[tuple[str, ByteImage]]:
                 return
 
 
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    one_request.serve(
+if __name__ == "__main__":
+    serve(
         CalibrationRequest,
         _calibrate,
         named="The calibration",
         reads=lambda request: [request.video],
     )
-
-
-if __name__ == "__main__":
-    main()

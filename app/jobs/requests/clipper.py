@@ -9,10 +9,11 @@ from __future__ import annotations
 import io
 import itertools
 from fractions import Fraction
-from multiprocessing.connection import Connection
 
-from app.jobs import one_request
-from app.jobs.messages import Clip, ClipRequest, encode
+import msgspec
+
+from app.jobs.child import Parent, serve
+from app.jobs.messages import Limits
 
 MOST_PX = 1280
 """Longest side of the picture: a clip is for looking at, and is sent by mail."""
@@ -21,7 +22,20 @@ _TICK_S = Fraction(1, 90_000)
 _OPTIONS = {"preset": "veryfast", "crf": "21"}
 
 
-def _cut(request: ClipRequest, connection: Connection) -> None:
+class ClipRequest(msgspec.Struct, frozen=True):
+    """Cut this clip; the answer is an MP4 file."""
+
+    video: str
+    start_s: float
+    """Presentation time of the first frame, or of one shortly before it."""
+    end_s: float
+    """Presentation time that no frame of the clip exceeds."""
+    limits: Limits
+    may_begin_anew: bool = False
+    """Whether time stamps of the film may begin anew."""
+
+
+def _cut(request: ClipRequest, _parent: Parent) -> bytes:
     # Imported here so that the decoders are loaded under the limits.
     import av
 
@@ -58,7 +72,7 @@ def _cut(request: ClipRequest, connection: Connection) -> None:
         if stream is None:
             raise UnreadableVideo(f"The film has no frame at {request.start_s:.2f} s.")
         container.mux(stream.encode())
-    connection.send_bytes(encode(Clip(out.getvalue())))
+    return out.getvalue()
 
 
 def _even(px: float) -> int:
@@ -66,15 +80,5 @@ def _even(px: float) -> int:
     return max(2, 2 * round(px / 2))
 
 
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    one_request.serve(
-        ClipRequest,
-        _cut,
-        named="Cutting the clip",
-        reads=lambda request: [request.video],
-    )
-
-
 if __name__ == "__main__":
-    main()
+    serve(ClipRequest, _cut, named="Cutting the clip", reads=lambda request: [request.video])

@@ -1,70 +1,77 @@
-"""The process that reads one file of another program, then ends.
+"""The process that reads one file of another program, or an archive file, then ends.
 
 The reader works under limits, so that no file can use up the server's memory or time.
 """
 
 from __future__ import annotations
 
-import traceback
-from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 
-from app.jobs import limits
-from app.jobs.confinement import confine
-from app.jobs.messages import MAX_MESSAGE_BYTES, Failed, Limits, encode
-from app.jobs.process import connection_from_arguments
+from app.jobs.child import Parent, serve
+from app.jobs.messages import MAX_MESSAGE_BYTES, Limits
+from app.jobs.track import parts
 
 if TYPE_CHECKING:
-    from app.imports.survey import ImportedFile
     from app.imports.whole_inspection import WholeInspection
 
-OUT_OF_MEMORY = (
-    "Reading the file needs more memory than any survey takes, so it was stopped. Export it "
-    "again, in several files if it is large."
-)
+
+class ImportRequest(msgspec.Struct, frozen=True):
+    """Read a file; the answer is a message of `app.imports.wire`."""
+
+    limits: Limits
+    content: bytes = b""
+    archive: str | None = None
+    """Path of an archive file, in place of a content."""
+
+
+def _read(request: ImportRequest, _parent: Parent) -> bytes:
+    # Imported here so that the readers are loaded under the limits.
+    from app.errors import InvalidImport
+    from app.imports import any_file, archive_file, wire
+
+    if request.archive is None:
+        packed = wire.pack(any_file.read(request.content))
+    else:
+        inspection = archive_file.read(Path(request.archive))
+        _require_tables(inspection)
+        packed = wire.pack(inspection)
+    if len(packed) > MAX_MESSAGE_BYTES - 1024:
+        raise InvalidImport(
+            "The file holds more than surveys do. Export it again, in several files."
+        )
+    return packed
+
+
+def _require_tables(inspection: WholeInspection) -> None:
+    """Read what is known of the film once, so that the server never finds it invalid."""
+    from app.burnt_in.counter import CounterReadings
+    from app.errors import InvalidImport
+    from app.imports.archive_manifest import PARTS, READINGS
+
+    def read_readings(text: str) -> object:
+        return CounterReadings.from_csv(text, None)
+
+    for name, read in ((READINGS, read_readings), (PARTS, parts.parsed)):
+        file = inspection.files.get(name)
+        if file is None or file.content is None:
+            continue
+        try:
+            read(file.content.decode("ascii"))
+        except (ValueError, msgspec.MsgspecError) as error:
+            raise InvalidImport(f"{name} is not what Chainage writes: {error}") from error
 
 
 def main() -> None:
-    """Receive limits and the file, send its content, then end."""
-    with connection_from_arguments() as connection:
-        allowed = msgspec.msgpack.decode(connection.recv_bytes(), type=Limits)
-        limits.apply(allowed)
-        confine(reads=allowed.reads)
-        content = connection.recv_bytes()
-        connection.send_bytes(answer(lambda: _read(content)))
-
-
-def _read(content: bytes) -> ImportedFile | WholeInspection:
-    from app.imports import any_file  # under the limits
-
-    return any_file.read(content)
-
-
-def answer(read: Callable[[], ImportedFile | WholeInspection]) -> bytes:
-    """Return what was read as a message, or why it cannot be read."""
-    try:
-        # Imported here so that the readers are loaded under the limits.
-        from app.errors import InvalidImport
-        from app.imports import wire
-    except MemoryError:
-        return encode(Failed("invalid_import", OUT_OF_MEMORY))
-    try:
-        packed = wire.pack(read())
-    except InvalidImport as error:
-        return encode(Failed("invalid_import", str(error)))
-    except MemoryError:
-        return encode(Failed("invalid_import", OUT_OF_MEMORY))
-    except Exception:
-        detail = (
-            "Reading the file failed because of a fault in the program; it is in the server's log."
-        )
-        return encode(Failed("import_failed", detail, traceback.format_exc()))
-    if len(packed) > MAX_MESSAGE_BYTES:
-        detail = "The file holds more than surveys do. Export it again, in several files."
-        return encode(Failed("invalid_import", detail))
-    return packed
+    """Answer the one request."""
+    serve(
+        ImportRequest,
+        _read,
+        named="Reading the file",
+        reads=lambda request: [] if request.archive is None else [request.archive],
+    )
 
 
 if __name__ == "__main__":

@@ -2,53 +2,82 @@
 
 from __future__ import annotations
 
-import traceback
-from dataclasses import asdict
+from functools import partial
 from typing import TYPE_CHECKING
 
 import msgspec
 
-from app.jobs import limits
-from app.jobs.confinement import confine
-from app.jobs.messages import (
-    Failed,
-    FirstPicture,
-    FirstPictureRequest,
-    FromMedia,
-    Limits,
-    MediaRequest,
-    Picture,
-    PictureRequest,
-    Probed,
-    ProbeRequest,
-    ReduceRequest,
-    ToMedia,
-    encode,
-)
-from app.jobs.process import connection_from_arguments
+from app.jobs.child import answer, connection_to_parent
+from app.jobs.confinement import confine, set_limits
+from app.jobs.messages import Limits
 
-if TYPE_CHECKING:
-    from vo_core.types import ByteImage  # NumPy is loaded under the limits
+if TYPE_CHECKING:  # loaded under the limits
+    from vo_core.containers import VideoInfo
+    from vo_core.types import ByteImage
+
+
+class ProbeRequest(msgspec.Struct, frozen=True, tag="probe"):
+    """Answer with the `VideoInfo` of this file, whose first picture can be decoded."""
+
+    video: str
+
+
+class PictureRequest(msgspec.Struct, frozen=True, tag="picture"):
+    """Answer with the frame shown at this time, as JPEG."""
+
+    video: str
+    t_s: float
+    jpeg_quality: int
+    may_begin_anew: bool = False
+    """Whether time stamps of the film may begin anew."""
+
+
+class ReduceRequest(msgspec.Struct, frozen=True, tag="reduce"):
+    """Answer with a JPEG of this width, or as it is if it is smaller."""
+
+    jpeg: bytes
+    width: int
+    jpeg_quality: int
+
+
+class FirstPictureRequest(msgspec.Struct, frozen=True, tag="first_picture"):
+    """Answer with the `FirstPicture`."""
+
+    video: str
+    jpeg_quality: int
+
+
+class FirstPicture(msgspec.Struct, frozen=True):
+    """The first picture of a video."""
+
+    jpeg: bytes
+    width: int
+    height: int
+    pixel_aspect: float
+    axis_uv: tuple[float, float] | None
+    """Pixel of the axis of the pipe along which the camera looks; None if it does not show."""
+
+
+MediaRequest = ProbeRequest | PictureRequest | FirstPictureRequest | ReduceRequest
 
 
 def main() -> None:
-    """Answer requests until the pipe closes."""
-    with connection_from_arguments() as connection:
-        decoder = msgspec.msgpack.Decoder(ToMedia)
+    """Receive limits, then answer requests until the pipe closes."""
+    with connection_to_parent() as connection:
+        limits = msgspec.msgpack.decode(connection.recv_bytes(), type=Limits)
+        set_limits(limits)
+        confine(reads=limits.reads)
+        warm_up()
+        requests: msgspec.msgpack.Decoder[MediaRequest] = msgspec.msgpack.Decoder(MediaRequest)
         while True:
             try:
-                request = decoder.decode(connection.recv_bytes())
+                request = requests.decode(connection.recv_bytes())
             except EOFError:
                 return
-            if isinstance(request, Limits):
-                limits.apply(request)
-                confine(reads=request.reads)
-                _warm_up()
-            else:
-                connection.send_bytes(encode(_answer(request)))
+            answer(connection, partial(result_of, request), "Reading the video")
 
 
-def _warm_up() -> None:
+def warm_up() -> None:
     """Load the decoders before the first request."""
     import cv2  # noqa: F401
 
@@ -56,42 +85,29 @@ def _warm_up() -> None:
     import vo_core.sources  # noqa: F401
 
 
-def _answer(request: MediaRequest) -> FromMedia:
-    from vo_core.errors import UnreadableVideo
+def result_of(request: MediaRequest) -> VideoInfo | FirstPicture | bytes:
+    """Return the answer to a request."""
+    if isinstance(request, ProbeRequest):
+        return _probe(request)
+    if isinstance(request, FirstPictureRequest):
+        return _first_picture(request)
+    if isinstance(request, ReduceRequest):
+        return _reduced(request)
+    from vo_core.frames_at import read_frame
 
-    try:
-        if isinstance(request, ProbeRequest):
-            return _probe(request)
-        if isinstance(request, FirstPictureRequest):
-            return _first_picture(request)
-        if isinstance(request, ReduceRequest):
-            return _reduced(request)
-        return _picture(request)
-    except UnreadableVideo as error:
-        return Failed("unreadable_video", str(error))
-    except (MemoryError, BlockingIOError):  # see `failures`
-        return Failed("out_of_memory", "The video needs more memory than the media process has.")
-    except Exception:
-        detail = "Reading the video failed because of a fault in the program; it is in the log."
-        return Failed("media_failed", detail, traceback.format_exc())
+    frame = read_frame(request.video, request.t_s, may_begin_anew=request.may_begin_anew)
+    return _jpeg(frame.to_square_bgr(), request.jpeg_quality)
 
 
-def _probe(request: ProbeRequest) -> Probed:
+def _probe(request: ProbeRequest) -> VideoInfo:
     from vo_core.sources import VideoFile
 
     with VideoFile(request.video) as video:
         next(iter(video))  # raises unless a picture can be decoded
-        return Probed(**asdict(video.info))
+        return video.info
 
 
-def _picture(request: PictureRequest) -> Picture:
-    from vo_core.frames_at import read_frame
-
-    frame = read_frame(request.video, request.t_s, may_begin_anew=request.may_begin_anew)
-    return Picture(_jpeg(frame.to_square_bgr(), request.jpeg_quality))
-
-
-def _reduced(request: ReduceRequest) -> Picture:
+def _reduced(request: ReduceRequest) -> bytes:
     import cv2
     import numpy as np
 
@@ -102,10 +118,10 @@ def _reduced(request: ReduceRequest) -> Picture:
         raise UnreadableVideo("The photo cannot be decoded.")
     height, width = picture.shape[:2]
     if width <= request.width:
-        return Picture(request.jpeg)
+        return request.jpeg
     size_wh = (request.width, max(round(height * request.width / width), 1))
     reduced = cv2.resize(picture, size_wh, interpolation=cv2.INTER_AREA)
-    return Picture(_jpeg(reduced.astype(np.uint8), request.jpeg_quality))
+    return _jpeg(reduced.astype(np.uint8), request.jpeg_quality)
 
 
 def _first_picture(request: FirstPictureRequest) -> FirstPicture:

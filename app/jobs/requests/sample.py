@@ -2,42 +2,33 @@
 
 from __future__ import annotations
 
-import traceback
-from multiprocessing.connection import Connection
 from pathlib import Path
 
 import msgspec
 
-from app.jobs import limits
-from app.jobs.messages import Done, Failed, Rendered, SampleRequest, encode
-from app.jobs.process import connection_from_arguments
+from app.jobs.child import Parent, serve
+from app.jobs.messages import Limits, Progress
 
 
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    with connection_from_arguments() as connection:
-        request = msgspec.msgpack.decode(connection.recv_bytes(), type=SampleRequest)
-        limits.apply(request.limits)
-        try:
-            _render(request, connection)
-        except BrokenPipeError:
-            return  # the server has gone
-        except Exception as error:
-            failure = Failed("sample_failed", str(error), traceback.format_exc())
-            connection.send_bytes(encode(failure))
+class SampleRequest(msgspec.Struct, frozen=True):
+    """Render the sample; its progress comes before the answer, which is None."""
+
+    folder: str
+    length_mm: float
+    limits: Limits
 
 
-def _render(request: SampleRequest, connection: Connection) -> None:
+def _render(request: SampleRequest, parent: Parent) -> None:
     # Imported here so that the encoder is loaded under the limits.
     from app.lab.simulation import simulate
     from app.lab.simulation.sample import SAMPLE
 
-    def report(done: int, total: int) -> None:
-        connection.send_bytes(encode(Rendered(done, total)))
-
-    simulate(SAMPLE.shortened(request.length_mm), Path(request.folder), report)
-    connection.send_bytes(encode(Done(None)))
+    simulate(
+        SAMPLE.shortened(request.length_mm),
+        Path(request.folder),
+        lambda done, total: parent.tell(Progress(done, total)),
+    )
 
 
 if __name__ == "__main__":
-    main()
+    serve(SampleRequest, _render, named="Rendering", writes=lambda request: [request.folder])

@@ -10,37 +10,25 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import astuple
+from dataclasses import replace
 from functools import partial
 from operator import attrgetter
-from typing import TypeVar
 
 import msgspec
 import numpy as np
 
-from app.jobs.messages import (
-    Batch,
-    FrameRange,
-    Gauged,
-    Placed,
-    Row,
-    Seen,
-    Standing,
-    Tie,
-    Tilted,
-    WallTile,
-)
+from app.jobs.track.batches import Batch, Tie, WallPicture
 from app.jobs.track.follow import wall_tile
+from app.jobs.track.messages import FrameRange, Placed
 from vo_core import Estimate, Rig, Track
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
-from vo_core.joints.finder import SAME_JOINT_MM
+from vo_core.image.health import Health
+from vo_core.joints.finder import SAME_JOINT_MM, Sighting
 from vo_core.mosaic.layers import Shift, joined_tile, shift_of, touched
 from vo_core.mosaic.mosaic import Layout
 from vo_core.track import COLUMNS
 from vo_core.track_join import Part, join_tilts, join_tracks
-
-_Numbered = TypeVar("_Numbered", Row, Tie, Gauged, Seen)
 
 SHARED_FRAMES = 1500
 """Number of frames that two chunks share: a minute at 25 frames a second.
@@ -56,13 +44,13 @@ class Chunk(msgspec.Struct, frozen=True):
     """Everything that a tracker found in a chunk, except for its wall."""
 
     frames: FrameRange
-    rows: list[Row]
+    estimates: list[Estimate]
     ties: list[Tie]
-    health: list[Gauged]
-    sightings: list[Seen]
-    tilt: Tilted
-    stance: Standing
-    start: Standing
+    health: list[tuple[int, Health]]
+    sightings: list[Sighting]
+    tilt: MountTilt
+    stance: Stance
+    start: Stance
 
 
 class Joined(msgspec.Struct, frozen=True):
@@ -130,7 +118,7 @@ def gather(frames: FrameRange, batches: Iterable[Batch]) -> Chunk:
     assert last.start is not None  # noqa: S101
     return Chunk(
         frames,
-        [row for batch in found for row in batch.rows],
+        [each for batch in found for each in batch.estimates],
         [tie for batch in found for tie in batch.ties],
         [each for batch in found for each in batch.health],
         [seen for batch in found for seen in batch.sightings],
@@ -151,23 +139,22 @@ def join(chunks: Sequence[Chunk], rig: Rig) -> Joined:
     joined = join_tracks(parts, rig)
     firsts = [0, *(seam.frame for seam in joined.seams)]
     health = [
-        each
+        (frame, health)
         for chunk, first, end in zip(chunks, firsts, [*firsts[1:], None], strict=True)
-        for each in chunk.health
-        if first <= each.frame and (end is None or each.frame < end)
+        for frame, health in chunk.health
+        if first <= frame and (end is None or frame < end)
     ]
     sightings = chunks[0].sightings
     for chunk, first in zip(chunks[1:], firsts[1:], strict=True):
         sightings = _merged(sightings, chunk.sightings, first, joined.track)
     batch = Batch(
-        _rows(joined.track),
-        b"",
+        _estimates_of(joined.track),
         health=health,
         sightings=sightings,
         tilt=_tilt(chunks, firsts, rig),
         stance=chunks[0].stance,
     )
-    origin, layout = _stance(chunks[0].stance), Layout.of(rig)
+    origin, layout = chunks[0].stance, Layout.of(rig)
     placed = [Placed(0, 0.0, 0.0, 0, 0)]
     for part, seam in zip(parts[1:], joined.seams, strict=True):
         shift = shift_of(rig, layout, seam, start=part.start, origin=origin)
@@ -180,7 +167,7 @@ def join_walls(
     rig: Rig,
     indices: Sequence[Iterable[int]],
     read: Callable[[int, int], bytes | None],
-) -> Iterator[WallTile]:
+) -> Iterator[WallPicture]:
     """Yield the tiles of the joined wall, one after the other; only a few are in memory.
 
     It decodes pictures, so it belongs into a child process.
@@ -209,9 +196,9 @@ def join_walls(
 def _up_to_the_end(chunks: Sequence[Chunk]) -> Sequence[Chunk]:
     """Leave out the chunks after one in which the film has ended."""
     for number, chunk in enumerate(chunks):
-        if not chunk.rows:
+        if not chunk.estimates:
             return chunks[:number]
-        if chunk.frames.end is None or chunk.rows[-1].frame + 1 < chunk.frames.end:
+        if chunk.frames.end is None or chunk.estimates[-1].frame + 1 < chunk.frames.end:
             return chunks[: number + 1]
     return chunks
 
@@ -224,7 +211,7 @@ def _numbered_alike(chunks: Sequence[Chunk]) -> list[Chunk]:
     """
     found = list(chunks[:1])
     for chunk in chunks[1:]:
-        before, begin = found[-1].rows, chunk.rows[0]
+        before, begin = found[-1].estimates, chunk.estimates[0]
         row = bisect_left(before, begin.time_s, key=attrgetter("time_s"))
         is_shared = row < len(before) and before[row].time_s == begin.time_s
         found.append(_renumbered(chunk, before[row].frame - begin.frame if is_shared else 0))
@@ -238,48 +225,40 @@ def _renumbered(chunk: Chunk, by: int) -> Chunk:
 
     return msgspec.structs.replace(
         chunk,
-        rows=_moved(chunk.rows, by),
-        ties=_moved(chunk.ties, by),
-        health=_moved(chunk.health, by),
-        sightings=_moved(chunk.sightings, by),
+        estimates=[replace(each, frame=each.frame + by) for each in chunk.estimates],
+        ties=[msgspec.structs.replace(each, frame=each.frame + by) for each in chunk.ties],
+        health=[(frame + by, health) for frame, health in chunk.health],
+        sightings=[replace(each, frame=each.frame + by) for each in chunk.sightings],
     )
 
 
-def _moved(found: list[_Numbered], by: int) -> list[_Numbered]:
-    return [msgspec.structs.replace(each, frame=each.frame + by) for each in found]
-
-
 def _part(chunk: Chunk) -> Part:
-    track = Track.from_estimates(Estimate(*msgspec.structs.astuple(row)) for row in chunk.rows)
     return Part(
-        track,
+        Track.from_estimates(chunk.estimates),
         np.array([tie.systematic_mm for tie in chunk.ties]),
         np.array([tie.bed_mm for tie in chunk.ties]),
         np.array([tie.picture for tie in chunk.ties]),
         np.array([(tie.is_coarse, tie.is_noiseless) for tie in chunk.ties]),
-        _stance(chunk.start),
+        chunk.start,
     )
 
 
-def _stance(standing: Standing) -> Stance:
-    return Stance(*msgspec.structs.astuple(standing))
-
-
-def _tilt(chunks: Sequence[Chunk], firsts: Sequence[int], rig: Rig) -> Tilted:
+def _tilt(chunks: Sequence[Chunk], firsts: Sequence[int], rig: Rig) -> MountTilt:
     """Combine the tilts of chunks whose own frames begin at `firsts`."""
-    ends = [*firsts[1:], chunks[-1].rows[-1].frame + 1]
+    ends = [*firsts[1:], chunks[-1].estimates[-1].frame + 1]
     own = [end - first for first, end in zip(firsts, ends, strict=True)]
-    shares = [number / len(chunk.rows) for number, chunk in zip(own, chunks, strict=True)]
-    tilts = [MountTilt(*msgspec.structs.astuple(chunk.tilt)) for chunk in chunks]
-    return Tilted(*astuple(join_tilts(tilts, shares, rig)))
+    shares = [number / len(chunk.estimates) for number, chunk in zip(own, chunks, strict=True)]
+    return join_tilts([chunk.tilt for chunk in chunks], shares, rig)
 
 
-def _rows(track: Track) -> list[Row]:
+def _estimates_of(track: Track) -> list[Estimate]:
     columns = (getattr(track, name).tolist() for name in COLUMNS)
-    return [Row(*values) for values in zip(*columns, strict=True)]
+    return [Estimate(*values) for values in zip(*columns, strict=True)]
 
 
-def _merged(before: list[Seen], after: list[Seen], first: int, track: Track) -> list[Seen]:
+def _merged(
+    before: list[Sighting], after: list[Sighting], first: int, track: Track
+) -> list[Sighting]:
     """Take each joint once, from the chunk that contributes the frame in which it is nearest.
 
     Near the seam one chunk may see a joint best just before it, and the other one just after it.
@@ -294,7 +273,7 @@ def _merged(before: list[Seen], after: list[Seen], first: int, track: Track) -> 
     return [each for each in before if each.frame < first and each not in replaced] + kept
 
 
-def _is_same(one: Seen, other: Seen, track: Track) -> bool:
+def _is_same(one: Sighting, other: Sighting, track: Track) -> bool:
     """Whether two sightings are of one joint, in one passing of it."""
     first, last = sorted((one.frame, other.frame))
     if last >= len(track):

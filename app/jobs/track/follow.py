@@ -5,26 +5,16 @@ from __future__ import annotations
 import math
 import pickle
 import zlib
-from dataclasses import astuple, replace
-from typing import TYPE_CHECKING, Self
+from dataclasses import astuple, fields, replace
+from typing import TYPE_CHECKING, Any, Self
 
 import cv2
-import msgspec
 
-from app.jobs.messages import (
-    Batch,
-    FrameRange,
-    Gauged,
-    Row,
-    Seen,
-    Standing,
-    Tie,
-    Tilted,
-    WallLayer,
-    WallTile,
-)
-from app.jobs.track.gaps import between, place_after
+from app.jobs.track.batches import Batch, Tie, WallPicture
+from app.jobs.track.gaps import POSE, SIGMAS, between, place_after
 from vo_core import Odometry, Rig
+from vo_core.geometry.stance import Stance
+from vo_core.image.health import Health
 from vo_core.joints.finder import JointFinder
 from vo_core.mosaic.layers import png_of
 from vo_core.mosaic.mosaic import Mosaic
@@ -33,9 +23,8 @@ from vo_core.odometry import Traits
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.jobs.track.messages import FrameRange
     from app.jobs.track.parts import Between
-    from vo_core.geometry.stance import Stance
-    from vo_core.image.health import Health
     from vo_core.joints.finder import Sighting
     from vo_core.sources import Frame
     from vo_core.track import Estimate
@@ -45,8 +34,6 @@ PREVIEW_WIDTH_PX = 960
 PREVIEW_JPEG_QUALITY = 72
 WALL_JPEG_QUALITY = 85
 
-_STANCE = Standing.__struct_fields__
-
 
 class Follower:
     """Tracks the frames of one run in order and collects the results for the server."""
@@ -55,7 +42,7 @@ class Follower:
         self,
         rig: Rig,
         *,
-        start: Row | None = None,
+        start: Estimate | None = None,
         between: Between | None = None,
         preview_width_px: int = PREVIEW_WIDTH_PX,
         frames: FrameRange | None = None,
@@ -79,47 +66,46 @@ class Follower:
         self._preview_width_px = preview_width_px
         self._frames = frames
         self._ties: list[Tie] = []
-        self._last_row = start
+        self._last_estimate = start
         self._sightings: list[Sighting] = []
-        self._rows: list[Row] = []
-        self._health: list[Gauged] = []
+        self._estimates: list[Estimate] = []
+        self._health: list[tuple[int, Health]] = []
         self._last: Frame | None = None
         self._is_finished = False
 
     def add(self, frame: Frame, skipped: Sequence[tuple[int, float]] = ()) -> None:
         """Track the next frame; `skipped` holds number and time of frames left out before it."""
-        estimate = self._odometry.step(frame.image, frame.t_s)
-        row = _row(estimate, frame.index)
+        # The odometry counts the frames it receives; those of a camera may have gaps.
+        estimate = replace(self._odometry.step(frame.image, frame.t_s), frame=frame.index)
+        in_run = estimate
         if self._start is not None:
             if self._is_first and frame.index > self._start.frame:
                 self._start = place_after(self._start, self._between, frame.t_s)
                 if self._between != "stood_still":
-                    row = msgspec.structs.replace(row, status="lost")
-            row = _placed(row, self._start)
+                    in_run = replace(in_run, status="lost")
+            in_run = _placed(in_run, self._start)
         self._is_first = False
         if self._frames is not None:
             self._ties.append(self._tie(frame, self._frames))
-        self._look(frame, self._origin().added_to(_along(estimate, row)))
-        if self._last_row is not None:
-            self._rows.extend(between(self._last_row, row, skipped))
-        self._rows.append(row)
-        self._last, self._last_row = frame, row
+        self._look(frame, self._origin().added_to(_along(estimate, in_run)))
+        if self._last_estimate is not None:
+            self._estimates.extend(between(self._last_estimate, in_run, skipped))
+        self._estimates.append(in_run)
+        self._last, self._last_estimate = frame, in_run
 
     def begin_part(self, between: Between | None) -> None:
         """Start a new part: the film does not show what the robot did before the next frame."""
         self._joints.finish()
         self._sightings += self._joints.take()
         self._odometry, self._joints = Odometry(self._rig), JointFinder(self._rig)
-        self._start, self._between, self._is_first = self._last_row, between, True
+        self._start, self._between, self._is_first = self._last_estimate, between, True
 
     def leave_out(self, frames: Sequence[tuple[int, float]]) -> None:
         """Add number and time of frames at the end that the film does not show."""
         for frame, time_s in frames:
-            if self._last_row is not None:
-                held = place_after(self._last_row, None, time_s)
-                self._rows.append(
-                    msgspec.structs.replace(held, frame=frame, time_s=time_s, quality=0.0)
-                )
+            if self._last_estimate is not None:
+                held = place_after(self._last_estimate, None, time_s)
+                self._estimates.append(replace(held, frame=frame, time_s=time_s, quality=0.0))
 
     def reach(self, frames: FrameRange) -> None:
         """Go on as a chunk of these frames, which begin where its frames begin."""
@@ -140,20 +126,18 @@ class Follower:
             self._joints.finish()
         jpeg = b"" if self._last is None else _preview(self._last, self._preview_width_px)
         batch = Batch(
-            self._rows,
+            self._estimates,
             jpeg,
             health=self._health,
             tiles=tiles,
-            sightings=[
-                Seen(*astuple(sighting)) for sighting in (*self._sightings, *self._joints.take())
-            ],
-            tilt=Tilted(*astuple(self._odometry.tilt)),
+            sightings=[*self._sightings, *self._joints.take()],
+            tilt=self._odometry.tilt,
             stance=self._stance(),
             ties=self._ties,
-            start=None if self._frames is None else Standing(*astuple(self._odometry.start)),
+            start=None if self._frames is None else self._odometry.start,
             layers=layers,
         )
-        self._rows, self._health, self._ties, self._last = [], [], [], None
+        self._estimates, self._health, self._ties, self._last = [], [], [], None
         self._sightings = []
         return batch
 
@@ -172,14 +156,18 @@ class Follower:
         assert isinstance(follower, cls)  # noqa: S101  (the stamp fits: the same program made it)
         return follower
 
-    def _stance(self) -> Standing | None:
+    def _stance(self) -> Stance | None:
         """Return the stance of the run, as the longest part shows it."""
-        stance = Standing(*astuple(self._odometry.stance))
-        if self._start is None or self._last_row is None or self._rig.mount.view == "down":
+        stance = self._odometry.stance
+        if self._start is None or self._last_estimate is None or self._rig.mount.view == "down":
             return stance
-        if self._last_row.frame - self._start.frame < self._start.frame:
+        if self._last_estimate.frame - self._start.frame < self._start.frame:
             return None
-        return Standing(*(getattr(stance, name) - getattr(self._start, name) for name in _STANCE))
+        own = {
+            each.name: getattr(stance, each.name) - getattr(self._start, each.name)
+            for each in fields(Stance)
+        }
+        return Stance(**own)
 
     def _origin(self) -> Stance:
         """Return where the camera stood in the pipe at the pose 0.
@@ -204,82 +192,48 @@ class Follower:
             *astuple(odometry.traits),
         )
 
-    def _wall_pictures(self) -> tuple[list[WallTile], list[WallLayer]]:
+    def _wall_pictures(self) -> tuple[list[WallPicture], list[WallPicture]]:
         """Return the changed tiles; for a chunk those that it has left."""
         if self._frames is None:
             tiles = self._wall.finish() if self._is_finished else self._wall.changed()
             return [wall_tile(tile.index, tile.picture) for tile in tiles], []
         left = self._wall.finish() if self._is_finished else self._wall.left()
-        return [], [WallLayer(tile.index, png_of(tile)) for tile in left]
+        return [], [WallPicture(tile.index, png_of(tile)) for tile in left]
 
     def _look(self, frame: Frame, estimate: Estimate) -> None:
         """Collect the other results of a tracked frame, from its pose in the pipe."""
-        self._health.append(_gauged(estimate.frame, self._odometry.measure_health()))
+        health = Health(*(round(each, 4) for each in astuple(self._odometry.measure_health())))
+        self._health.append((estimate.frame, health))
         self._joints.add(frame.image, estimate, self._odometry.rows)
         if self._wall.wants(estimate):
             self._wall.add(frame.to_bgr(), estimate, self._odometry.rows)
 
 
-def _row(estimate: Estimate, index: int) -> Row:
-    # Plain Python numbers: an odometry may compute in numpy scalars, which msgpack does not know.
-    # The odometry counts the frames it receives; those of a camera may have gaps.
-    return Row(
-        index,
-        float(estimate.time_s),
-        float(estimate.x_mm),
-        float(estimate.y_mm),
-        float(estimate.yaw_deg),
-        float(estimate.distance_mm),
-        float(estimate.sigma_distance_mm),
-        float(estimate.quality),
-        estimate.status,
-        float(estimate.sigma_registration_mm),
-        float(estimate.z_mm),
-        float(estimate.pitch_deg),
-        float(estimate.roll_deg),
-        float(estimate.looking_around),
-    )
-
-
-def _along(estimate: Estimate, row: Row) -> Estimate:
-    """Return the odometry's pose at the distance of its row."""
+def _along(estimate: Estimate, in_run: Estimate) -> Estimate:
+    """Return the odometry's pose at the distance that it has in the run."""
     return replace(
         estimate,
-        frame=row.frame,
-        x_mm=row.x_mm,
-        distance_mm=row.distance_mm,
-        sigma_distance_mm=row.sigma_distance_mm,
-        sigma_registration_mm=row.sigma_registration_mm,
+        x_mm=in_run.x_mm,
+        distance_mm=in_run.distance_mm,
+        sigma_distance_mm=in_run.sigma_distance_mm,
+        sigma_registration_mm=in_run.sigma_registration_mm,
     )
 
 
-def _gauged(frame: int, health: Health) -> Gauged:
-    return Gauged(frame, *(round(value, 4) for value in astuple(health)))
-
-
-def wall_tile(index: int, picture: ByteImage) -> WallTile:
+def wall_tile(index: int, picture: ByteImage) -> WallPicture:
     """Encode a tile of the unrolled wall, (height, width, 3) BGR."""
     quality = [cv2.IMWRITE_JPEG_QUALITY, WALL_JPEG_QUALITY]
     _, jpeg = cv2.imencode(".jpg", picture, quality)
-    return WallTile(index, jpeg.tobytes())
+    return WallPicture(index, jpeg.tobytes())
 
 
-def _placed(row: Row, start: Row) -> Row:
+def _placed(estimate: Estimate, start: Estimate) -> Estimate:
     """Convert a pose relative to this run's first frame to the earlier run, which ends at
     `start`.
     """
-    return msgspec.structs.replace(
-        row,
-        x_mm=start.x_mm + row.x_mm,
-        y_mm=start.y_mm + row.y_mm,
-        yaw_deg=start.yaw_deg + row.yaw_deg,
-        distance_mm=start.distance_mm + row.distance_mm,
-        sigma_distance_mm=math.hypot(start.sigma_distance_mm, row.sigma_distance_mm),
-        sigma_registration_mm=math.hypot(start.sigma_registration_mm, row.sigma_registration_mm),
-        z_mm=start.z_mm + row.z_mm,
-        pitch_deg=start.pitch_deg + row.pitch_deg,
-        roll_deg=start.roll_deg + row.roll_deg,
-    )
+    sums: dict[str, Any] = {name: getattr(start, name) + getattr(estimate, name) for name in POSE}
+    sums |= {name: math.hypot(getattr(start, name), getattr(estimate, name)) for name in SIGMAS}
+    return replace(estimate, **sums)
 
 
 def _preview(frame: Frame, width_px: int) -> bytes:

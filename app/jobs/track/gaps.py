@@ -1,48 +1,45 @@
-"""Rows for frames that were not tracked, and the pose after an unobserved time."""
+"""Estimates for frames that were not tracked, and the pose after an unobserved time."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
-import msgspec
-
-from app.jobs.messages import Row
 from app.jobs.track.parts import Between
 from vo_core.bridge import BRIDGE_ACCELERATION_MM_S2
+from vo_core.track import Estimate
 
 _UNKNOWN_MOVE_MM = 10_000.0
 """One sigma of the position of a robot that was moved by hand: the length of a culvert."""
 _UNKNOWN_SPEED_MM_S = 500.0
 """One sigma of the speed of a robot that was not observed."""
 
-_IN_PROPORTION = (
-    *("x_mm", "y_mm", "yaw_deg", "distance_mm"),
-    *("z_mm", "pitch_deg", "roll_deg"),
-)
+POSE = ("x_mm", "y_mm", "yaw_deg", "distance_mm", "z_mm", "pitch_deg", "roll_deg")
+SIGMAS = ("sigma_distance_mm", "sigma_registration_mm")
+"""Fields of an estimate that add up from run to run, and those of which the variances do."""
 
 
-def between(before: Row, after: Row, skipped: Sequence[tuple[int, float]]) -> Iterator[Row]:
+def between(
+    before: Estimate, after: Estimate, skipped: Sequence[tuple[int, float]]
+) -> Iterator[Estimate]:
     """Interpolate poses over time between two tracked frames.
 
     They are weak, or lost next to a lost frame. Their sigma is the larger one of the neighbours
     plus the displacement by an unseen acceleration within the gap: a t (T - t) / 2.
 
     Args:
-        before, after: Rows of the nearest tracked frames.
+        before, after: Those of the nearest tracked frames.
         skipped: Number and time in s of each frame between them.
     """
     length_s = after.time_s - before.time_s
-    neighbours_mm = {
-        name: max(getattr(before, name), getattr(after, name))
-        for name in ("sigma_distance_mm", "sigma_registration_mm")
-    }
+    neighbours_mm = {name: max(getattr(before, name), getattr(after, name)) for name in SIGMAS}
     is_lost = "lost" in (before.status, after.status)
     for frame, time_s in skipped:
         passed_s = time_s - before.time_s
         share = passed_s / length_s
         unseen_mm = BRIDGE_ACCELERATION_MM_S2 * passed_s * (length_s - passed_s) / 2
-        yield msgspec.structs.replace(
+        yield replace(
             before,
             frame=frame,
             time_s=time_s,
@@ -50,13 +47,13 @@ def between(before: Row, after: Row, skipped: Sequence[tuple[int, float]]) -> It
             status="lost" if is_lost else "weak",
             **{
                 name: (1 - share) * getattr(before, name) + share * getattr(after, name)
-                for name in _IN_PROPORTION
+                for name in POSE
             },
             **{name: math.hypot(sigma, unseen_mm) for name, sigma in neighbours_mm.items()},
         )
 
 
-def place_after(last: Row, between: Between | None, time_s: float) -> Row:
+def place_after(last: Estimate, between: Between | None, time_s: float) -> Estimate:
     """Return the pose at which a run continues after an unobserved time.
 
     A robot that was moved may be anywhere: its distance continues with a large uncertainty, and the
@@ -68,12 +65,10 @@ def place_after(last: Row, between: Between | None, time_s: float) -> Row:
     furthest_mm = math.hypot(_UNKNOWN_MOVE_MM, last.distance_mm)
     if between == "moved":
         unseen_mm = furthest_mm
-        last = msgspec.structs.replace(
-            last, y_mm=0.0, yaw_deg=0.0, z_mm=0.0, pitch_deg=0.0, roll_deg=0.0
-        )
+        last = replace(last, y_mm=0.0, yaw_deg=0.0, z_mm=0.0, pitch_deg=0.0, roll_deg=0.0)
     else:
         unseen_mm = min(_UNKNOWN_SPEED_MM_S * max(time_s - last.time_s, 0.0), furthest_mm)
-    return msgspec.structs.replace(
+    return replace(
         last,
         status="lost",
         sigma_distance_mm=math.hypot(last.sigma_distance_mm, unseen_mm),

@@ -9,23 +9,15 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from itertools import takewhile
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 
-from app.jobs import one_request
-from app.jobs.messages import (
-    MAX_MESSAGE_BYTES,
-    Checkpoint,
-    Done,
-    KeptCheckpoint,
-    Passing,
-    TrackRequest,
-    encode,
-)
+from app.jobs.child import Parent, serve
+from app.jobs.messages import MAX_MESSAGE_BYTES, Problem
 from app.jobs.track import parts
+from app.jobs.track.messages import Checkpoint, KeptCheckpoint, Passing, TrackRequest
 from app.jobs.track.parts import Numbered
 
 if TYPE_CHECKING:
@@ -46,7 +38,8 @@ _CHECKPOINT_COST = 1 / 100
 _MOST_STATE_BYTES = MAX_MESSAGE_BYTES - 1024
 
 
-def _track(request: TrackRequest, connection: Connection) -> None:
+def track(request: TrackRequest, parent: Parent) -> Problem:
+    """Track a film."""
     # Imported here so that the decoders are loaded under the limits.
     from app.jobs.track.follow import Follower
     from vo_core import Rig, VideoFile
@@ -60,16 +53,16 @@ def _track(request: TrackRequest, connection: Connection) -> None:
         follower = Follower.from_state(begun.state)
         if chunk is not None:
             follower.reach(chunk)
-    checkpoints = _Checkpoints(connection, begun.cpu_s)
+    checkpoints = _Checkpoints(parent, begun.cpu_s)
     pace = None if request.pace is None else Pace(request.pace)
     sent_at = 0.0
     with VideoFile(request.video) as video:
         end = begun.frames
-        for found in _from(end, _numbered(video, request, connection), connection):
+        for found in _from(end, _numbered(video, request, parent), parent):
             frame = found.frame
             # Sent before the frame is added, so that the last batch contains a frame.
             if time.monotonic() - sent_at >= BATCH_S:
-                _send(follower, connection)
+                _send(follower, parent)
                 checkpoints.make_if_due(follower, end)
                 sent_at = time.monotonic()
             if found.between or found.left_out:
@@ -81,20 +74,18 @@ def _track(request: TrackRequest, connection: Connection) -> None:
         follower.leave_out(parts.left_out_after(request.marks, end))
         if chunk is not None and end == chunk.end:
             # From here the chunk goes on if its frames do not tie it to the next one.
-            _send(follower, connection)
+            _send(follower, parent)
             checkpoints.make(follower, end)
         follower.finish()
-        _send(follower, connection)
-        connection.send_bytes(encode(Done(video.problem)))
+        _send(follower, parent)
+        return Problem(video.problem)
 
 
 def _read(path: Path) -> Checkpoint:
     return msgspec.msgpack.decode(path.read_bytes(), type=KeptCheckpoint).checkpoint
 
 
-def _numbered(
-    video: VideoFile, request: TrackRequest, connection: Connection
-) -> Iterator[Numbered]:
+def _numbered(video: VideoFile, request: TrackRequest, parent: Parent) -> Iterator[Numbered]:
     """Yield the frames to track, and possibly some before them."""
     chunk = request.frames
     if chunk is None:
@@ -104,12 +95,12 @@ def _numbered(
         # although the packets announce them.
         sought = thread.submit(video.seek_frame, chunk.first)
         while wait([sought], _PASSING_S).not_done:
-            connection.send_bytes(encode(Passing(0)))
+            parent.tell(Passing(0))
         sought.result()
     return (Numbered(frame) for frame in takewhile(chunk.holds, video.read_ahead()))
 
 
-def _from(first: int, frames: Iterator[Numbered], connection: Connection) -> Iterator[Numbered]:
+def _from(first: int, frames: Iterator[Numbered], parent: Parent) -> Iterator[Numbered]:
     """Yield the frames from this number on; earlier ones are decoded too, as later ones refer to
     them.
     """
@@ -118,22 +109,22 @@ def _from(first: int, frames: Iterator[Numbered], connection: Connection) -> Ite
         if found.frame.index >= first:
             yield found
         elif time.monotonic() - reported_s >= _PASSING_S:
-            connection.send_bytes(encode(Passing(found.frame.index)))
+            parent.tell(Passing(found.frame.index))
             reported_s = time.monotonic()
 
 
-def _send(follower: Follower, connection: Connection) -> None:
+def _send(follower: Follower, parent: Parent) -> None:
     batch = follower.batch()
     if batch is not None:
-        connection.send_bytes(encode(batch))
+        parent.tell(batch)
 
 
 class _Checkpoints:
     """Sends a checkpoint when it is worth its cost."""
 
-    def __init__(self, connection: Connection, spent_cpu_s: float) -> None:
+    def __init__(self, parent: Parent, spent_cpu_s: float) -> None:
         """Start with `spent_cpu_s`, the processor time of the processes before this one."""
-        self._connection = connection
+        self._parent = parent
         self._spent_cpu_s = spent_cpu_s
         self._begun_s: float | None = None
         self._due_s = 0.0
@@ -157,7 +148,7 @@ class _Checkpoints:
         # A state too long for a message is not sent; an earlier checkpoint is good enough.
         if len(state) <= _MOST_STATE_BYTES:
             cpu_s = self._spent_cpu_s + time.process_time()
-            self._connection.send_bytes(encode(Checkpoint(frames, cpu_s, state)))
+            self._parent.tell(Checkpoint(frames, cpu_s, state))
 
 
 class Pace:
@@ -176,10 +167,10 @@ class Pace:
 
 
 def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    one_request.serve(
+    """Answer the one request."""
+    serve(
         TrackRequest,
-        _track,
+        track,
         named="Tracking",
         reads=lambda request: [request.video, *filter(None, [request.checkpoint])],
     )

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from multiprocessing.connection import Connection
 from pathlib import Path
 
-from app.jobs import one_request
-from app.jobs.messages import Batch, Done, JoinWallsRequest, encode
+from app.jobs.child import Parent, serve
+from app.jobs.track.messages import JoinWallsRequest
 
 
-def _join(request: JoinWallsRequest, connection: Connection) -> None:
+def _join(request: JoinWallsRequest, parent: Parent) -> None:
     # Imported here so that the decoders are loaded under the limits.
     from app.jobs.track.chunks import join_walls
     from vo_core import Rig
@@ -22,19 +21,8 @@ def _join(request: JoinWallsRequest, connection: Connection) -> None:
         return path.read_bytes() if path.exists() else None
 
     for tile in join_walls(request.placed, Rig.parse(request.rig), indices, read):
-        connection.send_bytes(encode(Batch([], b"", tiles=[tile])))
-    connection.send_bytes(encode(Done(None)))
-
-
-def main() -> None:
-    """Handle the one request on the pipe, then end."""
-    one_request.serve(
-        JoinWallsRequest,
-        _join,
-        named="Joining the walls",
-        reads=lambda request: request.folders,
-    )
+        parent.tell(tile)
 
 
 if __name__ == "__main__":
-    main()
+    serve(JoinWallsRequest, _join, named="Joining the walls", reads=lambda request: request.folders)

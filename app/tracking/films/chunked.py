@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 
 from app.errors import MediaFailed, MediaTimeout
-from app.jobs.messages import FrameRange
 from app.jobs.track.chunks import mended, plan
+from app.jobs.track.messages import FrameRange
 from app.tracking.films.engines import Engine
 from app.tracking.films.run_files import RunFiles
 from app.tracking.films.runs import Run, Runs

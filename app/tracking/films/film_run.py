@@ -12,17 +12,10 @@ from pathlib import Path
 
 import msgspec
 
-from app.jobs.messages import (
-    Batch,
-    Checkpoint,
-    Done,
-    Failed,
-    FromTracker,
-    Limits,
-    Passing,
-    TrackRequest,
-)
-from app.jobs.process import Child, describe_exit
+from app.jobs.messages import Limits, Problem
+from app.jobs.process import Child, Died, Refused, Stalled
+from app.jobs.track.batches import Batch
+from app.jobs.track.messages import Checkpoint, Passing, TrackRequest
 from app.storage.folder.files import Places
 from app.storage.records.runs import Outcome
 from app.tracking.films.journal import Journal, Resumption
@@ -78,7 +71,6 @@ class FilmTracker:
         self._pace = pace
         self._on_batch = on_batch
         self._on_checkpoint = on_checkpoint
-        self._messages: msgspec.msgpack.Decoder[FromTracker] = msgspec.msgpack.Decoder(FromTracker)
 
     def track(self, run: Run, video: Path, limits: Limits) -> Outcome | None:
         """Track a film, from its last checkpoint on if there is one.
@@ -123,66 +115,51 @@ class FilmTracker:
                     return Outcome("failed", death.code, detail)
 
     def _follow(self, run: Run, journal: Journal, request: TrackRequest) -> Outcome | None:
-        """Start a child and drain it until it ends; None if another run continues.
+        """Start a child and take its results until it ends; None if another run continues.
 
         Raises:
             _Died: The child ended or hung without a result and was not asked to stop.
         """
+
+        def take(part: Batch | Checkpoint | Passing) -> None:
+            if isinstance(part, Batch):
+                self._runs.take(run, part)
+                self._on_batch(part)
+                journal.note(part)
+            elif isinstance(part, Checkpoint) and journal.keep(part):
+                self._on_checkpoint()
+
         child = Child("app.jobs.track.tracker")
         try:
             self._runs.give_child(run, child)
-            outcome = self._drain(run, child, journal, request)
-        except TimeoutError as error:
-            child.kill()
+            problem = child.ask(
+                request,
+                Problem,
+                stall_s=self._stall_s,
+                part=Batch | Checkpoint | Passing,
+                on_part=take,
+            )
+            outcome = Outcome("done", warning=problem.sentence)
+        except Stalled as error:
             raise _Died(
                 "tracking_stalled",
                 f"Tracking made no progress for {self._stall_s:g} s and was stopped.",
             ) from error
-        except (EOFError, BrokenPipeError) as error:
-            how = describe_exit(child.end())
+        except Died as death:
             if run.stop is None:
                 raise _Died(
-                    "tracking_process_died", f"The tracking process died: {how}."
-                ) from error
+                    "tracking_process_died", f"The tracking process died: {death}."
+                ) from death
             outcome = Outcome("cancelled")
-        except msgspec.MsgspecError:
-            logger.exception(
-                "The tracking process of %s sent an invalid message.", run.inspection.id
-            )
-            child.kill()
-            outcome = Outcome(
-                "failed", "tracking_failed", "The tracking process gave an invalid answer."
-            )
+        except Refused as refusal:
+            refusal.log(f"Tracking {run.inspection.id}")
+            outcome = Outcome("failed", refusal.code, str(refusal))
         finally:
             child.end()
         stop = self._runs.stop_of(run)
         if outcome.status == "done" or stop is None:
             return outcome
         return None if stop == "shutdown" else Outcome("cancelled")
-
-    def _drain(self, run: Run, child: Child, journal: Journal, request: TrackRequest) -> Outcome:
-        inspection = run.inspection
-        child.send(request)
-        while True:
-            message = self._messages.decode(child.receive(self._stall_s))
-            match message:
-                case Batch():
-                    self._runs.take(run, message)
-                    self._on_batch(message)
-                    journal.note(message)
-                case Checkpoint():
-                    if journal.keep(message):
-                        self._on_checkpoint()
-                case Passing():
-                    logger.debug(
-                        "Tracking %s: decoding frame %d again.", inspection.id, message.frames
-                    )
-                case Done():
-                    return Outcome("done", warning=message.problem)
-                case Failed():
-                    if message.trace:
-                        logger.error("Tracking %s: %s", inspection.id, message.trace)
-                    return Outcome("failed", message.code, message.detail)
 
     def _request(
         self, run: Run, video: Path, limits: Limits, resumption: Resumption | None

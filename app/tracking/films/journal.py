@@ -21,7 +21,9 @@ import msgspec
 import app.jobs
 import vo_core
 from app.errors import DiskFull, StoreUnavailable
-from app.jobs.messages import Batch, Checkpoint, KeptCheckpoint, encode
+from app.jobs.messages import encode
+from app.jobs.track.batches import Batch
+from app.jobs.track.messages import Checkpoint, KeptCheckpoint
 from app.storage.folder.files import Places, append_durably, write_durably
 from app.tracking.films.runs import TrackedFilm
 from app.tracking.unrolled import Unrolled
@@ -80,7 +82,7 @@ class Journal:
             logger.exception("The checkpoint of %s cannot be read.", self._id)
             return None
         at = kept.checkpoint
-        if sum(len(batch.rows) for batch in found) != at.frames - self._first:
+        if sum(len(batch.estimates) for batch in found) != at.frames - self._first:
             logger.error("The journal of %s does not match its checkpoint.", self._id)
             return None
         self._bytes = kept.journal_bytes

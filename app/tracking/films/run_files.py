@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import msgspec
 
 from app.errors import BlobNotFound, WorkerLost
-from app.jobs.messages import FrameRange, Limits
+from app.jobs.messages import Limits
+from app.jobs.track.messages import FrameRange
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
 from app.storage.folder.files import Places

@@ -9,19 +9,14 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-import msgspec
-
 from app.errors import Busy, DiskFull, StoreUnavailable
-from app.jobs.messages import Batch, FrameRange
 from app.jobs.process import Child
+from app.jobs.track.batches import Batch
+from app.jobs.track.messages import FrameRange
 from app.survey.track_rows import estimate_at
 from app.tracking.live import CameraStatus, Live, Progress
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
-from vo_core.geometry.stance import Stance
-from vo_core.geometry.tilt import MountTilt
-from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -219,9 +214,9 @@ class Runs:
         self._tracks.begin(run.inspection.id)
         frames_done, last = 0, None
         for batch in found:
-            estimates, _ = self._keep(run, batch)
-            frames_done += len(estimates)
-            last = estimates[-1] if estimates else last
+            self._tracks.append(run.inspection.id, batch)
+            frames_done += len(batch.estimates)
+            last = batch.estimates[-1] if batch.estimates else last
         self._report_that_it_began(run)
         with self.changed:
             run.frames_done, run.last = frames_done, last
@@ -355,48 +350,32 @@ class Runs:
         """Store the results of a child and notify the listeners."""
         follower = None if isinstance(run, RunElsewhere) else self.follower
         first = 0 if follower is None else len(self._tracks.get(run.inspection.id))
-        estimates, health = self._keep(run, batch)
+        self._tracks.append(run.inspection.id, batch)
         if follower is not None:
             follower.took(run, first, batch)
-        self._unrolled.take(run.inspection.id, {tile.index: tile.jpeg for tile in batch.tiles})
-        if not estimates:  # frames that a camera's run held back until its end
+        self._unrolled.take(run.inspection.id, batch.tiles)
+        if not batch.estimates:  # frames that a camera's run held back until its end
             return
         now = time.monotonic()
         with self.changed:
-            run.frames_done += len(estimates)
+            run.frames_done += len(batch.estimates)
             if run.first_batch is None:
                 run.first_batch = (now, run.frames_done)
             elif now > run.first_batch[0]:
                 run.fps = (run.frames_done - run.first_batch[1]) / (now - run.first_batch[0])
-            run.last = estimates[-1]
+            run.last = batch.estimates[-1]
             progress = run.progress()
         self._live.publish(
             run.inspection.id,
             "running",
             progress,
-            estimates,
+            tuple(batch.estimates),
             batch.jpeg,
             captured_s=batch.captured_s,
             camera=run.camera,
-            health=health[-1][1] if health else None,
+            health=batch.health[-1][1] if batch.health else None,
         )
 
     def _report_that_it_began(self, run: Run) -> None:
         if self.follower is not None:
             self.follower.began(run)
-
-    def _keep(
-        self, run: Run, batch: Batch
-    ) -> tuple[tuple[Estimate, ...], list[tuple[int, Health]]]:
-        """Add a batch to the track; return its estimates and the health of its frames."""
-        estimates = tuple(Estimate(*msgspec.structs.astuple(row)) for row in batch.rows)
-        health = [(each.frame, Health(*msgspec.structs.astuple(each)[1:])) for each in batch.health]
-        self._tracks.append(run.inspection.id, estimates)
-        self._tracks.note(
-            run.inspection.id,
-            health,
-            [Sighting(*msgspec.structs.astuple(seen)) for seen in batch.sightings],
-            None if batch.tilt is None else MountTilt(*msgspec.structs.astuple(batch.tilt)),
-            None if batch.stance is None else Stance(*msgspec.structs.astuple(batch.stance)),
-        )
-        return estimates, health

@@ -23,9 +23,12 @@ from typing import Any, Protocol, TypeVar
 
 import msgspec
 
-from app.jobs.messages import Batch, FrameRange, JoinWallsRequest, KeptCheckpoint, Limits
+from app.jobs.messages import Limits
+from app.jobs.process import Child, ask_about_media
 from app.jobs.track import parts
+from app.jobs.track.batches import Batch, WallPicture
 from app.jobs.track.chunks import gather, join
+from app.jobs.track.messages import FrameRange, JoinWallsRequest, KeptCheckpoint
 from app.jobs.track.parts import Mark
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
@@ -36,7 +39,6 @@ from app.tracker import tracker
 from app.tracking.films.film_run import FilmTracker
 from app.tracking.films.journal import batches_of, stamp_of
 from app.tracking.films.runs import Run, Runs, track_metadata
-from app.tracking.films.walls import joined_walls
 from app.tracking.live import Event, Live, Update, WallChanged
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
@@ -268,8 +270,20 @@ class _Work:
             spec.rig,
             limits,
         )
-        for tile in joined_walls(request, spec.stall_s):
-            self._unrolled.take(spec.id, {tile.index: tile.jpeg})
+
+        def take(tile: WallPicture) -> None:
+            self._unrolled.take(spec.id, [tile])
+
+        with Child("app.jobs.track.wall_joiner") as child:
+            ask_about_media(
+                child,
+                request,
+                type(None),
+                work="Joining the unrolled wall",
+                stall_s=spec.stall_s,
+                part=WallPicture,
+                on_part=take,
+            )
         return self._put_results(run, _outcome_of(spec.joins))
 
     def _hear(self, event: Event, report: OnReport) -> None:
@@ -284,7 +298,7 @@ class _Work:
             name = f"{LAYERS}/{layer.index}.png"
             path = self._folder / name
             path.parent.mkdir(exist_ok=True)
-            path.write_bytes(layer.png)
+            path.write_bytes(layer.content)
             self._painted.add(name)
 
     def _layers(self) -> list[Path]:

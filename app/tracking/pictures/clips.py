@@ -5,14 +5,11 @@ A clip is made when somebody wants it, and kept: it can be made again at any tim
 
 from __future__ import annotations
 
-import logging
-import threading
-
-import msgspec
-
-from app.errors import Busy, FrameNotFound, MediaFailed, MediaTimeout, NothingRecorded
-from app.jobs.messages import Clip, ClipRequest, FromClipper, Limits
-from app.jobs.process import Child, describe_exit
+from app.errors import FrameNotFound, NothingRecorded
+from app.jobs.messages import Limits
+from app.jobs.process import Child, ask_about_media
+from app.jobs.requests.clipper import ClipRequest
+from app.jobs.turns import Turns
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs, StoredBlob
 from app.storage.records.inspections import InspectionStore
@@ -21,15 +18,11 @@ from app.survey.track_rows import estimate_at
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks
-from vo_core.errors import UnreadableVideo
-
-logger = logging.getLogger(__name__)
 
 BEFORE_S, AFTER_S = 3.0, 3.0
 CPU_S = 180
 """Processor time limit; six seconds of a 4K film take about a third of it on a slow machine."""
 _ANSWER_TIMEOUT_S = 240.0
-_WAIT_FOR_TURN_S = 60.0
 
 
 class Clips:
@@ -50,8 +43,7 @@ class Clips:
         self._films = films
         self._tracks = tracks
         self._limits = limits
-        self._turn = threading.Lock()
-        self._answers = msgspec.msgpack.Decoder(FromClipper)
+        self._turns = Turns("Other clips are being cut; try again in a moment.")
 
     def of(self, inspection_id: str, observation_id: str) -> StoredBlob:
         """Return the clip around an observation as MP4, which is cut unless it was before.
@@ -90,35 +82,11 @@ class Clips:
         return self.of(inspection_id, observation_id).read_bytes()
 
     def _cut(self, clip: StoredBlob, request: ClipRequest) -> None:
-        if not self._turn.acquire(timeout=_WAIT_FOR_TURN_S):
-            raise Busy("Other clips are being cut; try again in a moment.")
-        try:
-            if not clip.exists():  # somebody else has waited for the same one
-                self._blobs.put(clip.key, self._checked(self._exchange(request)))
-        finally:
-            self._turn.release()
-
-    def _exchange(self, request: ClipRequest) -> bytes:
-        child = Child("app.jobs.requests.clipper")
-        try:
-            child.send(request)
-            return child.receive(_ANSWER_TIMEOUT_S)
-        except TimeoutError as error:
-            raise MediaTimeout("Cutting the clip took too long and was stopped.") from error
-        except (EOFError, OSError) as error:
-            how = describe_exit(child.end())
-            raise MediaFailed(f"The process that cut the clip died: {how}.") from error
-        finally:
-            child.kill()
-
-    def _checked(self, answer: bytes) -> bytes:
-        try:
-            message = self._answers.decode(answer)
-        except msgspec.MsgspecError as error:
-            raise MediaFailed("The process that cut the clip gave an invalid answer.") from error
-        if isinstance(message, Clip):
-            return message.mp4
-        if message.code == "unreadable_video":
-            raise UnreadableVideo(message.detail)
-        logger.error("Clip: %s %s", message.detail, message.trace)
-        raise MediaFailed(message.detail)
+        with self._turns:
+            if clip.exists():  # somebody else has waited for the same one
+                return
+            with Child("app.jobs.requests.clipper") as child:
+                mp4 = ask_about_media(
+                    child, request, bytes, work="Cutting the clip", stall_s=_ANSWER_TIMEOUT_S
+                )
+            self._blobs.put(clip.key, mp4)

@@ -9,10 +9,10 @@ from typing import Literal
 import msgspec
 from cachetools import LRUCache
 
+from app.burnt_in.box import Box
 from app.burnt_in.counter import CounterReadings
 from app.burnt_in.finder import CounterPlace
 from app.errors import BlobNotFound, PixelOutsidePicture
-from app.jobs.messages import CornersPx
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
 from vo_core.scale.counter import Unit
@@ -26,7 +26,7 @@ class KeptCounter(msgspec.Struct, frozen=True):
 
     state: Literal["waiting", "read", "failed", "cancelled", "declined"]
     """"declined": a person has said that the film shows no counter."""
-    within: CornersPx | None = None
+    within: Box | None = None
     """A box drawn by a person; without it, the counter is searched."""
     unit: Unit | None = None
     """Stated by a person."""
@@ -46,10 +46,10 @@ class KeptCounter(msgspec.Struct, frozen=True):
 
     def require_picture_size(self, width: int, height: int) -> None:
         """Raise PixelOutsidePicture if the drawn box is not in a picture of this size."""
-        if self.within is not None and (self.within[2] > width or self.within[3] > height):
+        if self.within is not None and (self.within.right > width or self.within.bottom > height):
             raise PixelOutsidePicture(
-                f"The box of the counter ends at {self.within[2]}, {self.within[3]}; the picture "
-                f"has {width}x{height} px."
+                f"The box of the counter ends at {self.within.right}, {self.within.bottom}; the "
+                f"picture has {width}x{height} px."
             )
 
 

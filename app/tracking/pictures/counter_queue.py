@@ -14,30 +14,19 @@ from pathlib import Path
 
 import msgspec
 
-from app.burnt_in.box import Box
-from app.burnt_in.counter import CounterReadings
-from app.burnt_in.finder import CounterPlace
+from app.burnt_in.counter import BurntIn, CounterReadings, ReadFilm
 from app.errors import (
     BlobNotFound,
     DiskFull,
     InspectionNotFound,
     MediaFailed,
-    MediaTimeout,
     NothingRecorded,
     NotRunning,
     StoreUnavailable,
 )
-from app.jobs.messages import (
-    CounterAt,
-    CounterFound,
-    CounterProgress,
-    CounterRead,
-    CounterRequest,
-    Failed,
-    FromCounterReader,
-    Limits,
-)
-from app.jobs.process import Child, describe_exit
+from app.jobs.messages import Limits, Progress
+from app.jobs.process import Child, ask_about_media
+from app.jobs.requests.counter import CounterRequest
 from app.logs import about
 from app.storage.blobs.blobs import StoredBlob
 from app.storage.database.tables import ENDED
@@ -48,7 +37,7 @@ from app.tracking.pictures.counter_files import SEARCHED, CounterFiles, KeptCoun
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.videos import NO_FILM
 from app.tracking.worker import Worker
-from vo_core.errors import ChainageError, UnreadableVideo
+from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
 
@@ -64,8 +53,6 @@ _STALL_S = 600.0
 minutes."""
 _SEARCH_S = 60.0
 """Time that a person waits for a search, which takes some 5 s."""
-
-OnProgress = Callable[[CounterProgress], None]
 
 
 class CounterQueue(Worker):
@@ -99,7 +86,7 @@ class CounterQueue(Worker):
         self._inherits = False
         """Whether to look for films that nobody has announced."""
         self._reading: str | None = None
-        self._progress: CounterProgress | None = None
+        self._progress: Progress | None = None
         self._child: Child | None = None
 
     def take_over(self) -> None:
@@ -120,7 +107,7 @@ class CounterQueue(Worker):
         if isinstance(event, Update) and event.state in ENDED:
             self._look_at(event.inspection_id)
 
-    def progress(self, inspection_id: str) -> CounterProgress | None:
+    def progress(self, inspection_id: str) -> Progress | None:
         """Return how far the counter of an inspection is read; None if it is not being read."""
         with self._changed:
             return self._progress if self._reading == inspection_id else None
@@ -165,22 +152,18 @@ class CounterQueue(Worker):
             if self._reading == inspection_id:
                 self._end_child()
 
-    def search(self, film: Path) -> CounterFound:
+    def search(self, film: Path) -> BurntIn:
         """Find the counter of a film while somebody waits.
 
         Raises:
             UnreadableVideo: The file has no picture.
             MediaTimeout, MediaFailed: The process took too long, or died.
         """
-        child = Child(CHILD)
         request = CounterRequest(str(film), self._limits, is_search=True)
-        try:
-            found = _answer(child, request, _SEARCH_S, lambda _: None)
-        finally:
-            child.kill()
-        if not isinstance(found, CounterFound):
-            raise MediaFailed("The process that searches counters gave an invalid answer.")
-        return found
+        with Child(CHILD) as child:
+            return ask_about_media(
+                child, request, BurntIn, work="Searching the counter", stall_s=_SEARCH_S
+            )
 
     def _look_at(self, inspection_id: str, *, is_asked: bool = False) -> None:
         with self._changed:
@@ -284,7 +267,7 @@ class CounterQueue(Worker):
             if kept.state != "waiting" or self._stopping:
                 return
             self._files.put(inspection_id, kept)
-            self._reading, self._progress = inspection_id, CounterProgress(0, None)
+            self._reading, self._progress = inspection_id, Progress(0, None)
             self._child = Child(CHILD)
         try:
             with film.local() as path:
@@ -299,7 +282,7 @@ class CounterQueue(Worker):
         assert self._child is not None  # noqa: S101  (its thread has just started it)
         request = CounterRequest(str(path), self._limits, kept.within)
 
-        def note(progress: CounterProgress) -> None:
+        def note(progress: Progress) -> None:
             with self._changed:
                 self._progress = progress
                 if not path.exists():  # deleted, or a recording again
@@ -307,10 +290,16 @@ class CounterQueue(Worker):
 
         csv = ""
         try:
-            found = _answer(self._child, request, _STALL_S, note)
-            if not isinstance(found, CounterRead):
-                raise MediaFailed("The process that reads counters gave an invalid answer.")
-            csv, done = found.csv, _read_of(kept, found, film.about().size)
+            read = ask_about_media(
+                self._child,
+                request,
+                ReadFilm,
+                work="Reading the counter",
+                stall_s=_STALL_S,
+                part=Progress,
+                on_part=note,
+            )
+            csv, done = read.csv, _read_of(kept, read, film.about().size)
         except (ChainageError, FileNotFoundError) as failure:
             done = msgspec.structs.replace(kept, state="failed", detail=str(failure))
         with self._changed:
@@ -325,59 +314,17 @@ class CounterQueue(Worker):
         )
 
 
-def _answer(
-    child: Child, request: CounterRequest, stall_s: float, on_progress: OnProgress
-) -> CounterFound | CounterRead:
-    """Return the answer of a child.
-
-    Raises:
-        UnreadableVideo: The file has no picture.
-        MediaTimeout, MediaFailed: The child took too long, or died.
-    """
-    messages: msgspec.msgpack.Decoder[FromCounterReader] = msgspec.msgpack.Decoder(
-        FromCounterReader
-    )
-    try:
-        child.send(request)
-        while isinstance(message := messages.decode(child.receive(stall_s)), CounterProgress):
-            on_progress(message)
-    except TimeoutError as error:
-        raise MediaTimeout(
-            f"Reading the counter made no progress for {stall_s:g} s and was stopped."
-        ) from error
-    except (EOFError, OSError) as error:
-        how = describe_exit(child.end())
-        raise MediaFailed(f"The process that reads the counter died: {how}.") from error
-    except msgspec.MsgspecError as error:
-        raise MediaFailed("The process that reads counters gave an invalid answer.") from error
-    if not isinstance(message, Failed):
-        return message
-    if message.code == "unreadable_video":
-        raise UnreadableVideo(message.detail)
-    if message.trace:
-        logger.error("Counter: %s %s", message.detail, message.trace)
-    raise MediaFailed(message.detail)
-
-
-def place_of(found: CounterAt | None) -> CounterPlace | None:
-    """Convert the message of a child."""
-    if found is None:
-        return None
-    return CounterPlace(Box(*found.corners_px), found.decimals, found.unit, found.has_fields)
-
-
-def _read_of(kept: KeptCounter, found: CounterRead, film_bytes: int) -> KeptCounter:
+def _read_of(kept: KeptCounter, read: ReadFilm, film_bytes: int) -> KeptCounter:
     """Return what is known after reading; raise MediaFailed if the table is none."""
-    place = place_of(found.place)
     try:
-        CounterReadings.from_csv(found.csv, place)
+        CounterReadings.from_csv(read.csv, read.found.place)
     except ValueError as error:
         raise MediaFailed("The process that reads counters gave an invalid answer.") from error
     return msgspec.structs.replace(
         kept,
         state="read",
-        place=place,
-        film_date=found.film_date,
+        place=read.found.place,
+        film_date=read.found.film_date,
         film_bytes=film_bytes,
-        detail=found.problem,
+        detail=read.problem,
     )

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
-import msgspec
-
-from app.jobs.messages import Probed
+from vo_core.containers import VideoInfo
 
 _KINDS = {
     # FFmpeg's name of the container: suffix of our file, media type for browsers
@@ -25,35 +24,23 @@ NO_FILM = "This survey was imported without its film, so there is no picture."
 """Shown in place of a picture."""
 
 
-def file_name(probed: Probed) -> str:
+def file_name(info: VideoInfo) -> str:
     """Return the file name within the inspection's folder."""
-    return f"video{_KINDS[_kind_of(probed)][0]}"
+    return f"video{_KINDS[_kind_of(info)][0]}"
 
 
-def video_columns(probed: Probed) -> dict[str, Any]:
+def video_columns(info: VideoInfo) -> dict[str, Any]:
     """Return the column `video` of an inspection."""
-    kind = _kind_of(probed)
-    return msgspec.structs.asdict(probed) | {
+    kind = _kind_of(info)
+    return asdict(info) | {
         "media_type": _KINDS[kind][1],
-        "playable": _is_playable(kind, probed),
+        "playable": _is_playable(kind, info),
     }
 
 
 def unrecorded_columns(width: int, height: int) -> dict[str, Any]:
     """Return the column `video` of a recording that has not ended."""
-    return {
-        "width": width,
-        "height": height,
-        "codec": "",
-        "container": "matroska",
-        "pixel_format": None,
-        "frames": None,
-        "duration_s": None,
-        "rate_hz": None,
-        "pixel_aspect": 1.0,
-        "media_type": _KINDS["matroska"][1],
-        "playable": False,
-    }
+    return video_columns(VideoInfo(width, height, "", "matroska", None, None, None, None))
 
 
 def unfilmed_columns(size_wh: tuple[int, int], duration_s: float | None) -> dict[str, Any]:
@@ -70,14 +57,14 @@ def unfilmed_columns(size_wh: tuple[int, int], duration_s: float | None) -> dict
     }
 
 
-def _kind_of(probed: Probed) -> str:
+def _kind_of(info: VideoInfo) -> str:
     """Return our kind for FFmpeg's demuxer, whose names are lists such as `mov,mp4,m4a`."""
-    names = set(probed.container.split(","))
+    names = set(info.container.split(","))
     if "webm" in names:  # FFmpeg has one demuxer for both
-        return "webm" if probed.codec in _WEBM_CODECS else "matroska"
+        return "webm" if info.codec in _WEBM_CODECS else "matroska"
     return next(kind for kind in _KINDS if kind in names)
 
 
-def _is_playable(kind: str, probed: Probed) -> bool:
+def _is_playable(kind: str, info: VideoInfo) -> bool:
     """Return whether browsers play the original; otherwise single frames are shown."""
-    return probed.codec in _BROWSERS_PLAY.get(kind, ()) and probed.pixel_format in _BROWSERS_SHOW
+    return info.codec in _BROWSERS_PLAY.get(kind, ()) and info.pixel_format in _BROWSERS_SHOW

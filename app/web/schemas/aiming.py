@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from app.inspections.aiming import Aim
-from app.jobs.messages import FirstPicture
+from app.jobs.requests.media import FirstPicture
 from app.survey.given import Given, Pixel
 from app.web.schemas.out import Hundredths, Out
 from vo_core.geometry.wall import Points

@@ -8,8 +8,10 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
+from app.burnt_in.box import Box
+from app.burnt_in.counter import BurntIn
 from app.inspections.counters import CounterState, CounterView
-from app.jobs.messages import CornersPx, CounterFound, CounterProgress
+from app.jobs.messages import Progress
 from app.survey.given import Given
 from app.survey.interval import half_width_m
 from app.tracking.pictures.counter_files import KeptCounter
@@ -52,7 +54,7 @@ class CounterIn(Given):
 
     def to_kept(self) -> KeptCounter:
         """Convert to the stored form."""
-        within = None if self.box is None else (self.box[0], self.box[1], self.box[2], self.box[3])
+        within = None if self.box is None else Box(*self.box)
         return KeptCounter("waiting" if self.is_present else "declined", within, self.unit)
 
 
@@ -62,7 +64,7 @@ class CounterFoundOut(Out):
     width: int
     height: int
     """Of the picture."""
-    box: CornersPx | None
+    box: tuple[int, int, int, int] | None
     """Left, top, right, bottom; None if there is no counter."""
     unit: Literal["m", "ft", ""]
     """Empty if it shows none."""
@@ -70,12 +72,12 @@ class CounterFoundOut(Out):
     """The date burnt into the film; None if it shows none, or it may mean two days."""
 
     @classmethod
-    def of(cls, found: CounterFound) -> Self:
+    def of(cls, found: BurntIn) -> Self:
         """Convert what the search has found."""
         place = found.place
         return cls.read_from(
             found,
-            box=None if place is None else place.corners_px,
+            box=None if place is None else place.box.corners,
             unit="" if place is None else place.unit,
         )
 
@@ -148,7 +150,7 @@ class CounterOut(BaseModel):
     detail: str | None
     """Why it failed, or what was wrong with the film."""
     is_box_drawn: bool
-    box: CornersPx | None
+    box: tuple[int, int, int, int] | None
     """Where it was read, else the drawn box: left, top, right, bottom, px."""
     unit: Unit | None
     """As shown or stated; null until somebody states it."""
@@ -166,13 +168,13 @@ class CounterOut(BaseModel):
     """Of the readings; empty without them."""
 
     @classmethod
-    def of(cls, view: CounterView, progress: CounterProgress | None) -> Self:
+    def of(cls, view: CounterView, progress: Progress | None) -> Self:
         """Convert the service's result."""
         kept, place = view.kept, view.kept.place if view.kept else None
         legible_m = view.reading_m[~np.isnan(view.reading_m)]
         readings = view.readings
         within = kept.within if kept else None
-        box = place.box if place else None
+        box = place.box if place else within
         return cls(
             state=view.state,
             progress=None
@@ -180,7 +182,7 @@ class CounterOut(BaseModel):
             else CounterProgressOut(frames_done=progress.done, frames_total=progress.total),
             detail=kept.detail if kept else None,
             is_box_drawn=within is not None,
-            box=within if box is None else (box.left, box.top, box.right, box.bottom),
+            box=None if box is None else box.corners,
             unit=view.unit,
             is_unit_shown=bool(place and place.unit),
             frames=0 if readings is None else len(readings.reading),

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
-from app.jobs.messages import FilmedBoard
+from app.jobs.requests.calibrator import FilmedBoard
 from app.survey.given import Given
 from app.web.schemas.aiming import line_out
 from app.web.schemas.out import Out, Tenths, Thousandths, rounded_to

@@ -15,6 +15,7 @@ from reports import track_of
 
 from app.errors import ChangedMeanwhile
 from app.inspections.corrections import Corrections
+from app.jobs.track.batches import Batch
 from app.storage.blobs.folder import FolderBlobs
 from app.storage.database.database import Database
 from app.storage.database.tables import Inspection
@@ -57,7 +58,7 @@ def store(database: Database) -> CorrectionStore:
 def corrections(database: Database, store: CorrectionStore, tmp_path: Path) -> Corrections:
     tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
     tracks.begin(ID)
-    tracks.append(ID, (estimate_at(RAW, n) for n in range(ROWS)))
+    tracks.append(ID, Batch([estimate_at(RAW, n) for n in range(ROWS)]))
     return Corrections(InspectionStore(database), store, tracks, Live())
 
 

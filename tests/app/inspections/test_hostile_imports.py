@@ -20,6 +20,7 @@ from app.imports.survey import ImportedFile
 from app.inspections.file_reader import FileReader
 from app.jobs.confinement import landlock_version
 from app.jobs.messages import Failed, Limits, encode
+from app.jobs.requests.importer import ImportRequest
 from app.reports.exchange.chainage_json import write
 
 MIB = 2**20
@@ -151,8 +152,7 @@ def test_a_project_that_takes_over_its_reader_opens_no_other_file(tmp_path: Path
     root = str(Path(wincan.__file__).parents[2])
     with subprocess.Popen(code, pass_fds=[theirs.fileno()], env={"PYTHONPATH": root}):
         theirs.close()
-        ours.send_bytes(encode(Limits(768 * MIB, cpu_s=30, reads=())))
-        ours.send_bytes(content)
+        ours.send_bytes(encode(ImportRequest(Limits(768 * MIB, cpu_s=30), content)))
         answer = msgspec.msgpack.decode(ours.recv_bytes(), type=Failed)
         ours.close()
     done = "refused" if landlock_version() else "opened"  # an old kernel cannot refuse it

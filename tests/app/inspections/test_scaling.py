@@ -15,6 +15,7 @@ from reports import track_of
 
 from app.inspections.corrections import Corrections
 from app.inspections.scaling import WHO, Scaling
+from app.jobs.track.batches import Batch
 from app.storage.blobs.folder import FolderBlobs
 from app.storage.database.database import Database
 from app.storage.database.tables import Inspection
@@ -52,14 +53,13 @@ class Bench:
         """The run arrives there, and shows the joints on its way."""
         begin = len(self.tracks.get(ID))
         estimates = tuple(estimate_at(RAW, n) for n in range(begin, frame))
-        self.tracks.append(ID, estimates)
         frames = np.searchsorted(RAW.distance_mm, AT_MM) - 1
         seen = [
             Sighting(int(n), float(at - RAW.distance_mm[n]), 0.3, 0.5)
             for n, at in zip(frames, AT_MM, strict=True)
             if begin <= n < frame
         ]
-        self.tracks.note(ID, (), seen)
+        self.tracks.append(ID, Batch(list(estimates), sightings=seen))
         self.live.publish(ID, state, Progress(frame, ROWS, None, None), estimates)
 
     def end(self) -> None:

@@ -16,10 +16,11 @@ from cameras import Camera, MjpegCamera, RtspCamera, floor
 from hostile import write_clip
 
 from app.jobs.confinement import landlock_version
-from app.jobs.messages import Done, Failed, Limits, Row
+from app.jobs.messages import Failed, Limits, Problem
 from app.jobs.process import Child
 from app.jobs.track import parts
 from app.tracking.cameras import Sources
+from vo_core import Estimate
 from vo_core.sources import VideoFile
 
 TCP_SINCE = 4
@@ -30,7 +31,7 @@ def by_itself() -> Child:
     return Child("app.jobs.live.camera")
 
 
-def assert_rows_are_frames(rows: Sequence[Row], recording: Path) -> list[float]:
+def assert_rows_are_frames(rows: Sequence[Estimate], recording: Path) -> list[float]:
     """Row i is frame i of the recording; the times."""
     with VideoFile(recording) as video:
         times = [frame.t_s for frame in video]
@@ -53,7 +54,7 @@ def test_a_drop_out_is_a_gap_in_one_recording(kind: type[Camera], tmp_path: Path
         live.frames(len(live.rows) + 15).stop()
         whole_s = time.monotonic() - gone_s
     times = assert_rows_are_frames(live.rows, tmp_path / "recording.mkv")
-    assert live.end == Done(None)
+    assert live.end == Problem(None)
     assert live.states[-1].reconnects >= 1
     # Pictures that come late are recorded a little later than they came.
     assert gap_s / 2 < max(np.diff(times)) < whole_s + 1
@@ -75,7 +76,7 @@ def test_a_camera_that_falls_silent_is_waited_for(
         camera.speak()
         live.frames(len(live.rows) + 5).stop()
     times = assert_rows_are_frames(live.rows, tmp_path / "recording.mkv")
-    assert live.end == Done(None)
+    assert live.end == Problem(None)
     assert max(np.diff(times)) > 1
 
 
@@ -131,7 +132,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_tracking(
         assert "Max file size             400000" in Path(f"/proc/{child.pid}/limits").read_text()
         assert b"secret" not in Path(f"/proc/{child.pid}/environ").read_bytes()
         live.frames(len(live.rows) + 30).stop()
-    assert live.end == Done(None)
+    assert live.end == Problem(None)
     left_out = [mark for state in live.states for mark in state.left_out]
     marks = parts.read(tmp_path / "parts.csv")
     assert marks == left_out
@@ -148,7 +149,7 @@ def test_a_recording_stops_before_the_disk_is_full(tmp_path: Path) -> None:
     with MjpegCamera() as camera:
         live = session(camera.url, tmp_path, reserve_bytes=2**60)
         live.until(lambda: any(state.left_out for state in live.states)).stop()
-    assert live.end == Done(None)
+    assert live.end == Problem(None)
     assert parts.read(tmp_path / "parts.csv")
 
 
@@ -190,7 +191,7 @@ def test_a_camera_is_opened_by_its_password_and_a_wrong_one_is_given_up_and_not_
         wrong = session(camera.url.replace("right", "wr0ng"), tmp_path).until_end()
         assert not (tmp_path / "recording.mkv").exists()
         right = session(camera.url, tmp_path).frames(5).stop()
-    assert right.end == Done(None)
+    assert right.end == Problem(None)
     assert isinstance(wrong.end, Failed)
     assert wrong.end.code == "camera_unreachable"
     assert "user name or the password" in wrong.end.detail
@@ -239,7 +240,7 @@ def test_a_growing_file_is_read_on_to_its_end_and_nothing_is_left_out(tmp_path: 
     with growing.open("ab") as file:
         file.write(whole[len(whole) // 3 :])
     live.until_end()
-    assert live.end == Done(None)
+    assert live.end == Problem(None)
     times = assert_rows_are_frames(live.rows, tmp_path / "recording.mkv")
     assert len(times) == 120
     steps = np.diff(times)
@@ -257,8 +258,8 @@ def test_a_growing_file_whose_pictures_change_their_size_ends_with_the_reason(
     (watch / "run.ts").write_bytes(whole)
     found = Sources([], watch).resolve("file:run.ts", (WIDTH, HEIGHT)).camera
     live = Session(found, tmp_path / "recording.mkv").until_end()
-    assert isinstance(live.end, Done)
-    assert "96x64" in str(live.end.problem)
+    assert isinstance(live.end, Problem)
+    assert "96x64" in str(live.end.sentence)
     assert len(assert_rows_are_frames(live.rows, tmp_path / "recording.mkv")) == 30
 
 
@@ -271,5 +272,5 @@ def test_a_pipe_is_read_until_it_is_silent(tmp_path: Path) -> None:
     live = Session(found, tmp_path / "recording.mkv")
     (watch / "recorder").write_bytes(whole)
     live.until_end()
-    assert live.end == Done(None)
+    assert live.end == Problem(None)
     assert len(assert_rows_are_frames(live.rows, tmp_path / "recording.mkv")) == 60

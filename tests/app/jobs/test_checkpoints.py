@@ -13,22 +13,13 @@ import numpy as np
 from builders import HEIGHT, RATE, WIDTH, clip_rig, make_clip
 from in_process import track
 
-from app.jobs.messages import (
-    Batch,
-    Checkpoint,
-    Done,
-    FrameRange,
-    Gauged,
-    KeptCheckpoint,
-    Limits,
-    Row,
-    Seen,
-    Tie,
-    TrackRequest,
-    encode,
-)
+from app.jobs.messages import Limits, Problem, encode
+from app.jobs.track.batches import Batch, Tie
 from app.jobs.track.follow import Follower
-from vo_core import Rig
+from app.jobs.track.messages import Checkpoint, FrameRange, KeptCheckpoint, TrackRequest
+from vo_core import Estimate, Rig
+from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
 from vo_core.sources import Frame, VideoFile, frame_of
 
 LIMITS = Limits(1536 * 2**20, 600)
@@ -39,20 +30,20 @@ class Found:
     """The messages of a tracker about a video, in order."""
 
     def __init__(self) -> None:
-        self.rows: list[Row] = []
-        self.health: list[Gauged] = []
-        self.sightings: list[Seen] = []
+        self.rows: list[Estimate] = []
+        self.health: list[tuple[int, Health]] = []
+        self.sightings: list[Sighting] = []
         self.tiles: dict[int, bytes] = {}
         self.ties: list[Tie] = []
         self.layers: dict[int, bytes] = {}
 
     def take(self, batch: Batch) -> None:
-        self.rows += batch.rows
+        self.rows += batch.estimates
         self.health += batch.health
         self.sightings += batch.sightings
-        self.tiles |= {tile.index: tile.jpeg for tile in batch.tiles}
+        self.tiles |= {tile.index: tile.content for tile in batch.tiles}
         self.ties += batch.ties
-        self.layers |= {layer.index: layer.png for layer in batch.layers}
+        self.layers |= {layer.index: layer.content for layer in batch.layers}
 
 
 def follow(request: TrackRequest, found: Found, *, leave_at: int | None = None) -> Checkpoint:
@@ -64,8 +55,8 @@ def follow(request: TrackRequest, found: Found, *, leave_at: int | None = None) 
                 found.take(batch)
             case Checkpoint() as newest:
                 pass
-            case Done(problem):
-                assert problem is None
+            case Problem() as end:
+                assert end.sentence is None
     return newest
 
 
@@ -104,7 +95,7 @@ def test_a_chunk_has_the_frames_of_the_film_and_goes_on_after_its_end(tmp_path: 
         follower.add(frame)
     batch = follower.batch()
     assert batch is not None
-    assert found.rows == batch.rows
+    assert found.rows == batch.estimates
     assert found.ties == batch.ties
     assert [tie.picture > 0 for tie in found.ties] == [True] * 15 + [False] * 20 + [True] * 15
     assert len(found.layers) > 0

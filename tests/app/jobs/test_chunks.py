@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import av
 import cv2
@@ -13,12 +14,16 @@ import numpy as np
 import pytest
 from films import film, half_sized
 
-from app.jobs.messages import Batch, FrameRange, Gauged, Row
+from app.jobs.messages import encode
 from app.jobs.track import chunks
+from app.jobs.track.batches import Batch
 from app.jobs.track.chunks import Chunk, Joined, gather, join, join_walls, mended, plan
 from app.jobs.track.follow import Follower
+from app.jobs.track.messages import FrameRange
 from app.lab.simulation import SCENARIOS, RenderedFrame
+from vo_core import Estimate
 from vo_core.errors import UndeterminedSeam
+from vo_core.image.health import Health
 from vo_core.sources import Frame, frame_of
 
 SHARED = 140
@@ -69,24 +74,23 @@ class Tracked:
     def __init__(self, film: Sequence[Frame], ranges: Sequence[FrameRange]) -> None:
         self.film = film
         whole = followed(film)
-        self.rows = [row for batch in whole for row in batch.rows]
+        self.rows = [each for batch in whole for each in batch.estimates]
         self.whole = whole[-1]
         self.health = [each for batch in whole for each in batch.health]
         self.sightings = [seen for batch in whole for seen in batch.sightings]
-        self.tiles = {tile.index: tile.jpeg for batch in whole for tile in batch.tiles}
+        self.tiles = {tile.index: tile.content for batch in whole for tile in batch.tiles}
         batches = [followed(film, frames) for frames in ranges]
         self.chunks = [
-            through_json(gather(frames, found))
-            for frames, found in zip(ranges, batches, strict=True)
+            sent(gather(frames, found)) for frames, found in zip(ranges, batches, strict=True)
         ]
         self.layers = [
-            {layer.index: layer.png for batch in found for layer in batch.layers}
+            {layer.index: layer.content for batch in found for layer in batch.layers}
             for found in batches
         ]
 
 
-def through_json(chunk: Chunk) -> Chunk:
-    return msgspec.json.decode(msgspec.json.encode(chunk), type=Chunk)
+def sent(chunk: Chunk) -> Chunk:
+    return msgspec.msgpack.decode(encode(chunk), type=Chunk)
 
 
 @pytest.fixture(scope="module")
@@ -114,14 +118,14 @@ def joined(tracked: Tracked) -> Joined:
     return join(tracked.chunks, DRIVE.rig)
 
 
-def column(rows: Iterable[Row | Gauged], name: str) -> np.ndarray:
+def column(rows: Iterable[Estimate | Health], name: str) -> np.ndarray:
     return np.array([getattr(row, name) for row in rows], np.float64)
 
 
 def test_joined_track_is_the_serial_one_within_its_sigma_interval_included(
     tracked: Tracked, joined: Joined
 ) -> None:
-    rows = joined.batch.rows
+    rows = joined.batch.estimates
     assert [(row.frame, row.time_s) for row in rows] == [
         (row.frame, row.time_s) for row in tracked.rows
     ]
@@ -145,13 +149,14 @@ def test_joints_health_tilt_and_stance_are_those_of_one_run(
 ) -> None:
     batch = joined.batch
 
-    def joints(rows: list[Row], batch: Batch | Tracked) -> list[float]:
+    def joints(rows: list[Estimate], batch: Batch | Tracked) -> list[float]:
         return sorted(rows[s.frame].distance_mm + s.ahead_mm for s in batch.sightings)
 
-    assert joints(batch.rows, batch) == pytest.approx(joints(tracked.rows, tracked), abs=0.5)
-    assert [each.frame for each in batch.health] == [each.frame for each in tracked.health]
+    assert joints(batch.estimates, batch) == pytest.approx(joints(tracked.rows, tracked), abs=0.5)
+    health, other = (dict(each.health) for each in (batch, tracked))
+    assert list(health) == list(other)
     for name in ("overlap", "brightness", "overexposed", "fixed_pattern"):
-        off = column(batch.health, name) - column(tracked.health, name)
+        off = column(health.values(), name) - column(other.values(), name)
         assert np.abs(off).max() < 0.02, name
     assert batch.stance == tracked.whole.stance
     assert batch.tilt is not None
@@ -168,7 +173,7 @@ def test_the_joined_wall_shows_every_part_of_the_wall_where_one_run_shows_it(
     )
     assert {tile.index for tile in tiles} == set(tracked.tiles)
     for tile in tiles:
-        one, other = (_fine(jpeg) for jpeg in (tile.jpeg, tracked.tiles[tile.index]))
+        one, other = (_fine(jpeg) for jpeg in (tile.content, tracked.tiles[tile.index]))
         (along_px, around_px), _ = cv2.phaseCorrelate(one, other)
         # Half a pixel by whole pixels, and what a pixel of sway makes.
         assert abs(along_px) < 0.75, tile.index
@@ -190,11 +195,12 @@ def test_a_chunk_gets_its_numbers_by_the_times_of_its_frames(
 
 def misnumbered(chunk: Chunk, by: int) -> Chunk:
     """Return a chunk that counts frames which cannot be decoded."""
-    moved = {
-        name: [msgspec.structs.replace(each, frame=each.frame + by) for each in found]
-        for name in ("rows", "ties", "health", "sightings")
-        for found in (getattr(chunk, name),)
+    moved: dict[str, Any] = {
+        name: [replace(each, frame=each.frame + by) for each in getattr(chunk, name)]
+        for name in ("estimates", "sightings")
     }
+    moved["ties"] = [msgspec.structs.replace(each, frame=each.frame + by) for each in chunk.ties]
+    moved["health"] = [(frame + by, health) for frame, health in chunk.health]
     end = None if chunk.frames.end is None else chunk.frames.end + by
     frames = msgspec.structs.replace(chunk.frames, end=end)
     return msgspec.structs.replace(chunk, frames=frames, **moved)
@@ -218,9 +224,9 @@ def test_a_chunk_that_was_decoded_to_other_pictures_is_not_joined(tracked: Track
 
 def test_chunks_that_share_too_little_say_which_one_must_go_on(tracked: Tracked) -> None:
     one, other, last = tracked.chunks
-    short = msgspec.structs.replace(one, rows=one.rows[:-105], ties=one.ties[:-105])
+    short = msgspec.structs.replace(one, estimates=one.estimates[:-105], ties=one.ties[:-105])
     short = msgspec.structs.replace(
-        short, frames=msgspec.structs.replace(one.frames, end=len(short.rows))
+        short, frames=msgspec.structs.replace(one.frames, end=len(short.estimates))
     )
     with pytest.raises(UndeterminedSeam) as error:
         join([short, other, last], DRIVE.rig)
@@ -232,11 +238,11 @@ def test_a_chunk_in_which_the_camera_looks_around_gives_only_what_comes_after_it
 ) -> None:
     one, other, last = tracked.chunks
     rows = [
-        msgspec.structs.replace(row, looking_around=float(n == len(other.rows) - 30))
-        for n, row in enumerate(other.rows)
+        replace(row, looking_around=float(n == len(other.estimates) - 30))
+        for n, row in enumerate(other.estimates)
     ]
     with pytest.raises(UndeterminedSeam) as error:
-        join([one, msgspec.structs.replace(other, rows=rows), last], DRIVE.rig)
+        join([one, msgspec.structs.replace(other, estimates=rows), last], DRIVE.rig)
     assert error.value.part == 0
 
 
@@ -248,11 +254,11 @@ def test_chunks_after_the_end_of_a_film_count_for_nothing(tracked: Tracked) -> N
         [
             one,
             msgspec.structs.replace(other, frames=longer),
-            msgspec.structs.replace(other, rows=[], ties=[], frames=beyond),
+            msgspec.structs.replace(other, estimates=[], ties=[], frames=beyond),
         ],
         DRIVE.rig,
     )
-    assert found.batch.rows[-1].frame == other.rows[-1].frame
+    assert found.batch.estimates[-1].frame == other.estimates[-1].frame
     assert len(found.placed) == 2
 
 

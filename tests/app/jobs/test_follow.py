@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import av
 import cv2
-import msgspec
 import numpy as np
 import pytest
 from films import film, half_sized
 from projection import project
 
 from app.inspections.picking import WallPlace, seen_best
-from app.jobs.messages import Batch, Row, Standing
+from app.jobs.track.batches import Batch
 from app.jobs.track.follow import Follower
 from app.lab.simulation import SCENARIOS, RenderedFrame
 from app.survey.adjustment.adjust import adjust
@@ -22,7 +21,7 @@ from app.survey.place import Trajectory, wall_under
 from app.survey.stated import Stated
 from vo_core import Estimate, Pose, Track
 from vo_core.geometry.stance import Stance
-from vo_core.joints.finder import Sighting, places_mm
+from vo_core.joints.finder import places_mm
 from vo_core.mosaic.mosaic import Layout
 from vo_core.sources import frame_of
 
@@ -57,7 +56,7 @@ def followed(follower: Follower, frames: Iterable[RenderedFrame]) -> Batch:
 
 
 def track_of(batch: Batch) -> Track:
-    return Track.from_estimates(Estimate(*msgspec.structs.astuple(row)) for row in batch.rows)
+    return Track.from_estimates(batch.estimates)
 
 
 @pytest.fixture(scope="module")
@@ -69,8 +68,7 @@ def batch() -> Batch:
 def trajectory(batch: Batch) -> Trajectory:
     track = track_of(batch)
     assert batch.stance is not None
-    stance = Stance(*msgspec.structs.astuple(batch.stance))
-    return Trajectory(adjust(track, CROOKED.rig, Stated(), []), track, stance=stance)
+    return Trajectory(adjust(track, CROOKED.rig, Stated(), []), track, stance=batch.stance)
 
 
 def true_pixel(frame: RenderedFrame, x_mm: float, clock_h: float) -> tuple[float, float]:
@@ -116,14 +114,13 @@ def test_a_place_on_the_wall_is_found_in_the_picture_where_it_is(trajectory: Tra
 
 
 def test_a_joint_is_a_ring_at_one_distance(batch: Batch, trajectory: Trajectory) -> None:
-    sightings = [Sighting(*msgspec.structs.astuple(seen)) for seen in batch.sightings]
-    assert places_mm(trajectory.raw, sightings) == pytest.approx([1100.0], abs=3)
+    assert places_mm(trajectory.raw, batch.sightings) == pytest.approx([1100.0], abs=3)
 
 
 def test_the_unrolled_wall_shows_a_joint_as_a_straight_line(batch: Batch) -> None:
     layout = Layout.of(CROOKED.rig)
     (tile,) = (tile for tile in batch.tiles if tile.index == 2)
-    picture = cv2.imdecode(np.frombuffer(tile.jpeg, np.uint8), cv2.IMREAD_GRAYSCALE)
+    picture = cv2.imdecode(np.frombuffer(tile.content, np.uint8), cv2.IMREAD_GRAYSCALE)
     assert picture is not None
     bands = cv2.resize(picture, (layout.width_px, 24), interpolation=cv2.INTER_AREA)
     at_mm = 1000 + (bands.argmin(axis=1) + 0.5) * layout.mm_per_px
@@ -134,25 +131,24 @@ def test_joints_are_found_where_few_pictures_a_second_need_a_longer_patch() -> N
     slow = half_sized(SCENARIOS["forward_slow"].shortened(2500.0))
     batch = followed(Follower(slow.rig), film(slow))
     track = track_of(batch)
-    found = [Sighting(*msgspec.structs.astuple(seen)) for seen in batch.sightings]
     joints_mm = [slow.first_joint_mm, slow.first_joint_mm + 1500.0]
-    assert sorted(places_mm(track, found)) == pytest.approx(joints_mm, abs=5)
+    assert sorted(places_mm(track, batch.sightings)) == pytest.approx(joints_mm, abs=5)
 
 
 def test_a_camera_that_looks_down_stands_as_its_rig_states_in_every_part() -> None:
     down = CROOKED.rig.mount.model_copy(update={"view": "down"})
     rig = CROOKED.rig.model_copy(update={"mount": down})
-    last = Row(3, 0.0, 0.0, 4.0, 0.5, 0.0, 1.0, 1.0, "ok", 1.0)
+    last = Estimate(3, 0.0, 0.0, 4.0, 0.5, 0.0, 1.0, 1.0, "ok", 1.0)
     frames = [replace(each, index=4 + each.index) for each in film(CROOKED)[:20]]
     for follower in (Follower(rig), Follower(rig, start=last, between="stood_still")):
-        assert followed(follower, frames).stance == Standing(0.0, 0.0, 0.0, 0.0, 0.0)
+        assert followed(follower, frames).stance == Stance()
 
 
 @pytest.mark.parametrize(("earlier", "is_known"), [(3, True), (300, False)])
 def test_a_later_part_shows_the_stance_once_it_is_longer_than_the_run_before(
     earlier: int, *, is_known: bool
 ) -> None:
-    last = Row(earlier, 0.0, 0.0, 4.0, 0.5, 0.0, 1.0, 1.0, "ok", 1.0)
+    last = Estimate(earlier, 0.0, 0.0, 4.0, 0.5, 0.0, 1.0, 1.0, "ok", 1.0)
     frames = [replace(each, index=earlier + 1 + each.index) for each in film(CROOKED)[:20]]
     alone = followed(Follower(CROOKED.rig), film(CROOKED)[:20]).stance
     later = followed(Follower(CROOKED.rig, start=last, between="stood_still"), frames)

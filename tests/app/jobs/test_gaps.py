@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 
 from app.jobs.live.waiting import MOST, Captured, Waiting
-from app.jobs.messages import Row
 from app.jobs.track.gaps import between, place_after
+from vo_core import Estimate
 from vo_core.sources import VideoFile
 
 
-def row(frame: int, time_s: float, x_mm: float, **other: object) -> Row:
+def row(frame: int, time_s: float, x_mm: float, **other: object) -> Estimate:
     fields = {"sigma_distance_mm": 1.0, "quality": 0.8, "status": "ok"} | other
     fields.setdefault("sigma_registration_mm", fields["sigma_distance_mm"])
-    return Row(
+    return Estimate(
         frame=frame, time_s=time_s, x_mm=x_mm, y_mm=0.0, yaw_deg=0.0, distance_mm=x_mm, **fields
     )  # type: ignore[arg-type]
 

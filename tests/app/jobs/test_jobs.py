@@ -10,27 +10,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import msgspec
 import pytest
-from builders import HEIGHT, PATIENCE_S, RATE, WIDTH, clip_rig, frame_number, make_clip
+from builders import PATIENCE_S, RATE, clip_rig, frame_number, make_clip
 from in_process import track
 
-from app.jobs.messages import (
-    Batch,
-    Checkpoint,
-    Done,
-    Failed,
-    FromMedia,
-    FromTracker,
-    Limits,
-    Picture,
-    PictureRequest,
-    Probed,
-    ProbeRequest,
-    TrackRequest,
-)
-from app.jobs.process import Child, describe_exit
+from app.jobs.messages import Limits, Problem
+from app.jobs.process import Child, Refused, Stalled, describe_exit
+from app.jobs.requests.media import PictureRequest, ProbeRequest
+from app.jobs.track.batches import Batch
+from app.jobs.track.messages import Checkpoint, TrackRequest
 from app.jobs.track.tracker import Pace
+from vo_core.containers import VideoInfo
 from vo_core.errors import UnreadableVideo
 
 MOMENT_S = 0.3
@@ -42,28 +32,25 @@ def request(video: Path, limits: Limits = LIMITS, pace: float | None = None) -> 
     return TrackRequest(str(video), clip_rig(), limits, pace)
 
 
-def from_child(wanted: TrackRequest) -> list[FromTracker]:
-    """All messages of a tracking process, except checkpoints."""
-    decoder = msgspec.msgpack.Decoder(FromTracker)
-    child = Child("app.jobs.track.tracker")
-    child.send(wanted)
-    messages: list[FromTracker] = []
-    while not messages or isinstance(messages[-1], Batch):
-        message = decoder.decode(child.receive(PATIENCE_S))
-        if not isinstance(message, Checkpoint):
-            messages.append(message)
-    assert child.end() == 0
-    return messages
+def tracked(wanted: TrackRequest) -> tuple[list[Batch], Problem]:
+    """The batches of a tracking process, and its answer."""
+    found: list[Batch | Checkpoint] = []
+    with Child("app.jobs.track.tracker") as child:
+        problem = child.ask(
+            wanted, Problem, stall_s=PATIENCE_S, part=Batch | Checkpoint, on_part=found.append
+        )
+        assert child.end() == 0
+    return [each for each in found if isinstance(each, Batch)], problem
 
 
 def test_every_frame_comes_once_and_each_picture_is_of_the_last_of_its_batch(clip: Path) -> None:
-    *batches, end = from_child(request(clip))
-    assert end == Done(None)
-    rows = [row for batch in batches for row in batch.rows]
-    assert [row.frame for row in rows] == list(range(40))
-    assert rows[0].time_s == 0
+    batches, problem = tracked(request(clip))
+    assert problem.sentence is None
+    estimates = [each for batch in batches for each in batch.estimates]
+    assert [each.frame for each in estimates] == list(range(40))
+    assert estimates[0].time_s == 0
     for batch in batches:
-        assert frame_number(batch.jpeg) == batch.rows[-1].frame
+        assert frame_number(batch.jpeg) == batch.estimates[-1].frame
 
 
 def test_a_pace_keeps_tracking_at_the_speed_of_the_video_with_few_pictures(clip: Path) -> None:
@@ -89,15 +76,15 @@ def test_what_is_no_video_is_a_plain_failure(tmp_path: Path) -> None:
         with pytest.raises(UnreadableVideo):
             track(request(path))
     path.write_bytes(b"#EXTM3U\nfile:///etc/passwd\n")
-    (failure,) = from_child(request(path))
-    assert isinstance(failure, Failed)
-    assert (failure.code, failure.trace) == ("unreadable_video", "")
+    with pytest.raises(Refused) as refusal:
+        tracked(request(path))
+    assert refusal.value.code == "unreadable_video"
 
 
 def test_a_child_short_of_memory_ends_without_a_hang(clip: Path) -> None:
-    (failure,) = from_child(request(clip, Limits(300 * 2**20)))
-    assert isinstance(failure, Failed)
-    assert failure.code in ("out_of_memory", "tracking_failed")
+    with pytest.raises(Refused) as refusal:
+        tracked(request(clip, Limits(300 * 2**20)))
+    assert refusal.value.code in ("out_of_memory", "tracking_failed")
 
 
 def test_a_child_ends_when_its_parent_does(clip: Path) -> None:
@@ -107,47 +94,27 @@ def test_a_child_ends_when_its_parent_does(clip: Path) -> None:
     assert child.end() == 0
 
 
-def test_the_media_process_answers_one_request_after_the_other_until_its_parent_ends(
+def test_a_media_process_answers_until_it_hangs_and_waits_for_a_busy_processor(
     clip: Path, tmp_path: Path
 ) -> None:
-    decoder = msgspec.msgpack.Decoder(FromMedia)
     bad = tmp_path / "bad.mp4"
     bad.write_bytes(b"no video")
-    child = Child("app.jobs.requests.media")
-    child.send(Limits(768 * 2**20))
-
-    def answer(asked: msgspec.Struct) -> object:
-        child.send(asked)
-        return decoder.decode(child.receive(PATIENCE_S))
-
-    probed = answer(ProbeRequest(str(clip)))
-    assert isinstance(probed, Probed)
-    assert (probed.width, probed.height, probed.frames) == (WIDTH, HEIGHT, 40)
-    refused = answer(ProbeRequest(str(bad)))
-    assert isinstance(refused, Failed)
-    assert refused.code == "unreadable_video"
-    picture = answer(PictureRequest(str(clip), 0.6, 92))
-    assert isinstance(picture, Picture)
-    assert frame_number(picture.jpeg) == 15
-    assert isinstance(answer(PictureRequest(str(clip), 60.0, 92)), Failed)
-    assert child.end() == 0
-
-
-def test_a_child_that_waits_for_a_processor_is_waited_for_and_one_that_hangs_is_not(
-    clip: Path,
-) -> None:
-    child = Child("app.jobs.requests.media")
-    child.send(Limits(768 * 2**20))
-    child.send(ProbeRequest(str(clip)))
-    child.receive(PATIENCE_S)
-    with a_busy_machine_for(child):
-        child.send(PictureRequest(str(clip), 0.6, 92))
-        assert child.receive(MOMENT_S)  # of some seconds it gets a hundredth
-    os.kill(child.pid, signal.SIGSTOP)
-    child.send(PictureRequest(str(clip), 0.6, 92))
-    with pytest.raises(TimeoutError):
-        child.receive(MOMENT_S)
-    child.kill()
+    shown = PictureRequest(str(clip), 0.6, 92)
+    with Child("app.jobs.requests.media") as child:
+        child.send(Limits(768 * 2**20))
+        info = child.ask(ProbeRequest(str(clip)), VideoInfo, stall_s=PATIENCE_S)
+        assert info.frames == 40
+        for wrong in (ProbeRequest(str(bad)), PictureRequest(str(clip), 60.0, 92)):
+            with pytest.raises(Refused) as refusal:
+                child.ask(wrong, bytes, stall_s=PATIENCE_S)
+            assert refusal.value.code == "unreadable_video"
+        assert frame_number(child.ask(shown, bytes, stall_s=PATIENCE_S)) == 15
+        with a_busy_machine_for(child):
+            assert child.ask(shown, bytes, stall_s=MOMENT_S)  # of seconds it gets a hundredth
+        os.kill(child.pid, signal.SIGSTOP)
+        with pytest.raises(Stalled):
+            child.ask(shown, bytes, stall_s=MOMENT_S)
+        assert not child.is_alive()
 
 
 @contextmanager
@@ -174,8 +141,8 @@ def test_exit_codes_are_described_in_words() -> None:
     assert "signal 64" in describe_exit(-64)
 
 
-def test_a_video_of_one_frame_is_a_track_of_one_row(tmp_path: Path) -> None:
-    (batch, end), _ = track(request(make_clip(tmp_path / "one.mp4", 1)))
+def test_a_video_of_one_frame_is_a_track_of_one_frame(tmp_path: Path) -> None:
+    (batch, answer), _ = track(request(make_clip(tmp_path / "one.mp4", 1)))
     assert isinstance(batch, Batch)
-    assert isinstance(end, Done)
-    assert [row.distance_mm for row in batch.rows] == [0.0]
+    assert isinstance(answer, Problem)
+    assert [each.distance_mm for each in batch.estimates] == [0.0]

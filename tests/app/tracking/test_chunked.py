@@ -6,15 +6,16 @@ import signal
 from collections.abc import Iterator
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
 from builders import Client, children, clip_rig, make_clip, send_signal, serving, wait_until
 from in_process import track
 
-from app.jobs.messages import Batch, Limits, TrackRequest
+from app.jobs.messages import Limits
 from app.jobs.track import chunks
-from vo_core import Estimate, Track
+from app.jobs.track.batches import Batch
+from app.jobs.track.messages import TrackRequest
+from vo_core import Track
 
 TRACKER = "app.jobs.track.tracker"
 FRAMES, SHARED, PACE = 240, 140, 4.0
@@ -52,8 +53,7 @@ def test_the_joined_track_is_that_of_one_run(two_slots: Client, film: Path) -> N
     runs = two_slots.data / "inspections" / inspection_id / "runs"
     wait_until(lambda: not runs.exists())
     joined = track_of(two_slots, inspection_id)
-    rows = [row for batch in in_one_run(film) for row in batch.rows]
-    serial = Track.from_estimates(Estimate(*msgspec.structs.astuple(row)) for row in rows)
+    serial = Track.from_estimates(each for batch in in_one_run(film) for each in batch.estimates)
     assert len(joined) == len(serial) == FRAMES
     sigma_mm = np.maximum(serial.sigma_registration_mm, 0.05)
     assert np.abs(joined.distance_mm - serial.distance_mm).max() < 0.5

@@ -9,13 +9,18 @@ import msgspec
 import pytest
 from builders import clip_rig
 
-from app.jobs.messages import Batch, Checkpoint, Gauged, KeptCheckpoint, Row, Seen, WallTile, encode
+from app.jobs.messages import encode
+from app.jobs.track.batches import Batch, WallPicture
+from app.jobs.track.messages import Checkpoint, KeptCheckpoint
 from app.storage.blobs.folder import FolderBlobs
 from app.storage.database.tables import Inspection
 from app.storage.folder.files import DataFolder
 from app.tracking.films.journal import Journal
 from app.tracking.live import Live
 from app.tracking.unrolled import Unrolled
+from vo_core import Estimate
+from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
 
 ID = "0123456789abcdef" * 2
 
@@ -34,13 +39,13 @@ def journal(folder: DataFolder, *, sha256: str = "5", focal_px: float = 250.0) -
 
 
 def batch(frame: int) -> Batch:
-    row = Row(frame, 0.1 * frame, frame / 3, 0.1, 0.2, frame / 3, 0.01, 0.9, "ok", 0.01)
+    estimate = Estimate(frame, 0.1 * frame, frame / 3, 0.1, 0.2, frame / 3, 0.01, 0.9, "ok", 0.01)
     return Batch(
-        [row],
+        [estimate],
         b"picture",
-        health=[Gauged(frame, 0.9, 0.5, 0.0, 1.0, 0.0)],
-        tiles=[WallTile(0, b"tile")],
-        sightings=[Seen(frame, 1 / 3, 0.1, -0.2)],
+        health=[(frame, Health(0.9, 0.5, 0.0, 1.0, 0.0))],
+        tiles=[WallPicture(0, b"tile")],
+        sightings=[Sighting(frame, 1 / 3, 0.1, -0.2)],
     )
 
 
@@ -78,7 +83,7 @@ def test_what_goes_on_is_kept_behind_the_checkpoint_and_not_behind_what_was_lost
     of_next.keep(Checkpoint(4, 2.0, b"state"))
     resumption = journal(folder).read()
     assert resumption is not None
-    assert [row.frame for each in resumption.found for row in each.rows] == [0, 1, 2, 3]
+    assert [one.frame for each in resumption.found for one in each.estimates] == [0, 1, 2, 3]
 
 
 @pytest.mark.parametrize("other", [{"sha256": "6"}, {"focal_px": 251.0}])

@@ -10,6 +10,7 @@ import pytest
 from builders import PATIENCE_S
 
 from app.errors import DamagedTrack
+from app.jobs.track.batches import Batch
 from app.storage.blobs.folder import FolderBlobs
 from app.storage.folder.files import Places
 from app.tracking.tracks import HealthColumns, Tracks
@@ -22,6 +23,17 @@ from vo_core.track import Estimate, Track
 SHARP, BLURRED = Health(0.9, 0.5, 0.0, 1.0, 0.0), Health(0.9, 0.5, 0.0, 0.25, 0.0)
 
 
+@pytest.fixture
+def tracks(tmp_path: Path) -> Tracks:
+    Places(tmp_path).inspection("a").mkdir(parents=True)
+    return started(tmp_path)
+
+
+def started(tmp_path: Path) -> Tracks:
+    """As another server finds them."""
+    return Tracks(FolderBlobs(tmp_path), Places(tmp_path))
+
+
 def test_a_frame_that_was_left_out_has_the_health_of_the_next_one() -> None:
     columns = HealthColumns()
     columns.note(0, SHARP)
@@ -29,68 +41,37 @@ def test_a_frame_that_was_left_out_has_the_health_of_the_next_one() -> None:
     assert columns.columns()["sharpness"].tolist() == [1, 0.25, 0.25, 0.25]
     columns.note(3, SHARP)  # looked at once more after a restart
     assert columns.columns()["sharpness"][2:].tolist() == [0.25, 0.25]
+    assert HealthColumns.from_csv(columns.to_csv()).to_csv() == columns.to_csv()
 
 
-def test_health_reads_back_from_its_file() -> None:
-    columns = HealthColumns()
-    for frame in range(3):
-        columns.note(frame, SHARP if frame else BLURRED)
-    read = HealthColumns.from_csv(columns.to_csv())
-    assert read.to_csv() == columns.to_csv()
-    assert len(read) == 3
-
-
-def test_the_newest_tilt_of_the_mount_is_kept_with_the_track(tmp_path: Path) -> None:
-    tracks, tilt = Tracks(FolderBlobs(tmp_path), Places(tmp_path)), MountTilt(2.9, -0.25, 0.01, 0.4)
-    Places(tmp_path).inspection("a").mkdir(parents=True)
+def test_the_newest_tilt_and_stance_of_the_camera_are_kept_with_the_track(
+    tracks: Tracks, tmp_path: Path
+) -> None:
+    tilt, stance = MountTilt(2.9, -0.25, 0.01, 0.4), Stance(12.0, -0.5, 16.25, -3.125, 0.0)
     tracks.begin("a")
-    assert tracks.tilt("a") is None
-    tracks.note("a", (), (), MountTilt(0.0, 0.0, 1.0, 1.0))
-    tracks.note("a", (), (), tilt)
-    tracks.note("a", (), ())
-    assert tracks.tilt("a") == tilt
-    tracks.finish("a", {"name": "A run"})
-    tracks.finish("a", {"name": "A run"})  # once more, as after a full disk
-    assert Tracks(FolderBlobs(tmp_path), Places(tmp_path)).tilt("a") == tilt
-    tracks.begin("a")
-    assert tracks.tilt("a") is None
-
-
-def test_the_newest_stance_of_the_camera_is_kept_with_the_track(tmp_path: Path) -> None:
-    tracks, stance = (
-        Tracks(FolderBlobs(tmp_path), Places(tmp_path)),
-        Stance(12.0, -0.5, 16.25, -3.125, 0.0),
-    )
-    Places(tmp_path).inspection("a").mkdir(parents=True)
-    tracks.begin("a")
-    assert tracks.stance("a") == Stance()
-    tracks.note("a", (), (), stance=Stance(y_mm=1.0))
-    tracks.note("a", (), (), stance=stance)
-    tracks.note("a", (), ())
-    assert tracks.stance("a") == stance
-    tracks.finish("a", {"name": "A run"})
-    assert Tracks(FolderBlobs(tmp_path), Places(tmp_path)).stance("a") == stance
+    assert (tracks.tilt("a"), tracks.stance("a")) == (None, Stance())
+    tracks.append("a", Batch([], tilt=MountTilt(0.0, 0.0, 1.0, 1.0), stance=Stance(y_mm=1.0)))
+    tracks.append("a", Batch([], tilt=tilt, stance=stance))
+    tracks.append("a", Batch([]))
+    for _ in range(2):  # once more, as after a full disk
+        tracks.finish("a", {"name": "A run"})
+        for found in (tracks, started(tmp_path)):
+            assert (found.tilt("a"), found.stance("a")) == (tilt, stance)
     tracks.go_on("a")
     assert tracks.stance("a") == stance
-
-
-def test_a_track_without_a_stance_is_that_of_a_camera_as_its_rig_states(tmp_path: Path) -> None:
-    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
-    Places(tmp_path).inspection("a").mkdir(parents=True)
     tracks.begin("a")
-    tracks.note("a", (), (), stance=Stance())
+    assert tracks.tilt("a") is None
     tracks.finish("a", {"name": "A run"})
     assert "# stance" not in FolderBlobs(tmp_path).get("inspections/a/track.csv").decode()
-    assert Tracks(FolderBlobs(tmp_path), Places(tmp_path)).stance("a") == Stance()
+    assert started(tmp_path).stance("a") == Stance()
 
 
-def test_a_track_that_grows_is_read_without_a_copy_and_what_was_read_stays(tmp_path: Path) -> None:
-    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
+def test_a_track_that_grows_is_read_without_a_copy_and_what_was_read_stays(tracks: Tracks) -> None:
     tracks.begin("a")
-    tracks.append("a", estimates(0, 200))
+    tracks.append("a", Batch(estimates(0, 200)))
     read = tracks.get("a")
     assert np.shares_memory(read.distance_mm, tracks.get("a").distance_mm)
-    tracks.append("a", estimates(200, 1000))
+    tracks.append("a", Batch(estimates(200, 1000)))
     assert len(read) == 200
     assert len(tracks.get("a")) == 1000
     assert read.distance_mm.tolist() == tracks.get("a").distance_mm[:200].tolist()
@@ -98,17 +79,13 @@ def test_a_track_that_grows_is_read_without_a_copy_and_what_was_read_stays(tmp_p
         read.distance_mm[0] = 1.0
 
 
-def test_a_track_that_goes_on_leaves_what_was_read_before_as_it_is(tmp_path: Path) -> None:
-    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
-    Places(tmp_path).inspection("a").mkdir(parents=True)
+def test_a_track_that_goes_on_leaves_what_was_read_before_as_it_is(tracks: Tracks) -> None:
     tracks.begin("a")
-    tracks.append("a", estimates(0, 3))
-    tracks.note("a", [(2, SHARP)], ())
+    tracks.append("a", Batch(estimates(0, 3), health=[(2, SHARP)]))
     tracks.finish("a", {})
     track, health = tracks.get("a"), tracks.health("a")
     tracks.go_on("a")
-    tracks.append("a", estimates(3, 5))
-    tracks.note("a", [(4, BLURRED)], ())
+    tracks.append("a", Batch(estimates(3, 5), health=[(4, BLURRED)]))
     assert (len(track), len(health)) == (3, 3)
     assert tracks.get("a").frame.tolist() == [0, 1, 2, 3, 4]
     assert tracks.health("a").columns()["sharpness"][2:].tolist() == [1, 0.25, 0.25]
@@ -128,13 +105,12 @@ def test_a_track_that_goes_on_leaves_what_was_read_before_as_it_is(tmp_path: Pat
     ids=["cut off", "text", "empty", "other columns", "garbage", "zeros", "missing"],
 )
 def test_a_damaged_file_is_named_with_its_repair(
-    tmp_path: Path, damage: Callable[[bytes], bytes | None]
+    tracks: Tracks, tmp_path: Path, damage: Callable[[bytes], bytes | None]
 ) -> None:
-    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
-    Places(tmp_path).inspection("a").mkdir(parents=True)
     tracks.begin("a")
-    tracks.append("a", estimates(0, 9))
-    tracks.note("a", [(8, SHARP)], [Sighting(4, 1.0, 0.1, 0.2)])
+    tracks.append(
+        "a", Batch(estimates(0, 9), health=[(8, SHARP)], sightings=[Sighting(4, 1.0, 0.1, 0.2)])
+    )
     tracks.finish("a", {})
     file = tmp_path / "inspections" / "a" / "track.csv"
     damaged = damage(file.read_bytes())
@@ -152,28 +128,26 @@ def test_who_reads_while_a_run_is_stored_or_dropped_finds_no_damage(tmp_path: Pa
 
         def put(self, key: str, content: bytes) -> None:
             super().put(key, content)
-            assert len(Tracks(FolderBlobs(tmp_path), Places(tmp_path)).get("a")) in (0, 9)
+            assert len(started(tmp_path).get("a")) in (0, 9)
 
         def delete(self, key: str) -> None:
             super().delete(key)
-            assert len(Tracks(FolderBlobs(tmp_path), Places(tmp_path)).get("a")) in (0, 9)
+            assert len(started(tmp_path).get("a")) in (0, 9)
 
     tracks = Tracks(ReadMeanwhile(tmp_path), Places(tmp_path))
     Places(tmp_path).inspection("a").mkdir(parents=True)
     for _ in range(2):
         tracks.begin("a")
-        tracks.append("a", estimates(0, 9))
-        tracks.note("a", [(8, SHARP)], ())
+        tracks.append("a", Batch(estimates(0, 9), health=[(8, SHARP)]))
         tracks.finish("a", {})
 
 
 def test_a_run_that_was_still_being_read_does_not_replace_the_one_after_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tracks: Tracks, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tracks, is_read, may_return = Tracks(FolderBlobs(tmp_path), Places(tmp_path)), Event(), Event()
-    Places(tmp_path).inspection("a").mkdir(parents=True)
+    is_read, may_return = Event(), Event()
     tracks.begin("a")
-    tracks.append("a", estimates(0, 3))
+    tracks.append("a", Batch(estimates(0, 3)))
     tracks.finish("a", {})
     from_csv = Track.from_csv
 
@@ -189,7 +163,7 @@ def test_a_run_that_was_still_being_read_does_not_replace_the_one_after_it(
         is_read.wait(PATIENCE_S)
         monkeypatch.setattr(Track, "from_csv", from_csv)
         tracks.begin("a")
-        tracks.append("a", estimates(0, 5))
+        tracks.append("a", Batch(estimates(0, 5)))
         tracks.finish("a", {})
         may_return.set()
         assert len(old.result()) == 3
@@ -199,12 +173,12 @@ def test_a_run_that_was_still_being_read_does_not_replace_the_one_after_it(
 def test_every_run_has_an_id_of_its_own_also_after_a_restart(tmp_path: Path) -> None:
     ids = []
     for _ in range(2):
-        tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
+        tracks = started(tmp_path)
         ids.append(tracks.run_id("a"))
         for _ in range(2):
             tracks.begin("a")
             ids.append(tracks.run_id("a"))
-            tracks.append("a", estimates(0, 3))
+            tracks.append("a", Batch(estimates(0, 3)))
             assert tracks.run_id("a") == ids[-1]
     assert len(set(ids)) == len(ids)
 
@@ -213,11 +187,11 @@ def test_tracks_that_are_kept_in_memory_are_bounded_by_their_frames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("app.tracking.tracks.FRAMES_KEPT", 2500)
-    tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
+    tracks = started(tmp_path)
     for name in ("a", "b", "c"):
         Places(tmp_path).inspection(name).mkdir(parents=True)
         tracks.begin(name)
-        tracks.append(name, estimates(0, 1200))
+        tracks.append(name, Batch(estimates(0, 1200)))
         tracks.finish(name, {})
     read = {name: tracks.get(name) for name in ("a", "b", "c")}
     assert tracks.get("c") is read["c"]

@@ -10,6 +10,7 @@ import pytest
 from builders import PATIENCE_S, STEP_MM, Client, assert_error
 from films import half_sized
 
+from app.jobs.track.batches import WallPicture
 from app.lab.simulation import SCENARIOS
 from app.lab.simulation.write import simulate
 from app.storage.blobs.folder import FolderBlobs
@@ -138,11 +139,11 @@ def test_a_tile_that_cannot_be_written_waits_for_the_next_one(tmp_path: Path) ->
     walls, in_the_way = Unrolled(FolderBlobs(tmp_path), live), tmp_path / "inspections"
     in_the_way.write_bytes(b"a file where a folder should be")
     with live.listening(None, heard.append):
-        walls.take("a", {0: b"older", 1: b"other"})
-        walls.take("a", {0: b"newer"})
+        walls.take("a", [WallPicture(0, b"older"), WallPicture(1, b"other")])
+        walls.take("a", [WallPicture(0, b"newer")])
         assert heard == []
         in_the_way.unlink()
-        walls.take("a", {2: b"next"})
+        walls.take("a", [WallPicture(2, b"next")])
     assert [event.indices for event in heard] == [(0, 1, 2)]
     assert [walls.picture("a", n) for n in range(3)] == [b"newer", b"other", b"next"]
 
@@ -150,10 +151,10 @@ def test_a_tile_that_cannot_be_written_waits_for_the_next_one(tmp_path: Path) ->
 def test_a_deleted_inspection_gets_no_more_tiles(tmp_path: Path) -> None:
     walls = Unrolled(FolderBlobs(tmp_path), Live())
     walls.refuse("a")
-    walls.take("a", {0: b"jpeg"})
+    walls.take("a", [WallPicture(0, b"jpeg")])
     assert walls.tiles("a") == []
     walls.end("a")
-    walls.take("a", {0: b"jpeg"})
+    walls.take("a", [WallPicture(0, b"jpeg")])
     assert len(walls.tiles("a")) == 1
 
 

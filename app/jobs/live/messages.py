@@ -1,0 +1,63 @@
+"""What a camera process and its parent tell each other."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import msgspec
+
+from app.jobs.messages import Limits
+from app.jobs.track.parts import Between, Mark
+
+
+class CameraInput(msgspec.Struct, frozen=True):
+    """An allowed live source, with the options for FFmpeg."""
+
+    kind: Literal["rtsp", "mjpeg", "usb", "file", "pipe"]
+    location: str
+    """May contain a password: never shown, never logged."""
+    options: dict[str, str] = {}
+    peer: str | None = None
+    """The only address to which connections are allowed."""
+
+
+class LiveRequest(msgspec.Struct, frozen=True):
+    """Capture, record and track until the parent sends anything else.
+
+    Batches and states come before the answer, a `Problem`.
+    """
+
+    camera: CameraInput
+    rig: dict[str, Any]
+    recording: str
+    """File of the recording; an existing one is continued."""
+    marks_file: str
+    """Its parts.csv."""
+    limits: Limits
+    reserve_bytes: int
+    """Disk space that the recording leaves free."""
+    last: dict[str, Any] | None = None
+    """Estimate of the last frame that the parent knows, if a recording is continued."""
+    zero_s: float | None = None
+    """Time 0 of that recording by `time.monotonic`, which all processes share."""
+    left_out: list[Mark] = []
+    """Frames up to `last` that are not recorded."""
+    between: Between | None = None
+    """The robot's movement, if a new part begins after `last`."""
+
+
+class CameraState(msgspec.Struct, frozen=True, tag="camera"):
+    """The state of the camera, on every change and twice a second."""
+
+    connected: bool
+    reconnects: int
+    dropped: int
+    """Frames that were recorded but not tracked, since this process began."""
+    recorded_s: float
+    zero_s: float | None
+    detail: str | None
+    """A sentence that says why there is no picture."""
+    is_recording: bool = True
+    """False while the disk is full."""
+    left_out: list[Mark] = []
+    """Frames that were not recorded, since the previous state."""

@@ -1,0 +1,61 @@
+"""The results of tracking, as they go from the tracker to the server and into the journal."""
+
+from __future__ import annotations
+
+import msgspec
+
+from vo_core.geometry.stance import Stance
+from vo_core.geometry.tilt import MountTilt
+from vo_core.image.health import Health
+from vo_core.joints.finder import Sighting
+from vo_core.track import Estimate
+
+
+class WallPicture(msgspec.Struct, frozen=True, array_like=True):
+    """One tile of the unrolled wall."""
+
+    index: int
+    content: bytes
+    """JPEG; a chunk's own wall is a PNG of four channels: the picture, and how well each place was
+    seen."""
+
+
+class Tie(msgspec.Struct, frozen=True, array_like=True):
+    """What the join of chunks needs of a frame beside its estimate."""
+
+    frame: int
+    systematic_mm: float
+    """`Odometry.systematic_mm`."""
+    bed_mm: float
+    """`Odometry.bed_mm`."""
+    picture: int
+    """Checksum of the picture if two chunks track it, never 0; else 0."""
+    is_coarse: bool
+    """Of `Odometry.traits`, like the next."""
+    is_noiseless: bool
+
+
+class Batch(msgspec.Struct, frozen=True, tag="batch"):
+    """The frames since the last batch, and the picture of the last of them."""
+
+    estimates: list[Estimate]
+    jpeg: bytes = b""
+    captured_s: float | None = None
+    """Time when the picture's frame came from its camera, by `time.monotonic`; None for files."""
+    health: list[tuple[int, Health]] = []
+    """Number and health of the tracked frames; frames in between were left out."""
+    tiles: list[WallPicture] = []
+    """Changed tiles of the unrolled wall."""
+    sightings: list[Sighting] = []
+    """Joints that were detected."""
+    tilt: MountTilt | None = None
+    """Tilt of the mount against the rig, from all frames so far."""
+    stance: Stance | None = None
+    """Where the camera stood at the first frame of the run; None while the newest part shows it
+    worse than those before."""
+    ties: list[Tie] = []
+    """Of a chunk: one for each frame."""
+    start: Stance | None = None
+    """Of a chunk: `Odometry.start`."""
+    layers: list[WallPicture] = []
+    """Of a chunk, in place of `tiles`: the tiles that it has left."""
