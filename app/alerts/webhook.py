@@ -24,13 +24,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from app.back_off import BackOff
-from app.errors import (
-    Busy,
-    DiskFull,
-    InspectionNotFound,
-    ObservationNotFound,
-    StoreUnavailable,
-)
+from app.errors import InspectionNotFound, ObservationNotFound
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
@@ -41,7 +35,7 @@ from app.survey.place import ObservationView
 from app.survey.rounding import metres
 from app.survey.undelivered import Undelivered
 from app.tracking.live import Event, ObservationsChanged
-from app.tracking.worker import Worker
+from app.tracking.worker import HINDRANCES, Worker
 
 logger = logging.getLogger(__name__)
 
@@ -52,10 +46,7 @@ _TRY_S = 5.0
 """Time limit of one try, from the name look-up to the status of the answer."""
 _BACK_OFF = BackOff(first_s=2.0, longest_s=3600.0)
 _GIVE_UP_AFTER = timedelta(days=1)
-_PAUSE_AFTER_FAULT_S = 5.0
 _STOP_TIMEOUT_S = 3.0
-_HINDRANCES = (Busy, DiskFull, StoreUnavailable)
-"""What is wrong with the server and not with an alert."""
 
 
 @dataclass(frozen=True)
@@ -96,10 +87,8 @@ class Webhook(Worker):
         self._inspections = inspections
         self._observations = observations
         self._packs = packs
-        self._is_woken = False
-        """`_changed` guards this and the next field."""
         self._stop_try: Callable[[], None] | None = None
-        """Ends the current try."""
+        """Ends the current try; `_changed` guards it."""
 
     @property
     def is_configured(self) -> bool:
@@ -122,9 +111,7 @@ class Webhook(Worker):
     def on_event(self, event: Event) -> None:
         """Handle an event: a tag may need a notification."""
         if isinstance(event, ObservationsChanged):
-            with self._changed:
-                self._is_woken = True
-                self._changed.notify_all()
+            self.wake()
 
     def alerts(self, inspection_id: str) -> list[Alert]:
         """Return the alerts of an inspection, the oldest first.
@@ -135,27 +122,16 @@ class Webhook(Worker):
         self._inspections.row(inspection_id)
         return self._store.of(inspection_id)
 
-    def _work(self) -> None:
-        while True:
-            try:
-                alert = self._store.next_waiting()
-                pause_s = None if alert is None else _seconds_until(alert.next_at)
-                if alert is not None and pause_s is not None and pause_s <= 0:
-                    with about(alert.inspection_id):
-                        self._deliver(alert)
-                    pause_s = 0.0
-            except _HINDRANCES as fault:
-                logger.warning("The outbox of the webhook waits: %s", fault)
-                pause_s = _PAUSE_AFTER_FAULT_S
-            if not self._wait(pause_s):
-                return
-
-    def _wait(self, pause_s: float | None) -> bool:
-        """Wait for a tag or a timeout; return whether to continue."""
-        with self._changed:
-            self._changed.wait_for(lambda: self._is_woken or self._stopping, pause_s)
-            self._is_woken = False
-            return not self._stopping
+    def _step(self) -> float | None:
+        alert = self._store.next_waiting()
+        if alert is None:
+            return None
+        pause_s = _seconds_until(alert.next_at)
+        if pause_s > 0:
+            return pause_s
+        with about(alert.inspection_id):
+            self._deliver(alert)
+        return 0.0
 
     def _deliver(self, alert: Alert) -> None:
         """Try once to deliver an alert."""
@@ -165,7 +141,7 @@ class Webhook(Worker):
             body = self._body(alert, client.page_root)
             if body is not None:
                 self._post(client, body)
-        except _HINDRANCES:
+        except HINDRANCES:
             raise
         except Unsent as failure:
             self._failed(alert, failure)

@@ -77,12 +77,12 @@ class Inbox(Worker):
         self._reported = set[Path]()
         """Files of which the log says why they are not added."""
 
-    def _work(self) -> None:
-        while not self._pause(min(_LOOK_EVERY_S, self._settle_s)):
-            self._look()
+    def _step(self) -> float:
+        """Look at the next portion of the files."""
+        self._look()
+        return min(_LOOK_EVERY_S, self._settle_s)
 
     def _look(self) -> None:
-        """Look at the next portion of the files."""
         portion = list(islice(self._files, _AT_ONCE))
         if not portion:  # the end of a pass
             self._seen_before, self._seen = self._seen, {}

@@ -24,13 +24,10 @@ from app.archive.copying import copy_film
 from app.archive.folders import modified_at
 from app.archive.paths import line_of, path_of, text_of
 from app.errors import (
-    Busy,
     ClaimLost,
-    DiskFull,
     FilmChanged,
     NoLongerWanted,
     StillRunning,
-    StoreUnavailable,
     described,
 )
 from app.inspections.films import Films
@@ -44,7 +41,7 @@ from app.storage.folder.files import DataFolder
 from app.tracking.films.engines import Engine
 from app.tracking.films.queue import Tracking
 from app.tracking.live import Event, Update
-from app.tracking.worker import Worker
+from app.tracking.worker import HINDRANCES, Worker
 from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
@@ -53,7 +50,6 @@ AHEAD = 2
 """Inspections that wait for a tracking slot beyond one for each."""
 _LOOK_EVERY_S = 2.0
 """How often the database is asked what has changed, also while a film is copied."""
-_PAUSE_AFTER_FAULT_S = 5.0
 _CLAIM_S = 60.0
 _RENEW_EVERY_S = 15.0
 _STOP_S = 10.0
@@ -68,8 +64,6 @@ class _Stopped(Exception):
     """The server stops."""
 
 
-_HINDRANCES = (DiskFull, Busy, StoreUnavailable)
-"""What is wrong with the server and not with a film."""
 _LEFT_ALONE = (NoLongerWanted, ClaimLost, StillRunning)
 """What others have done with a film meanwhile."""
 
@@ -107,9 +101,8 @@ class Intake(Worker):
         self._folder = folder
         self._engine = engine
         self._server = _identity(folder)
-        self._is_awake = False
-        """Whether to look at once; `_changed` guards this and the next field."""
         self._state = IntakeState()
+        """`_changed` guards it."""
 
     def start(self) -> None:
         """Remove the copies that a killed server left, and start."""
@@ -117,12 +110,6 @@ class Intake(Worker):
             if _COPY.fullmatch(path.name):
                 path.unlink()
         super().start()
-
-    def wake(self) -> None:
-        """Look at once whether a film waits."""
-        with self._changed:
-            self._is_awake = True
-            self._changed.notify_all()
 
     def on_event(self, event: Event) -> None:
         """Look for the next film when an inspection begins or ends to be tracked."""
@@ -134,25 +121,18 @@ class Intake(Worker):
         with self._changed:
             return self._state
 
-    def _work(self) -> None:
-        while not self._stopping:
-            try:
-                pause_s = 0.0 if self._take_next() else _LOOK_EVERY_S
-                hindrance = None
-            except _HINDRANCES as error:
-                logger.warning("The archive takes no film in: %s", error)
-                pause_s, hindrance = _PAUSE_AFTER_FAULT_S, str(error)
-            except Exception:
-                hindrance = "A fault of the server interrupts the intake; it is in the log."
-                self._set(IntakeState(hindrance=hindrance))
-                raise
+    def _step(self) -> float:
+        try:
+            has_taken = self._take_next()
+        except HINDRANCES as error:
+            self._set(IntakeState(hindrance=str(error)))
+            raise
+        except Exception:
+            hindrance = "A fault of the server interrupts the intake; it is in the log."
             self._set(IntakeState(hindrance=hindrance))
-            if hindrance is not None:
-                self._pause(pause_s)
-            with self._changed:
-                if hindrance is None:
-                    self._changed.wait_for(lambda: self._is_awake or self._stopping, pause_s)
-                self._is_awake = False
+            raise
+        self._set(IntakeState())
+        return 0.0 if has_taken else _LOOK_EVERY_S
 
     def _set(self, state: IntakeState) -> None:
         with self._changed:
@@ -182,7 +162,7 @@ class Intake(Worker):
         """Take a film in; whatever is wrong, but not with the server, costs this film alone."""
         try:
             self._take(row)
-        except (*_LEFT_ALONE, *_HINDRANCES, _Stopped):
+        except (*_LEFT_ALONE, *HINDRANCES, _Stopped):
             raise
         except ChainageError as error:
             self._refuse(row.film, error)

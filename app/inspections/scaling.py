@@ -11,7 +11,7 @@ import logging
 from dataclasses import dataclass
 from typing import Any
 
-from app.errors import Busy, DiskFull, InspectionNotFound, StoreUnavailable
+from app.errors import InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.storage.database.tables import ENDED
 from app.storage.records.corrections import CorrectionStore, Rescaling
@@ -20,7 +20,7 @@ from app.survey.corrected import reason_of
 from app.survey.interval import LEAST_M, U95
 from app.tracking.live import Event, Update
 from app.tracking.tracks import Tracks
-from app.tracking.worker import Worker
+from app.tracking.worker import HINDRANCES, InspectionWorker
 
 logger = logging.getLogger(__name__)
 
@@ -43,7 +43,7 @@ class _Published:
     way_mm: float = 0.0
 
 
-class Scaling(Worker):
+class Scaling(InspectionWorker):
     """A thread that checks inspections as their runs progress."""
 
     def __init__(self, store: CorrectionStore, tracks: Tracks, corrections: Corrections) -> None:
@@ -51,45 +51,31 @@ class Scaling(Worker):
         self._store = store
         self._tracks = tracks
         self._corrections = corrections
-        self._due: dict[str, str] = {}
-        """State of the inspections to check."""
         self._published: dict[str, _Published] = {}
 
     def on_event(self, event: Event) -> None:
         """Handle an event."""
         if isinstance(event, Update) and (event.estimates or event.state in ENDED):
-            with self._changed:
-                self._due[event.inspection_id] = event.state
-                self._changed.notify_all()
+            self.announce(event.inspection_id)
 
-    def _work(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._due or self._stopping)
-                if self._stopping:
-                    return
-                due, self._due = self._due, {}
-            for inspection_id, state in due.items():
-                try:
-                    self._look(inspection_id, has_ended=state in ENDED)
-                except InspectionNotFound:  # deleted meanwhile
-                    self._published.pop(inspection_id, None)
-                except (Busy, DiskFull, StoreUnavailable) as fault:
-                    logger.warning(
-                        "The scale of %s could not be recorded: %s", inspection_id, fault
-                    )
-                except Exception:
-                    logger.exception(
-                        "The scale of inspection %s could not be found.", inspection_id
-                    )
+    def _look_at(self, inspection_id: str) -> None:
+        try:
+            self._check(inspection_id)
+        except InspectionNotFound:
+            self._published.pop(inspection_id, None)
+        except HINDRANCES:
+            raise
+        except Exception:  # the next joint triggers another solution
+            logger.exception("The scale of inspection %s could not be found.", inspection_id)
 
-    def _look(self, inspection_id: str, *, has_ended: bool) -> None:
+    def _check(self, inspection_id: str) -> None:
         published = self._published.get(inspection_id) or self._recorded(inspection_id)
         segment_mm = self._corrections.newest(inspection_id).rig.pipe.segment_length_mm
         if segment_mm is None:
             return
+        _, is_running = self._tracks.run(inspection_id)
         sightings = len(self._tracks.sightings(inspection_id))
-        if not has_ended:
+        if is_running:
             way_mm = self._tracks.newest_mm(inspection_id)
             is_new = sightings != published.sightings or way_mm > published.way_mm + segment_mm
             if not is_new:
@@ -108,7 +94,7 @@ class Scaling(Worker):
             scale = published.scale
         way_mm = float(adjusted.track.distance_mm.max(initial=0.0))
         self._published[inspection_id] = _Published(revision, scale, adjusted, sightings, way_mm)
-        if has_ended:
+        if not is_running:
             del self._published[inspection_id]
 
     def _recorded(self, inspection_id: str) -> _Published:

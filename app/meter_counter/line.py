@@ -84,6 +84,8 @@ class MeterCounter(Worker):
         self._running: dict[str, Estimate | None] = {}
         """The running live inspections, the newest last, each with its last frame; `_changed`
         guards this and the next three fields."""
+        self._failures = 0
+        """Connections in a row that did not last."""
         self._is_connected = False
         self._detail: str | None = None
         self._socket: socket.socket | None = None
@@ -126,21 +128,20 @@ class MeterCounter(Worker):
                 return None if estimate is None else (inspection_id, estimate)
         return None
 
-    def _work(self) -> None:
-        failures = 0
-        while not self._stopping:
-            began_s = time.monotonic()
-            try:
-                self._talk()
-            except OSError as error:
-                self._lost(_reason(error))
-            except Exception:
-                self._lost("The connection has failed; the server's log says why.")
-                raise
-            if time.monotonic() > began_s + _BACK_OFF.longest_s:  # the connection had lasted
-                failures = 0
-            self._pause(_BACK_OFF.pause_s(failures))
-            failures += 1
+    def _step(self) -> float:
+        """Hold one connection; return the pause before the next try."""
+        began_s = time.monotonic()
+        try:
+            self._talk()
+        except OSError as error:
+            self._lost(_reason(error))
+        except Exception:
+            self._lost("The connection has failed; the server's log says why.")
+            raise
+        if time.monotonic() > began_s + _BACK_OFF.longest_s:  # the connection had lasted
+            self._failures = 0
+        self._failures += 1
+        return _BACK_OFF.pause_s(self._failures - 1)
 
     def _talk(self) -> None:
         """Exchange messages while the connection holds."""

@@ -106,7 +106,7 @@ class BulkExports(Worker):
             self._make_room_for(who)
             order = self._orders[progress.id] = _Order(wanted, who, progress)
             self._waiting.append(order)
-            self._changed.notify_all()
+        self.wake()
         return progress
 
     def progress(self, order_id: str) -> Progress:
@@ -181,23 +181,20 @@ class BulkExports(Worker):
             )
         return found
 
-    def _work(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._waiting or self._stopping, _SWEEP_S)
-                if self._stopping:
-                    return
-                self._drop_old()
-                if not self._waiting:
-                    continue
-                order = self._waiting.popleft()
-            try:
-                self._make(order)
-            except ChainageError as error:
-                self._fail(order, failure(error))
-            except Exception:
-                logger.exception("A bulk export failed.")
-                self._fail(order, Phrase("failure.internal_error"))
+    def _step(self) -> float:
+        with self._changed:
+            self._drop_old()
+            if not self._waiting:
+                return _SWEEP_S
+            order = self._waiting.popleft()
+        try:
+            self._make(order)
+        except ChainageError as error:
+            self._fail(order, failure(error))
+        except Exception:
+            logger.exception("A bulk export failed.")
+            self._fail(order, Phrase("failure.internal_error"))
+        return 0.0
 
     def _fail(self, order: _Order, reason: Phrase) -> None:
         with self._changed:

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from datetime import date, datetime
 from typing import Any
 
-from app.errors import Busy, DiskFull, InspectionNotFound, StoreUnavailable
+from app.errors import InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
@@ -36,7 +36,7 @@ from app.survey.place import ObservationView
 from app.survey.rounding import metres
 from app.tracking.live import DistancesCorrected, Event, ObservationsChanged, Update
 from app.tracking.tracks import Tracks
-from app.tracking.worker import Worker
+from app.tracking.worker import HINDRANCES, Worker
 
 logger = logging.getLogger(__name__)
 
@@ -83,7 +83,7 @@ class Indexer:
                     self.index(inspection_id)
                 except InspectionNotFound:  # deleted meanwhile
                     continue
-                except (Busy, DiskFull, StoreUnavailable):
+                except HINDRANCES:
                     raise
                 except Exception:
                     # One damaged inspection must not keep the others out of the search.
@@ -187,38 +187,20 @@ class IndexWorker(Worker):
     def __init__(self, indexer: Indexer) -> None:
         super().__init__("search-index", stop_timeout_s=_STOP_TIMEOUT_S)
         self._indexer = indexer
-        self._is_due = True
 
     def on_event(self, event: Event) -> None:
         """Handle an event."""
         if isinstance(event, ObservationsChanged | DistancesCorrected) or (
             isinstance(event, Update) and event.state in ENDED
         ):
-            self.look()
+            self.wake()
 
-    def look(self) -> None:
-        """Look soon for what is to be indexed."""
-        with self._changed:
-            self._is_due = True
-            self._changed.notify_all()
-
-    def _work(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._is_due or self._stopping, _LOOK_EVERY_S)
-                if self._stopping:
-                    return
-                self._is_due = False
-            try:
-                self._index_all()
-            except (Busy, DiskFull, StoreUnavailable) as fault:
-                logger.warning("The index of the search must wait: %s", fault)
-
-    def _index_all(self) -> None:
+    def _step(self) -> float:
         began_s = time.monotonic()
         for _ in self._indexer.index_next():
             took_s = time.monotonic() - began_s
             # People who use the server meanwhile get at least half of its time.
             if self._pause(max(took_s, _LEAST_PAUSE_S)):
-                return
+                break
             began_s = time.monotonic()
+        return _LOOK_EVERY_S

@@ -85,7 +85,7 @@ class Search:
         """Return how many inspections are not indexed in their present state."""
         number = self._index.pending()
         if number:
-            self._worker.look()
+            self._worker.wake()
         return number
 
     def defects(

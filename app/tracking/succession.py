@@ -103,6 +103,9 @@ class Succession(Worker):
         if self._members.are_several:
             super().start()
 
+    def _step(self) -> None:
+        """Part of `_work`."""
+
     def _work(self) -> None:
         while not self._pause(_LOOK_EVERY_S):
             if not self._members.is_leading():

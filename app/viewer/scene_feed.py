@@ -129,6 +129,8 @@ class SceneFeed(Worker):
         self._due = _Due()
         self._drawn = 0
         """Number of frames whose path is drawn."""
+        self._failures = 0
+        """Drawings in a row that failed."""
         self._joints_of: Adjusted | None = None
         """The correction whose joints are drawn."""
         self._subscription = ExitStack()
@@ -161,33 +163,31 @@ class SceneFeed(Worker):
         with self._changed:
             for name, value in due.items():
                 setattr(self._due, name, value)
-            self._changed.notify_all()
+        self.wake()
 
-    def _work(self) -> None:
-        failures = 0
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._due or self._stopping)
-                # The tag is answered first: drawing 2000 pins takes as long as storing one.
-                self._changed.wait_for(
-                    lambda: self._due != _Due(pins=True) or self._stopping, _PINS_PAUSE_S
-                )
-                if self._stopping:
-                    return
-                due, self._due = self._due, _Due()
-            try:
-                self._draw(due)
-            except InspectionNotFound:  # deleted while somebody looked at it
-                logger.debug("Inspection %s has been deleted.", self._inspection_id)
-            except Exception:
-                logger.exception(
-                    "Inspection %s could not be drawn and is drawn again.", self._inspection_id
-                )
-                self._pause(_AGAIN.pause_s(failures))
-                self._note(path_is_reset=True, track=True, robot=True, wall=True, wording=True)
-                failures += 1
-            else:
-                failures = 0
+    def _step(self) -> float | None:
+        with self._changed:
+            # The tag is answered first: drawing 2000 pins takes as long as storing one.
+            self._changed.wait_for(
+                lambda: self._due != _Due(pins=True) or self._stopping, _PINS_PAUSE_S
+            )
+            due, self._due = self._due, _Due()
+        if not due or self._stopping:
+            return None
+        try:
+            self._draw(due)
+        except InspectionNotFound:  # deleted while somebody looked at it
+            logger.debug("Inspection %s has been deleted.", self._inspection_id)
+        except Exception:
+            logger.exception(
+                "Inspection %s could not be drawn and is drawn again.", self._inspection_id
+            )
+            self._pause(_AGAIN.pause_s(self._failures))
+            self._note(path_is_reset=True, track=True, robot=True, wall=True, wording=True)
+            self._failures += 1
+        else:
+            self._failures = 0
+        return None
 
     def _draw(self, due: _Due) -> None:
         if due.path_is_reset:

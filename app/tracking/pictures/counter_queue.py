@@ -8,7 +8,6 @@ what nobody has asked for is read while no film waits to be tracked.
 from __future__ import annotations
 
 import logging
-from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,8 +16,6 @@ import msgspec
 from app.burnt_in.counter import BurntIn, CounterReadings, ReadFilm
 from app.errors import (
     BlobNotFound,
-    DiskFull,
-    InspectionNotFound,
     MediaFailed,
     NothingRecorded,
     NotRunning,
@@ -27,7 +24,6 @@ from app.errors import (
 from app.jobs.messages import Limits, Progress
 from app.jobs.process import Child, ask_about_media
 from app.jobs.requests.counter import CounterRequest
-from app.logs import about
 from app.storage.blobs.blobs import StoredBlob
 from app.storage.database.tables import ENDED
 from app.storage.records.inspections import InspectionStore, require_unlocked
@@ -36,7 +32,7 @@ from app.tracking.live import Event, Update
 from app.tracking.pictures.counter_files import SEARCHED, CounterFiles, KeptCounter
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.videos import NO_FILM
-from app.tracking.worker import Worker
+from app.tracking.worker import InspectionWorker
 from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
@@ -45,9 +41,6 @@ CHILD = "app.jobs.requests.counter"
 """Module of the process that finds and reads counters."""
 
 _STOP_TIMEOUT_S = 10.0
-_PAUSE_AFTER_FAULT_S = 5.0
-_LOOK_AGAIN_S = 2.0
-"""Nobody reports that no film waits any more."""
 _STALL_S = 600.0
 """Time without progress that counts as a stall. Of low priority, a child may get no processor for
 minutes."""
@@ -55,7 +48,7 @@ _SEARCH_S = 60.0
 """Time that a person waits for a search, which takes some 5 s."""
 
 
-class CounterQueue(Worker):
+class CounterQueue(InspectionWorker):
     """A thread that reads one counter at a time, each in a child process."""
 
     def __init__(
@@ -80,20 +73,17 @@ class CounterQueue(Worker):
         self._files = files
         self._limits = limits
         self._has_others = has_others
-        self._due: dict[str, bool] = {}
-        """Inspections to look at, the oldest first, and whether a person has asked for it;
-        `_changed` guards this and the next fields."""
         self._inherits = False
         """Whether to look for films that nobody has announced."""
         self._reading: str | None = None
+        """`_changed` guards this and the next fields."""
         self._progress: Progress | None = None
         self._child: Child | None = None
 
     def take_over(self) -> None:
         """Read the counters that a server which has ended left waiting."""
-        with self._changed:
-            self._inherits = True
-            self._changed.notify_all()
+        self._inherits = True
+        self.wake()
 
     def stop(self) -> None:
         """End the child; its film is read again at the next start."""
@@ -105,7 +95,7 @@ class CounterQueue(Worker):
     def on_event(self, event: Event) -> None:
         """Handle an event: a film whose tracking has ended is next."""
         if isinstance(event, Update) and event.state in ENDED:
-            self._look_at(event.inspection_id)
+            self.announce(event.inspection_id)
 
     def progress(self, inspection_id: str) -> Progress | None:
         """Return how far the counter of an inspection is read; None if it is not being read."""
@@ -133,7 +123,7 @@ class CounterQueue(Worker):
             self._files.put(inspection_id, stated)
             if self._reading == inspection_id:
                 self._end_child()
-        self._look_at(inspection_id, is_asked=True)
+        self.announce(inspection_id, is_asked=True)
 
     def cancel(self, inspection_id: str) -> None:
         """Give up reading a counter.
@@ -165,92 +155,35 @@ class CounterQueue(Worker):
                 child, request, BurntIn, work="Searching the counter", stall_s=_SEARCH_S
             )
 
-    def _look_at(self, inspection_id: str, *, is_asked: bool = False) -> None:
-        with self._changed:
-            self._due[inspection_id] = is_asked or self._due.get(inspection_id, False)
-            self._changed.notify_all()
-
     def _end_child(self) -> None:
         if self._child is not None:
             self._child.terminate()
 
-    def _work(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._due or self._inherits or self._stopping)
-                if self._stopping:
-                    return
-                inherits, self._inherits = self._inherits, False
-            if inherits:
-                try:
-                    self._find_waiting()
-                except Exception:
-                    self.take_over()  # once more
-                    raise
-                continue
-            inspection_id = self._next()
-            if inspection_id is None:
-                continue
-            try:
-                with about(inspection_id):
-                    self._look(inspection_id)
-            except InspectionNotFound:  # deleted meanwhile
-                continue
-            except (DiskFull, StoreUnavailable) as hindrance:
-                logger.warning("The counter of %s waits: %s", inspection_id, hindrance)
-                self._try_later(inspection_id)
-            except Exception:
-                logger.exception("The counter of %s could not be read.", inspection_id)
-                self._try_later(inspection_id)
+    def _step(self) -> float | None:
+        if self._inherits:
+            self._find_waiting()
+            self._inherits = False
+        return super()._step()
 
-    def _next(self) -> str | None:
-        """Take the next inspection to look at; None, after a while, if all of them must wait."""
-        inspection_id = self._take(are_asked=True)
-        if inspection_id is None and not self._must_wait():
-            inspection_id = self._take(are_asked=False)
-        if inspection_id is None:
-            with self._changed:
-                self._changed.wait_for(
-                    lambda: self._stopping or any(self._due.values()), _LOOK_AGAIN_S
-                )
-        return inspection_id
-
-    def _take(self, *, are_asked: bool) -> str | None:
-        """Take the oldest inspection for which a person has asked, or the oldest other one."""
-        with self._changed:
-            due = (each for each, is_asked in self._due.items() if is_asked == are_asked)
-            inspection_id = next(due, None)
-            if inspection_id is not None:
-                del self._due[inspection_id]
-            return inspection_id
-
-    def _must_wait(self) -> bool:
+    def _may_take(self, *, is_asked: bool) -> bool:
         try:
-            return self._has_others()
+            return is_asked or not self._has_others()
         except Exception:
             logger.exception("Whether films wait to be tracked is not known.")
-            return True
+            return False
 
     def _find_waiting(self) -> None:
         """Find what was waiting when the server ended."""
-        ids = deque(self._inspections.ended())
-        while ids and not self._stopping:
+        for inspection_id in self._inspections.ended():
             try:
-                if self._files.is_waiting(ids[0]):
-                    self._look_at(ids[0])
-            except StoreUnavailable as away:
-                logger.warning("The counters wait: %s", away)
-                self._pause(_PAUSE_AFTER_FAULT_S)
-                continue
+                if self._files.is_waiting(inspection_id):
+                    self.announce(inspection_id)
+            except StoreUnavailable:
+                raise
             except Exception:
-                logger.exception("The state of the counter of %s cannot be read.", ids[0])
-            ids.popleft()
+                logger.exception("The state of the counter of %s cannot be read.", inspection_id)
 
-    def _try_later(self, inspection_id: str) -> None:
-        self._look_at(inspection_id)
-        self._pause(_PAUSE_AFTER_FAULT_S)
-
-    def _look(self, inspection_id: str) -> None:
+    def _look_at(self, inspection_id: str) -> None:
         """Read the counter of an ended inspection, unless its film is read already."""
         row = self._inspections.get(inspection_id)
         if row.status not in ENDED or not row.has_film or row.review_state == APPROVED:

@@ -16,13 +16,11 @@ from app.errors import (
     BlobNotFound,
     DamagedTrack,
     DiskFull,
-    InspectionNotFound,
     ObservationNotFound,
     PhotoNotFound,
     StoreUnavailable,
 )
 from app.jobs.track.parts import NOT_RECORDED
-from app.logs import about
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs, Readable, StoredBlob, as_stored
 from app.storage.database.tables import ENDED, Inspection
@@ -35,13 +33,12 @@ from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.media import Media
 from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks
-from app.tracking.worker import Worker
+from app.tracking.worker import InspectionWorker
 from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
 
 _WAIT_FOR_PHOTO_S = 3.0
-_PAUSE_AFTER_FAULT_S = 5.0
 _STOP_TIMEOUT_S = 40.0
 
 
@@ -99,7 +96,7 @@ class Ledger(Protocol[Row]):
         """Record why a row has no photo."""
 
 
-class Photos(Worker):
+class Photos(InspectionWorker):
     """Makes missing photos and finds existing ones."""
 
     def __init__(
@@ -122,16 +119,13 @@ class Photos(Worker):
         self._media = media
         self._tracks = tracks
         self._live = live
-        self._dirty: set[str] = set()
-        """Inspections that may lack photos; the event of a new photo adds its own as well."""
 
     def take_over(self) -> None:
         """Make the photos that a server which has ended left missing."""
         missing = self._observations.inspections_without_photos()
         attached = self._attachments.inspections_without_photos()
-        with self._changed:
-            self._dirty.update(missing, attached)
-            self._changed.notify_all()
+        for inspection_id in dict.fromkeys((*missing, *attached)):
+            self.announce(inspection_id)
 
     def on_event(self, event: Event) -> None:
         """Handle an event: a tag or the end of a track may allow more photos."""
@@ -139,9 +133,7 @@ class Photos(Worker):
             return
         if isinstance(event, Update) and event.state not in ENDED:
             return
-        with self._changed:
-            self._dirty.add(event.inspection_id)
-            self._changed.notify_all()
+        self.announce(event.inspection_id)
 
     def wait_for(self, inspection_id: str, observation_id: str) -> None:
         """Wait briefly until the photo of an observation is made or has failed."""
@@ -184,37 +176,14 @@ class Photos(Worker):
                 error
             )
 
-    def _work(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._stopping or self._dirty)
-                if self._stopping:
-                    return
-                inspection_id = self._dirty.pop()
-            try:
-                with about(inspection_id):
-                    self._make_missing(inspection_id)
-            except DamagedTrack as damage:  # the end of another run looks at it again
-                logger.warning("Photos of inspection %s: %s", inspection_id, damage)
-            except (DiskFull, StoreUnavailable) as hindrance:
-                logger.warning("Photos of inspection %s wait: %s", inspection_id, hindrance)
-                self._try_later(inspection_id)
-            except Exception:
-                logger.exception("Photos of inspection %s could not be made.", inspection_id)
-                self._try_later(inspection_id)
-
-    def _try_later(self, inspection_id: str) -> None:
-        with self._changed:
-            self._dirty.add(inspection_id)
-        self._pause(_PAUSE_AFTER_FAULT_S)
-
-    def _make_missing(self, inspection_id: str) -> None:
+    def _look_at(self, inspection_id: str) -> None:
+        """Make the photos that are missing."""
+        inspection = self._inspections.get(inspection_id)
         try:
-            inspection = self._inspections.get(inspection_id)
-        except InspectionNotFound:
-            return
-        self._make_all(inspection, self._observations)
-        self._make_all(inspection, self._attachments)
+            self._make_all(inspection, self._observations)
+            self._make_all(inspection, self._attachments)
+        except DamagedTrack as damage:  # the end of another run looks at it again
+            logger.warning("Photos of inspection %s: %s", inspection_id, damage)
 
     def _make_all(self, inspection: Inspection, ledger: Ledger[Row]) -> None:
         for row in ledger.without_photo(inspection.id):
