@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -41,14 +41,14 @@ class GrowingColumns:
         view.flags.writeable = False
         return view
 
-    def views(self) -> dict[str, NDArray[Any]]:
+    def columns(self) -> dict[str, NDArray[Any]]:
         """Return the current rows of all columns, read-only."""
         return {name: self.view(name) for name in self._columns}
 
-    def copy(self) -> GrowingColumns:
+    def copy(self) -> Self:
         """Return a copy that can grow separately; shared rows never change."""
-        same = GrowingColumns({})
-        same._columns, same._rows = self.views(), self._rows
+        same = type(self).__new__(type(self))
+        same._columns, same._rows = self.columns(), self._rows
         return same
 
     def _make_room(self, rows: int) -> None:

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sized
+from collections.abc import Iterable, Iterator, Mapping, Sized
 from contextlib import contextmanager
 from dataclasses import fields
 from typing import Any, TypeVar, get_args
 from uuid import uuid4
 
 import numpy as np
-from cachetools import LRUCache
-from numpy.typing import NDArray
+from cachetools import LRUCache, cachedmethod
 
 from app.errors import BlobNotFound, DamagedTrack
 from app.jobs.track import parts
 from app.jobs.track.batches import Batch
 from app.jobs.track.parts import Mark
 from app.storage.blobs import keys
-from app.storage.blobs.blobs import Blobs, Readable, StoredBlob
+from app.storage.blobs.blobs import Blobs
 from app.storage.folder.files import Places
 from app.tracking.columns import GrowingColumns
 from vo_core.errors import InvalidTrack
@@ -41,34 +40,20 @@ _LEAST_FRAMES = 1_000
 """A shorter track counts as this many frames, so that the number of tracks is bounded too."""
 
 
-class HealthColumns:
+class HealthColumns(GrowingColumns):
     """`Health` of the frames of a run, as columns: 20 bytes a frame.
 
     A frame that came too fast to be tracked has the health of the next one.
     """
 
     def __init__(self) -> None:
-        self._columns = GrowingColumns(dict.fromkeys(HEALTH, np.float32))
-
-    def __len__(self) -> int:
-        return len(self._columns)
+        super().__init__(dict.fromkeys(HEALTH, np.float32))
 
     def note(self, frame: int, health: Health) -> None:
         """Add a frame, unless it exists."""
         missing = frame + 1 - len(self)
         if missing > 0:
-            values = {name: np.full(missing, getattr(health, name)) for name in HEALTH}
-            self._columns.extend(missing, values)
-
-    def columns(self) -> dict[str, NDArray[np.float32]]:
-        """Return the current columns, read-only and not copied."""
-        return self._columns.views()
-
-    def copy(self) -> HealthColumns:
-        """Return a copy of the current rows."""
-        same = HealthColumns()
-        same._columns = self._columns.copy()
-        return same
+            self.extend(missing, {name: np.full(missing, getattr(health, name)) for name in HEALTH})
 
     def to_csv(self) -> str:
         """Return health.csv: a header, then one row for each frame."""
@@ -83,7 +68,7 @@ class HealthColumns:
         columns = zip(*(line.split(",") for line in text.splitlines()[1:]), strict=True)
         values = dict(zip(("frame", *HEALTH), columns, strict=False))
         if values:
-            read._columns.extend(len(values["frame"]), values)
+            read.extend(len(values["frame"]), values)
         return read
 
 
@@ -111,7 +96,7 @@ class _Growing:
         self.stance = batch.stance or self.stance
 
     def track(self) -> Track:
-        return Track(**self.columns.views())
+        return Track(**self.columns.columns())
 
 
 _DTYPES = {name: np.dtype(np.float64) for name in COLUMNS} | {
@@ -131,10 +116,10 @@ class Tracks:
         self._runs: dict[str, int] = {}
         self._start = uuid4().hex
         """Distinguishes the runs of this start of the server from those of another."""
-        self._read: LRUCache[str, Track] = _cache()
-        self._health: LRUCache[str, HealthColumns] = _cache()
-        self._reading: dict[str, threading.Lock] = {}
-        """Held while the files of an inspection are read, so that they are read once."""
+        self._tracks: LRUCache[Any, Track] = _cache()
+        self._health: LRUCache[Any, HealthColumns] = _cache()
+        self._is_read = threading.Condition()
+        """Guards what was read; notified when a file that several wait for is read."""
 
     def begin(self, inspection_id: str) -> None:
         """Start an empty track and drop an earlier one."""
@@ -144,11 +129,7 @@ class Tracks:
 
     def watch(self, inspection_id: str) -> None:
         """Start an empty track whose files another server writes."""
-        with self._lock:
-            self._growing[inspection_id] = _Growing()
-            self._runs[inspection_id] = self._runs.get(inspection_id, 0) + 1
-            self._read.pop(inspection_id, None)
-            self._health.pop(inspection_id, None)
+        self._grow(inspection_id, _Growing())
 
     def go_on(self, inspection_id: str) -> None:
         """Let a finished track grow again, with all its rows."""
@@ -158,11 +139,12 @@ class Tracks:
         growing.tilt = self.tilt(inspection_id)
         growing.stance = self.stance(inspection_id)
         growing.columns.extend(len(track), {name: getattr(track, name) for name in COLUMNS})
+        self._grow(inspection_id, growing)
+
+    def _grow(self, inspection_id: str, growing: _Growing) -> None:
         with self._lock:
             self._growing[inspection_id] = growing
             self._runs[inspection_id] = self._runs.get(inspection_id, 0) + 1
-            self._read.pop(inspection_id, None)
-            self._health.pop(inspection_id, None)
 
     def append(self, inspection_id: str, batch: Batch) -> None:
         """Add the next frames, with their health, the joints that were seen, and the newest tilt
@@ -222,7 +204,6 @@ class Tracks:
         self._blobs.put(keys.track(inspection_id), track.to_csv(metadata).encode())
         self._blobs.put(keys.health(inspection_id), health.to_csv().encode())
         with self._lock:
-            self._health[inspection_id] = health
             # From now on the track is read from its file, so that results are the same after a
             # restart; when it is written again, it is already dropped.
             self._growing.pop(inspection_id, None)
@@ -231,14 +212,15 @@ class Tracks:
         """Drop what is held in memory."""
         with self._lock:
             self._growing.pop(inspection_id, None)
-            self._read.pop(inspection_id, None)
-            self._health.pop(inspection_id, None)
-            self._reading.pop(inspection_id, None)
+            read = (inspection_id, self._runs.get(inspection_id, 0))
+        with self._is_read:
+            self._tracks.pop(read, None)
+            self._health.pop(read, None)
 
     def forget_finished(self) -> None:
         """Drop the tracks that can be read from their files."""
-        with self._lock:
-            self._read.clear()
+        with self._is_read:
+            self._tracks.clear()
             self._health.clear()
 
     def run(self, inspection_id: str) -> tuple[int, bool]:
@@ -264,13 +246,10 @@ class Tracks:
                 sightings and marks raise it as well.
         """
         with self._lock:
-            growing = self._growing.get(inspection_id)
+            growing, run = self._growing.get(inspection_id), self._runs.get(inspection_id, 0)
             if growing is not None:
                 return growing.track()
-        stored = StoredBlob(self._blobs, keys.track(inspection_id))
-        health = StoredBlob(self._blobs, keys.health(inspection_id))
-        track = self._kept(self._read, inspection_id, lambda: _read_track(stored, health))
-        return Track.from_estimates(()) if track is None else track
+        return self._track(inspection_id, run)
 
     def is_readable(self, inspection_id: str) -> bool:
         """Return whether there is a track with rows, and it is not damaged."""
@@ -290,37 +269,42 @@ class Tracks:
     def health(self, inspection_id: str) -> HealthColumns:
         """Return the health of the frames tracked so far."""
         with self._lock:
-            growing = self._growing.get(inspection_id)
+            growing, run = self._growing.get(inspection_id), self._runs.get(inspection_id, 0)
             if growing is not None:
                 return growing.health.copy()
-        stored = StoredBlob(self._blobs, keys.health(inspection_id))
-        health = self._kept(self._health, inspection_id, lambda: _read_health(stored))
-        return HealthColumns() if health is None else health
+        return self._health_of(inspection_id, run)
 
-    def _kept(
-        self, cache: LRUCache[str, Kept], inspection_id: str, read: Callable[[], Kept | None]
-    ) -> Kept | None:
-        """Return the cached value of an inspection, else read it; None if there is no file.
+    @cachedmethod(
+        lambda self: self._tracks,
+        lambda self, inspection_id, run: (inspection_id, run),
+        condition=lambda self: self._is_read,
+    )
+    def _track(self, inspection_id: str, _run: int) -> Track:
+        """Read the file of a run once for all who ask; empty without one."""
+        try:
+            content = self._blobs.get(keys.track(inspection_id))
+        except BlobNotFound:
+            # It is stored before the health, and deleted after it.
+            if self._blobs.exists(keys.health(inspection_id)):
+                raise DamagedTrack("its file is missing.") from None
+            return Track.from_estimates(())
+        with _readable():
+            if not content.endswith(b"\n"):
+                raise DamagedTrack("its file breaks off.")
+            return Track.from_csv(content.decode())
 
-        The file is read outside the lock that tracking needs, once for concurrent callers, and
-        cached unless another run has begun since.
-        """
-        with self._lock:
-            known = cache.get(inspection_id)
-            reading = self._reading.setdefault(inspection_id, threading.Lock())
-        if known is not None:
-            return known
-        with reading:
-            with self._lock:
-                known, run = cache.get(inspection_id), self._runs.get(inspection_id, 0)
-            if known is not None:
-                return known
-            found = read()
-            with self._lock:
-                is_current = self._runs.get(inspection_id, 0) == run
-                if found is not None and is_current and inspection_id not in self._growing:
-                    cache[inspection_id] = found
-            return found
+    @cachedmethod(
+        lambda self: self._health,
+        lambda self, inspection_id, run: (inspection_id, run),
+        condition=lambda self: self._is_read,
+    )
+    def _health_of(self, inspection_id: str, _run: int) -> HealthColumns:
+        try:
+            content = self._blobs.get(keys.health(inspection_id))
+        except BlobNotFound:
+            return HealthColumns()
+        with _readable():
+            return HealthColumns.from_csv(content.decode())
 
     def sightings(self, inspection_id: str) -> list[Sighting]:
         """Return the joints that were seen while tracking, in the order of their frames."""
@@ -359,33 +343,12 @@ class Tracks:
         return metadata_of(head.decode("utf-8", "replace").splitlines(keepends=True))
 
 
-def _cache() -> LRUCache[str, Kept]:
+def _cache() -> LRUCache[Any, Kept]:
     def frames(kept: Kept) -> int:
-        return min(max(len(kept), _LEAST_FRAMES), FRAMES_KEPT)
+        # One that is empty may yet get a file, and is too large to be kept.
+        return min(max(len(kept), _LEAST_FRAMES), FRAMES_KEPT) if len(kept) else FRAMES_KEPT + 1
 
     return LRUCache(FRAMES_KEPT, frames)
-
-
-def _read_track(stored: StoredBlob, health: StoredBlob) -> Track | None:
-    try:
-        content = stored.read_bytes()
-    except FileNotFoundError:
-        if health.exists():  # which is stored after the track, and deleted before it
-            raise DamagedTrack("its file is missing.") from None
-        return None
-    with _readable():
-        if not content.endswith(b"\n"):
-            raise DamagedTrack("its file breaks off.")
-        return Track.from_csv(content.decode())
-
-
-def _read_health(stored: Readable) -> HealthColumns | None:
-    try:
-        content = stored.read_bytes()
-    except FileNotFoundError:
-        return None
-    with _readable():
-        return HealthColumns.from_csv(content.decode())
 
 
 @contextmanager
