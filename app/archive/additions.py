@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
@@ -36,8 +36,7 @@ class Addition:
         """A sentence that says why the film is not tracked, or what is wrong with its header."""
         if self.is_known:
             return "The film is in the archive already."
-        problem = self.found.problem if self.assigned is None else self.assigned.problem
-        return None if problem is None else problem.detail
+        return self.found.problem if self.assigned is None else self.assigned.error_detail
 
 
 @dataclass(frozen=True)
@@ -124,34 +123,16 @@ def columns(new: Iterable[Addition], who: str) -> list[dict[str, Any]]:
     """Return the columns of new films; their ids are made here."""
     now = datetime.now(UTC)
     return [
-        _columns(each.found, each.assigned, who, now) for each in new if each.assigned is not None
+        {
+            "id": secrets.token_hex(16),
+            "path": each.found.path,
+            "relative": each.found.relative,
+            "size": each.found.size,
+            "modified_at": each.found.modified_at,
+            "added_at": now,
+            "added_by": who,
+            **asdict(each.assigned),
+        }
+        for each in new
+        if each.assigned is not None
     ]
-
-
-def _columns(found: Found, assigned: Assigned, who: str, now: datetime) -> dict[str, Any]:
-    return {
-        "id": secrets.token_hex(16),
-        "path": found.path,
-        "relative": found.relative,
-        "size": found.size,
-        "modified_at": found.modified_at,
-        "added_at": now,
-        "added_by": who,
-        **given_to(assigned),
-    }
-
-
-def given_to(assigned: Assigned) -> dict[str, Any]:
-    """Return the columns of what a film gets."""
-    return {
-        "name": assigned.name,
-        "project": assigned.project,
-        "asset": assigned.asset,
-        "rule": assigned.rule,
-        "rig": None if assigned.rig is None else dict(assigned.rig),
-        "rig_name": assigned.rig_name,
-        "header": dict(assigned.header),
-        "priority": assigned.priority,
-        "error_code": assigned.problem.code if assigned.problem else None,
-        "error_detail": assigned.problem.detail if assigned.problem else None,
-    }

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from app.archive.additions import Additions, Request, additions, columns, given_to
+from app.archive.additions import Additions, Request, additions, columns
 from app.archive.assignment import Assignment
 from app.archive.intake import Intake, IntakeState
 from app.archive.reasons import Group, grouped, reason_of
@@ -154,7 +154,7 @@ class Archive:
 
         def given(path: str, relative: str) -> Mapping[str, Any] | None:
             assigned = assignment.of(path, relative)
-            return None if assigned.rig is None else given_to(assigned)
+            return None if assigned.rig is None else asdict(assigned)
 
         changed = self._changes.assign(given)
         logger.info("%s changed the rules of the archive; %d films got a rig.", who, changed)

@@ -16,16 +16,8 @@ from vo_core.errors import InvalidRig
 
 
 @dataclass(frozen=True)
-class Problem:
-    """Why a film cannot be tracked, or what is wrong with its header."""
-
-    code: str
-    detail: str
-
-
-@dataclass(frozen=True)
 class Assigned:
-    """What a film gets."""
+    """What a film gets, named as the columns of the archive."""
 
     name: str
     project: str | None
@@ -36,7 +28,13 @@ class Assigned:
     """None if there is none that can be used."""
     header: Mapping[str, Any]
     priority: int
-    problem: Problem | None
+    error_code: str | None
+    """Why it cannot be tracked, or what is wrong with its header, like the next."""
+    error_detail: str | None
+
+
+_Fault = tuple[str, str]
+"""Code and sentence."""
 
 
 class Assignment:
@@ -44,7 +42,7 @@ class Assignment:
 
     def __init__(self, rules: Rules) -> None:
         self._rules = rules
-        self._rigs: dict[str, Mapping[str, Any] | Problem] = {}
+        self._rigs: dict[str, tuple[Mapping[str, Any] | None, _Fault | None]] = {}
 
     def of(
         self,
@@ -68,18 +66,19 @@ class Assignment:
             said = table.of(path, relative, said.asset).over(said)
         header = dict(said.header)
         in_header = {name: header.pop(name, None) for name in ("project", "asset_id")}
-        rig = _without_rig(rule) if said.rig is None else self._rig(said.rig)
-        problem = Problem("invalid_header", fault) if fault else None
+        rig, rig_fault = (None, _without_rig(rule)) if said.rig is None else self._rig(said.rig)
+        code, detail = rig_fault or (("invalid_header", fault) if fault else (None, None))
         return Assigned(
             name=said.name or title_of(relative),
             project=said.project or in_header["project"],
             asset=said.asset or in_header["asset_id"],
             rule=rule.name if rule else None,
             rig_name=said.rig,
-            rig=None if isinstance(rig, Problem) else rig,
+            rig=rig,
             header=header,
             priority=said.priority or 0,
-            problem=rig if isinstance(rig, Problem) else problem,
+            error_code=code,
+            error_detail=detail,
         )
 
     def _fitting(self, relative: str) -> tuple[Rule | None, Mapping[str, str]]:
@@ -89,22 +88,22 @@ class Assignment:
                 return rule, fields
         return None, {}
 
-    def _rig(self, name: str) -> Mapping[str, Any] | Problem:
+    def _rig(self, name: str) -> tuple[Mapping[str, Any] | None, _Fault | None]:
         if name not in self._rigs:
             self._rigs[name] = _checked(name, self._rules.rigs)
         return self._rigs[name]
 
 
-def _checked(name: str, rigs: Mapping[str, Any]) -> Mapping[str, Any] | Problem:
+def _checked(name: str, rigs: Mapping[str, Any]) -> tuple[Mapping[str, Any] | None, _Fault | None]:
     if name not in rigs:
-        return Problem("rig_missing", f"There is no rig {name!r}.")
+        return None, ("rig_missing", f"There is no rig {name!r}.")
     try:
-        return checked_rig(rigs[name], f"The rig {name}")
+        return checked_rig(rigs[name], f"The rig {name}"), None
     except InvalidRig as error:
-        return Problem(code_of(InvalidRig), str(error))
+        return None, (code_of(InvalidRig), str(error))
 
 
-def _without_rig(rule: Rule | None) -> Problem:
+def _without_rig(rule: Rule | None) -> _Fault:
     if rule is None:
-        return Problem("no_rule", "No rule fits this film, so it has no rig.")
-    return Problem("no_rig", f"The rule {rule.name!r} gives no rig.")
+        return "no_rule", "No rule fits this film, so it has no rig."
+    return "no_rig", f"The rule {rule.name!r} gives no rig."

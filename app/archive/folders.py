@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from app.archive.assignment import Problem
 from app.archive.paths import path_of, text_of
 from app.errors import FolderNotAllowed, NoSuchFilm
 
@@ -35,7 +34,8 @@ class Found:
     """Text of the path within the added folder, with slashes."""
     size: int
     modified_at: datetime
-    problem: Problem | None
+    problem: str | None
+    """A sentence that says why it cannot be added."""
 
 
 def found_in(paths: Iterable[str], allowed: Sequence[Path]) -> Iterator[Found]:
@@ -70,12 +70,12 @@ def looked_at(path: Path, root: Path, roots: Sequence[Path]) -> Found:
     try:
         real = path.resolve(strict=True)
         if not _is_in(real, roots):
-            problem = Problem("link_outside", "The link leads out of the folders for films.")
+            problem = "The link leads out of the folders for films."
             return Found(text_of(path), relative, 0, _EPOCH, problem)
         status = real.lstat()
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
         reason = getattr(error, "strerror", None) or "it is a link to itself"
-        problem = Problem("film_missing", f"The file cannot be read: {reason}.")
+        problem = f"The file cannot be read: {reason}."
         return Found(text_of(path), relative, 0, _EPOCH, problem)
     return Found(
         text_of(real), relative, status.st_size, modified_at(status), _problem(path, status)
@@ -92,13 +92,13 @@ def is_film(name: str) -> bool:
     return os.path.splitext(name)[1].lower() in SUFFIXES  # noqa: PTH122  (names, not paths)
 
 
-def _problem(path: Path, status: os.stat_result) -> Problem | None:
+def _problem(path: Path, status: os.stat_result) -> str | None:
     if stat.S_ISDIR(status.st_mode):
-        return Problem("film_missing", "The folder cannot be read.")
+        return "The folder cannot be read."
     if not stat.S_ISREG(status.st_mode) or not is_film(path.name):
-        return Problem("not_a_film", "The file is not a film by its suffix.")
+        return "The file is not a film by its suffix."
     if status.st_size == 0:
-        return Problem("film_empty", "The file is empty (0 bytes).")
+        return "The file is empty (0 bytes)."
     return None
 
 

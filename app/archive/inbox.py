@@ -112,7 +112,7 @@ class Inbox(Worker):
         if now_s - seen.since_s < self._settle_s:
             return False
         if film.problem is not None and path not in self._reported:
-            logger.warning("In the inbox, %r: %s", film.relative, film.problem.detail)
+            logger.warning("In the inbox, %r: %s", film.relative, film.problem)
             self._reported.add(path)
         return film.problem is None
 

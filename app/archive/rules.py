@@ -136,12 +136,10 @@ def checked_rig(rig: object, origin: str) -> Mapping[str, Any]:
     return checked.model_dump(mode="json")
 
 
-def said_by(rule: Rule | None, fields: Mapping[str, str]) -> tuple[Stated, str | None]:
+def said_by(rule: Rule, fields: Mapping[str, str]) -> tuple[Stated, str | None]:
     """Return what a rule and the fields of its pattern say, and a sentence about a field that does
     not fit the header and is left out.
     """
-    if rule is None:
-        return Stated(), None
     header = dict(rule.header)
     problem = None
     for name in fields.keys() & _HEADER_FIELDS:

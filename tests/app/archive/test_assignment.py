@@ -30,7 +30,12 @@ def test_the_first_rule_that_fits_wins() -> None:
     found = rules({"pattern": "a/*"}, {"pattern": "**", "rig": "floor", "priority": 3})
     assert assigned(found, "a/x.mp4").rule == "rule 0"
     film = assigned(found, "b/x.mp4")
-    assert (film.rule, film.rig_name, film.priority, film.problem) == ("rule 1", "floor", 3, None)
+    assert (film.rule, film.rig_name, film.priority, film.error_code) == (
+        "rule 1",
+        "floor",
+        3,
+        None,
+    )
     assert film.rig["pipe"]["shape"] == "flat"
 
 
@@ -49,8 +54,8 @@ def test_a_field_that_does_not_fit_the_header_is_left_out_and_named() -> None:
     film = assigned(rules({"pattern": "{date}_*", "rig": "floor"}), "20261399_x.mp4")
     assert film.rig is not None
     assert film.header == {}
-    assert film.problem.code == "invalid_header"
-    assert "2026-13-99" in film.problem.detail
+    assert film.error_code == "invalid_header"
+    assert "2026-13-99" in film.error_detail
 
 
 @pytest.mark.parametrize(
@@ -68,8 +73,8 @@ def test_a_field_that_does_not_fit_the_header_is_left_out_and_named() -> None:
 )
 def test_why_a_film_has_no_rig_is_said(given: Rules, code: str, words: str) -> None:
     film = assigned(given, "x.mp4")
-    assert (film.rig, film.problem.code) == (None, code)
-    assert words in film.problem.detail
+    assert (film.rig, film.error_code) == (None, code)
+    assert words in film.error_detail
 
 
 @pytest.mark.parametrize(
