@@ -18,7 +18,6 @@ _BLOCK = 2**20
 if TYPE_CHECKING:
     # slow to import, and few commands need it
     from app.data_folder import Records
-    from app.reports.bulk_archive import NotMade
     from app.reports.content.translator import Translator
     from app.reports.report import Extras, Loss
     from app.storage.database.tables import Inspection
@@ -152,52 +151,26 @@ def _write_several(
     extras: Extras,
 ) -> None:
     """Write one PDF over several inspections, each once, or a ZIP with this format of each."""
-    from app.reports.bulk_archive import Sources, Wanted, write
+    from app.reports.bulk_archive import Sources, Wanted, Watcher, write
 
     is_document = kind == "pdf"
     wanted = Wanted(
         tuple(dict.fromkeys(row.id for row in rows)),
         () if is_document else (kind,),
-        t.language,
-        t.units,
-        burnt_in=False,
-        clips=False,
+        t,
+        extras,
         document=is_document,
-        exchange=extras.exchange,
-        film=extras.film,
-        photos=extras.photos,
-        csv_style=extras.csv_style,
     )
-    missed = _Missed()
+    watcher = Watcher()
     with tempfile.TemporaryFile(dir=file.parent) as part:
         sources = Sources(reader.inspection_store, reader.reports, file.parent, lambda _bytes: None)
-        write(wanted, sources, part, missed)
+        write(wanted, sources, part, watcher)
         part.seek(0)
         write_whole(file, iter(partial(part.read, _BLOCK), b""))
-    for one in missed.found:
+    for one in watcher.not_made:
         err.print(f"not made: {one.name or one.inspection_id}: {one.detail}", style="yellow")
-    made = set(wanted.inspections) - {one.inspection_id for one in missed.found}
+    made = set(wanted.inspections) - {one.inspection_id for one in watcher.not_made}
     out.print(f"{file}: {len(made)} inspections")
-
-
-class _Missed:
-    """Keeps what could not be made."""
-
-    def __init__(self) -> None:
-        self.found: list[NotMade] = []
-
-    def check(self) -> None:
-        """Ctrl-C ends it."""
-
-    def begin(self, name: str) -> None:
-        """Nobody waits for it."""
-
-    def done(self) -> None:
-        """Nobody waits for it."""
-
-    def miss(self, missing: NotMade) -> None:
-        """Keep what could not be made until all else is written."""
-        self.found.append(missing)
 
 
 def verify(

@@ -9,18 +9,16 @@ from __future__ import annotations
 import logging
 import os
 import tempfile
-import threading
 import time
 import uuid
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from typing import IO, Literal, cast
+from typing import IO, Literal
 
 from app.errors import BulkExportNotFound, Busy
-from app.reports.bulk_archive import Made, NotMade, Sources, Stopped, Wanted, write
-from app.reports.report import Phrase, failure
+from app.reports.bulk_archive import Made, Sources, Stopped, Wanted, Watcher, write
+from app.reports.report import failure
 from app.reports.reports import Reports
 from app.storage.folder.files import DataFolder, full_disk_reported
 from app.storage.records.inspections import InspectionStore
@@ -42,40 +40,68 @@ _SWEEP_S = 60.0
 _BLOCK = 2**20
 
 
-@dataclass(frozen=True)
-class Progress:
-    """How far an order is."""
+class Order(Watcher):
+    """One order, as the one who waits for it sees it."""
 
-    id: str
-    state: State
-    done: int
-    """Inspections that are in the archive or in the document; the total of these steps follows."""
-    total: int
-    present: str | None
-    """Name of the inspection whose reports are being made."""
-    not_made: tuple[NotMade, ...]
-    size: int | None
-    """Bytes of the archive, once it is whole."""
-    filename: str | None
-    """What the archive is called, once it is whole."""
-    written: int
-    """Bytes that are written so far."""
-    detail: str | None
-    """Why it failed, in the language of the order."""
+    def __init__(self, wanted: Wanted, who: str, is_stopping: Callable[[], bool]) -> None:
+        super().__init__()
+        self.id = uuid.uuid4().hex
+        self.wanted = wanted
+        self.who = who
+        self.state: State = "waiting"
+        self.is_cancelled = False
+        self.file: IO[bytes] | None = None
+        """The archive, without a name: it ends with the process."""
+        self.made: Made | None = None
+        """What the file is, once it is whole."""
+        self.detail: str | None = None
+        """Why it failed, in the language of the order."""
+        self.ended_s: float | None = None
+        """When it ended, of `time.monotonic`."""
+        self._is_stopping = is_stopping
 
+    @property
+    def total(self) -> int:
+        """Steps in all."""
+        return self.wanted.steps
 
-@dataclass
-class _Order:
-    wanted: Wanted
-    who: str
-    progress: Progress
-    file: IO[bytes] | None = None
-    """The archive, without a name: it ends with the process."""
-    made: Made | None = None
-    """What the file is, once it is whole."""
-    ended_s: float | None = None
-    """When it ended, of `time.monotonic`."""
-    is_cancelled: threading.Event = field(default_factory=threading.Event)
+    @property
+    def written(self) -> int:
+        """Bytes that are written so far."""
+        file = self.file
+        try:
+            return os.fstat(file.fileno()).st_size if file else 0
+        except ValueError:  # it was closed meanwhile
+            return 0
+
+    @property
+    def size(self) -> int | None:
+        """Bytes of the archive, once it is whole."""
+        return self.written if self.made else None
+
+    @property
+    def filename(self) -> str | None:
+        """What the archive is called, once it is whole."""
+        return self.made.filename if self.made else None
+
+    def check(self) -> None:
+        """Raise Stopped where nobody waits for the file any more."""
+        if self.is_cancelled or self._is_stopping():
+            raise Stopped
+
+    def end(self, state: State) -> None:
+        """Note that it has ended; only one that is done keeps its file."""
+        self.state, self.present, self.ended_s = state, None, time.monotonic()
+        if state != "done":
+            self.made = None
+            self.close()
+
+    def close(self) -> None:
+        """Delete the archive."""
+        file, self.file = self.file, None
+        if file is not None:
+            with suppress(OSError):  # a full disk does not take what it still holds
+                file.close()
 
 
 class BulkExports(Worker):
@@ -90,35 +116,36 @@ class BulkExports(Worker):
     ) -> None:
         super().__init__("bulk-export", stop_timeout_s=_STOP_TIMEOUT_S)
         self._sources = Sources(inspections, reports, folder.root, folder.require_room, clip_of)
-        self._orders: dict[str, _Order] = {}
-        self._waiting: deque[_Order] = deque()
+        self._orders: dict[str, Order] = {}
+        self._waiting: deque[Order] = deque()
 
-    def order(self, wanted: Wanted, who: str) -> Progress:
+    def order(self, wanted: Wanted, who: str) -> Order:
         """Put an order at the end of the queue; ended ones of the same person go first.
 
         Raises:
             Busy: Too many orders, of this person or of all, have not ended yet.
         """
-        progress = Progress(
-            uuid.uuid4().hex, "waiting", 0, wanted.steps, None, (), None, None, 0, None
-        )
+        order = Order(wanted, who, lambda: self._stopping)
         with self._changed:
             self._make_room_for(who)
-            order = self._orders[progress.id] = _Order(wanted, who, progress)
+            self._orders[order.id] = order
             self._waiting.append(order)
         self.wake()
-        return progress
+        return order
 
-    def progress(self, order_id: str) -> Progress:
-        """Return how far an order is.
+    def find(self, order_id: str) -> Order:
+        """Return an order.
 
         Raises:
             BulkExportNotFound: No order has this id.
         """
-        with self._changed:
-            order = self._order(order_id)
-            written = os.fstat(order.file.fileno()).st_size if order.file else 0
-            return replace(order.progress, written=written)
+        found = self._orders.get(order_id)
+        if found is None:
+            raise BulkExportNotFound(
+                "There is no such export: the server was started again, or newer exports have "
+                "replaced it. Make it again."
+            )
+        return found
 
     def archive(self, order_id: str) -> tuple[Iterator[bytes], int, Made]:
         """Return the archive in pieces, its bytes, and what it is; several may read the same one
@@ -128,13 +155,12 @@ class BulkExports(Worker):
             BulkExportNotFound: No order has this id, or its archive is not whole.
         """
         with self._changed:
-            order = self._order(order_id)
-            file, size, made = order.file, order.progress.size, order.made
-            if file is None or size is None or made is None:
+            order = self.find(order_id)
+            if order.file is None or order.made is None:
                 raise BulkExportNotFound("This archive is not made yet.")
             # Its own handle stays valid when the order makes room for another.
-            own = os.fdopen(os.dup(file.fileno()), "rb")
-        return _blocks(own), size, made
+            own = os.fdopen(os.dup(order.file.fileno()), "rb")
+            return _blocks(own), order.written, order.made
 
     def cancel(self, order_id: str) -> None:
         """Stop an order and delete its archive.
@@ -143,12 +169,12 @@ class BulkExports(Worker):
             BulkExportNotFound: No order has this id.
         """
         with self._changed:
-            order = self._order(order_id)
-            order.is_cancelled.set()
+            order = self.find(order_id)
+            order.is_cancelled = True
             if order in self._waiting:
                 self._waiting.remove(order)
-            if order.progress.state != "running":  # else the thread does so
-                _end(order, "cancelled")
+            if order.state != "running":  # else the thread does so
+                order.end("cancelled")
 
     def _make_room_for(self, who: str) -> None:
         unfinished = [o for o in self._orders.values() if o.ended_s is None]
@@ -162,24 +188,15 @@ class BulkExports(Worker):
         others = [order for order in ended if order.who != who][: max(0, excess - len(own))]
         self._drop(own + others)
 
-    def _drop(self, orders: Sequence[_Order]) -> None:
+    def _drop(self, orders: Iterable[Order]) -> None:
         for order in orders:
-            _close(order)
-            del self._orders[order.progress.id]
+            order.close()
+            del self._orders[order.id]
 
     def _drop_old(self) -> None:
         old_s = time.monotonic() - KEPT_S
         ended = [o for o in self._orders.values() if o.ended_s is not None and o.ended_s < old_s]
         self._drop(ended)
-
-    def _order(self, order_id: str) -> _Order:
-        found = self._orders.get(order_id)
-        if found is None:
-            raise BulkExportNotFound(
-                "There is no such export: the server was started again, or newer exports have "
-                "replaced it. Make it again."
-            )
-        return found
 
     def _step(self) -> float:
         with self._changed:
@@ -187,107 +204,33 @@ class BulkExports(Worker):
             if not self._waiting:
                 return _SWEEP_S
             order = self._waiting.popleft()
-        try:
-            self._make(order)
-        except ChainageError as error:
-            self._fail(order, failure(error))
-        except Exception:
-            logger.exception("A bulk export failed.")
-            self._fail(order, Phrase("failure.internal_error"))
+            order.state = "running"
+        self._make(order)
         return 0.0
 
-    def _fail(self, order: _Order, reason: Phrase) -> None:
+    def _make(self, order: Order) -> None:
+        state: State = "failed"
+        try:
+            self._write(order)
+            state = "done"
+        except Stopped:
+            state = "cancelled"
+        except ChainageError as error:
+            order.detail = order.wanted.words.phrase(failure(error))
+        except Exception:
+            logger.exception("A bulk export failed.")
+            order.detail = order.wanted.words("failure.internal_error")
         with self._changed:
-            _end(order, "failed")
-            order.progress = replace(order.progress, detail=order.wanted.words.phrase(reason))
+            order.end("cancelled" if order.is_cancelled else state)
 
-    def _make(self, order: _Order) -> None:
-        with self._changed:
-            order.progress = replace(order.progress, state="running")
+    def _write(self, order: Order) -> None:
         with full_disk_reported():
             # Not where temporary files usually go: that may be memory.
-            file = tempfile.TemporaryFile(dir=self._sources.scratch)  # noqa: SIM115  (kept open)
-            order.file = file
-            watched = _OrderWatcher(order, self._changed, lambda: self._stopping)
-            try:
-                order.made = write(
-                    order.wanted, self._sources, cast(IO[bytes], _Guarded(file, watched)), watched
-                )
-                watched.check()
-            except Stopped:
-                with self._changed:
-                    _end(order, "cancelled")
-                return
-            file.flush()
-        with self._changed:
-            if order.is_cancelled.is_set():
-                _end(order, "cancelled")
-                return
-            size = os.fstat(file.fileno()).st_size
-            order.progress = replace(
-                order.progress, state="done", present=None, size=size, filename=order.made.filename
-            )
-            order.ended_s = time.monotonic()
-
-
-class _OrderWatcher:
-    """The order as the one who waits for it sees it; it stops the work."""
-
-    def __init__(
-        self, order: _Order, changed: threading.Condition, is_stopping: Callable[[], bool]
-    ) -> None:
-        self._order = order
-        self._changed = changed
-        self._is_stopping = is_stopping
-
-    def begin(self, name: str) -> None:
-        """Show the name of the inspection; stop where the order is cancelled."""
-        self.check()
-        self._show(present=name)
-
-    def done(self) -> None:
-        """Count the step."""
-        self._show(done=self._order.progress.done + 1)
-
-    def miss(self, missing: NotMade) -> None:
-        """Add what could not be made."""
-        self._show(not_made=(*self._order.progress.not_made, missing))
-
-    def check(self) -> None:
-        """Raise Stopped where nobody waits for the file any more."""
-        if self._order.is_cancelled.is_set() or self._is_stopping():
-            raise Stopped
-
-    def _show(self, **changes: object) -> None:
-        with self._changed:
-            self._order.progress = replace(self._order.progress, **changes)  # type: ignore[arg-type]
-
-
-class _Guarded:
-    """The file of an order: a large film in it stops where the order is cancelled."""
-
-    def __init__(self, file: IO[bytes], watched: _OrderWatcher) -> None:
-        self._file = file
-        self._watched = watched
-        self.seek, self.tell, self.flush = file.seek, file.tell, file.flush
-
-    def write(self, content: bytes) -> int:
-        """Write the content, or raise Stopped."""
-        self._watched.check()
-        return self._file.write(content)
-
-
-def _end(order: _Order, state: State) -> None:
-    order.progress = replace(order.progress, state=state, present=None, size=None, filename=None)
-    order.ended_s = time.monotonic()
-    _close(order)
-
-
-def _close(order: _Order) -> None:
-    file, order.file = order.file, None
-    if file is not None:
-        with suppress(OSError):  # a full disk does not take what it still holds; nobody reads it
-            file.close()
+            order.file = tempfile.TemporaryFile(dir=self._sources.scratch)  # noqa: SIM115  (kept)
+            made = write(order.wanted, self._sources, order.file, order)
+            order.check()
+            order.file.flush()
+        order.made = made
 
 
 def _blocks(file: IO[bytes]) -> Iterator[bytes]:

@@ -12,23 +12,21 @@ import io
 import logging
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import IO, Protocol
+from typing import IO
 
 from app.errors import DiskFull, InspectionNotFound
 from app.reports.bundle.delivery import Delivery, wanted_film
 from app.reports.content.naming import safe_file_name
 from app.reports.content.translator import Translator
-from app.reports.content.words import Language
 from app.reports.formats import FORMATS
 from app.reports.pdf.collection import document
-from app.reports.report import CsvStyle, Extras, Report, Units, failure
+from app.reports.report import Extras, Report, failure
 from app.reports.reports import Reports
-from app.storage.database.tables import Inspection
 from app.storage.folder.files import raise_if_full
 from app.storage.records.inspections import InspectionStore
 from app.survey.fields.header import asset_of, project_of
@@ -38,14 +36,12 @@ from vo_core.errors import ChainageError
 logger = logging.getLogger(__name__)
 
 DELIVERY = "delivery"
-_ZIP, _PDF = "application/zip", "application/pdf"
 _COMPRESSED = (".pdf", ".xlsx", ".zip")
 _DOCUMENT = "report.pdf"
 _LIST = "inspections.csv"
 _LIST_HEAD = (
     "folder", "inspection_id", "name", "project", "asset_id", "review", "files", "not_made",
 )  # fmt: skip
-_DOCUMENT_KIND = "document"
 _BLOCK = 2**20
 
 
@@ -57,39 +53,17 @@ class Wanted:
     """Ids, in the order of the archive."""
     kinds: tuple[str, ...]
     """Formats, by their names in `app.reports.formats.FORMATS`; none for the document only."""
-    language: Language
-    units: Units
-    burnt_in: bool
-    clips: bool
+    words: Translator
+    """The language and the units of what people read."""
+    extras: Extras
+    clips: bool = False
     document: bool = False
     """One PDF over all inspections."""
-    exchange: str | None = None
-    """Exchange format of deliveries."""
-    film: bool = False
-    """Films in deliveries, and in archive files."""
-    photos: bool = False
-    """Photos and voice notes in JSON reports."""
-    csv_style: CsvStyle = "standard"
-
-    @property
-    def words(self) -> Translator:
-        """The language and the units of what people read."""
-        return Translator(self.language, self.units)
 
     @property
     def steps(self) -> int:
         """Number of steps: an inspection in the archive, and one in the document."""
         return len(self.inspections) * (bool(self.kinds) + self.document)
-
-    @property
-    def is_document(self) -> bool:
-        """Whether the document is all that is wanted, so that it is the file itself."""
-        return self.document and not self.kinds
-
-    @property
-    def is_one_delivery(self) -> bool:
-        """Whether the file is a delivery of one inspection."""
-        return self.kinds == (DELIVERY,) and len(self.inspections) == 1 and not self.document
 
 
 @dataclass(frozen=True)
@@ -114,24 +88,31 @@ class Made:
     media_type: str
 
 
-class Watcher(Protocol):
-    """Whoever waits for the file."""
-
-    def check(self) -> None:
-        """Raise Stopped if the order is to end."""
-
-    def begin(self, name: str) -> None:
-        """Note that the reports of the inspection of this name are being made."""
-
-    def done(self) -> None:
-        """Note that a step is done."""
-
-    def miss(self, missing: NotMade) -> None:
-        """Note what could not be made."""
-
-
 class Stopped(Exception):
     """The order is cancelled, or the server stops."""
+
+
+class Watcher:
+    """How far the file is; a subclass may end the work."""
+
+    def __init__(self) -> None:
+        self.done = 0
+        """Steps that are done."""
+        self.present: str | None = None
+        """Name of the inspection whose reports are being made."""
+        self.not_made: list[NotMade] = []
+
+    def check(self) -> None:
+        """Raise Stopped if nobody waits for the file any more."""
+
+    def begin(self, name: str) -> None:
+        """Begin with the inspection of this name."""
+        self.check()
+        self.present = name
+
+    def end_step(self) -> None:
+        """Count a step."""
+        self.done += 1
 
 
 @dataclass(frozen=True)
@@ -153,22 +134,16 @@ def write(wanted: Wanted, sources: Sources, file: IO[bytes], watcher: Watcher) -
 
     Raises:
         ChainageError: The one delivery that is wanted cannot be made, or the disk is full.
-        Stopped: The file or the watcher has raised it.
+        Stopped: The watcher has raised it.
     """
     order = _Order(wanted, sources, watcher)
-    if wanted.is_document:
+    if wanted.document and not wanted.kinds:
         order.write_document(file)
-        return Made("chainage-report.pdf", _PDF)
+        return Made("chainage-report.pdf", "application/pdf")
+    is_one = wanted.kinds == (DELIVERY,) and len(wanted.inspections) == 1 and not wanted.document
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-        if wanted.is_one_delivery:
-            return Made(order.write_delivery(archive), _ZIP)
-        order.write_archive(archive)
-    return Made("chainage-reports.zip", _ZIP)
-
-
-@dataclass(frozen=True)
-class _Missing:
-    detail: str
+        name = order.write_delivery(archive) if is_one else order.write_archive(archive)
+    return Made(name, "application/zip")
 
 
 class _Order:
@@ -179,24 +154,23 @@ class _Order:
         self._sources = sources
         self._watcher = watcher
 
-    def write_archive(self, archive: zipfile.ZipFile) -> None:
-        """Write a folder for each inspection, the document, and the list."""
+    def write_archive(self, archive: zipfile.ZipFile) -> str:
+        """Write a folder for each inspection, the document, and the list; return its name."""
         wanted = self._wanted
         delivery = self._delivery(archive) if DELIVERY in wanted.kinds else None
-        rows = []
-        if wanted.kinds:
-            for number, inspection_id in enumerate(wanted.inspections, 1):
-                rows.append(self._add(archive, delivery, number, inspection_id))
-                self._watcher.done()
-        put = partial(_put, archive, delivery)
+        rows: list[tuple[str, ...]] = [_LIST_HEAD]
+        for number, inspection_id in enumerate(wanted.inspections if wanted.kinds else (), 1):
+            rows.append(self._add(archive, delivery, number, inspection_id))
+            self._watcher.end_step()
         if wanted.document:
             with tempfile.TemporaryFile(dir=self._sources.scratch) as file:
                 self.write_document(file)
                 file.seek(0)
-                put(_DOCUMENT, iter(partial(file.read, _BLOCK), b""))
-        put(_LIST, [_listed(rows)])
+                self._put(archive, delivery, _DOCUMENT, iter(partial(file.read, _BLOCK), b""))
+        self._put(archive, delivery, _LIST, [_listed(rows)])
         if delivery is not None:
             delivery.close()
+        return "chainage-reports.zip"
 
     def write_delivery(self, archive: zipfile.ZipFile) -> str:
         """Write the delivery of the only inspection, without a folder; return its name."""
@@ -206,22 +180,23 @@ class _Order:
         delivery = self._delivery(archive)
         self._deliver(delivery, inspection_id)
         delivery.close()
-        self._watcher.done()
+        self._watcher.end_step()
         return safe_file_name(f"{name}-delivery.zip")
 
     def write_document(self, file: IO[bytes]) -> None:
         """Write the PDF over all inspections."""
-        wanted = self._wanted
         missing = document.write(
             file,
-            wanted.inspections,
-            partial(self._report, extras=Extras(burnt_in=wanted.burnt_in)),
-            wanted.words,
+            self._wanted.inspections,
+            partial(self._report, extras=Extras(burnt_in=self._wanted.extras.burnt_in)),
+            self._wanted.words,
             begin=self._watcher.begin,
-            done=self._watcher.done,
+            done=self._watcher.end_step,
         )
-        for inspection_id, name, detail in missing:
-            self._watcher.miss(NotMade(inspection_id, name, _DOCUMENT_KIND, detail))
+        self._watcher.not_made += [
+            NotMade(inspection_id, name, "document", detail)
+            for inspection_id, name, detail in missing
+        ]
 
     def _delivery(self, archive: zipfile.ZipFile) -> Delivery:
         signer = self._sources.reports.signer
@@ -239,55 +214,61 @@ class _Order:
             row = self._sources.inspections.get(inspection_id)
         except InspectionNotFound as error:
             why = self._wanted.words.phrase(failure(error))
-            self._watcher.miss(NotMade(inspection_id, "", "", why))
+            self._watcher.not_made.append(NotMade(inspection_id, "", "", why))
             return ("", inspection_id, "", "", "", "", "", why)
-        folder = safe_file_name(f"{number:03d}-{asset_of(row.header) or row.name}")
+        asset = asset_of(row.header)
+        folder = safe_file_name(f"{number:03d}-{asset or row.name}")
         made: list[str] = []
         missing = []
         for kind in self._wanted.kinds:
             self._watcher.begin(row.name)
             self._sources.require_room(0)
-            found = self._made(archive, delivery, inspection_id, kind, folder, number)
-            if isinstance(found, _Missing):
-                missing.append(f"{kind}: {found.detail}")
-                self._watcher.miss(NotMade(inspection_id, row.name, kind, found.detail))
-            else:
-                made += found
-        return _row(folder, row, made, missing)
+            try:
+                if kind == DELIVERY and delivery is not None:
+                    made += self._deliver(delivery, inspection_id, f"{folder}/", number)
+                else:
+                    made.append(self._export(archive, delivery, inspection_id, kind, folder))
+            except (DiskFull, Stopped):
+                raise
+            except Exception as error:  # one of them must not cost all the others
+                why = self._why(error, kind, inspection_id)
+                missing.append(f"{kind}: {why}")
+                self._watcher.not_made.append(NotMade(inspection_id, row.name, kind, why))
+        project = project_of(row.header) or ""
+        return (
+            folder, row.id, row.name, project, asset or "", row.review_state, " ".join(made),
+            "; ".join(missing),
+        )  # fmt: skip
 
-    def _made(
+    def _why(self, error: Exception, kind: str, inspection_id: str) -> str:
+        """Return why a file could not be made; raise DiskFull if that is why."""
+        if isinstance(error, ChainageError):
+            return self._wanted.words.phrase(failure(error))
+        if isinstance(error, OSError):
+            raise_if_full(error)
+        logger.error("The %s of %s could not be made.", kind, inspection_id, exc_info=error)
+        return self._wanted.words("failure.internal_error")
+
+    def _export(
         self,
         archive: zipfile.ZipFile,
         delivery: Delivery | None,
         inspection_id: str,
         kind: str,
         folder: str,
-        number: int,
-    ) -> Sequence[str] | _Missing:
-        """Add the files of a format, or return why there are none: one of them must not cost all
-        the others.
-        """
-        try:
-            if kind == DELIVERY and delivery is not None:
-                return self._deliver(delivery, inspection_id, f"{folder}/", number)
-            export = self._sources.reports.export(
-                inspection_id,
-                kind,
-                language=self._wanted.language,
-                units=self._wanted.units,
-                extras=self._extras(inspection_id),
-            )
-            _put(archive, delivery, f"{folder}/{export.filename}", export.written.blocks())
-        except (DiskFull, Stopped):
-            raise
-        except ChainageError as error:
-            return _Missing(self._wanted.words.phrase(failure(error)))
-        except Exception as error:
-            if isinstance(error, OSError):
-                raise_if_full(error)
-            logger.exception("The %s of %s could not be made.", kind, inspection_id)
-            return _Missing(self._wanted.words("failure.internal_error"))
-        return [export.filename]
+    ) -> str:
+        """Add the file of a format; return its name."""
+        words = self._wanted.words
+        export = self._sources.reports.export(
+            inspection_id,
+            kind,
+            language=words.language,
+            units=words.units,
+            extras=self._extras(inspection_id),
+        )
+        name = f"{folder}/{export.filename}"
+        self._put(archive, delivery, name, export.written.blocks())
+        return export.filename
 
     def _deliver(
         self, delivery: Delivery, inspection_id: str, folder: str = "", number: int = 1
@@ -298,54 +279,38 @@ class _Order:
         return delivery.add(report, folder, number).names
 
     def _report(self, inspection_id: str, *, extras: Extras) -> Report:
+        words = self._wanted.words
         return self._sources.reports.report(
-            inspection_id, language=self._wanted.language, units=self._wanted.units, extras=extras
+            inspection_id, language=words.language, units=words.units, extras=extras
         )
 
     def _extras(self, inspection_id: str) -> Extras:
-        wanted, clip_of = self._wanted, self._sources.clip_of
-        return Extras(
-            burnt_in=wanted.burnt_in,
-            clip_of=partial(clip_of, inspection_id) if wanted.clips and clip_of else None,
-            exchange=wanted.exchange,
-            film=wanted.film,
-            photos=wanted.photos,
-            csv_style=wanted.csv_style,
-        )
+        clip_of = self._sources.clip_of if self._wanted.clips else None
+        extras = self._wanted.extras
+        return replace(extras, clip_of=partial(clip_of, inspection_id)) if clip_of else extras
+
+    def _put(
+        self,
+        archive: zipfile.ZipFile,
+        delivery: Delivery | None,
+        name: str,
+        blocks: Iterable[bytes],
+    ) -> None:
+        """Add a file; in a delivery it is listed and signed, too."""
+        if delivery is not None:
+            delivery.add_file(name, blocks)
+            return
+        member = zipfile.ZipInfo(name, datetime.now(UTC).timetuple()[:6])
+        is_compressed = name.endswith(_COMPRESSED)
+        member.compress_type = zipfile.ZIP_STORED if is_compressed else zipfile.ZIP_DEFLATED
+        with archive.open(member, "w", force_zip64=True) as out:
+            for block in blocks:
+                self._watcher.check()
+                out.write(block)
 
 
-def _put(
-    archive: zipfile.ZipFile, delivery: Delivery | None, name: str, blocks: Iterable[bytes]
-) -> None:
-    """Add a file; in a delivery it is listed and signed, too."""
-    if delivery is not None:
-        delivery.add_file(name, blocks)
-        return
-    member = zipfile.ZipInfo(name, datetime.now(UTC).timetuple()[:6])
-    is_compressed = name.endswith(_COMPRESSED)
-    member.compress_type = zipfile.ZIP_STORED if is_compressed else zipfile.ZIP_DEFLATED
-    with archive.open(member, "w", force_zip64=True) as out:
-        for block in blocks:
-            out.write(block)
-
-
-def _row(
-    folder: str, row: Inspection, made: Sequence[str], missing: Sequence[str]
-) -> tuple[str, ...]:
-    return (
-        folder,
-        row.id,
-        row.name,
-        project_of(row.header) or "",
-        asset_of(row.header) or "",
-        row.review_state,
-        " ".join(made),
-        "; ".join(missing),
-    )
-
-
-def _listed(rows: Sequence[Sequence[str]]) -> bytes:
+def _listed(rows: Iterable[Iterable[str]]) -> bytes:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
-    writer.writerows([plain(cell) for cell in row] for row in (_LIST_HEAD, *rows))
+    writer.writerows([plain(cell) for cell in row] for row in rows)
     return out.getvalue().encode("utf-8-sig")

@@ -40,7 +40,7 @@ def order(body: BulkExportIn, services: ServicesDep, principal: PrincipalDep) ->
 @viewer
 def progress(order_id: BulkExportId, services: ServicesDep) -> BulkExportOut:
     """Return how far it is."""
-    return BulkExportOut.of(services.bulk_exports.progress(order_id))
+    return BulkExportOut.of(services.bulk_exports.find(order_id))
 
 
 @router.get(

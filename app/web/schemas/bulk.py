@@ -6,11 +6,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from app.reports.bulk import Progress, State
+from app.reports.bulk import Order, State
 from app.reports.bulk_archive import Wanted
+from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.reports.formats import EXCHANGE, FORMATS
-from app.reports.report import CsvStyle, Units
+from app.reports.report import CsvStyle, Extras, Units
 from app.survey.given import Given
 from app.web.schemas.out import Out
 
@@ -59,15 +60,16 @@ class BulkExportIn(Given):
         return Wanted(
             tuple(dict.fromkeys(self.inspections)),
             tuple(dict.fromkeys(self.formats)),
-            self.lang,
-            self.units,
-            self.burnt_in,
+            Translator(self.lang, self.units),
+            Extras(
+                burnt_in=self.burnt_in,
+                exchange=self.exchange,
+                film=self.film,
+                photos=self.photos == "embedded",
+                csv_style=self.csv,
+            ),
             self.clips,
             self.document,
-            self.exchange,
-            self.film,
-            self.photos == "embedded",
-            self.csv,
         )
 
 
@@ -106,10 +108,8 @@ class BulkExportOut(Out):
     """Why it failed, in the language of the order."""
 
     @classmethod
-    def of(cls, progress: Progress) -> Self:
-        """Convert the progress of an order."""
+    def of(cls, order: Order) -> Self:
+        """Convert an order."""
         return cls.read_from(
-            progress,
-            not_made=progress.not_made[:_MOST_SHOWN],
-            not_made_total=len(progress.not_made),
+            order, not_made=order.not_made[:_MOST_SHOWN], not_made_total=len(order.not_made)
         )

@@ -80,7 +80,7 @@ def test_what_a_format_cannot_hold_is_reported_in_the_language(chainage, shared,
     assert made.code == 0
     path = f"/api/inspections/{tagged}/exports/en13508/losses"
     reported = shared.get(path, params={"lang": "ms"}).json()["losses"]
-    assert any("Pemerhatian 2 tiada kod" in loss["detail"] for loss in reported)
+    assert any("Pemerhatian 1 tiada kod" in loss["detail"] for loss in reported)
     assert made.err.count("not in this format:") == len(reported) > 0
     assert all(" ".join(loss["detail"].split()) in " ".join(made.err.split()) for loss in reported)
 
