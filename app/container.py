@@ -61,14 +61,14 @@ from app.storage.archive.intake import IntakeStore
 from app.storage.archive.rules import RuleStore
 from app.storage.blobs.blobs import Blobs
 from app.storage.blobs.stores import blobs_at
-from app.storage.database.database import Database, stored_of
+from app.storage.database.database import Database, require_its_database, stored_at
+from app.storage.database.dialect import Dialect
 from app.storage.folder.files import DataFolder
 from app.storage.folder.tokens import TokenFile
 from app.storage.folder.unfinished import Unfinished
 from app.storage.index.asset_index import AssetIndex
 from app.storage.index.asset_places import AssetPlaces
 from app.storage.index.inspection_list import InspectionList
-from app.storage.members import Hooks, members_of
 from app.storage.records.access import AccessStore
 from app.storage.records.alerts import AlertStore
 from app.storage.records.assets import AssetStore
@@ -79,7 +79,7 @@ from app.storage.records.runs import RunStore
 from app.tracking.cameras import Sources
 from app.tracking.films.dask_engine import Cluster, DaskEngine, Store
 from app.tracking.films.engines import Engine, Pool
-from app.tracking.films.queue import Claims, Tracking
+from app.tracking.films.queue import Tracking
 from app.tracking.films.run_files import RunFiles
 from app.tracking.films.runs import Runs
 from app.tracking.live import Live
@@ -91,8 +91,6 @@ from app.tracking.pictures.media import Media
 from app.tracking.pictures.photos import Photos
 from app.tracking.pictures.thumbnails import Thumbnails
 from app.tracking.recorder import Recorder
-from app.tracking.relay import Relay
-from app.tracking.succession import Duties, Succession
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from app.viewer.clicks import Clicks
@@ -157,12 +155,17 @@ class Services:
 
 
 @asynccontextmanager
-async def running(settings: Settings) -> AsyncIterator[Services]:
-    """Run the services of one data folder until the block ends."""
+async def running(settings: Settings, stored: Dialect | None = None) -> AsyncIterator[Services]:
+    """Run the services of one data folder until the block ends.
+
+    Args:
+        settings: Of the server.
+        stored: Its database, if this server is the active one of it already.
+    """
     # The default pool has few threads, and each upload occupies one while the disk syncs.
     asyncio.get_running_loop().set_default_executor(ThreadPoolExecutor(_THREADS, "worker"))
     with ExitStack() as stack:
-        services = await asyncio.to_thread(_start, settings, stack)
+        services = await asyncio.to_thread(_start, settings, stored, stack)
         sweeps = [
             asyncio.create_task(_repeated(services.scenes.sweep, SWEEP_S)),
             asyncio.create_task(
@@ -181,7 +184,7 @@ async def running(settings: Settings) -> AsyncIterator[Services]:
             await asyncio.to_thread(stack.close)
 
 
-def _start(settings: Settings, stack: ExitStack) -> Services:
+def _start(settings: Settings, stored: Dialect | None, stack: ExitStack) -> Services:
     """Build and start the services; `stack` stops them, even if a later step fails."""
     folder = DataFolder(
         settings.data,
@@ -193,14 +196,14 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     with suppress(DiskFull):  # what is stored can be read
         blobs.check()
     film_files = FilmFiles(blobs, folder)
-    stored = stored_of(settings.database_url, folder)
+    if stored is None:
+        stored = stored_at(settings.database_url, folder.root)
+    require_its_database(stored, folder)
     metrics = Metrics(f"{stored.kind} {stored.version()}")
     database = Database(stored, on_write=metrics.count_write)
     stack.callback(database.close)
     client = _client(settings)
     live = Live()
-    members = members_of(stored)
-    stack.callback(members.stop)  # the last to stop: it reports to the others what is queued again
     company = issuing(settings)
     records = Records(database, folder, blobs, live, company, has_webhook=client is not None)
     tracks = records.tracks
@@ -216,11 +219,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     child_limits = Limits(settings.child_memory_bytes, round(settings.job_cpu_h * 3600))
     run_store = RunStore(database)
     runs = Runs(tracks, records.unrolled, live)
-    relay = Relay(members, records.inspection_store, tracks, runs, live, records.corrections.forget)
-    if members.are_several:
-        stack.enter_context(live.listening(None, relay.on_event))
-        runs.follower = relay
-    stack.enter_context(live.listening(None, relay.of_here(metrics.on_event)))
+    stack.enter_context(live.listening(None, metrics.on_event))
     run_files = RunFiles(folder, blobs, tracks, limits=child_limits, stall_s=settings.stall_s)
     engine = _engine(settings, folder, blobs, film_files, records, runs, run_files, child_limits)
     tracking = Tracking(
@@ -232,7 +231,6 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         live,
         run_files,
         engine,
-        Claims(members.name, members.are_several),
     )
     photos = Photos(
         records.inspection_store,
@@ -244,7 +242,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         tracks,
         live,
     )
-    stack.enter_context(live.listening(None, relay.of_here(photos.on_event)))
+    stack.enter_context(live.listening(None, photos.on_event))
     photos.start()
     stack.callback(photos.stop)
     counter_queue = CounterQueue(
@@ -255,7 +253,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         # The workers of a cluster have processors of their own.
         has_others=run_store.are_queued if settings.dask is None else lambda: False,
     )
-    stack.enter_context(live.listening(None, relay.of_here(counter_queue.on_event)))
+    stack.enter_context(live.listening(None, counter_queue.on_event))
     counter_queue.start()
     stack.callback(counter_queue.stop)
     stack.enter_context(live.listening(None, tracking.on_event))
@@ -271,14 +269,13 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
         runs,
         live,
         tracking,
-        members=members,
         memory_bytes=settings.child_memory_bytes,
         reserve_bytes=settings.disk_reserve_bytes,
     )
     stack.callback(recorder.stop)
     sources = Sources(settings.camera_networks, settings.watch_folder)
     scaling = Scaling(records.correction_store, tracks, records.corrections)
-    stack.enter_context(live.listening(None, relay.of_here(scaling.on_event)))
+    stack.enter_context(live.listening(None, scaling.on_event))
     scaling.start()
     stack.callback(scaling.stop)
     index_worker = IndexWorker(records.indexer)
@@ -360,15 +357,10 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.enter_context(live.listening(None, webhook.on_event))
     meter_counter = MeterCounter(_peer(settings), records.corrections)
     stack.enter_context(live.listening(None, meter_counter.on_event))
-    duties = Duties(
-        of_the_leader=(index_worker, webhook, meter_counter, intake, *inboxes),
-        left_behind=(photos, counter_queue, recorder),
-    )
-    stack.callback(duties.stop)
-    succession = Succession(members, run_store, tracking.queued, duties.take_over)
-    succession.start()
-    stack.callback(succession.stop)
-    members.start(Hooks(relay.receive, relay.reset, duties.lead))
+    recorder.start()
+    for service in (index_worker, webhook, meter_counter, intake, *inboxes):
+        service.start()
+        stack.callback(service.stop)
     metrics.observe(
         WatchedServices(
             records.inspection_store, folder, runs, media, recorder, scenes, alert_store
@@ -389,7 +381,7 @@ def _start(settings: Settings, stack: ExitStack) -> Services:
     stack.callback(bulk_exports.stop)
     threads: tuple[Watched, ...] = (
         database.writer, *tracking.threads, photos, counter_queue, scaling, index_worker, intake,
-        *inboxes, webhook, meter_counter, succession, *members.threads, bulk_exports,
+        *inboxes, webhook, meter_counter, bulk_exports,
     )  # fmt: skip
     return Services(
         access=Access(access_store, token_file, token),

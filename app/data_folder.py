@@ -69,7 +69,6 @@ class Records:
             self.correction_store,
             self.tracks,
             live,
-            are_shared=database.dialect.is_shared,
         )
         self.counter_files = CounterFiles(blobs)
         self.counters = Counters(self.inspection_store, self.counter_files, self.tracks)

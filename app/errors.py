@@ -11,8 +11,8 @@
         ├── MediaFailed, MediaTimeout, Busy, DiskFull, StoreUnavailable, NotReady,
         │   ...NotAvailable                                   not now, not yet
         ├── EngineUnavailable, WorkerLost, ClaimLost              tracking by several machines
-        ├── InvalidSettings, DataFolderInUse, UnusableDatabase, UnusableBackup,   before the start
-        │   AddressNotAvailable, OpenToTheNetwork
+        ├── InvalidSettings, DataFolderInUse, OtherServerActive, UnusableDatabase,  before
+        │   UnusableBackup, AddressNotAvailable, OpenToTheNetwork                 the start
         ├── TokenNameTaken, TokenNotFound, UnreadableTokens               `chainage token`
         ├── ServerRefused, ServerAway                                     `chainage archive`
         └── UnreadableKey, UnusableBundle                                 bundles, `chainage verify`
@@ -352,7 +352,7 @@ class WorkerLost(AppError, status=503):
 
 
 class ClaimLost(AppError, status=409):
-    """Another server has claimed the inspection meanwhile, so this result is not used."""
+    """A newer run of the inspection has begun, so this result is not used."""
 
 
 class NotReady(AppError, status=503):
@@ -373,6 +373,10 @@ class InvalidSettings(AppError):
 
 class DataFolderInUse(AppError):
     """Another server uses the data folder."""
+
+
+class OtherServerActive(AppError):
+    """Another server is the active one of the database."""
 
 
 class UnusableDatabase(AppError):

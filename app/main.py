@@ -34,7 +34,8 @@ from app.errors import (
 from app.ops.memory import keep_little
 from app.settings import Settings
 from app.storage.blobs.stores import blobs_at
-from app.storage.database.database import migrate, stored_of
+from app.storage.database.database import migrate, require_its_database, stored_at
+from app.storage.database.dialect import Dialect
 from app.storage.folder.address import Address, AddressFile
 from app.storage.folder.files import DataFolder, Places
 from app.web import answers
@@ -93,12 +94,17 @@ _GUARDS = [Depends(enforce_role)]
 OnReady = Callable[[str, Services], None]
 
 
-def create_app(settings: Settings) -> FastAPI:
-    """Create the application on one data folder; nothing is opened before it starts."""
+def create_app(settings: Settings, stored: Dialect | None = None) -> FastAPI:
+    """Create the application on one data folder; nothing is opened before it starts.
+
+    Args:
+        settings: Of the server.
+        stored: Its database, if this server is the active one of it already.
+    """
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        async with running(settings) as services:
+        async with running(settings, stored) as services:
             app.state.services = services
             yield
 
@@ -141,7 +147,7 @@ def _routes() -> list[BaseRoute]:
 
 
 def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
-    """Listen and run the server, as `run` does.
+    """Run the server, as `run` does; as a standby first if another one is active.
 
     Raises:
         OpenToTheNetwork: Other machines could reach it, without encryption.
@@ -158,7 +164,7 @@ def serve(settings: Settings, host: str, port: int, on_ready: OnReady) -> None:
 
 
 def listening(settings: Settings, host: str, port: int) -> socket.socket:
-    """Return a bound socket, on which early connections wait until the server accepts them.
+    """Return a bound socket, which refuses connections until the server listens on it.
 
     Raises:
         OpenToTheNetwork: Other machines could reach it, without encryption.
@@ -167,13 +173,15 @@ def listening(settings: Settings, host: str, port: int) -> socket.socket:
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        listener = socket.create_server((host, port), family=family)
+        listener = socket.socket(family)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((host, port))
         # Connections inherit it. An answer is sent as head and body; without it the body waits for
         # the acknowledgement of the head, up to 40 ms. asyncio sets it on its own sockets only.
         listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     except OSError as error:
         is_used = error.errno == EADDRINUSE
-        reason = f"port {port} of {host} is in use" if is_used else error.strerror
+        reason = f"port {port} of {host} is in use" if is_used else f"{host}: {error.strerror}"
         raise AddressNotAvailable(
             f"The server cannot listen: {reason}; choose another with --host or --port."
         ) from error
@@ -244,7 +252,7 @@ def in_background(settings: Settings) -> Iterator[str]:
     settings = settings.model_copy(update={"tls_cert": None, "tls_key": None})
     urls: queue.SimpleQueue[str | None] = queue.SimpleQueue()
     with listening(settings, host, 0) as listener:
-        server = _prepared(settings, host, lambda url, _: urls.put(url))
+        server = _prepared(settings, host, lambda url, _: urls.put(url), may_wait=False)
 
         def work() -> None:
             try:
@@ -264,21 +272,28 @@ def in_background(settings: Settings) -> Iterator[str]:
             thread.join()
 
 
-def _prepared(settings: Settings, host: str, on_ready: OnReady) -> _Server:
-    """Return a server that can be run.
+def _prepared(
+    settings: Settings, host: str, on_ready: OnReady, *, may_wait: bool = True
+) -> _Server:
+    """Return a server that can be run, once it is the active one of its database.
 
     Raises:
+        OtherServerActive: Another one is, and this one may not wait.
         DataFolderInUse, UnusableDatabase, DiskFull, OSError: As for `run`.
     """
+    stored = stored_at(settings.database_url, settings.data)
+    stored.lead(_say_that_it_waits if may_wait else None, ends_process=True)
     # Reported here in one sentence; at the start of the application the log would get a traceback.
     folder = DataFolder(settings.data, reserve_bytes=0, is_shared=settings.database is not None)
     try:
-        migrate(stored_of(settings.database_url, folder))
+        require_its_database(stored, folder)
+        migrate(stored)
         with suppress(DiskFull):  # what is stored can be read
             blobs_at(settings.store, folder.root).check()
     finally:
         folder.close()
-    app = create_app(settings.model_copy(update={"allowed_hosts": (*settings.allowed_hosts, host)}))
+    reached_as = {"allowed_hosts": (*settings.allowed_hosts, host)}
+    app = create_app(settings.model_copy(update=reached_as), stored)
     config = uvicorn.Config(
         app,
         host=host,
@@ -296,6 +311,13 @@ def _prepared(settings: Settings, host: str, on_ready: OnReady) -> _Server:
         timeout_graceful_shutdown=_SHUTDOWN_S,
     )
     return _Server(config, settings, on_ready)
+
+
+def _say_that_it_waits() -> None:
+    logger.warning(
+        "Another server is the active one of this database. This one is a standby: it does not "
+        "listen, and takes over as soon as the other one ends or is silent for 15 s."
+    )
 
 
 class _Server(uvicorn.Server):

@@ -46,8 +46,7 @@ class Settings(BaseSettings):
 
     data: Path = Field(
         default=Path("chainage-data"),
-        description="Data folder: database, uploads and inspections. Only servers of one "
-        "PostgreSQL database share it.",
+        description="Data folder: database, uploads and inspections. Only a standby shares it.",
     )
     database: SecretStr | None = Field(
         default=None,

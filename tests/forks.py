@@ -66,6 +66,10 @@ class Fork:
     def terminate(self, patience_s: float) -> int:
         """Terminate it like a service manager; return the exit code."""
         os.kill(self.pid, signal.SIGTERM)
+        return self.wait(patience_s)
+
+    def wait(self, patience_s: float) -> int:
+        """Wait for its end; return the exit code, of a signal a negative one."""
         self._process.join(patience_s)
         assert self._process.exitcode is not None, "The process did not end in time."
         return self._process.exitcode

@@ -14,22 +14,35 @@ from forks import Fork
 class Process:
     """A running server process; its log is a file, so that it never waits for a reader."""
 
-    def __init__(self, data: Path, log: Path, **settings: str) -> None:
+    url: str
+    websocket_url: str
+
+    def __init__(self, data: Path, log: Path, *, is_standby: bool = False, **settings: str) -> None:
+        """Start it and, unless it is a standby, wait until it serves."""
         self.log = log
+        log.touch()
         given = {"TOKEN": TOKEN, "DISK_RESERVE_BYTES": "0"} | settings
         self._process = Fork(
             ["serve", "--port", "0", "--data", str(data)],
             os.environ | {f"CHAINAGE_{name}": value for name, value in given.items()},
             log,
         )
+        if not is_standby:
+            self.wait_until_it_serves()
+
+    def wait_until_it_serves(self) -> None:
         line = self._process.stdout.readline()
-        assert line.startswith("Open http"), log.read_text()
+        assert line.startswith("Open http"), self.log.read_text()
         self.url = line.split()[1].partition("/login")[0]
         self.websocket_url = self.url.replace("http", "ws", 1)
 
     @property
     def pid(self) -> int:
         return self._process.pid
+
+    def wait(self, patience_s: float = 30) -> int:
+        """Wait for its end; return the exit code, of a signal a negative one."""
+        return self._process.wait(patience_s)
 
     def terminate(self, patience_s: float = 30) -> int:
         """Terminate it like a service manager; return the exit code."""

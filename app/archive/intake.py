@@ -8,15 +8,11 @@ nothing is made twice.
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import re
-import socket
-import threading
 import time
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
 from functools import partial
 from typing import Any
 
@@ -24,7 +20,6 @@ from app.archive.copying import copy_film
 from app.archive.folders import modified_at
 from app.archive.paths import line_of, path_of, text_of
 from app.errors import (
-    ClaimLost,
     FilmChanged,
     NoLongerWanted,
     StillRunning,
@@ -50,8 +45,6 @@ AHEAD = 2
 """Inspections that wait for a tracking slot beyond one for each."""
 _LOOK_EVERY_S = 2.0
 """How often the database is asked what has changed, also while a film is copied."""
-_CLAIM_S = 60.0
-_RENEW_EVERY_S = 15.0
 _STOP_S = 10.0
 _COPY = re.compile(r"[0-9a-f]{32}\.import")
 _FAULT = {
@@ -64,7 +57,7 @@ class _Stopped(Exception):
     """The server stops."""
 
 
-_LEFT_ALONE = (NoLongerWanted, ClaimLost, StillRunning)
+_LEFT_ALONE = (NoLongerWanted, StillRunning)
 """What others have done with a film meanwhile."""
 
 
@@ -100,7 +93,6 @@ class Intake(Worker):
         self._packs = packs
         self._folder = folder
         self._engine = engine
-        self._server = _identity(folder)
         self._state = IntakeState()
         """`_changed` guards it."""
 
@@ -143,7 +135,7 @@ class Intake(Worker):
         slots = self._engine.slots()
         if not slots or self._store.ahead() >= slots + AHEAD:
             return False
-        row = self._store.claim_next(self._server, _until())
+        row = self._store.next_waiting()
         if row is None:
             return False
         with about(row.film.id):
@@ -152,10 +144,7 @@ class Intake(Worker):
             except _LEFT_ALONE as error:
                 logger.info("Film %s of the archive: %s", row.film.id, error)
             except _Stopped:
-                self._store.release(row.film.id, self._server)
-            except BaseException:
-                self._store.release(row.film.id, self._server)
-                raise
+                logger.info("Film %s of the archive waits for the next start.", row.film.id)
         return True
 
     def _take_or_refuse(self, row: FilmRow) -> None:
@@ -168,7 +157,7 @@ class Intake(Worker):
             self._refuse(row.film, error)
         except Exception:
             logger.exception("A fault over film %s of the archive; it is refused.", row.film.id)
-            self._store.refuse(row.film.id, self._server, _FAULT)
+            self._store.refuse(row.film.id, _FAULT)
 
     def _take(self, row: FilmRow) -> None:
         film, inspection = row.film, row.inspection
@@ -177,7 +166,7 @@ class Intake(Worker):
         else:
             if inspection.status in ENDED:
                 self._track_again(film, inspection)
-            self._store.note_taken(film.id, self._server)
+            self._store.note_taken(film.id)
 
     def _create(self, film: ArchiveFilm) -> None:
         header = film.header | header_of(
@@ -187,9 +176,6 @@ class Intake(Worker):
         self._folder.require_room(film.size)
         copy = self._folder.inspections / f"{film.id}.import"
         source = path_of(film.path)
-        renewing = threading.Event()
-        renewer = threading.Thread(target=self._renew, args=(film.id, renewing), daemon=True)
-        renewer.start()
         try:
             copy_film(source, copy, film.size, film.modified_at, partial(self._copied, film, [0.0]))
             self._films.create_from_copy(
@@ -204,22 +190,10 @@ class Intake(Worker):
                 priority=film.priority,
             )
         finally:
-            renewing.set()
-            renewer.join()
             copy.unlink(missing_ok=True)
 
-    def _renew(self, film_id: str, ended: threading.Event) -> None:
-        """Keep the claim until the film is an inspection: storing a large one takes its time."""
-        while not ended.wait(_RENEW_EVERY_S):
-            try:
-                self._store.renew(film_id, self._server, _until())
-            except (NoLongerWanted, ClaimLost):
-                return
-            except Exception:
-                logger.exception("The claim of film %s could not be renewed.", film_id)
-
     def _add(self, inspection: Inspection, who: str) -> None:
-        self._store.take(inspection.id, self._server, inspection, who)
+        self._store.take(inspection.id, inspection, who)
 
     def _track_again(self, film: ArchiveFilm, inspection: Inspection) -> None:
         if film.rig is not None and film.rig != inspection.rig:
@@ -234,7 +208,7 @@ class Intake(Worker):
             if self._stopping:
                 raise _Stopped
         if time.monotonic() - looked_s[0] >= _LOOK_EVERY_S:
-            self._store.renew(film.id, self._server, _until())  # unless it is no longer wanted
+            self._store.require_wanted(film.id)
             self._folder.require_room(film.size - done)
             looked_s[0] = time.monotonic()
 
@@ -246,13 +220,4 @@ class Intake(Worker):
                 status = path_of(film.path).stat()
                 values |= {"size": status.st_size, "modified_at": modified_at(status)}
         logger.info("Film %s of the archive is refused: %s", film.id, told["detail"])
-        self._store.refuse(film.id, self._server, values)
-
-
-def _until() -> datetime:
-    return datetime.now(UTC) + timedelta(seconds=_CLAIM_S)
-
-
-def _identity(folder: DataFolder) -> str:
-    """Return a name of the server that its next start has too: one server uses a data folder."""
-    return hashlib.sha256(f"{socket.gethostname()}:{folder.root}".encode()).hexdigest()[:32]
+        self._store.refuse(film.id, values)

@@ -91,6 +91,7 @@ def api(settings: Settings, folders: Sequence[Path] = (), *, tracks: bool = Fals
         tracks: Whether a server that is started tracks films, and takes them in.
     Raises:
         NotReady: A server uses the folder and is not ready.
+        OtherServerActive: A server uses the same database, but not this folder.
     """
     file = AddressFile(Places(settings.data))
     address = _running(file)

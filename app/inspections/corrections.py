@@ -90,15 +90,11 @@ class Corrections:
         store: CorrectionStore,
         tracks: Tracks,
         live: Live,
-        *,
-        are_shared: bool = False,
     ) -> None:
-        """Store what is needed; `are_shared` says whether other servers may change statements."""
         self._inspections = inspections
         self._store = store
         self._tracks = tracks
         self._live = live
-        self._are_shared = are_shared
         self._lock = threading.Lock()
         """Guards the next fields."""
         self._solving: dict[str, threading.Lock] = {}
@@ -259,17 +255,10 @@ class Corrections:
         far = int(adjusted.extended(raw).distance_mm.argmax())
         return budget_of(adjusted, raw, far if frame is None else frame)
 
-    def forget(self, inspection_id: str | None) -> None:
-        """Drop what is held in memory: the rig or the run is another one.
-
-        None stands for all inspections, of which another server may have changed any.
-        """
+    def forget(self, inspection_id: str) -> None:
+        """Drop what is held in memory: the rig or the run is another one."""
         with self._lock:
             self._forgotten += 1
-            if inspection_id is None:
-                self._statements.clear()
-                self._solutions.clear()
-                return
             self._statements.pop(inspection_id, None)
             self._solutions.pop(inspection_id, None)
             self._solving.pop(inspection_id, None)
@@ -351,22 +340,12 @@ class Corrections:
 
     def _solution(self, inspection_id: str) -> _Solution:
         """Return a solution that is at most some seconds old while the run goes on."""
-        self._drop_replaced(inspection_id)
         known = self._last_solution(inspection_id)
         if not known.is_due:
             return known
         with self._being_solved(inspection_id):
             known = self._known(inspection_id) or self._solve(inspection_id)
             return self._solve(inspection_id) if known.is_due else known
-
-    def _drop_replaced(self, inspection_id: str) -> None:
-        """Drop statements that another server has replaced, also before its message arrives."""
-        if not self._are_shared:
-            return
-        with self._lock:
-            known = self._statements.get(inspection_id)
-        if known is not None and known.revision != self._inspections.get(inspection_id).revision:
-            self.forget(inspection_id)
 
     def _being_solved(self, inspection_id: str) -> threading.Lock:
         with self._lock:

@@ -240,7 +240,6 @@ class Films:
             header,
             id=secrets.token_hex(16),
             status="running",
-            claimed_by=self._recorder.owner,
             source_kind="live",
             source_filename=source.shown,
             source_size=0,
@@ -343,7 +342,6 @@ class Films:
             "source_filename": source.shown,
             "video_file": keys.RECORDING,
             "video": unrecorded_columns(*size_wh),
-            "claimed_by": self._recorder.owner,
         }
         try:
             row = self._run_store.record_on(inspection_id, who, between, values)

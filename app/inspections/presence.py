@@ -1,8 +1,7 @@
 """Who has an inspection open, and which observation each of them is editing.
 
 Only pages that say so are listed: a second window of a desk or a program that reads the live socket
-is nobody.  All of this runs on the event loop of one server; people on another server of the same
-database are not seen.
+is nobody.  All of this runs on the event loop.
 """
 
 from __future__ import annotations

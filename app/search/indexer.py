@@ -1,8 +1,7 @@
 """Keeps the index of the search: an inspection that changed is derived again, as a whole.
 
 Only the rows themselves show what is to be done: each says from which state of its
-inspection it was made. So nothing is lost when the server ends, and another server that works on
-the same database finds the same work.
+inspection it was made. So nothing is lost when the server ends.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ logger = logging.getLogger(__name__)
 
 _STOP_TIMEOUT_S = 10.0
 _LOOK_EVERY_S = 30.0
-"""Longest time until a change is noticed that another server made."""
+"""Longest time until a change is noticed that no event has announced."""
 _LEAST_PAUSE_S = 0.01
 _LONGEST_NAME = 500
 _AT_ONCE = 1000

@@ -31,7 +31,6 @@ from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
 from app.storage.database.tables import Inspection
 from app.storage.folder.files import DataFolder, sha256_of, sync_folder
-from app.storage.members import Members
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.runs import Outcome, RunStore
 from app.tracker import tracker
@@ -108,11 +107,9 @@ class Recorder:
         live: Live,
         tracking: Tracking,
         *,
-        members: Members,
         memory_bytes: int,
         reserve_bytes: int,
     ) -> None:
-        self._members = members
         self._inspections = inspections
         self._store = store
         self._folder = folder
@@ -130,12 +127,7 @@ class Recorder:
         self._threads: set[threading.Thread] = set()
         self._stopping = threading.Event()
 
-    @property
-    def owner(self) -> str:
-        """Name under which this server records."""
-        return self._members.name
-
-    def take_over(self) -> None:
+    def start(self) -> None:
         """Recover the recordings that were open when their server ended; on a full disk later."""
         try:
             self._adopt()
@@ -144,12 +136,14 @@ class Recorder:
             self._in_thread(self._adopt_later, _PAUSE_AFTER_FAULT_S, None)
 
     def _adopt(self) -> None:
-        for inspection in self._store.adopt_recordings(self.owner, self._members.is_alive):
-            self._in_thread(self._recover, inspection, inspection.id)
+        known = self._runs.ids()
+        for inspection in self._store.open_recordings():
+            if inspection.id not in known:
+                self._in_thread(self._recover, inspection, inspection.id)
 
     def _adopt_later(self, pause_s: float) -> None:
         if not self._stopping.wait(pause_s):
-            self.take_over()
+            self.start()
 
     def stop(self) -> None:
         """End the recordings; they are finalised and tracked at the next start."""

@@ -123,13 +123,9 @@ class Tracks:
 
     def begin(self, inspection_id: str) -> None:
         """Start an empty track and drop an earlier one."""
-        self.watch(inspection_id)
+        self._grow(inspection_id, _Growing())
         for key in (keys.health, keys.joints, keys.track):
             self._blobs.delete(key(inspection_id))
-
-    def watch(self, inspection_id: str) -> None:
-        """Start an empty track whose files another server writes."""
-        self._grow(inspection_id, _Growing())
 
     def go_on(self, inspection_id: str) -> None:
         """Let a finished track grow again, with all its rows."""
@@ -216,12 +212,6 @@ class Tracks:
         with self._is_read:
             self._tracks.pop(read, None)
             self._health.pop(read, None)
-
-    def forget_finished(self) -> None:
-        """Drop the tracks that can be read from their files."""
-        with self._is_read:
-            self._tracks.clear()
-            self._health.clear()
 
     def run(self, inspection_id: str) -> tuple[int, bool]:
         """Return the number of the run that made the track, and whether it is running.

@@ -16,10 +16,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
+from sqlalchemy import event
 from sqlalchemy.orm import Session
 
 from app.errors import Busy, UnusableDatabase
 from app.storage.database import revisions
+from app.storage.database.active import BEAT_S, SHOW_IT
 from app.storage.database.dialect import Dialect
 from app.storage.database.postgres import Postgres
 from app.storage.database.sqlite import Sqlite
@@ -47,14 +49,10 @@ def stored_at(url: str | None, data: Path) -> Dialect:
     return Sqlite(data / FILE) if url is None else Postgres(url, data)
 
 
-def stored_of(url: str | None, places: Places) -> Dialect:
-    """Return the database of the server of a data folder, like `stored_at`.
-
-    Raises:
-        InvalidSettings: As `stored_at`.
-        UnusableDatabase: It is new, while there are inspections in the folder: theirs is lost.
+def require_its_database(dialect: Dialect, places: Places) -> None:
+    """Raise UnusableDatabase if a database is new, while there are inspections in the data folder:
+    theirs is lost.
     """
-    dialect = stored_at(url, places.root)
     if dialect.revision() is None and any(path.is_dir() for path in places.inspections.iterdir()):
         raise UnusableDatabase(
             f"The database {dialect.where} is missing or empty, but {places.inspections} holds "
@@ -62,7 +60,6 @@ def stored_of(url: str | None, places: Places) -> Dialect:
             "`chainage restore BACKUP.zip --data NEW-FOLDER`. To begin anew, name an empty folder "
             "with --data."
         )
-    return dialect
 
 
 def batches(ids: Iterable[str]) -> Iterator[list[str]]:
@@ -116,6 +113,7 @@ class Database:
         self.writer.stop()
         self._reader_engine.dispose()
         self._writer_engine.dispose()
+        self.dialect.stop()
 
     @contextmanager
     def read(self) -> Iterator[Session]:
@@ -151,6 +149,10 @@ class Database:
         self.write(lambda session: session.merge(Heartbeat(id=1, at=datetime.now(UTC))))
 
     def _write_all(self) -> None:
+        active = self.dialect.active
+        if active is not None:
+            event.listen(self._writer_engine, "after_cursor_execute", lambda *_: active.answered())
+            self._show_that_it_is_active()
         while self._write_next():
             pass
 
@@ -159,7 +161,11 @@ class Database:
 
         A function of its own, so that what a change has held is free before the next one comes.
         """
-        job = self._jobs.get()
+        try:
+            job = self._jobs.get(timeout=None if self.dialect.active is None else BEAT_S)
+        except queue.Empty:
+            self._show_that_it_is_active()
+            return True
         if job is None:
             return False
         change, future = job
@@ -171,12 +177,26 @@ class Database:
                 result = change(session)
                 session.commit()
         except BaseException as error:  # handed to the thread that waits for it
+            if self.dialect.active is not None:
+                self.dialect.active.end_if_lost()
             future.set_exception(self.dialect.translated(error))
         else:
             future.set_result(result)
         if self._on_write is not None:
             self._on_write(time.perf_counter() - began_s)
         return True
+
+    def _show_that_it_is_active(self) -> None:
+        active = self.dialect.active
+        if active is None or active.is_lost:
+            return
+        try:
+            with self._writer_engine.connect() as connection:
+                connection.exec_driver_sql(SHOW_IT)
+                connection.commit()
+        except Exception as error:
+            logger.warning("The database does not answer: %s", self.dialect.translated(error))
+            active.end_if_lost()
 
 
 def migrate(dialect: Dialect) -> None:
@@ -191,8 +211,6 @@ def migrate(dialect: Dialect) -> None:
         return
     with _translating(dialect), dialect.migrating() as connection:
         current = revisions.of(connection)
-        if current == newest:  # another server was faster
-            return
         if current is not None:
             dialect.copy_to(dialect.copy_before(newest))
         revisions.upgrade(connection)

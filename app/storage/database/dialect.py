@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
 
 from sqlalchemy import Connection, Engine
+
+from app.storage.database.active import ActiveSession
 
 
 class Dialect(Protocol):
@@ -14,18 +17,32 @@ class Dialect(Protocol):
 
     kind: str
     """SQLite or PostgreSQL."""
-    is_shared: bool
-    """Whether other servers may write to it too."""
+    active: ActiveSession | None
+    """The session of the active server; None before `lead`, and for SQLite."""
     where: str
     """The database as it is named to people, without a password."""
     missing: str
     """A sentence that says that there is no database here."""
 
+    def lead(self, on_wait: Callable[[], None] | None, *, ends_process: bool = False) -> None:
+        """Become the only server that writes.
+
+        Args:
+            on_wait: Called once if another server is active; then this one waits as a standby.
+            ends_process: Whether the process ends when another server may be active.
+        Raises:
+            OtherServerActive: Another server is active, and there is no `on_wait`.
+            UnusableDatabase: The database cannot be reached.
+        """
+
+    def stop(self) -> None:
+        """Let another server become the active one."""
+
     def reader(self) -> Engine:
         """Make an engine whose sessions see one consistent state and cannot write."""
 
     def writer(self) -> Engine:
-        """Make an engine of which one transaction at a time runs, whoever else writes.
+        """Return the engine of the only session that writes; call `lead` before, or be refused.
 
         A commit is on the disk when it returns.
         """

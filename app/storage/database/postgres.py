@@ -1,24 +1,23 @@
-"""PostgreSQL, by URL, for several servers on one database.
+"""PostgreSQL, by URL, with one active server (`active`).
 
-The stores rely on one writer at a time, so every writing transaction first takes the same advisory
-lock; what it reads afterwards is committed and does not change until its own commit.  Readers see
-one state (REPEATABLE READ) and cannot write.  No statement and no wait is unbounded: what takes too
-long, like a connection that is lost, becomes Busy, and the next transaction connects anew.
+The stores rely on one writer at a time: all writing transactions run in the session that holds the
+lock of the active server.  Readers see one state (REPEATABLE READ) and cannot write.  No statement
+and no wait is unbounded: what takes too long, like a connection that is lost, becomes Busy.  A
+reader then connects anew; with the session that writes the server has lost its place.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sqlalchemy import (
     URL,
     Connection,
     Engine,
     create_engine,
-    event,
     exc,
     func,
     inspect,
@@ -38,14 +37,10 @@ from app.errors import (
     UnusableDatabase,
 )
 from app.storage.database import revisions, sqlite
+from app.storage.database.active import ANSWER_S, ActiveSession, become_active
 from app.storage.database.copying import copy_rows, numbered_columns
 
-if TYPE_CHECKING:
-    import psycopg  # an extra
-
 SCHEME = "postgresql"
-WRITING = int.from_bytes(b"chainage")
-"""Key of the advisory lock of the one writing transaction."""
 _READERS = 8
 _MORE_READERS = 8
 _READER_WAIT_S = 10.0
@@ -59,8 +54,10 @@ _BOUNDS = {
     # A server or a role may have another default, which could lose acknowledged commits.
     "synchronous_commit": "on",
 }
+_WRITING = _BOUNDS | {"statement_timeout": f"{ANSWER_S}s", "lock_timeout": f"{ANSWER_S}s"}
+"""Of the session that writes."""
 _UNBOUNDED = _BOUNDS | {"statement_timeout": "0", "lock_timeout": "10min"}
-"""For a migration and a copy of everything, which wait for each other."""
+"""For a copy of everything."""
 _FULL = "53100"
 _NOT_NOW = ("08", "25006", "40", "53", "55P03", "57")
 """Beginnings of the SQLSTATEs that mean "try again": the connection, a read-only server, a
@@ -74,7 +71,6 @@ class Postgres:
     """The database at a URL; see `Dialect`."""
 
     kind = "PostgreSQL"
-    is_shared = True
 
     def __init__(self, url: str, copies: Path, *, is_read_only: bool = False) -> None:
         """Store where the database is; nothing is connected yet.
@@ -86,6 +82,9 @@ class Postgres:
         Raises:
             InvalidSettings: The URL cannot be used, or psycopg is not installed.
         """
+        self.active: ActiveSession | None = None
+        """The session that writes, once this server is the active one."""
+        self._writer: Engine | None = None
         self._given = url
         self._url = _driver_url(url)
         self._copies = copies
@@ -108,18 +107,47 @@ class Postgres:
             execution_options={"postgresql_readonly": True},
         )
 
+    def lead(self, on_wait: Callable[[], None] | None, *, ends_process: bool = False) -> None:
+        """Become the active server; see `become_active`.
+
+        Raises:
+            OtherServerActive: Another server is active, and there is no `on_wait`.
+            UnusableDatabase: The database cannot be reached.
+        """
+        import psycopg
+
+        url = self._url.set(drivername="postgresql").render_as_string(hide_password=False)
+        bounds = _connection(_WRITING) | {"tcp_user_timeout": ANSWER_S * 1000}
+        try:
+            session = psycopg.connect(url, autocommit=True, **bounds)
+            self.active = become_active(session, on_wait, ends_process=ends_process)
+            session.autocommit = False
+        except psycopg.OperationalError as error:
+            raise self._unreachable(error) from error
+
     def writer(self) -> Engine:
-        """Make an engine of which one transaction at a time runs, among all servers."""
-        engine = self._engine(
-            _BOUNDS,
-            pool_size=1,
-            pool_pre_ping=True,
-            # Each statement sees what was committed before it, so also before the lock was taken.
-            isolation_level="READ COMMITTED",
-            execution_options={"postgresql_readonly": self._is_read_only},
-        )
-        event.listen(engine, "begin", _take_turn)
-        return engine
+        """Return the engine of the session that writes; become the active server before."""
+        if self._is_read_only:
+            return self.reader()
+        if self._writer is None:
+            if self.active is None:
+                self.lead(None)
+            active = self.active
+            assert active is not None  # noqa: S101  (since `lead`)
+            self._writer = create_engine(
+                self._url,
+                creator=active.connection,
+                pool_size=1,
+                max_overflow=0,
+                isolation_level="READ COMMITTED",
+            )
+        return self._writer
+
+    def stop(self) -> None:
+        """Let a standby become the active server."""
+        if self.active is not None:
+            self.active.stop()
+        self.active = self._writer = None
 
     def version(self) -> str:
         """Return the version of the server."""
@@ -146,14 +174,15 @@ class Postgres:
 
     @contextmanager
     def migrating(self) -> Iterator[Connection]:
-        """Begin the one transaction of a migration, which waits for those of other servers."""
+        """Begin the one transaction of a migration."""
         if self._is_read_only:
             raise UnusableDatabase(
                 f"The database {self.where} was made by an older version of Chainage; start the "
                 "server once to migrate it."
             )
-        with self._connected(_UNBOUNDED) as connection:
-            _take_turn(connection)
+        with self.writer().connect() as connection:
+            for bound in ("statement_timeout", "idle_in_transaction_session_timeout"):
+                connection.exec_driver_sql(f"SET LOCAL {bound} = 0")
             yield connection
             connection.commit()
 
@@ -189,28 +218,15 @@ class Postgres:
                     _continue_numbers(target)
         except DataError as error:
             raise UnusableBackup(
-                f"PostgreSQL does not accept a value of the database: {_said(error)}."
+                f"PostgreSQL does not accept a value of the database: {_said(error.orig)}."
             ) from error
+        finally:
+            self.stop()
         copy.unlink()
 
     def to_read(self, folder: Path) -> Postgres:
         """Return the same database, every write to which fails."""
         return Postgres(self._given, folder, is_read_only=True)
-
-    @contextmanager
-    def session(self, options: str = "") -> Iterator[psycopg.Connection]:
-        """Connect the driver itself, committing every statement, until the block ends.
-
-        Raises:
-            psycopg.Error: The database cannot be reached.
-        """
-        import psycopg
-
-        url = self._url.set(drivername=SCHEME).render_as_string(hide_password=False)
-        connect = _connection(_BOUNDS)
-        connect["options"] = f"{connect['options']} {options}"
-        with psycopg.connect(url, autocommit=True, **connect) as connection:
-            yield connection
 
     def translated(self, error: BaseException) -> BaseException:
         """Return the error that an error of the driver means: DiskFull, Busy, InvalidRequest."""
@@ -237,10 +253,13 @@ class Postgres:
         except DBAPIError as error:
             if not isinstance(self.translated(error), Busy):
                 raise
-            raise UnusableDatabase(
-                f"The database {self.where} cannot be reached: {_said(error)}. Check that its "
-                "server runs and that CHAINAGE_DATABASE is right."
-            ) from error
+            raise self._unreachable(error.orig) from error
+
+    def _unreachable(self, error: BaseException | None) -> UnusableDatabase:
+        return UnusableDatabase(
+            f"The database {self.where} cannot be reached: {_said(error)}. Check that its "
+            "server runs and that CHAINAGE_DATABASE is right."
+        )
 
     @contextmanager
     def _snapshot(self) -> Iterator[Connection]:
@@ -280,11 +299,6 @@ def _driver_url(url: str) -> URL:
     return parsed.set(drivername="postgresql+psycopg")
 
 
-def _take_turn(connection: Connection) -> None:
-    """Wait until no other transaction writes, and keep the others out until this one ends."""
-    connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({WRITING})")
-
-
 def _continue_numbers(connection: Connection) -> None:
     """Let the numbers that the database assigns continue after those of the copied rows."""
     for column in numbered_columns(connection):
@@ -300,6 +314,6 @@ def _is_lost(error: DBAPIError) -> bool:
     return error.connection_invalidated or (is_of_client and type(error).__name__ in names)
 
 
-def _said(error: DBAPIError) -> str:
+def _said(error: BaseException | None) -> str:
     """Return the driver's first line, which names no password."""
-    return str(error.orig).strip().partition("\n")[0].rstrip(".")
+    return str(error).strip().partition("\n")[0].rstrip(".")

@@ -12,6 +12,8 @@ from sqlalchemy import Connection
 
 from app.errors import UnusableDatabase
 
+SCRIPTS = Path(__file__).parent / "migrations"
+
 
 def newest() -> str:
     """Return the revision of the tables in this version of Chainage."""
@@ -44,5 +46,5 @@ def upgrade(connection: Connection, revision: str = "head") -> None:
 
 def _config() -> alembic.config.Config:
     config = alembic.config.Config()
-    config.set_main_option("script_location", str(Path(__file__).parent / "migrations"))
+    config.set_main_option("script_location", str(SCRIPTS))
     return config

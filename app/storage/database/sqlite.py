@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 import sqlite3
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from sqlalchemy import Connection, Engine, create_engine, event
 
 from app.errors import NO_ROOM, Busy, DiskFull, UnusableBackup, UnusableDatabase
 from app.storage.database import revisions
+from app.storage.database.active import ActiveSession
 from app.storage.folder.files import sync_folder
 
 _PROBE_BYTES = 2**16
@@ -43,7 +44,7 @@ class Sqlite:
     """The database in a file; see `Dialect`."""
 
     kind = "SQLite"
-    is_shared = False
+    active: ActiveSession | None = None
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -60,6 +61,12 @@ class Sqlite:
     def writer(self) -> Engine:
         """Make the engine with the only connection that writes."""
         return _engine(self._path, *_PRAGMAS, pool_size=1, is_alone=self._is_alone)
+
+    def lead(self, on_wait: Callable[[], None] | None, *, ends_process: bool = False) -> None:
+        """Do nothing: the lock of the data folder keeps other servers out."""
+
+    def stop(self) -> None:
+        """Do nothing."""
 
     def version(self) -> str:
         """Return the version of the library."""

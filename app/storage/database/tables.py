@@ -131,11 +131,7 @@ class Inspection(Base):
     priority: Mapped[int] = mapped_column(default=0)
     """Of two queued inspections the one with the higher number is tracked first."""
     attempt: Mapped[int] = mapped_column(default=0)
-    """Number of the newest claim: an older one can store no result."""
-    claimed_by: Mapped[str | None] = mapped_column(String(64))
-    """Server that tracks it."""
-    claimed_until: Mapped[datetime | None]
-    """When another server may claim it, unless the claim is renewed."""
+    """Number of the newest run: an older one can store no result."""
     review_state: Mapped[str] = mapped_column(String(10), default=DRAFT, index=True)
     """One of `app.survey.review.STATES`; who has set it, and when, follows."""
     reviewed_at: Mapped[datetime | None]
@@ -425,9 +421,6 @@ class ArchiveFilm(Base):
     wanted_by: Mapped[str | None] = mapped_column(String(100))
     added_at: Mapped[datetime]
     added_by: Mapped[str] = mapped_column(String(100))
-    claimed_by: Mapped[str | None] = mapped_column(String(64))
-    """Server that makes its inspection, until `claimed_until`."""
-    claimed_until: Mapped[datetime | None]
 
 
 class ArchiveRules(Base):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import fcntl
 import json
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 
 from app.storage.folder.files import Places, replace_file
@@ -29,14 +30,18 @@ class AddressFile:
     def __init__(self, places: Places) -> None:
         self._lock = places.lock
         self._path = places.root / "address.json"
+        self._kept = b""
 
     def keep(self, address: Address) -> None:
         """Write the address of the server that uses the folder."""
-        replace_file(self._path, json.dumps(asdict(address)).encode())
+        self._kept = json.dumps(asdict(address)).encode()
+        replace_file(self._path, self._kept)
 
     def forget(self) -> None:
-        """Delete the address of a server that stops."""
-        self._path.unlink(missing_ok=True)
+        """Delete the address of a server that stops, unless another one has taken over."""
+        with suppress(FileNotFoundError):
+            if self._path.read_bytes() == self._kept:
+                self._path.unlink()
 
     def read(self) -> Address | None:
         """Return the address; None while a server starts or stops."""
@@ -49,8 +54,8 @@ class AddressFile:
         """Return whether a server uses the folder."""
         try:
             with self._lock.open("rb") as lock:
-                # A server holds it alone; this shared lock is released at once.
-                fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+                # Any server holds it, alone or shared; this lock is released at once.
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             return True
         except FileNotFoundError:

@@ -94,7 +94,8 @@ class DataFolder(Places):
         Args:
             root: The folder.
             reserve_bytes: Space that stays free.
-            is_shared: Whether other servers of the same PostgreSQL database may use it too.
+            is_shared: Whether the database says which server is active; a frozen one keeps its
+            lock of the folder.
         Raises:
             DataFolderInUse: Another server uses it, which does not share it.
         """

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import ColumnElement, and_, select, update
+from sqlalchemy import and_, select, update
 from sqlalchemy.orm import Session
 
 from app.errors import ClaimLost, StillRunning
@@ -36,120 +36,56 @@ class RunStore:
     def __init__(self, database: Database) -> None:
         self._database = database
 
-    def queue_interrupted(self, *, lapsed_only: bool) -> int:
+    def queue_interrupted(self) -> int:
         """Queue again the inspections whose tracking was interrupted; return their number.
 
-        Recordings must be finalised first: see `adopt_recordings`.
-
-        Args:
-            lapsed_only: Leave those that another server may still be tracking.
+        Recordings must be finalised first: see `open_recordings`.
         """
 
         def queue(session: Session) -> int:
-            query = select(Inspection).where(_IS_TRACKED)
-            if lapsed_only:
-                query = query.where(_has_lapsed())
-            rows = session.scalars(query).all()
+            rows = session.scalars(select(Inspection).where(_IS_TRACKED)).all()
             for row in rows:
-                _unclaim(row)
+                row.status = "queued"
             return len(rows)
 
         return self._database.write(queue)
 
-    def release(self, owner: str) -> list[str]:
-        """Queue again what a server has claimed, as it stops or has died; return the ids."""
-
-        def queue(session: Session) -> list[str]:
-            query = select(Inspection).where(_IS_TRACKED, Inspection.claimed_by == owner)
-            rows = session.scalars(query).all()
-            for row in rows:
-                _unclaim(row)
-            return [row.id for row in rows]
-
-        return self._database.write(queue)
-
-    def owners(self) -> set[str]:
-        """Return the servers that track or record an inspection."""
-        query = select(Inspection.claimed_by).where(Inspection.status == "running").distinct()
+    def open_recordings(self) -> list[Inspection]:
+        """Return the recordings that have not ended."""
+        query = select(Inspection).where(
+            Inspection.status == "running", Inspection.source_sha256 == ""
+        )
         with self._database.read() as session:
-            return {owner for owner in session.scalars(query) if owner is not None}
-
-    def adopt_recordings(self, owner: str, is_alive: Callable[[str], bool]) -> list[Inspection]:
-        """Claim the recordings whose server has ended, and return them.
-
-        Args:
-            owner: Who recovers them.
-            is_alive: Whether the server of a name runs.
-        """
-
-        def adopt(session: Session) -> list[Inspection]:
-            query = select(Inspection).where(
-                Inspection.status == "running", Inspection.source_sha256 == ""
-            )
-            rows = [
-                row
-                for row in session.scalars(query)
-                if row.claimed_by is None or not is_alive(row.claimed_by)
-            ]
-            for row in rows:
-                row.claimed_by = owner
-            return rows
-
-        return self._database.write(adopt)
+            return list(session.scalars(query))
 
     def are_queued(self) -> bool:
         """Return whether inspections wait to be tracked."""
         with self._database.read() as session:
             return session.scalar(_FIRST_QUEUED) is not None
 
-    def claim_next(self, owner: str, claim_s: float) -> Inspection | None:
-        """Claim the queued inspection that is first in order, or one whose claim has lapsed.
+    def claim_next(self, with_run: Collection[str]) -> Inspection | None:
+        """Begin an attempt of the queued inspection that is first in order; return it, `running`,
+        or None if there is nothing to track.
 
-        Args:
-            owner: Who claims it.
-            claim_s: How long the claim holds unless it is renewed.
-        Returns:
-            The inspection, which is `running` now, with the number of this attempt; None if there
-            is nothing to track.
+        What is running by its row, but not among those `with_run`, was interrupted and comes first.
         """
+
+        def next_id(session: Session) -> str | None:
+            interrupted = select(Inspection.id).where(_IS_TRACKED, Inspection.id.not_in(with_run))
+            return session.scalar(interrupted.limit(1)) or session.scalar(_FIRST_QUEUED)
+
         with self._database.read() as session:
-            if _next_id(session) is None:
+            if next_id(session) is None:
                 return None  # read first, as a write costs a sync of the disk
 
         def claim(session: Session) -> Inspection | None:
-            inspection_id = _next_id(session)
-            row = session.get(Inspection, inspection_id) if inspection_id else None
+            row = session.get(Inspection, next_id(session))
             if row is not None:
                 row.status = "running"
                 row.attempt += 1
-                row.claimed_by = owner
-                row.claimed_until = datetime.now(UTC) + timedelta(seconds=claim_s)
             return row
 
         return self._database.write(claim)
-
-    def renew(
-        self, owner: str, claim_s: float, progress: Mapping[str, tuple[int, float | None]]
-    ) -> set[str]:
-        """Renew the claims of an owner and store the progress; return the ids that are still its.
-
-        Args:
-            owner: Who has claimed them.
-            claim_s: How long the claims hold from now on.
-            progress: Frames done and frames per second, by inspection.
-        """
-
-        def apply(session: Session) -> set[str]:
-            query = select(Inspection).where(_IS_TRACKED, Inspection.claimed_by == owner)
-            until = datetime.now(UTC) + timedelta(seconds=claim_s)
-            rows = {row.id: row for row in session.scalars(query)}
-            for inspection_id in rows.keys() & progress.keys():
-                row = rows[inspection_id]
-                row.claimed_until = until
-                row.frames_done, row.fps = progress[inspection_id]
-            return set(rows)
-
-        return self._database.write(apply)
 
     def has_outcome(self, inspection_id: str, attempt: int | None, outcome: Outcome) -> bool:
         """Return whether this outcome of an attempt is stored already."""
@@ -299,7 +235,7 @@ class RunStore:
         Args:
             inspection_id: The inspection.
             outcome: How the run ended.
-            attempt: Number of its claim; None for a recording, which nobody claims.
+            attempt: Number of the attempt; None for a recording.
             frames_done, fps, last: Of the run.
             tracked_with: Program that tracked it, as `app.tracker` names it.
         Raises:
@@ -311,7 +247,6 @@ class RunStore:
             row = existing(session, inspection_id)
             if attempt is not None:
                 _require_claim(row, attempt)
-            row.claimed_by = row.claimed_until = None
             row.status = outcome.status
             row.error_code = outcome.error_code
             row.error_detail = outcome.error_detail
@@ -335,21 +270,6 @@ _FIRST_QUEUED = (
     .order_by(Inspection.priority.desc(), Inspection.queued_at, Inspection.id)
     .limit(1)
 )
-
-
-def _has_lapsed() -> ColumnElement[bool]:
-    return Inspection.claimed_until < datetime.now(UTC)
-
-
-def _next_id(session: Session) -> str | None:
-    """Return the inspection to track next: interrupted ones first, as they were first before."""
-    lapsed = select(Inspection.id).where(_IS_TRACKED, _has_lapsed()).limit(1)
-    return session.scalar(lapsed) or session.scalar(_FIRST_QUEUED)
-
-
-def _unclaim(row: Inspection) -> None:
-    row.status = "queued"
-    row.claimed_by = row.claimed_until = None
 
 
 def _require_claim(row: Inspection, attempt: int | None) -> None:

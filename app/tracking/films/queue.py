@@ -1,18 +1,17 @@
 """The queue of films, and the threads that have them tracked by an engine.
 
-The table of inspections is the queue and the truth. A thread claims the next inspection for a
-while and renews the claim as long as it follows the run; when its server dies, the claim lapses and
-another thread, perhaps of another server, claims it again, under a higher number. A result is
-accepted from the newest claim only, so that a run that was thought lost cannot add a second one.
+The table of inspections is the queue and the truth. A thread takes the next inspection under the
+number of a new attempt; what was running when the server ended, or a slot failed, is taken again.
+A result is accepted from the newest attempt only, so that no run adds a second one.
 """
 
 from __future__ import annotations
 
 import logging
+import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import contextmanager, suppress
 from functools import partial
 
 from app.errors import (
@@ -52,22 +51,11 @@ _STOP_TIMEOUT_S = 10.0
 _PAUSE_AFTER_FAULT_S = 5.0
 _MOST_LOSSES = 5
 """Workers of a cluster that may be lost in a row without progress; then the film is at fault."""
-CLAIM_S = 60.0
-"""Time after which an inspection whose claim was not renewed may be claimed by others."""
-_RENEWAL_S = 15.0
 _MOST_FAULTS = 3
 _PASSING = (Busy, ClaimLost, DiskFull, StoreUnavailable)
 """Errors that are not the film's."""
 _LOOK_AGAIN_S = 5.0
-"""Nobody reports that a claim has lapsed, or that a cluster has another worker."""
-
-
-@dataclass(frozen=True)
-class Claims:
-    """Who claims here, and whether others may do so on the same database."""
-
-    owner: str
-    are_shared: bool
+"""Nobody reports that a cluster has another worker."""
 
 
 class Tracking:
@@ -83,7 +71,6 @@ class Tracking:
         live: Live,
         run_files: RunFiles,
         engine: Engine,
-        claims: Claims,
     ) -> None:
         self._inspections = inspections
         self._store = store
@@ -93,8 +80,9 @@ class Tracking:
         self._live = live
         self._run_files = run_files
         self._engine = engine
-        self._claims = claims
         self._stopping = False
+        self._claiming = threading.Lock()
+        """Held until what was claimed has a run."""
         self._changed = runs.changed
         self._wakes = 0
         self._busy = 0
@@ -106,25 +94,20 @@ class Tracking:
         work: dict[str, Callable[[], None]] = {
             f"tracking-{slot}": partial(self._work, slot) for slot in range(engine.most_slots)
         }
-        work["claims"] = self._renew
         self.threads = [
             Watched(name, each, stop_timeout_s=_STOP_TIMEOUT_S) for name, each in work.items()
         ]
 
     def start(self) -> None:
         """Queue again what was running when the server ended, and start."""
-        try:
-            interrupted = self._store.queue_interrupted(lapsed_only=self._claims.are_shared)
-        except DiskFull as full:
-            logger.warning("Interrupted inspections continue when their claims lapse: %s", full)
-        else:
-            if interrupted:
+        with suppress(DiskFull):  # the slots take them nevertheless
+            if interrupted := self._store.queue_interrupted():
                 logger.info("%d interrupted inspections continue.", interrupted)
         for thread in self.threads:
             thread.start()
 
     def stop(self) -> None:
-        """End the runs; their inspections continue at the next start, or on another server."""
+        """End the runs; their inspections continue at the next start."""
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
@@ -132,10 +115,9 @@ class Tracking:
         for thread in self.threads:
             thread.stop()
         try:
-            for inspection_id in self._store.release(self._claims.owner):
-                self.queued(inspection_id)
+            self._store.queue_interrupted()
         except (Busy, DiskFull) as hindrance:
-            logger.warning("The claims of this server lapse: %s", hindrance)
+            logger.warning("What was running is queued again at the next start: %s", hindrance)
         finally:
             self._engine.close()
 
@@ -150,7 +132,7 @@ class Tracking:
             self._changed.notify_all()
 
     def on_event(self, event: Event) -> None:
-        """Handle an event: an inspection was queued, perhaps by another server."""
+        """Handle an event: an inspection was queued."""
         if isinstance(event, Update) and event.state == "queued":
             self.wake()
 
@@ -224,8 +206,7 @@ class Tracking:
                 logger.warning("A tracking slot waits: %s", hindrance)
                 self._pause()
             except Exception:
-                # The row still says `running`, so that its claim lapses and it is tracked again;
-                # meanwhile the slot serves others.
+                # The row still says `running` without a run, so that it is tracked again.
                 logger.exception("A fault of the server interrupted a tracking slot.")
                 self._pause()
 
@@ -280,34 +261,26 @@ class Tracking:
                 if self._pieces:
                     return None
             if slot < self._engine.slots():
-                inspection = self._store.claim_next(self._claims.owner, CLAIM_S)
-                if inspection is not None:
-                    run = Run(
-                        inspection,
-                        keys.film(inspection.id, inspection.video_file),
-                        attempt=inspection.attempt,
-                    )
-                    self._runs.add(run)
+                run = self._claimed_run()
+                if run is not None:
                     return run
             with self._changed:
                 if not (self._stopping or self._pieces or self._wakes != wakes):
                     self._changed.wait(_LOOK_AGAIN_S)
         return None
 
-    def _renew(self) -> None:
-        """Renew the claims of all runs of files, until the server stops."""
-        while True:
-            with self._changed:
-                if self._changed.wait_for(lambda: self._stopping, _RENEWAL_S):
-                    return
-            progress = self._runs.of_files()
-            if not progress:
-                continue
-            # If that fails, the next renewal comes before the claims lapse.
-            ours = self._store.renew(self._claims.owner, CLAIM_S, progress)
-            for inspection_id in progress.keys() - ours:
-                # It was deleted, or another server took it over while this one was not looking.
-                self._runs.ask_to_stop(inspection_id, "shutdown")
+    def _claimed_run(self) -> Run | None:
+        with self._claiming:
+            inspection = self._store.claim_next(self._runs.ids())
+            if inspection is None:
+                return None
+            run = Run(
+                inspection,
+                keys.film(inspection.id, inspection.video_file),
+                attempt=inspection.attempt,
+            )
+            self._runs.add(run)
+            return run
 
     def _run(self, run: Run) -> None:
         inspection = run.inspection

@@ -111,28 +111,6 @@ class Run:
             self.end_child(self.child)
 
 
-@dataclass
-class RunElsewhere(Run):
-    """A run of another server, as far as this one shows it."""
-
-    ask_its_server: Callable[[str], None] = field(kw_only=True)
-    """Asks that server to stop it, with the reason."""
-
-    def ask_to_stop(self, why: str) -> None:
-        """Ask the server of the run."""
-        self.ask_its_server(why)
-
-
-class Follower(Protocol):
-    """Receives the results of the runs of this server."""
-
-    def began(self, run: Run) -> None:
-        """A run has begun; its track may have rows already."""
-
-    def took(self, run: Run, first: int, batch: Batch) -> None:
-        """Its track, which had `first` rows, has those of this batch too."""
-
-
 class Runs:
     """The runs by inspection, and the results of their children."""
 
@@ -143,48 +121,16 @@ class Runs:
         self.changed = threading.Condition()
         """Guards the runs; notified when there may be something to do."""
         self._runs: dict[str, Run] = {}
-        self.follower: Follower | None = None
 
     def add(self, run: Run) -> None:
         """Add a run that is about to begin."""
         with self.changed:
-            before = self._runs.get(run.inspection.id)
             self._runs[run.inspection.id] = run
-        if before is not None:  # its server has died
-            before.ended.set()
 
-    def here(self) -> list[Run]:
-        """Return the runs of this server."""
+    def ids(self) -> list[str]:
+        """Return the inspections that have a run."""
         with self.changed:
-            return [run for run in self._runs.values() if not isinstance(run, RunElsewhere)]
-
-    def elsewhere(self) -> list[str]:
-        """Return the inspections that other servers are tracking."""
-        with self.changed:
-            return [id_ for id_, run in self._runs.items() if isinstance(run, RunElsewhere)]
-
-    def mirrored(self, inspection_id: str) -> RunElsewhere | None:
-        """Return the run of another server; None without one."""
-        with self.changed:
-            run = self._runs.get(inspection_id)
-            return run if isinstance(run, RunElsewhere) else None
-
-    def mirror(self, run: RunElsewhere) -> None:
-        """Begin to show a run of another server, unless this server has one of that inspection."""
-        with self.changed:
-            before = self._runs.get(run.inspection.id)
-            if before is not None and not isinstance(before, RunElsewhere):
-                return
-            self._runs[run.inspection.id] = run
-        if before is not None:
-            run.ended = before.ended  # who waits for the end goes on waiting
-        self._tracks.watch(run.inspection.id)
-
-    def end_mirrored(self, inspection_id: str) -> None:
-        """End to show a run of another server, if there is one."""
-        run = self.mirrored(inspection_id)
-        if run is not None:
-            self.remove(run)
+            return list(self._runs)
 
     def begin(self, run: Run) -> None:
         """Start a run at its first frame and drop the results of an earlier run."""
@@ -202,7 +148,6 @@ class Runs:
     def go_on(self, run: Run) -> None:
         """Continue an ended run after its last frame; its track stays."""
         self._tracks.go_on(run.inspection.id)
-        self._report_that_it_began(run)
         track = self._tracks.get(run.inspection.id)
         with self.changed:
             run.frames_done = len(track)
@@ -217,7 +162,6 @@ class Runs:
             self._tracks.append(run.inspection.id, batch)
             frames_done += len(batch.estimates)
             last = batch.estimates[-1] if batch.estimates else last
-        self._report_that_it_began(run)
         with self.changed:
             run.frames_done, run.last = frames_done, last
             run.first_batch = run.fps = None
@@ -259,21 +203,12 @@ class Runs:
     def speeds_fps(self) -> list[float]:
         """Return the frames per second of each run whose speed is known."""
         with self.changed:
-            return [run.fps for run in self.here() if run.fps is not None]
-
-    def of_files(self) -> dict[str, tuple[int, float | None]]:
-        """Return frames done and frames per second of every run of a file, by inspection."""
-        with self.changed:
-            return {
-                run.inspection.id: (run.frames_done, run.fps)
-                for run in self.here()
-                if run.camera is None
-            }
+            return [run.fps for run in self._runs.values() if run.fps is not None]
 
     def cameras(self) -> int:
         """Return the number of cameras being recorded."""
         with self.changed:
-            return sum(run.camera is not None for run in self.here())
+            return sum(run.camera is not None for run in self._runs.values())
 
     def give_child(self, run: Run, child: Child) -> None:
         """Assign a child to a run; it is stopped at once if the run is to stop."""
@@ -306,7 +241,7 @@ class Runs:
     def ask_all_to_stop(self, why: str) -> None:
         """Ask all runs to stop."""
         with self.changed:
-            for run in self.here():
+            for run in self._runs.values():
                 run.ask_to_stop(why)
             self.changed.notify_all()
 
@@ -348,11 +283,7 @@ class Runs:
 
     def take(self, run: Run, batch: Batch) -> None:
         """Store the results of a child and notify the listeners."""
-        follower = None if isinstance(run, RunElsewhere) else self.follower
-        first = 0 if follower is None else len(self._tracks.get(run.inspection.id))
         self._tracks.append(run.inspection.id, batch)
-        if follower is not None:
-            follower.took(run, first, batch)
         self._unrolled.take(run.inspection.id, batch.tiles)
         if not batch.estimates:  # frames that a camera's run held back until its end
             return
@@ -375,7 +306,3 @@ class Runs:
             camera=run.camera,
             health=batch.health[-1][1] if batch.health else None,
         )
-
-    def _report_that_it_began(self, run: Run) -> None:
-        if self.follower is not None:
-            self.follower.began(run)

@@ -73,17 +73,12 @@ class CounterQueue(InspectionWorker):
         self._files = files
         self._limits = limits
         self._has_others = has_others
-        self._inherits = False
-        """Whether to look for films that nobody has announced."""
+        self._inherits = True
+        """Whether to look for films that the server left waiting when it ended."""
         self._reading: str | None = None
         """`_changed` guards this and the next fields."""
         self._progress: Progress | None = None
         self._child: Child | None = None
-
-    def take_over(self) -> None:
-        """Read the counters that a server which has ended left waiting."""
-        self._inherits = True
-        self.wake()
 
     def stop(self) -> None:
         """End the child; its film is read again at the next start."""

@@ -120,12 +120,13 @@ class Photos(InspectionWorker):
         self._tracks = tracks
         self._live = live
 
-    def take_over(self) -> None:
-        """Make the photos that a server which has ended left missing."""
+    def start(self) -> None:
+        """Make also the photos that the server left missing when it ended."""
         missing = self._observations.inspections_without_photos()
         attached = self._attachments.inspections_without_photos()
         for inspection_id in dict.fromkeys((*missing, *attached)):
             self.announce(inspection_id)
+        super().start()
 
     def on_event(self, event: Event) -> None:
         """Handle an event: a tag or the end of a track may allow more photos."""

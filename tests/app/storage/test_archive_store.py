@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import pytest
 from builders import clip_rig
 from postgres import ON_BOTH
 
-from app.errors import ClaimLost, InspectionLocked, NoLongerWanted
+from app.errors import InspectionLocked, NoLongerWanted
 from app.storage.archive.changes import ArchiveChanges
 from app.storage.archive.films import ArchiveFilms
 from app.storage.archive.intake import IntakeStore
@@ -21,7 +21,6 @@ from app.storage.database.database import Database, stored_at
 from app.storage.database.tables import Inspection
 
 NOW = datetime(2026, 11, 1, tzinfo=UTC)
-LATER, LAPSED = (datetime.now(UTC) + timedelta(hours=hours) for hours in (1, -1))
 ALL = Selection()
 
 pytestmark = ON_BOTH
@@ -89,9 +88,9 @@ def take(store: Store, name: str, **fields: Any) -> None:
     """Start a film and make an inspection of it."""
     only = Selection((name.ljust(32, "0"),))
     assert store.changes.set_state(only, ("ready",), "waiting", "me") == 1
-    claimed = store.intake.claim_next("server", LATER)
+    claimed = store.intake.next_waiting()
     assert claimed is not None
-    store.intake.take(claimed.film.id, "server", inspection(name, **fields), "test")
+    store.intake.take(claimed.film.id, inspection(name, **fields), "test")
 
 
 def states(store: Store) -> dict[str, str]:
@@ -143,36 +142,32 @@ def test_films_are_found_by_text_state_project_and_asset(store: Store) -> None:
     assert (total, [row.film.name for row in rows]) == (3, ["x_y"])
 
 
-def test_the_next_film_is_that_of_the_highest_priority_and_nobody_else_claims_it(
-    store: Store,
-) -> None:
+def test_the_next_film_is_that_of_the_highest_priority(store: Store) -> None:
     store.changes.add([film("a"), film("b", priority=5), film("c", rig=None, state="waiting")])
     store.changes.set_state(ALL, ("ready",), "waiting", "me")
-    first, second = (store.intake.claim_next(server, LATER) for server in ("one", "two"))
-    assert first is not None
-    assert second is not None
-    assert (first.film.name, second.film.name) == ("b", "a")
-    assert store.intake.claim_next("three", LATER) is None
-    again = store.intake.claim_next("one", LAPSED)  # as after a restart
-    assert again is not None
-    assert again.film.name == "b"
-    lapsed = store.intake.claim_next("three", LATER)
-    assert lapsed is not None
-    assert lapsed.film.name == "b"
-    with pytest.raises(ClaimLost):
-        store.intake.take(first.film.id, "one", inspection("b"), "test")
+    assert taken_next(store) == "b"
+    assert taken_next(store) == "a"
+    assert store.intake.next_waiting() is None
+
+
+def taken_next(store: Store) -> str:
+    row = store.intake.next_waiting()
+    assert row is not None
+    store.intake.take(row.film.id, inspection(row.film.name), "test")
+    return row.film.name
 
 
 def test_what_is_cancelled_meanwhile_becomes_no_inspection(store: Store) -> None:
     store.changes.add([film("a")])
     store.changes.set_state(ALL, ("ready",), "waiting", "me")
-    claimed = store.intake.claim_next("server", LATER)
-    assert claimed is not None
+    waiting = store.intake.next_waiting()
+    assert waiting is not None
+    store.intake.require_wanted(waiting.film.id)
     store.changes.set_state(ALL, ("waiting",), "idle", "me")
     with pytest.raises(NoLongerWanted):
-        store.intake.renew(claimed.film.id, "server", LATER)
+        store.intake.require_wanted(waiting.film.id)
     with pytest.raises(NoLongerWanted):
-        store.intake.take(claimed.film.id, "server", inspection("a"), "test")
+        store.intake.take(waiting.film.id, inspection("a"), "test")
     assert states(store) == {"a": "ready"}
 
 
@@ -187,11 +182,12 @@ def test_a_change_reaches_the_inspections(store: Store) -> None:
     _, rows = store.films.listed(ALL, "name", descending=False, offset=0, limit=2)
     assert [(row.film.project, row.film.priority) for row in rows] == [("Q", 4), ("Q", 4)]
     store.changes.set_state(ALL, ("ready",), "waiting", "me")
-    waiting = store.intake.claim_next("server", LATER)
+    waiting = store.intake.next_waiting()
     assert waiting is not None
     assert waiting.film.header == {"year": 2001}
+    store.intake.refuse(waiting.film.id, {})
     store.changes.set_state(ALL, ("queued",), "waiting", "me")
-    again = store.intake.claim_next("another", LATER)
+    again = store.intake.next_waiting()
     assert again is not None
     assert again.inspection is not None
     assert again.inspection.header == {"project": "Q", "year": 2001}

@@ -1,12 +1,10 @@
-"""Claims of queued inspections: one owner at a time, and one result."""
+"""The queue of inspections: their order, one attempt at a time, and one result."""
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any
 
 import pytest
 from builders import clip_rig
@@ -19,7 +17,6 @@ from app.storage.records.inspections import InspectionStore
 from app.storage.records.runs import Outcome, RunStore
 
 DONE = Outcome("done")
-LONG_S, LAPSED_S = 3600.0, -1.0
 
 
 pytestmark = ON_BOTH
@@ -61,10 +58,9 @@ def add(database: Database, name: str, *, priority: int = 0, minutes: int = 0) -
     return row.id
 
 
-def end(store: RunStore, claimed: Inspection | None, **given: Any) -> None:
-    assert claimed is not None
+def end(store: RunStore, claimed: Inspection) -> None:
     store.record_outcome(
-        claimed.id, DONE, attempt=claimed.attempt, frames_done=40, fps=None, last=None, **given
+        claimed.id, DONE, attempt=claimed.attempt, frames_done=40, fps=None, last=None
     )
 
 
@@ -79,76 +75,40 @@ def test_higher_priorities_go_first_and_then_those_that_have_waited_longest(
     add(database, "a", minutes=1)
     add(database, "urgent", priority=10, minutes=3)
     add(database, "some-day", priority=-10)
-    claimed = [name_of(store.claim_next("server", LONG_S)) for _ in range(5)]
-    assert claimed == ["urgent", "a", "b", "some-day", None]
+    claimed: list[Inspection] = []
+    while (row := store.claim_next([each.id for each in claimed])) is not None:
+        claimed.append(row)
+    assert [row.name for row in claimed] == ["urgent", "a", "b", "some-day"]
 
 
-def test_an_inspection_is_claimed_by_one_of_many(database: Database, store: RunStore) -> None:
-    for n in range(12):
-        add(database, f"film-{n:02d}")
-    claimed: list[str] = []
-
-    def claim(owner: str) -> None:
-        while (row := store.claim_next(owner, LONG_S)) is not None:
-            claimed.append(row.name)
-
-    threads = [threading.Thread(target=claim, args=(f"server-{n}",)) for n in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert sorted(claimed) == sorted(f"film-{n:02d}" for n in range(12))
-
-
-def test_a_lapsed_claim_is_taken_over_and_its_result_refused(
+def test_what_runs_without_a_run_is_taken_again_and_its_earlier_result_refused(
     database: Database, store: RunStore
 ) -> None:
     inspection_id = add(database, "film")
-    lost = store.claim_next("lost", LAPSED_S)
-    other = store.claim_next("other", LONG_S)
+    add(database, "next", priority=10)
+    urgent = store.claim_next([])
+    assert urgent is not None
+    lost = store.claim_next([urgent.id])
+    again = store.claim_next([urgent.id])
     assert lost is not None
-    assert other is not None
-    assert (other.id, other.attempt) == (inspection_id, lost.attempt + 1)
-    assert store.claim_next("third", LONG_S) is None
+    assert again is not None
+    assert (again.id, again.attempt) == (inspection_id, lost.attempt + 1)
+    assert store.claim_next([urgent.id, again.id]) is None
     with pytest.raises(ClaimLost, match="Attempt 1"):
         end(store, lost)
     with pytest.raises(ClaimLost):
         store.require_claim(inspection_id, lost.attempt)
-    end(store, other)
+    end(store, again)
     with pytest.raises(ClaimLost):  # nor a second time
-        end(store, other)
-    kept = InspectionStore(database).get(inspection_id)
-    assert (kept.status, kept.claimed_by, kept.claimed_until) == ("done", None, None)
+        end(store, again)
+    assert InspectionStore(database).get(inspection_id).status == "done"
 
 
-def test_a_renewed_claim_holds_and_shows_the_progress(database: Database, store: RunStore) -> None:
-    inspection_id = add(database, "film")
-    store.claim_next("server", LAPSED_S)
-    assert store.renew("server", LONG_S, {inspection_id: (17, 25.0)}) == {inspection_id}
-    assert store.claim_next("other", LONG_S) is None
-    row = InspectionStore(database).get(inspection_id)
-    assert (row.frames_done, row.fps) == (17, 25.0)
-    # What others have taken over, or a person has stopped, is not renewed.
-    assert store.renew("other", LONG_S, {inspection_id: (18, None)}) == set()
-    store.cancel_unless_ended(inspection_id)
-    assert store.renew("server", LONG_S, {inspection_id: (19, None)}) == set()
-
-
-def test_a_server_that_stops_gives_its_inspections_back(
-    database: Database, store: RunStore
-) -> None:
-    mine, other = add(database, "mine"), add(database, "other", minutes=1)
-    store.claim_next("me", LONG_S)
-    store.claim_next("they", LONG_S)
-    store.release("me")
-    states = {row_id: InspectionStore(database).get(row_id).status for row_id in (mine, other)}
-    assert states == {mine: "queued", other: "running"}
-
-
-def test_a_start_takes_up_what_was_interrupted(database: Database, store: RunStore) -> None:
-    add(database, "held")
-    add(database, "lapsed", minutes=1)
-    store.claim_next("they", LONG_S)
-    store.claim_next("gone", LAPSED_S)
-    assert store.queue_interrupted(lapsed_only=True) == 1  # others may use the database
-    assert store.queue_interrupted(lapsed_only=False) == 1  # nobody else does
+def test_a_start_queues_again_what_was_interrupted(database: Database, store: RunStore) -> None:
+    for name in ("one", "two", "waits"):
+        add(database, name)
+    one = store.claim_next([])
+    assert one is not None
+    store.claim_next([one.id])
+    assert store.queue_interrupted() == 2
+    assert InspectionStore(database).counts() == {"queued": 3}

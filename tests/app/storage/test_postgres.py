@@ -1,4 +1,4 @@
-"""Only of PostgreSQL: turns of several servers, time-outs, lost connections, full disks."""
+"""Only of PostgreSQL: the active server, time-outs, lost connections, full disks."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ from pathlib import Path
 
 import psycopg
 import pytest
-from builders import Client, assert_error, serving, wait_until
+from builders import TOKEN, Client, assert_error, make_clip, serving, tag_until_it_fails, wait_until
 from postgres import PostgresServer, postgres_server
+from processes import Process, process
 from small_disk import small_disk
 from sqlalchemy import text
 from sqlalchemy.orm import Session
-from surveys import Survey, served
 
-from app.errors import Busy, DiskFull, InvalidSettings, UnusableDatabase
+from app.errors import Busy, DiskFull, InvalidSettings, OtherServerActive, UnusableDatabase
 from app.settings import Settings
+from app.storage.database.active import LOST_CODE
 from app.storage.database.database import Database, stored_at
-from app.storage.database.tables import LoginSession, Preference
+from app.storage.database.tables import LoginSession
 
 
 @pytest.fixture
@@ -41,12 +42,11 @@ def shown(session: Session, *names: str) -> tuple[str, ...]:
 
 
 def test_commits_are_synced_and_readers_see_one_state_and_cannot_write(
-    database: Database, url: str
+    url: str, tmp_path: Path
 ) -> None:
     with psycopg.connect(url, autocommit=True) as other:
         other.execute(f"ALTER DATABASE {other.info.dbname} SET synchronous_commit = off")
-    again = Database(database.dialect)
-    with closing(again):
+    with closing(Database(stored_at(url, tmp_path))) as again:
         assert again.write(lambda session: shown(session, "synchronous_commit")) == ("on",)
         with again.read() as session:
             before = session.scalar(text("SELECT count(*) FROM sessions"))
@@ -63,45 +63,12 @@ def add_login(session: Session, digest: str) -> None:
     session.add(row)
 
 
-def test_servers_that_write_take_turns(url: str, tmp_path: Path) -> None:
-    """Each adds to what it has read; without turns most additions would be lost."""
-    with ExitStack() as stack:
-        servers = [stack.enter_context(closing(Database(stored_at(url, tmp_path)))) for _ in "123"]
-
-        def add_one(session: Session) -> None:
-            row = session.get(Preference, "count")
-            number = 0 if row is None else row.chosen["number"]
-            session.merge(Preference(who="count", chosen={"number": number + 1}))
-
-        def add_many(server: Database) -> None:
-            for _ in range(20):
-                server.write(add_one)
-
-        threads = [threading.Thread(target=add_many, args=(server,)) for server in servers * 2]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        with servers[0].read() as session:
-            counted = session.get(Preference, "count")
-            assert counted is not None
-            assert counted.chosen == {"number": 120}
-
-
-def test_servers_that_start_together_make_the_tables_once(url: str, tmp_path: Path) -> None:
-    opened: list[Database] = []
-    threads = [
-        threading.Thread(target=lambda: opened.append(Database(stored_at(url, tmp_path))))
-        for _ in range(4)
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert len(opened) == 4
-    for database in opened:
-        database.beat()
-        database.close()
+def test_one_server_is_active_at_a_time(database: Database, url: str, tmp_path: Path) -> None:
+    with pytest.raises(OtherServerActive):
+        Database(stored_at(url, tmp_path))
+    database.close()
+    with closing(Database(stored_at(url, tmp_path))) as other:
+        other.beat()
 
 
 def test_a_write_that_waits_too_long_is_busy_and_leaves_nothing(
@@ -116,16 +83,16 @@ def test_a_write_that_waits_too_long_is_busy_and_leaves_nothing(
             refused.append(error)
 
     with psycopg.connect(url, autocommit=True) as other:
-        key = int.from_bytes(b"chainage")
-        other.execute("SELECT pg_advisory_lock(%s)", (key,))
+        other.execute("BEGIN")
+        other.execute("LOCK TABLE sessions")
         waiting = threading.Thread(target=write)
         waiting.start()
-        # A time-out ends it in the same way, after ten seconds.
-        cancel = "SELECT pg_cancel_backend(pid) FROM pg_stat_activity WHERE wait_event = 'advisory'"
+        # A time-out ends it in the same way, after some seconds.
+        cancel = "SELECT pg_cancel_backend(pid) FROM pg_stat_activity WHERE wait_event = 'relation'"
         wait_until(lambda: other.execute(cancel).fetchone())
         waiting.join()
         assert [str(error)[-1] for error in refused] == ["."]
-        other.execute("SELECT pg_advisory_unlock(%s)", (key,))
+        other.execute("COMMIT")
     database.write(lambda session: add_login(session, "goes on"))
     with database.read() as session:
         assert session.get(LoginSession, "waits") is None
@@ -139,25 +106,19 @@ def test_no_statement_and_no_wait_is_unbounded(database: Database) -> None:
     assert "0" not in database.write(lambda session: shown(session, *names))
 
 
-def test_a_lost_connection_is_busy_once_and_the_next_one_works(
+def test_without_the_session_that_writes_nothing_is_written_and_reading_goes_on(
     database: Database, url: str
 ) -> None:
-    database.beat()
-
     def lose(session: Session) -> None:
         add_login(session, "lost")
         session.flush()
         end_others(url)
 
-    with pytest.raises(Busy):
-        database.write(lose)
+    for change in (lose, lambda session: add_login(session, "later")):
+        with pytest.raises(Busy):
+            database.write(change)
     with database.read() as session:
-        session.execute(text("SELECT 1"))
-    end_others(url)  # while they are not used
-    database.write(lambda session: add_login(session, "kept"))
-    with database.read() as session:
-        assert session.get(LoginSession, "lost") is None
-        assert session.get(LoginSession, "kept") is not None
+        assert session.scalar(text("SELECT count(*) FROM sessions")) == 0
 
 
 def end_others(url: str) -> None:
@@ -169,51 +130,33 @@ def end_others(url: str) -> None:
 
 
 def test_nothing_acknowledged_is_lost_when_the_server_of_the_database_is_killed(
-    tmp_path: Path, survey: Survey
+    tmp_path: Path,
 ) -> None:
-    with postgres_server(is_safe=True) as postgres, served(
-        survey, tmp_path / "data", postgres.new_database()
-    ) as client:  # fmt: skip
-        acknowledged: dict[str, int] = {}
-        refused: list[str] = []
-        is_over = threading.Event()
-        tagging = threading.Thread(
-            target=tag_until, args=(is_over, client, survey.id, acknowledged, refused)
-        )
+    """The server ends with its database; what starts it again does so until that is back."""
+    with postgres_server(is_safe=True) as postgres, ExitStack() as stack:
+        url, data = postgres.new_database(), tmp_path / "data"
+        active = Process(data, tmp_path / "log", DATABASE=url)
+        stack.callback(active.end)
+        client = stack.enter_context(Client(active, TOKEN))  # type: ignore[arg-type]
+        run = client.inspect(make_clip(tmp_path / "clip.mp4", 40))
+        client.wait(run, "done")
+        acknowledged: set[str] = set()
+        tagging = threading.Thread(target=tag_until_it_fails, args=(client, run, acknowledged))
         tagging.start()
         wait_until(lambda: len(acknowledged) > 20)
         postgres.kill()
-        wait_until(lambda: refused)
-        assert_error(client.get("/api/inspections"), 503, "busy")
-        wait_until(lambda: client.get("/readyz").status_code == 503)
-        postgres.start()
-        wait_until(lambda: client.get("/readyz").status_code == 200)
-        is_over.set()
+        assert active.wait() == LOST_CODE
         tagging.join()
-        assert set(refused) == {"busy"}
-        listed = client.get(f"/api/inspections/{survey.id}/observations").json()["observations"]
-        frames = {tag["id"]: tag["frame"] for tag in listed}
-        assert {name: frames.get(name) for name in acknowledged} == acknowledged
-        # The history has as many: each tag was made once, also if its answer was lost.
-        events = client.get(f"/api/inspections/{survey.id}/events").json()["events"]
-        created = [event["observation_id"] for event in events if event["action"] == "created"]
-        assert sorted(filter(None, created)) == sorted(frames)
+        assert "Start it again" in active.log.read_text()
 
-
-def tag_until(
-    is_over: threading.Event,
-    client: Client,
-    inspection_id: str,
-    acknowledged: dict[str, int],
-    refused: list[str],
-) -> None:
-    """Tag like the page: what was refused is sent again under the same id."""
-    while not is_over.is_set():
-        name, frame = str(uuid.uuid4()), len(acknowledged) % 40
-        while (answer := client.tag(inspection_id, name, frame=frame)).status_code != 200:
-            refused.append(answer.json()["code"])
-            is_over.wait(0.05)
-        acknowledged[name] = frame
+        postgres.start()
+        with process(data, DATABASE=url) as again:
+            tags = again.get(f"/api/inspections/{run}/observations").json()["observations"]
+            assert acknowledged <= {tag["id"] for tag in tags}
+            # The history has as many: each tag was made once, also if its answer was lost.
+            events = again.get(f"/api/inspections/{run}/events").json()["events"]
+            created = [event["observation_id"] for event in events if event["action"] == "created"]
+            assert sorted(filter(None, created)) == sorted(tag["id"] for tag in tags)
 
 
 def test_a_full_disk_refuses_what_it_cannot_hold_and_goes_on_when_there_is_room(
