@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from app.inspections.counters import CounterView
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.report import Report
+from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import FittedJoint
 from app.survey.fields.header import number_of
 from app.survey.interval import LEAST_M, U95, half_width_m
 from app.survey.rounding import metres, signed
+from app.survey.stated import Length
 from app.survey.uncertainty_budget import budget_of
 from vo_core.scale.counter import Fault
 
@@ -20,59 +22,64 @@ _MOST_FAULTS = 20
 """Faults of a counter that are named one by one; the JSON has all."""
 
 
-def result_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
+Rows = list[tuple[str, str]]
+
+
+def _named(t: Translator, *found: tuple[str, str | None]) -> Rows:
+    """Return rows, given the keys of their names, without those that have nothing to say."""
+    return [(t(f"measurement.{key}"), text) for key, text in found if text]
+
+
+def result_rows(report: Report, t: Translator) -> Rows:
     """Return the rows about distance and uncertainty."""
     met = report.adjusted.distance_class() if report.adjusted else None
     if report.distance_m is None or met is None:
-        return [(t("measurement.far_end"), t("entry.not_tracked"))]
+        return _named(t, ("far_end", t("entry.not_tracked")))
     half = "" if report.u95_m is None else f" ± {t.half_width(report.u95_m)} {t.units}"
-    if met.percent is None:
-        text = t("measurement.class_not_met")
-    else:
-        text = t("measurement.class_met", percent=t.figure(met.percent))
-    text += " " + t("measurement.class_half", half=f"{t.half_width(met.half_width_m)} {t.units}")
-    if met.residual_mm is None:
-        text += " " + t("measurement.class_open")
-    rows = [
-        (t("measurement.far_end"), f"{t.length(report.distance_m)}{half}"),
-        *budget_rows(report, t),
-        (t("measurement.raw"), t.length(report.raw_distance_m)),
-        (t("measurement.class"), text),
-        (t("measurement.closure"), _closure(report, t)),
+    said = [
+        t("measurement.class_not_met")
+        if met.percent is None
+        else t("measurement.class_met", percent=t.figure(met.percent)),
+        t("measurement.class_half", half=f"{t.half_width(met.half_width_m)} {t.units}"),
     ]
-    if len(report.track):
-        counts = {name: int((report.track.status == name).sum()) for name in ("ok", "weak", "lost")}
-        total = len(report.track)
-        rows.append(
-            (
-                t("measurement.frames"),
-                t(
-                    "measurement.frames_of",
-                    total=total,
-                    weak=t.figure(100 * counts["weak"] / total, 1),
-                    lost=t.figure(100 * counts["lost"] / total, 1),
-                ),
-            )
-        )
-    return rows
-
-
-def budget_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
-    """Return the sources of the interval at the far end, and what would reduce it most."""
-    track = report.track
-    budget = (
-        budget_of(report.adjusted, report.raw_track, int(track.distance_mm.argmax()))
-        if report.adjusted and len(track)
-        else None
+    if met.residual_mm is None:
+        said.append(t("measurement.class_open"))
+    return _named(
+        t,
+        ("far_end", f"{t.length(report.distance_m)}{half}"),
+        *_budget(report, t),
+        ("raw", t.length(report.raw_distance_m)),
+        ("class", " ".join(said)),
+        ("closure", _closure(report, t)),
+        ("frames", _frames(report, t)),
     )
+
+
+def _frames(report: Report, t: Translator) -> str | None:
+    """Say how many frames there are, and which share of them is weak or lost."""
+    total = len(report.track)
+    if not total:
+        return None
+    weak, lost = (
+        t.figure(100 * int((report.track.status == name).sum()) / total, 1)
+        for name in ("weak", "lost")
+    )
+    return t("measurement.frames_of", total=total, weak=weak, lost=lost)
+
+
+def _budget(report: Report, t: Translator) -> list[tuple[str, str]]:
+    """Return the sources of the interval at the far end, and what would reduce it most."""
+    if not report.adjusted or not len(report.track):
+        return []
+    farthest = int(report.track.distance_mm.argmax())
+    budget = budget_of(report.adjusted, report.raw_track, farthest)
     if budget is None or not budget.parts:
         return []
 
     def half(half_m: float) -> str:
         return f"± {t.half_width(half_m)} {t.units}"
 
-    causes = [t(f"cause.{part.name}") for part in budget.parts]
-    widths = [half(part.half_width_m) for part in budget.parts]
+    parts = [f"{t(f'cause.{part.name}')} {half(part.half_width_m)}" for part in budget.parts]
     if budget.taped is not None:
         advice = t(
             "measurement.shrink_tape",
@@ -83,11 +90,8 @@ def budget_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
     elif budget.half_width_m <= LEAST_M:
         advice = t("measurement.shrink_nothing")
     else:
-        advice = t("measurement.shrink_part", part=causes[0])
-    return [
-        (t("measurement.made_of"), ", ".join(map(" ".join, zip(causes, widths, strict=True)))),
-        (t("measurement.shrink"), advice),
-    ]
+        advice = t("measurement.shrink_part", part=t(f"cause.{budget.parts[0].name}"))
+    return [("made_of", ", ".join(parts)), ("shrink", advice)]
 
 
 def _closure(report: Report, t: Translator) -> str:
@@ -106,86 +110,70 @@ def _closure(report: Report, t: Translator) -> str:
     )
 
 
-def correction_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
+def correction_rows(report: Report, t: Translator) -> Rows:
     """Return what was stated about distances, and the result."""
     stated, adjusted = report.corrected.stated, report.adjusted
-    zero = (
-        t("measurement.zero_first")
-        if stated.zero is None
-        else t(
-            "measurement.zero_at",
-            frame=stated.zero.frame,
-            offset=t.length(stated.zero.offset_m),
-        )
+    zero, sigma, error = stated.zero, stated.rig_sigma, report.corrected.error
+    zero_text = t("measurement.zero_first")
+    if zero is not None:
+        zero_text = t("measurement.zero_at", frame=zero.frame, offset=t.length(zero.offset_m))
+    return _named(
+        t,
+        ("zero", zero_text),
+        *((f"length_{one.kind}", _known_length(one, t)) for one in stated.lengths),
+        ("joints", _joints(report, t)),
+        ("marks_off", _uncounted_marks(adjusted, t) if adjusted else None),
+        ("rig_sigma", t("measurement.rig_sigma_of", height=t.figure(sigma.height_mm),
+                        focal=t.figure(sigma.focal_px)) if sigma else None),
+        ("forced", stated.forced),
+        *(_scale(report, adjusted, t) if adjusted else ()),
+        ("error", error["detail"] if error else None),
+    )  # fmt: skip
+
+
+def _known_length(length: Length, t: Translator) -> str:
+    return t(
+        "measurement.length_of",
+        length=t.length(length.length_m),
+        sigma=t.figure(length.sigma_mm),
+        first=length.first_frame,
+        last=length.last_frame,
     )
-    rows = [(t("measurement.zero"), zero)]
-    for length in stated.lengths:
-        rows.append(
-            (
-                t(f"measurement.length_{length.kind}"),
-                t(
-                    "measurement.length_of",
-                    length=t.length(length.length_m),
-                    sigma=t.figure(length.sigma_mm),
-                    first=length.first_frame,
-                    last=length.last_frame,
-                ),
-            )
+
+
+def _joints(report: Report, t: Translator) -> str | None:
+    """Say how joints count, or why they do not."""
+    adjusted, segment_mm = report.adjusted, report.rig.pipe.segment_length_mm
+    if adjusted and adjusted.by_joints is not None:
+        segment = t.length(None if segment_mm is None else segment_mm / 1000)
+        return t("measurement.joints_of", n=adjusted.by_joints.joints, segment=segment)
+    if report.corrected.stated.joints.use is False:
+        return t("measurement.joints_off")
+    refusal = adjusted.joints_refusal if adjusted else None
+    return None if refusal is None else t.refusal(refusal)
+
+
+def _uncounted_marks(adjusted: Adjusted, t: Translator) -> str | None:
+    places = [t.length(metres(mark.distance_mm)) for mark in adjusted.uncounted_marks]
+    return t("measurement.marks_off_at", places=", ".join(places)) if places else None
+
+
+def _scale(report: Report, adjusted: Adjusted, t: Translator) -> Iterator[tuple[str, str]]:
+    """Yield the scale, and what it says about the rig."""
+    if adjusted.correction is not None and adjusted.correction.doubts_rig:
+        yield "rig", t("measurement.rig_doubted")
+    sigma = "" if adjusted.scale_sigma is None else f" ± {adjusted.scale_sigma:.6f}"
+    yield "scale", t.local(f"{adjusted.scale:.6f}{sigma}")
+    if height := adjusted.height:
+        yield (
+            "height",
+            t(
+                "measurement.height_of",
+                implied=t.figure(height.height_mm, 1),
+                u95=t.figure(U95 * height.sigma_mm, 1),
+                stated=t.figure(report.rig.mount.height_mm),
+            ),
         )
-    by_joints = adjusted.by_joints if adjusted else None
-    if by_joints is not None:
-        segment_mm = report.rig.pipe.segment_length_mm
-        rows.append(
-            (
-                t("measurement.joints"),
-                t(
-                    "measurement.joints_of",
-                    n=by_joints.joints,
-                    segment=t.length(None if segment_mm is None else segment_mm / 1000),
-                ),
-            )
-        )
-    elif stated.joints.use is False:
-        rows.append((t("measurement.joints"), t("measurement.joints_off")))
-    elif adjusted is not None and adjusted.joints_refusal is not None:
-        rows.append((t("measurement.joints"), t.refusal(adjusted.joints_refusal)))
-    if adjusted is not None and adjusted.uncounted_marks:
-        places = (t.length(metres(mark.distance_mm)) for mark in adjusted.uncounted_marks)
-        text = t("measurement.marks_off_at", places=", ".join(places))
-        rows.append((t("measurement.marks_off"), text))
-    if stated.rig_sigma is not None:
-        rows.append(
-            (
-                t("measurement.rig_sigma"),
-                t(
-                    "measurement.rig_sigma_of",
-                    height=t.figure(stated.rig_sigma.height_mm),
-                    focal=t.figure(stated.rig_sigma.focal_px),
-                ),
-            )
-        )
-    if stated.forced:
-        rows.append((t("measurement.forced"), stated.forced))
-    if adjusted is not None:
-        if adjusted.correction is not None and adjusted.correction.doubts_rig:
-            rows.append((t("measurement.rig"), t("measurement.rig_doubted")))
-        sigma = "" if adjusted.scale_sigma is None else f" ± {adjusted.scale_sigma:.6f}"
-        rows.append((t("measurement.scale"), t.local(f"{adjusted.scale:.6f}{sigma}")))
-        if adjusted.height is not None:
-            rows.append(
-                (
-                    t("measurement.height"),
-                    t(
-                        "measurement.height_of",
-                        implied=t.figure(adjusted.height.height_mm, 1),
-                        u95=t.figure(U95 * adjusted.height.sigma_mm, 1),
-                        stated=t.figure(report.rig.mount.height_mm),
-                    ),
-                )
-            )
-    if report.corrected.error is not None:
-        rows.append((t("measurement.error"), report.corrected.error["detail"]))
-    return rows
 
 
 def joint_table(
@@ -210,20 +198,17 @@ def joint_table(
     return [t(name) for name in names], rows
 
 
-def counter_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
+def counter_rows(report: Report, t: Translator) -> Rows:
     """Return the readings of the burnt-in counter, its length beside the camera's, and its faults;
     nothing if the film shows none.
     """
-    counter = report.counter
+    counter, found = report.counter, report.counter.comparison
     if counter.state == "illegible":
-        return [(t("measurement.readings"), t("measurement.illegible"))]
+        return _named(t, ("readings", t("measurement.illegible")))
     if counter.readings is None:
         return []
-    rows = [(t("measurement.readings"), _readings(counter, t))]
-    found = counter.comparison
-    if found is None:
-        return rows
-    if found.length is not None and found.scale is not None:
+    said = None
+    if found is not None and found.length is not None and found.scale is not None:
         text = t(
             "measurement.counter_says",
             counter=t.length(metres(found.length.length_mm)),
@@ -234,9 +219,14 @@ def counter_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
             first=found.length.first_frame,
             last=found.length.last_frame,
         )
-        verdict = t("measurement.agrees" if found.agrees else "measurement.disagrees")
-        rows.append((t("measurement.counter_and_camera"), f"{text} {verdict}"))
-    return [*rows, (t("measurement.counter_faults"), _faults(found.faults, report, t))]
+        said = f"{text} {t('measurement.agrees' if found.agrees else 'measurement.disagrees')}"
+    faults = None if found is None else _faults(found.faults, report, t)
+    return _named(
+        t,
+        ("readings", _readings(counter, t)),
+        ("counter_and_camera", said),
+        ("counter_faults", faults),
+    )
 
 
 def _readings(counter: CounterView, t: Translator) -> str:
@@ -277,22 +267,27 @@ def _faults(faults: Sequence[Fault], report: Report, t: Translator) -> str:
     return f"{len(faults)}: {'; '.join(named)}"
 
 
-def rig_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
+def rig_rows(report: Report, t: Translator) -> Rows:
     """Return the rows about camera, mount and wall."""
     camera, mount, pipe = report.rig.camera, report.rig.mount, report.rig.pipe
+    places = {name: t.figure(getattr(camera, name), 1) for name in ("fx", "fy", "cx", "cy")}
     lens = t(
         "measurement.lens",
         model=t(f"lens.{camera.model}"),
         width=camera.width,
         height=camera.height,
-        fx=t.figure(camera.fx, 1),
-        fy=t.figure(camera.fy, 1),
-        cx=t.figure(camera.cx, 1),
-        cy=t.figure(camera.cy, 1),
+        **places,
     )
     if camera.distortion:
         numbers = ", ".join(t.local(f"{value:.5g}") for value in camera.distortion)
         lens += " " + t("measurement.distortion", numbers=numbers)
+    wall = (
+        t("measurement.flat")
+        if pipe.diameter_mm is None
+        else t("measurement.circular", diameter=t.figure(pipe.diameter_mm))
+    )
+    if pipe.segment_length_mm is not None:
+        wall += " " + t("measurement.segment", length=t.length(pipe.segment_length_mm / 1000))
     place = t(
         "measurement.mount",
         view=t(f"view.{mount.view}"),
@@ -302,47 +297,34 @@ def rig_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
         pitch=t.figure(mount.pitch_deg),
         roll=t.figure(mount.roll_deg),
     )
-    wall = (
-        t("measurement.flat")
-        if pipe.diameter_mm is None
-        else t("measurement.circular", diameter=t.figure(pipe.diameter_mm))
+    calibration = str(report.header.get("calibration_id") or t("measurement.no_calibration"))
+    return _named(
+        t, ("camera", lens), ("place", place), ("wall", wall), ("calibration", calibration)
     )
-    if pipe.segment_length_mm is not None:
-        wall += " " + t("measurement.segment", length=t.length(pipe.segment_length_mm / 1000))
-    calibration = report.header.get("calibration_id")
-    return [
-        (t("measurement.camera"), lens),
-        (t("measurement.place"), place),
-        (t("measurement.wall"), wall),
-        (
-            t("measurement.calibration"),
-            str(calibration) if calibration else t("measurement.no_calibration"),
-        ),
-    ]
 
 
-def video_rows(report: Report, t: Translator) -> list[tuple[str, str]]:
+def video_rows(report: Report, t: Translator) -> Rows:
     """Return the rows about the film and its faults."""
     source, video = report.source, report.source.video
     picture = f"{video['width']} × {video['height']} px" if "width" in video else NOTHING
     facts = [picture, str(video.get("codec") or "")]
     frames, duration_s = video.get("frames"), video.get("duration_s")
     if frames and duration_s:
-        rate = t("measurement.rate", frames=frames, rate=t.local(f"{frames / duration_s:.3g}"))
-        facts += [rate, t.time(duration_s)]
-    rows = [
-        (t("measurement.file"), source.filename or NOTHING),
-        (
-            t("measurement.size"),
-            t("measurement.bytes", n=f"{source.size:,}".replace(",", " ")),
+        rate = t.local(f"{frames / duration_s:.3g}")
+        facts += [t("measurement.rate", frames=frames, rate=rate), t.time(duration_s)]
+    size = f"{source.size:,}".replace(",", " ")
+    return [
+        *_named(
+            t,
+            ("file", source.filename or NOTHING),
+            ("size", t("measurement.bytes", n=size)),
+            ("pictures", " · ".join(fact for fact in facts if fact)),
         ),
-        (t("measurement.pictures"), " · ".join(fact for fact in facts if fact)),
         ("SHA-256", source.sha256 or t("measurement.no_hash")),
+        *_named(
+            t,
+            ("tracked_with", report.tracked_with and f"Chainage {report.tracked_with}"),
+            ("warning", report.warning),
+            ("failure", report.error),
+        ),
     ]
-    if report.tracked_with:
-        rows.append((t("measurement.tracked_with"), f"Chainage {report.tracked_with}"))
-    if report.warning:
-        rows.append((t("measurement.warning"), report.warning))
-    if report.error:
-        rows.append((t("measurement.failure"), report.error))
-    return rows
