@@ -111,7 +111,7 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     page.get_by_role("tab", name="Review").click()
     expect(page.locator(".review")).to_contain_text("The wrong pipe")
     page.goto(f"{server.url}/?review=approved")
-    expect(page.locator(".find__nothing")).to_be_visible()
+    expect(page.locator("[data-part=nothing]")).to_be_visible()
     page.get_by_label("Review", exact=True).select_option("reopened")
     expect(page.locator(f".inspection[data-key='{inspection}']")).to_contain_text("Reopened")
 

@@ -3,10 +3,8 @@
 import { html, render } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { t } from '../../../core/page/words.js';
-import { archivePage, exportButton, filterChips, followFilters } from '../archive-shell/archive-shell.js';
+import { archivePage, exportButton } from '../archive-shell/archive-shell.js';
 import { icon } from '../../shared/icon/icon.js';
-import { closesElsewhere } from '../../shared/menu/menu.js';
-import { orToast } from '../../shared/toast-stack/toast-stack.js';
 import './asset-history.js';
 import { assetTableMarkup, fillAssetTable } from './asset-table.js';
 
@@ -23,14 +21,7 @@ export class ArchiveAssets extends Component {
       this,
       archivePage({ title: t('archive.assets'), ways: exportButton(), content: assetTableMarkup() }),
     );
-    const { parts, signal } = this;
-    const list = fillAssetTable(this, false);
-    closesElsewhere(this.querySelector('.export-all'), signal);
-    followFilters(this, list, signal, orToast);
-    this.listen(list, 'change', () => {
-      const { project } = list.filters;
-      render(parts.chips, filterChips(project ? [['project', t('archive.project'), project]] : []));
-    });
+    fillAssetTable(this, false);
   }
 
   #showOne(asset) {

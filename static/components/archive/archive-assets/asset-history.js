@@ -114,7 +114,7 @@ export class AssetHistory extends Component {
   #show() {
     const { inspections, traces, total } = this.#history;
     if (inspections.length === 0) {
-      render(this.parts.history, html`<p class="panel find__nothing row gap-3 wrap pad-4">${t('assets.never')}</p>`);
+      render(this.parts.history, html`<p class="panel row gap-3 wrap pad-4">${t('assets.never')}</p>`);
       return;
     }
     const shown = traces.filter(({ change }) => !this.#change || change === this.#change);
@@ -132,7 +132,7 @@ export class AssetHistory extends Component {
           ),
         )}</tr></thead>
         <tbody>${shown.map((trace) => traceRow(trace, inspections))}</tbody></table></div>
-        ${traces.length === 0 && html`<p class="panel find__nothing row gap-3 wrap pad-4">${inspections.some(({ defects }) => defects.length) ? t('assets.no_places') : t('assets.no_defects')}</p>`}`,
+        ${traces.length === 0 && html`<p class="panel row gap-3 wrap pad-4">${inspections.some(({ defects }) => defects.length) ? t('assets.no_places') : t('assets.no_defects')}</p>`}`,
     );
   }
 

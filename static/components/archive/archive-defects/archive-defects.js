@@ -2,30 +2,17 @@
 
 import { Catalogue, labelOf } from '../../../core/defects/codes.js';
 import { html, render } from '../../../core/page/html.js';
-import { bindKeys } from '../../../core/page/keys.js';
-import { PagedList } from '../../../core/page/paged-list.js';
 import { Component } from '../../../core/page/store.js';
 import { chainage, clockHour, count, day, lengthUnit, parseDistance, plusMinus } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { assetPath } from '../archive-assets/asset-table.js';
-import {
-  archivePage,
-  exportButton,
-  filterChips,
-  followFilters,
-  likeButton,
-  pendingNote,
-  showFault,
-} from '../archive-shell/archive-shell.js';
+import { archivePage, exportButton, likeButton } from '../archive-shell/archive-shell.js';
+import { bindListKeys, clearFilters, followList, tableMarkup } from '../archive-shell/list-page.js';
 import { codeSearch } from '../../defects/code-search/code-search.js';
-import '../../shared/data-table/data-table.js';
-import { showKeys } from '../../desk/actions/key-help.js';
-import { closesElsewhere } from '../../shared/menu/menu.js';
-import '../../shared/pager/pager.js';
+import { column, figures, orDash } from '../../shared/data-table/data-table.js';
 import { GRADES, severityMark, severityWord } from '../../shared/severity-mark/severity-mark.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
 
-const POLL_S = 10;
 const FILTERS = ['text', 'code', 'severity_from', 'project', 'asset', 'from_m', 'to_m', 'clock', 'after', 'before'];
 const HOURS = [12, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
 const CODE = /^[A-Z][A-Z0-9]{0,7}$/;
@@ -34,36 +21,33 @@ export class ArchiveDefects extends Component {
   #list;
 
   mount() {
-    const { signal } = this;
     /** @type {Parts<'archive-defects/archive-defects'>} */
     this.parts = render(
       this,
       archivePage({ title: t('archive.defects'), ways: exportButton(), content: contentMarkup() }),
     );
     const { parts } = this;
-    const list = new PagedList('/api/archive/defects', { filters: [...FILTERS, 'sort', 'descending'], signal });
+    const list = followList(this, {
+      path: '/api/archive/defects',
+      filters: FILTERS,
+      rows: 'defects',
+      caption: t('archive.defects'),
+      columns: columns(),
+      keyOf: (item) => item.observation_id,
+      chosen: ({ project, asset }) => [
+        ['project', t('archive.project'), project],
+        ['asset', t('archive.asset'), asset],
+      ],
+      show: ({ total }) => this.#show(total),
+    });
     this.#list = list;
     for (const name of FILTERS) if (parts[name]) parts[name].value = list.filters[name];
     parts.more.open = ['from_m', 'to_m', 'clock', 'after', 'before'].some((name) => list.filters[name]);
-    parts.table.fill({ caption: t('archive.defects'), columns: columns(), keyOf: (item) => item.observation_id, list });
-    parts.pager.fill(list);
-    const find = () => orToast(() => this.#find());
-    this.listen(parts.form, 'input', find);
+    this.listen(parts.form, 'input', () => orToast(() => this.#find()));
     this.listen(parts.form, 'submit', (event) => event.preventDefault());
-    this.listen(parts.clear, 'click', () => {
-      for (const name of FILTERS) if (parts[name]) parts[name].value = '';
-      orToast(() => list.want(Object.fromEntries(FILTERS.map((name) => [name, '']))));
-      parts.text.focus();
-    });
-    followFilters(this, list, signal, orToast);
-    closesElsewhere(this.querySelector('.export-all'), signal);
-    this.listen(list, 'change', () => this.#show());
+    this.listen(parts.clear, 'click', () => clearFilters(this, list, FILTERS));
     this.#offersCodes();
-    this.#bindsKeys();
-    list.follow(
-      () => POLL_S,
-      (error) => showFault(parts.fault, error),
-    );
+    bindListKeys(this, t('archive.defects'), t('search.defects'));
   }
 
   /** Offers the codes of the catalogue; the beginning of one finds all below it. */
@@ -97,41 +81,12 @@ export class ArchiveDefects extends Component {
     return fault ? null : this.#list.want(wanted);
   }
 
-  #show() {
+  #show(total) {
     const { parts } = this;
-    const { defects, total, pending } = this.#list.value;
-    const { filters } = this.#list;
-    parts.table.show(defects);
-    parts.table.hidden = total === 0;
-    const isNarrowed = FILTERS.some((name) => filters[name]);
+    const isNarrowed = FILTERS.some((name) => this.#list.filters[name]);
     parts.clear.hidden = !isNarrowed;
-    parts.nothing.hidden = total > 0 || !isNarrowed;
-    parts.empty.hidden = total > 0 || isNarrowed;
+    parts.nothing.textContent = isNarrowed ? t('search.nothing') : t('search.no_defects');
     parts.found.textContent = total ? t('search.found', { n: total, count: count(total) }) : '';
-    render(parts.pending, pendingNote(pending));
-    const chosen = [
-      ['project', t('archive.project'), filters.project],
-      ['asset', t('archive.asset'), filters.asset],
-    ];
-    render(parts.chips, filterChips(chosen.filter(([, , value]) => value)));
-  }
-
-  #bindsKeys() {
-    const { parts } = this;
-    const turn = (button) => () => parts.pager.querySelector(`[data-part=${button}]`).click();
-    const bindings = [
-      { keys: ['/'], label: t('search.defects'), run: () => parts.text.focus() },
-      { keys: ['n'], label: t('pager.next'), run: turn('next') },
-      { keys: ['p'], label: t('pager.previous'), run: turn('previous') },
-    ];
-    const shown = [
-      {
-        title: t('archive.defects'),
-        bindings: [...bindings, { keys: ['ArrowUp', 'ArrowDown'], shown: ['↑', '↓'], label: t('table.rows') }],
-      },
-    ];
-    const help = () => showKeys(shown, { hasStage: false });
-    bindKeys(document, [...bindings, { keys: ['?'], label: t('keys.list'), run: help }], this.signal);
   }
 }
 
@@ -165,72 +120,40 @@ const contentMarkup = () => html`<form class="search-form stack gap-3 at-bottom 
   </form>
   <div class="search-head row gap-row wrap"><p class="dim number" role="status" data-part="found"></p><span class="find__filters" data-part="chips"></span>
     <button class="button button--small button--quiet" data-part="clear">${t('list.clear')}</button></div>
-  <div data-part="pending"></div>
-  <data-table class="defects-table" data-part="table"></data-table>
-  <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('search.nothing')}</p>
-  <p class="panel find__nothing row gap-3 wrap pad-4" data-part="empty" hidden>${t('search.no_defects')}</p>
-  <list-pager data-part="pager"></list-pager>`;
+  ${tableMarkup('defects-table', '')}`;
 
 /** The address of a defect in its inspection: the page opens it at its frame. */
 export const defectPath = ({ inspection_id: inspection, observation_id: defect }) =>
   `/inspections/${inspection}?${new URLSearchParams({ defect })}`;
 
 const columns = () => [
-  {
-    name: 'severity',
-    title: t('search.severity_column'),
-    sort: 'severity',
-    descends: true,
-    cell: ({ severity }) =>
-      html`<span class="inspection__worst inline-row">${severityMark(severity)}<b>${severity ?? ''}</b> <span class="dim">${wordFor('severity', String(severity ?? 'none'))}</span></span>`,
-  },
-  {
-    name: 'defect',
-    title: t('search.defect'),
-    sort: 'code',
-    cell: (
-      item,
-    ) => html`<a href="${defectPath(item)}">${[item.code, item.char1, item.char2].filter(Boolean).join(' ') || t('code.none')}</a>
-      <small>${labelOf(item)}</small>${item.remark && html`<small class="defects-table__remark">“${item.remark}”</small>`}`,
-  },
-  {
-    name: 'distance',
-    title: t('search.distance'),
-    sort: 'distance_m',
-    cell: ({
-      distance_m: m,
-      distance_u95_m: u95,
-      clock,
-    }) => html`${m === null ? html`<span class="dim">–</span>` : html`<b class="number">${chainage(m)}</b> <small class="number">${u95 !== null && plusMinus(u95)}</small>`}
-      ${clock && html`<small>${clockHour(clock)}</small>`}`,
-  },
-  {
-    name: 'asset',
-    title: t('archive.asset'),
-    sort: 'asset',
-    cell: ({ asset }) =>
+  figures('severity', t('search.severity_column'), severityMarkup),
+  column('defect', t('search.defect'), defectMarkup, 'code'),
+  column('distance', t('search.distance'), distanceMarkup, 'distance_m'),
+  column(
+    'asset',
+    t('archive.asset'),
+    ({ asset }) =>
       html`${likeButton('asset', asset)}${asset && html`<small><a href="${assetPath(asset)}">${t('assets.history')}</a></small>`}`,
-  },
-  {
-    name: 'project',
-    title: t('archive.project'),
-    sort: 'project',
-    cell: ({ project }) => likeButton('project', project),
-  },
-  {
-    name: 'inspection',
-    title: t('search.inspection'),
-    sort: 'inspection',
-    cell: ({ inspection_id: id, inspection, frame, photo }) =>
-      html`<a href="/inspections/${id}">${inspection}</a><small class="number">${t('search.frame', { frame })}${photo && html` · ${t('search.photo')}`}</small>`,
-  },
-  {
-    name: 'day',
-    title: t('search.day'),
-    sort: 'surveyed_on',
-    descends: true,
-    cell: ({ surveyed_on: on }) => html`<span class="number">${day(on)}</span>`,
-  },
+    'asset',
+  ),
+  column('project', t('archive.project'), ({ project }) => likeButton('project', project), 'project'),
+  column('inspection', t('search.inspection'), inspectionMarkup, 'inspection'),
+  figures('day', t('search.day'), ({ surveyed_on: on }) => day(on), 'surveyed_on'),
 ];
+
+const severityMarkup = ({ severity }) =>
+  html`<span class="inspection__worst inline-row">${severityMark(severity)}<b>${severity ?? ''}</b> <span class="dim">${wordFor('severity', String(severity ?? 'none'))}</span></span>`;
+
+const defectMarkup = (item) =>
+  html`<a href="${defectPath(item)}">${[item.code, item.char1, item.char2].filter(Boolean).join(' ') || t('code.none')}</a>
+    <small>${labelOf(item)}</small>${item.remark && html`<small class="defects-table__remark">“${item.remark}”</small>`}`;
+
+const distanceMarkup = ({ distance_m: m, distance_u95_m: u95, clock }) =>
+  html`${m === null ? orDash(null) : html`<b class="number">${chainage(m)}</b> <small class="number">${u95 !== null && plusMinus(u95)}</small>`}
+    ${clock && html`<small>${clockHour(clock)}</small>`}`;
+
+const inspectionMarkup = ({ inspection_id: id, inspection, frame, photo }) =>
+  html`<a href="/inspections/${id}">${inspection}</a><small class="number">${t('search.frame', { frame })}${photo && html` · ${t('search.photo')}`}</small>`;
 
 customElements.define('archive-defects', ArchiveDefects);

@@ -62,7 +62,7 @@ export class ArchiveFailures extends Component {
       toast(t('archive.done_take_off', { n: taken, count: count(taken) }));
     } else {
       const tried = await act('retry', meant);
-      toast(t('archive.done_retry', { n: tried, count: count(tried) }), {
+      toast(wordFor('archive_done', 'retry', { n: tried, count: count(tried) }), {
         action: t('failures.watch'),
         run: () => location.assign('/archive'),
       });

@@ -208,7 +208,7 @@ const contentMarkup = () => html`<form class="map-filters flow at-bottom below-3
   <section class="panel map-empty stack gap-3" data-part="empty" hidden><h2>${t('map.empty')}</h2>
     <p>${pieces('map.empty_text', { latitude: html`<b>${wordFor('header', 'start_lat')}</b>`, longitude: html`<b>${wordFor('header', 'start_lon')}</b>` })}</p>
     <p><a class="button" href="/archive/register">${t('map.register')}</a></p></section>
-  <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('map.nothing')}</p>
+  <p class="panel row gap-3 wrap pad-4" data-part="nothing" hidden>${t('map.nothing')}</p>
   <div class="map-area stack gap-4" data-part="area">
     <div class="map panel">
       <map-canvas data-part="map"></map-canvas>

@@ -2,17 +2,15 @@
 
 import { get, poll } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
-import { PagedList } from '../../../core/page/paged-list.js';
 import { Component } from '../../../core/page/store.js';
 import { count, day } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { assetTableMarkup, fillAssetTable } from '../archive-assets/asset-table.js';
-import { archivePage, exportButton, factsMarkup, pendingNote, showFault } from '../archive-shell/archive-shell.js';
+import { archivePage, exportButton, factsMarkup, showFault } from '../archive-shell/archive-shell.js';
+import { followList, searchMarkup, tableMarkup } from '../archive-shell/list-page.js';
 import { openBulkExport } from '../bulk-export/bulk-export.js';
-import '../../shared/data-table/data-table.js';
+import { column, figures } from '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
-import { closesElsewhere } from '../../shared/menu/menu.js';
-import '../../shared/pager/pager.js';
 import { worstMarkup } from '../../shared/severity-mark/severity-mark.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
 
@@ -33,39 +31,18 @@ export class ArchiveProjects extends Component {
       archivePage({
         title: t('archive.projects'),
         ways: exportButton(),
-        content: html`<search class="row gap-3 wrap below-4"><div class="field find__text"><label class="visually-hidden" for="projects-text">${t('projects.search')}</label>
-            <input class="input" id="projects-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('projects.search')}" data-part="text" /></div></search>
-          <div data-part="pending"></div>
-          <data-table data-part="table"></data-table>
-          <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('projects.nothing')}</p>
-          <list-pager data-part="pager"></list-pager>`,
+        content: html`${searchMarkup(t('projects.search'))}${tableMarkup('', t('projects.nothing'))}`,
       }),
     );
-    const { parts, signal } = this;
-    /** @type {PagedList<Api['ProjectsOut']>} */
-    const list = new PagedList('/api/archive/projects', { filters: ['search', 'sort', 'descending'], signal });
-    parts.text.value = list.filters.search;
-    parts.table.fill({
+    followList(this, {
+      path: '/api/archive/projects',
+      filters: ['search'],
+      rows: 'projects',
       caption: t('archive.projects'),
       columns: columns(),
       keyOf: ({ project }) => JSON.stringify(project),
-      list,
       usual: { sort: 'project', descending: 'false' },
     });
-    parts.pager.fill(list);
-    closesElsewhere(this.querySelector('.export-all'), signal);
-    this.listen(parts.text, 'input', () => orToast(() => list.want({ search: parts.text.value })));
-    this.listen(list, 'change', () => {
-      const { projects, total, pending } = list.value;
-      parts.table.show(projects);
-      parts.table.hidden = total === 0;
-      parts.nothing.hidden = total > 0;
-      render(parts.pending, pendingNote(pending));
-    });
-    list.follow(
-      () => POLL_S,
-      (error) => showFault(parts.fault, error),
-    );
   }
 
   #showOne(project) {
@@ -117,54 +94,22 @@ function projectFacts(project) {
 }
 
 const columns = () => [
-  {
-    name: 'project',
-    title: t('archive.project'),
-    sort: 'project',
-    cell: ({ project }) => html`<a href="/archive/projects?${queryOf(project)}">${project ?? t('projects.none')}</a>`,
-  },
-  {
-    name: 'assets',
-    title: t('archive.assets'),
-    sort: 'assets',
-    descends: true,
-    cell: ({ assets }) => html`<span class="number">${count(assets)}</span>`,
-  },
-  {
-    name: 'inspections',
-    title: t('list.title'),
-    sort: 'inspections',
-    descends: true,
-    cell: ({ project, inspections }) => html`<a class="number" href="/?${queryOf(project)}">${count(inspections)}</a>`,
-  },
-  {
-    name: 'done',
-    title: t('projects.done'),
-    sort: 'done',
-    descends: true,
-    cell: ({ done, inspections }) => shareMarkup(done, inspections),
-  },
-  {
-    name: 'approved',
-    title: t('projects.approved'),
-    sort: 'approved',
-    descends: true,
-    cell: ({ approved, inspections }) => shareMarkup(approved, inspections),
-  },
-  {
-    name: 'last',
-    title: t('assets.last'),
-    sort: 'last_on',
-    descends: true,
-    cell: ({ last_at: at }) => html`<span class="number">${at ? day(at) : '–'}</span>`,
-  },
-  {
-    name: 'worst',
-    title: t('projects.worst'),
-    sort: 'worst_severity',
-    descends: true,
-    cell: ({ worst_severity: worst }) => worstMarkup(worst),
-  },
+  column(
+    'project',
+    t('archive.project'),
+    ({ project }) => html`<a href="/archive/projects?${queryOf(project)}">${project ?? t('projects.none')}</a>`,
+    'project',
+  ),
+  figures('assets', t('archive.assets'), ({ assets }) => count(assets)),
+  figures(
+    'inspections',
+    t('list.title'),
+    ({ project, inspections }) => html`<a class="number" href="/?${queryOf(project)}">${count(inspections)}</a>`,
+  ),
+  figures('done', t('projects.done'), ({ done, inspections }) => shareMarkup(done, inspections)),
+  figures('approved', t('projects.approved'), ({ approved, inspections }) => shareMarkup(approved, inspections)),
+  figures('last', t('assets.last'), ({ last_at: at }) => at && day(at), 'last_on'),
+  figures('worst', t('projects.worst'), ({ worst_severity: worst }) => worstMarkup(worst), 'worst_severity'),
 ];
 
 const shareMarkup = (n, all) =>

@@ -1,18 +1,14 @@
 /** How suitable the films were for measuring: which were too fast, too dark, blurred, or lost. */
 
 import { html, render } from '../../../core/page/html.js';
-import { PagedList } from '../../../core/page/paged-list.js';
 import { Component } from '../../../core/page/store.js';
 import { count, day, signed } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
-import { archivePage, exportButton, pendingNote, showFault } from '../archive-shell/archive-shell.js';
-import '../../shared/data-table/data-table.js';
+import { archivePage, exportButton } from '../archive-shell/archive-shell.js';
+import { followList, tableMarkup } from '../archive-shell/list-page.js';
+import { column, figures } from '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
-import { closesElsewhere } from '../../shared/menu/menu.js';
-import '../../shared/pager/pager.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
-
-const POLL_S = 10;
 
 /** Problem, and the share that shows it. */
 const PROBLEMS = [
@@ -36,82 +32,56 @@ export class ArchiveQuality extends Component {
           <div class="choices flow gap-1 pad-1 quality__choices" role="group" aria-label="${t('quality.problem')}" data-part="choices">
             <button class="button button--small" data-problem="">${t('quality.all')}</button>
             ${PROBLEMS.map(([problem]) => html`<button class="button button--small" data-problem="${problem}">${wordFor('film_problem', problem)}</button>`)}</div>
-          <div data-part="pending"></div>
-          <data-table class="quality-table" data-part="table"></data-table>
-          <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('quality.nothing')}</p>
-          <list-pager data-part="pager"></list-pager>`,
+          ${tableMarkup('quality-table', t('quality.nothing'))}`,
       }),
     );
-    const { parts, signal } = this;
-    /** @type {PagedList<Api['app__web__schemas__search__FilmsOut']>} */
-    const list = new PagedList('/api/archive/quality', { filters: ['problem', 'sort', 'descending'], signal });
-    parts.table.fill({ caption: t('archive.quality'), columns: columns(), keyOf: (film) => film.inspection_id, list });
-    parts.pager.fill(list);
-    closesElsewhere(this.querySelector('.export-all'), signal);
-    this.listen(parts.choices, 'click', ({ target }) => {
+    const { choices } = this.parts;
+    const list = followList(this, {
+      path: '/api/archive/quality',
+      filters: ['problem'],
+      rows: 'films',
+      caption: t('archive.quality'),
+      columns: columns(),
+      keyOf: (film) => film.inspection_id,
+      show: (_, { filters }) => {
+        for (const button of choices.children)
+          button.setAttribute('aria-pressed', String(button.dataset.problem === filters.problem));
+      },
+    });
+    this.listen(choices, 'click', ({ target }) => {
       const problem = target.closest('[data-problem]')?.dataset.problem;
       if (problem === undefined) return;
       const share = PROBLEMS.find(([name]) => name === problem)?.[1] ?? '';
       orToast(() => list.want({ problem, sort: share, descending: share && 'true' }));
     });
-    this.listen(list, 'change', () => {
-      const { films, total, pending } = list.value;
-      parts.table.show(films);
-      parts.table.hidden = total === 0;
-      parts.nothing.hidden = total > 0;
-      render(parts.pending, pendingNote(pending));
-      for (const button of parts.choices.children)
-        button.setAttribute('aria-pressed', String(button.dataset.problem === list.filters.problem));
-    });
-    list.follow(
-      () => POLL_S,
-      (error) => showFault(parts.fault, error),
-    );
   }
 }
 
 /** '12.3 %', with a sign where it is a problem: colour alone would not show it. */
-const shareCell = (share, isProblem) =>
+const shareMarkup = (share, isProblem) =>
   share === null
-    ? html`<span class="dim">–</span>`
+    ? null
     : html`<span class="number ${isProblem && 'quality__problem inline-row gap-1 lost nowrap'}">${isProblem && icon('alert')}${signed(100 * share, 1)} %</span>`;
 
 const columns = () => [
-  {
-    name: 'film',
-    title: t('archive.film'),
-    sort: 'name',
-    cell: ({ inspection_id: id, name, asset, project }) =>
+  column(
+    'film',
+    t('archive.film'),
+    ({ inspection_id: id, name, asset, project }) =>
       html`<a href="/inspections/${id}">${name}</a><small>${[asset, project].filter(Boolean).join(' · ')}</small>`,
-  },
-  {
-    name: 'day',
-    title: t('search.day'),
-    sort: 'surveyed_on',
-    descends: true,
-    cell: ({ surveyed_on: on }) => html`<span class="number">${day(on)}</span>`,
-  },
-  {
-    name: 'frames',
-    title: t('quality.frames'),
-    sort: 'frames',
-    descends: true,
-    cell: ({ frames }) => html`<span class="number">${count(frames)}</span>`,
-  },
-  ...PROBLEMS.map(([problem, share]) => ({
-    name: problem,
-    title: wordFor('film_problem', problem),
-    sort: share,
-    descends: true,
-    cell: (film) => shareCell(film[share], film.problems.includes(problem)),
-  })),
-  {
-    name: 'weak',
-    title: t('quality.weak'),
-    sort: 'weak_share',
-    descends: true,
-    cell: ({ weak_share: share }) => shareCell(share, false),
-  },
+    'name',
+  ),
+  figures('day', t('search.day'), ({ surveyed_on: on }) => day(on), 'surveyed_on'),
+  figures('frames', t('quality.frames'), ({ frames }) => count(frames)),
+  ...PROBLEMS.map(([problem, share]) =>
+    figures(
+      problem,
+      wordFor('film_problem', problem),
+      (film) => shareMarkup(film[share], film.problems.includes(problem)),
+      share,
+    ),
+  ),
+  figures('weak', t('quality.weak'), ({ weak_share: share }) => shareMarkup(share, false), 'weak_share'),
 ];
 
 customElements.define('archive-quality', ArchiveQuality);

@@ -1,18 +1,17 @@
 /** The register of assets: search, edit, import from a table and save as one. */
 
 import { html, render } from '../../../core/page/html.js';
-import { PagedList } from '../../../core/page/paged-list.js';
 import { deleteAsset, loadAsset, saveAsset } from '../../../core/survey/register.js';
 import { may } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
 import { chainage, count, date } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { assetPath } from '../archive-assets/asset-table.js';
-import { archivePage, showFault } from '../archive-shell/archive-shell.js';
+import { archivePage } from '../archive-shell/archive-shell.js';
+import { followList, searchMarkup, tableMarkup } from '../archive-shell/list-page.js';
 import { editAsset } from '../asset-form/asset-form.js';
-import '../../shared/data-table/data-table.js';
+import { column, orDash } from '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
-import '../../shared/pager/pager.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
 import { importAssets } from './import-dialog.js';
 
@@ -30,22 +29,20 @@ export class ArchiveRegister extends Component {
         ways: html`<a class="button" href="/api/register/assets.csv" download>${icon('download')}${t('register.export')}</a>
           <button class="button" data-import data-needs="operator">${icon('upload')}${t('register.import')}</button>
           <button class="button button--primary" data-add data-needs="operator">${icon('plus')}${t('register.add')}</button>`,
-        content: html`<search class="row gap-3 wrap below-4"><div class="field find__text"><label class="visually-hidden" for="register-text">${t('register.search')}</label>
-            <input class="input" id="register-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('register.search')}" data-part="text" /></div></search>
-          <p class="dim" role="status" data-part="found"></p>
-          <data-table class="register" data-part="table"></data-table>
-          <div class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden></div>
-          <list-pager data-part="pager"></list-pager>`,
+        content: html`${searchMarkup(t('register.search'))}
+          <p class="dim" role="status" data-part="found"></p>${tableMarkup('register', '')}`,
       }),
     );
-    const { parts, signal } = this;
-    this.#list = new PagedList('/api/register/assets', { filters: ['search'], signal });
-    const list = this.#list;
-    parts.text.value = list.filters.search;
-    parts.table.fill({ caption: t('archive.register'), columns: columns(), keyOf: ({ asset_id: id }) => id });
-    parts.pager.fill(list);
-    this.listen(parts.text, 'input', () => orToast(() => list.want({ search: parts.text.value })));
-    this.listen(list, 'change', () => this.#show());
+    this.#list = followList(this, {
+      path: '/api/register/assets',
+      filters: ['search'],
+      rows: 'assets',
+      caption: t('archive.register'),
+      columns: columns(),
+      keyOf: ({ asset_id: id }) => id,
+      show: ({ total }) => this.#show(total),
+      pauseAfter: () => POLL_S,
+    });
     this.listen(this, 'click', ({ target }) => {
       const { edit, remove, import: isImport, add } = target.closest('button')?.dataset ?? {};
       if (isImport !== undefined) orToast(() => this.#import());
@@ -53,20 +50,12 @@ export class ArchiveRegister extends Component {
       if (edit !== undefined) orToast(() => this.#edit(edit));
       if (remove !== undefined) orToast(() => this.#delete(remove));
     });
-    list.follow(
-      () => POLL_S,
-      (error) => showFault(parts.fault, error),
-    );
   }
 
-  #show() {
-    const { parts } = this;
-    const { assets, total } = this.#list.value;
-    parts.table.show(assets);
-    parts.table.hidden = total === 0;
-    parts.found.textContent = total > 0 ? t('register.found', { n: total, count: count(total) }) : '';
-    parts.nothing.hidden = total > 0;
-    render(parts.nothing, this.#list.isFiltered ? html`<p>${t('register.nothing')}</p>` : emptyRegister());
+  #show(total) {
+    const { found, nothing } = this.parts;
+    found.textContent = total > 0 ? t('register.found', { n: total, count: count(total) }) : '';
+    render(nothing, this.#list.isFiltered ? html`<p>${t('register.nothing')}</p>` : emptyRegister());
   }
 
   async #import() {
@@ -119,41 +108,36 @@ function sectionOf({ shape, height_mm: height, width_mm: width }) {
   return [shape && wordFor('header.choice', shape), size && `${size} mm`].filter(Boolean).join(' ');
 }
 
-const orDash = (text) => (text ? html`${text}` : html`<span class="dim">–</span>`);
-
 const placeOf = (line) => line.slice(0, 1).map(([lon, lat]) => `${lat.toFixed(5)}, ${lon.toFixed(5)}`)[0];
 
 const columns = () => [
-  {
-    name: 'asset',
-    title: t('archive.asset'),
-    cell: ({ asset_id: id, header: { road, location_text: where } }) => html`<a href="${assetPath(id)}">${id}</a>
+  column(
+    'asset',
+    t('archive.asset'),
+    ({ asset_id: id, header: { road, location_text: where } }) => html`<a href="${assetPath(id)}">${id}</a>
       <small>${[road, where].filter(Boolean).join(' · ')}</small>`,
-  },
-  { name: 'project', title: t('archive.project'), cell: ({ project }) => orDash(project) },
-  {
-    name: 'section',
-    title: t('header.shape'),
-    cell: ({ header }) => html`${orDash(sectionOf(header))}<small>${header.material}</small>`,
-  },
-  {
-    name: 'length',
-    title: t('register.length'),
-    cell: ({ header: { known_length_m: known, expected_length_m: expected } }) =>
-      html`<span class="number">${orDash((known ?? expected) !== undefined && chainage(known ?? expected))}</span>`,
-  },
-  {
-    name: 'place',
-    title: t('register.place'),
-    cell: ({ line }) =>
-      html`<span class="number">${orDash(placeOf(line))}</span>${line.length > 1 && html`<small>${t('register.points', { n: line.length })}</small>`}`,
-  },
-  {
-    name: 'changed',
-    title: t('register.changed'),
-    cell: ({ changed_at: at, changed_by: who }) => html`<span class="number">${date(at)}</span><small>${who}</small>`,
-  },
-  ...(may('operator') ? [{ name: 'ways', title: t('register.ways'), cell: waysOf }] : []),
+  ),
+  column('project', t('archive.project'), ({ project }) => (project ? html`${project}` : orDash(null))),
+  column(
+    'section',
+    t('header.shape'),
+    ({ header }) => html`${orDash(sectionOf(header))}<small>${header.material}</small>`,
+  ),
+  column('length', t('register.length'), ({ header: { known_length_m: known, expected_length_m: expected } }) =>
+    orDash((known ?? expected) && chainage(known ?? expected)),
+  ),
+  column(
+    'place',
+    t('register.place'),
+    ({ line }) =>
+      html`${orDash(placeOf(line))}${line.length > 1 && html`<small>${t('register.points', { n: line.length })}</small>`}`,
+  ),
+  column(
+    'changed',
+    t('register.changed'),
+    ({ changed_at: at, changed_by: who }) => html`<span class="number">${date(at)}</span><small>${who}</small>`,
+  ),
+  ...(may('operator') ? [column('ways', t('register.ways'), waysOf)] : []),
 ];
 
 const waysOf = ({ asset_id: id }) => html`<span class="register__ways">

@@ -40,9 +40,7 @@ export class AssetMap extends Component {
     /** @type {Parts<'asset-map/asset-map'>} */
     this.parts = render(
       this,
-      place
-        ? markup(place, tiles && attribution)
-        : html`<p class="panel find__nothing row gap-3 wrap pad-4">${t('map.unknown')}</p>`,
+      place ? markup(place, tiles && attribution) : html`<p class="panel row gap-3 wrap pad-4">${t('map.unknown')}</p>`,
     );
     this.repaint();
   }

@@ -68,7 +68,7 @@ export class InspectionList extends Component {
               <ul data-part="rows" aria-label="${t('list.title')}"></ul>
               <selection-bar data-part="selection"></selection-bar>
               <list-pager data-part="pager"></list-pager>
-              <p class="panel find__nothing row gap-3 wrap pad-4" data-part="nothing" hidden>${t('list.nothing')}
+              <p class="panel row gap-3 wrap pad-4" data-part="nothing" hidden>${t('list.nothing')}
                 <button class="button button--small" data-part="clear">${t('list.clear')}</button></p>
             </div>
           </div>

@@ -6,6 +6,7 @@ import { Selection } from '../../../core/defects/selection.js';
 import { Component } from '../../../core/page/store.js';
 import { count } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
+import { selectRows, showSelected } from '../archive-shell/selecting.js';
 import { openBulkExport } from '../bulk-export/bulk-export.js';
 import { icon } from '../../shared/icon/icon.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
@@ -37,39 +38,27 @@ export class SelectionBar extends Component {
    * @param {Element} boxes holds the boxes of the rows and of the whole page
    */
   fill(list, boxes) {
-    const selection = this.#selection;
     this.#list = list;
     this.#boxes = boxes;
-    let shown = this.#where();
-    this.listen(list, 'change', () => {
-      // "All that fit" would silently become other inspections.
-      if (selection.isAll && this.#where() !== shown) selection.clear();
-      shown = this.#where();
-    });
-    this.listen(boxes, 'click', ({ target, shiftKey }) => {
-      const { checked: isSelected } = target;
-      if (target.matches('[data-mark-page]')) selection.mark(this.#page, isSelected);
-      else if (target.matches('[data-mark]'))
-        selection.markOne(this.#page, target.dataset.mark, { isSelected, isRange: shiftKey });
-    });
+    selectRows(this, this.#selecting);
     // Shift would select the text between both clicks.
     this.listen(
       boxes,
       'mousedown',
       (event) => event.shiftKey && event.target.closest('.inspection__mark') && event.preventDefault(),
     );
-    this.listen(this.parts.all, 'click', () => selection.markAll(this.#where(), list.total));
-    this.listen(this.parts.none, 'click', () => {
-      selection.clear();
-      boxes.querySelector('[data-mark-page]').focus(); // the button has gone
-    });
     this.listen(this.parts.export, 'click', () => orToast(() => this.#export()));
     this.listen(this.parts.again, 'click', () => orToast(() => this.#trackAgain()));
-    this.listen(selection, 'change', () => this.show());
+    this.listen(this.#selection, 'change', () => this.show());
   }
 
   get #page() {
     return this.#list.value?.inspections ?? [];
+  }
+
+  get #selecting() {
+    const [selection, list, boxes] = [this.#selection, this.#list, this.#boxes];
+    return { selection, list, boxes, rows: () => this.#page, where: () => this.#where() };
   }
 
   /** The chosen filters, as a query. */
@@ -87,24 +76,15 @@ export class SelectionBar extends Component {
   show() {
     const selection = this.#selection;
     const { parts } = this;
-    const page = this.#page;
-    for (const box of this.#boxes.querySelectorAll('[data-mark]')) {
-      box.checked = selection.has(box.dataset.mark);
-      box.closest('.inspection').classList.toggle('inspection--selected', box.checked);
-    }
-    const onPage = page.filter(({ id }) => selection.has(id)).length;
-    const whole = this.#boxes.querySelector('[data-mark-page]');
-    whole.checked = page.length > 0 && onPage === page.length;
-    whole.indeterminate = onPage > 0 && onPage < page.length;
+    showSelected(parts, this.#selecting);
     this.hidden = selection.size === 0;
     setText(parts.chosen, t('list.selected', { n: selection.size, count: count(selection.size) }));
-    setText(parts.all, t('archive.select_all', { n: this.#list.total, count: count(this.#list.total) }));
     // Of inspections on other pages only the filter is known.
     const areOutdated = selection.isAll
       ? this.#list.filters.outdated
       : selection.items.every(({ outdated }) => outdated);
     parts.again.hidden = !areOutdated;
-    parts.all.hidden = selection.isAll || this.#list.total <= page.length;
+    parts.all.hidden = selection.isAll || this.#list.total <= this.#page.length;
   }
 
   async #ids() {

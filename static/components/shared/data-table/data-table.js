@@ -16,6 +16,24 @@ import { followSorting, sortButton } from './sorting.js';
  * @property {(item: object) => ReturnType<typeof html>} cell
  */
 
+/** A column that the first click sorts from its smallest value. */
+export const column = (name, title, cell, sort = undefined) => ({ name, title, cell, sort });
+
+/** A column of figures, days or grades, which the first click sorts from the largest; null is a dash. */
+export const figures = (name, title, valueOf, sort = name) => ({
+  name,
+  title,
+  sort,
+  descends: true,
+  cell: (item) => orDash(valueOf(item)),
+});
+
+/** A figure as text, markup as it is, or a dash in place of nothing. */
+export function orDash(value) {
+  if (value === null || value === undefined || value === '') return html`<span class="dim">–</span>`;
+  return typeof value === 'object' ? value : html`<span class="number">${value}</span>`;
+}
+
 export class DataTable extends Component {
   #columns;
   #keyOf;
