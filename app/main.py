@@ -233,6 +233,7 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
     # What is loaded by now stays.  To search it for garbage, as a 3D view that closes does, would
     # hold up all requests for 140 ms.
     gc.freeze()
+    gc.enable()
     with suppress(KeyboardInterrupt):  # uvicorn raises it again after a graceful stop
         server.run([listener])
 

@@ -33,8 +33,8 @@ from app.jobs.track import tracker
 from app.jobs.track.batches import Batch
 from app.jobs.track.messages import Checkpoint, Passing, TrackRequest
 from vo_core import Rig
-from vo_core.containers import VideoInfo
 from vo_core.errors import RigVideoMismatch
+from vo_core.video_info import VideoInfo
 
 LIMITS = Limits(768 * 2**20, cpu_s=20)
 """The smallest limits that an operator may set."""

@@ -30,6 +30,7 @@ from av.video.stream import VideoStream
 
 from vo_core.errors import UnreadableVideo
 from vo_core.types import ByteImage
+from vo_core.video_info import VideoInfo
 
 CONTAINERS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg"
 CODECS = frozenset(
@@ -84,25 +85,6 @@ class Turn:
 
 
 AS_CODED = Turn()
-
-
-@dataclass(frozen=True)
-class VideoInfo:
-    """What the container states about its video; none of it is trusted for timing."""
-
-    width: int
-    """Of the pictures as they are shown, after the turn that the container states."""
-    height: int
-    codec: str
-    container: str
-    pixel_format: str | None
-    frames: int | None
-    """Estimated number of frames, for progress bars only; None if nothing is stated."""
-    duration_s: float | None
-    """None if nothing is stated."""
-    rate_hz: float | None
-    pixel_aspect: float = 1.0
-    """Width of a pixel by its height, as the pictures are shown; 1 if nothing is stated."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict
 from typing import cast
 
-from app.burnt_in.counter import CounterReadings
+from app.burnt_in.readings import CounterReadings
 from vo_core import Track
 from vo_core.errors import InvalidCorrection
 from vo_core.scale.counter import CounterComparison, Unit, compare_counter

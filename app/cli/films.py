@@ -5,12 +5,11 @@ from __future__ import annotations
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.table import Table
 
-from app.burnt_in.box import Box
 from app.cli.console import (
     advance,
     err,
@@ -19,13 +18,11 @@ from app.cli.console import (
     require_folder,
 )
 from app.cli.console import out as console
-from app.lab.calibration.intrinsics import read_camera
-from app.tracking.films.offline import Method, TrackedVideo, track_video
-from vo_core import Rig, Track, VideoFile
-from vo_core.csv_rows import decoded
-from vo_core.joints.finder import JointFinder, numbered
-from vo_core.joints.finder import to_csv as joints_to_csv
-from vo_core.scale.counter import CounterComparison, Unit
+
+if TYPE_CHECKING:  # slow to import, and few commands need them
+    from app.burnt_in.box import Box
+    from app.tracking.films.offline import TrackedVideo
+    from vo_core.scale.counter import CounterComparison
 
 
 class TrackFormat(StrEnum):
@@ -41,7 +38,9 @@ def track(
     rig: Annotated[Path, typer.Option(help="Rig file: camera, mount and pipe.")],
     out: Annotated[Path, typer.Option(help="Track file to write.")],
     format: Annotated[TrackFormat, typer.Option(help="Format of the file.")] = TrackFormat.CSV,  # noqa: A002
-    method: Annotated[Method, typer.Option(help="How motion is measured.")] = Method.CHAINAGE,
+    method: Annotated[
+        Literal["chainage", "paper"], typer.Option(help="How motion is measured.")
+    ] = "chainage",
     camera: Annotated[
         Path | None,
         typer.Option(
@@ -56,6 +55,12 @@ def track(
     ] = None,
 ) -> None:
     """Measure the pose of the camera in every frame of a video."""
+    from app.lab.calibration.intrinsics import read_camera
+    from app.tracking.films.offline import Method, track_video
+    from vo_core import Rig
+    from vo_core.joints.finder import JointFinder, numbered
+    from vo_core.joints.finder import to_csv as joints_to_csv
+
     require_folder(out, "--out")
     if joints is not None:
         require_folder(joints, "--joints")
@@ -68,11 +73,11 @@ def track(
         result = track_video(
             video,
             setup,
-            method,
+            Method(method),
             on_progress=partial(advance, progress, task),
             finder=finder,
         )
-    metadata: dict[str, object] = {"video": video.name, "rig": rig.name, "method": method.value}
+    metadata: dict[str, object] = {"video": video.name, "rig": rig.name, "method": method}
     if camera is not None:
         metadata["camera"] = camera.name
     out.write_text(_as_text(result, format, metadata), encoding="utf-8")
@@ -108,7 +113,7 @@ def counter(
         ),
     ] = None,
     unit: Annotated[
-        Unit | None,
+        Literal["m", "ft"] | None,
         typer.Option(help="Unit of a counter that shows none; for --track.", show_default=False),
     ] = None,
     comparison: Annotated[
@@ -119,6 +124,8 @@ def counter(
     """Read the burnt-in distance counter of a film in every frame."""
     from app.burnt_in.comparison import comparison_to_json, with_track
     from app.burnt_in.counter import burnt_in, read_counter
+    from vo_core import Track
+    from vo_core.csv_rows import decoded
 
     require_folder(out, "--out")
     if comparison is not None:
@@ -170,6 +177,9 @@ def _print_comparison(found: CounterComparison) -> None:
 
 def _box(words: str, video: Path) -> Box:
     """Parse `U,V,W,H` and check that it lies within the picture."""
+    from app.burnt_in.box import Box
+    from vo_core import VideoFile
+
     try:
         left, top, width, height = (int(word) for word in words.split(","))
     except ValueError as error:
@@ -230,6 +240,7 @@ def correct(
 ) -> None:
     """Bring a finished track to scale by known lengths and joints, without decoding again."""
     from app.survey import correct_track as correction
+    from vo_core import Rig
 
     try:
         lengths = [correction.parse_length(words) for words in length or ()]

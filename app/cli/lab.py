@@ -6,7 +6,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 from rich.table import Table
@@ -20,7 +20,9 @@ from app.cli.console import (
     require_picture,
 )
 from app.cli.console import out as console
-from vo_core import Pose, Rig
+
+if TYPE_CHECKING:
+    from vo_core import Pose  # slow to import, and few commands need it
 
 
 class BoardKind(StrEnum):
@@ -254,6 +256,7 @@ def _calibrate_on_a_board(
     report: Path | None,
 ) -> None:
     from app.lab import calibration
+    from vo_core import Rig
 
     setup = None if rig is None else Rig.load(rig)
     with progress_bar() as progress:
@@ -323,7 +326,7 @@ def advise(
 ) -> None:
     """Judge whether this camera in this pipe is fit for the method."""
     from app.lab import advice as drawing
-    from vo_core import advice
+    from vo_core import Rig, advice
 
     motion = _motion(move)
     if plot is not None:
@@ -487,6 +490,8 @@ def _calibrate_interval(plot: Path, report: Callable[[str, int, int], None], *, 
 
 
 def _motion(words: str) -> Pose:
+    from vo_core import Pose
+
     try:
         x_mm, y_mm = map(float, words.split(","))
     except ValueError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -68,6 +69,7 @@ def serve(
     ] = False,
 ) -> None:
     """Serve the dashboard."""
+    gc.disable()  # what is loaded now stays: `main.run` freezes it and collects from then on
     from app import main as server
     from app.settings import Settings
 

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from app.burnt_in.counter import BurntIn
+from app.burnt_in.readings import BurntIn
 from app.errors import PixelOutsidePicture
 from app.inspections.uploads import Uploads
 from app.jobs.requests.media import FirstPicture
 from app.tracking.pictures.counter_queue import CounterQueue
 from app.tracking.pictures.media import Media
 from vo_core import Pose, Rig
-from vo_core.advice import Advice, advise
 from vo_core.geometry.gaze import gaze
 from vo_core.geometry.grid import Grid, grid
 from vo_core.geometry.ruling import Ruling, ruling
+
+if TYPE_CHECKING:
+    from vo_core.advice import Advice
 
 USUAL_SPEED_MM_S = 100.0
 """Speed of a crawler in a culvert, by which a rig is judged before it drives."""
@@ -100,5 +102,7 @@ class Aiming:
         Raises:
             InvalidRig: The text names field, value and the allowed values; or it sees no wall.
         """
+        from vo_core.advice import advise  # loads the odometry
+
         move = Pose(x_mm=USUAL_SPEED_MM_S / USUAL_RATE_HZ)
         return advise(Rig.parse(dict(stated)), move, USUAL_RATE_HZ)

@@ -11,7 +11,7 @@ from cachetools import LRUCache
 from numpy.typing import NDArray
 
 from app.burnt_in.comparison import with_track
-from app.burnt_in.counter import HEADER, CounterReadings
+from app.burnt_in.readings import HEADER, CounterReadings
 from app.storage.records.inspections import InspectionStore
 from app.tracking.pictures.counter_files import CounterFiles, KeptCounter
 from app.tracking.tracks import Tracks

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from app.errors import InspectionNotFound, SampleBeingMade
 from app.inspections.films import Films
@@ -21,16 +21,19 @@ from app.inspections.observations import Observations
 from app.jobs.messages import Limits, Progress
 from app.jobs.process import Child, ask_about_media
 from app.jobs.requests.sample import SampleRequest
-from app.lab.simulation.sample import SAMPLE, tags
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
 from app.storage.folder.files import DataFolder
 from vo_core import Rig
 from vo_core.errors import ChainageError
 
+if TYPE_CHECKING:
+    from app.lab.simulation.scenario import Scenario
+
 logger = logging.getLogger(__name__)
 
-LENGTH_MM = SAMPLE.length_mm
+LENGTH_MM: float | None = None
+"""Length of the drive; None for that of the scenario."""
 NAME = "Sample culvert"
 WHO = "chainage"
 
@@ -174,7 +177,9 @@ class Samples:
         inspection_id = self._films.import_video(
             files / "video.mp4", rig, NAME, header(rig, datetime.now().astimezone())
         )
-        for tag in tags(SAMPLE.shortened(LENGTH_MM)):
+        from app.lab.simulation.sample import tags
+
+        for tag in tags(_scenario()):
             self._observations.put(inspection_id, str(uuid.uuid4()), tag, WHO)
         self._blobs.put(keys.SAMPLE, inspection_id.encode())
 
@@ -203,7 +208,7 @@ class Samples:
             try:
                 ask_about_media(
                     child,
-                    SampleRequest(str(folder), LENGTH_MM, _LIMITS),
+                    SampleRequest(str(folder), _scenario().length_mm, _LIMITS),
                     type(None),
                     work="Rendering the sample",
                     stall_s=_STALL_S,
@@ -213,6 +218,12 @@ class Samples:
             finally:
                 with self._changed:
                     self._child = None
+
+
+def _scenario() -> Scenario:
+    from app.lab.simulation.sample import SAMPLE  # loads the renderer
+
+    return SAMPLE if LENGTH_MM is None else SAMPLE.shortened(LENGTH_MM)
 
 
 def header(rig: Rig, now: datetime) -> dict[str, Any]:
@@ -242,5 +253,5 @@ def header(rig: Rig, now: datetime) -> dict[str, Any]:
 
 def _version() -> str:
     """Return the version of the rendering; another version is rendered anew."""
-    described = f"{version('chainage')} {SAMPLE.shortened(LENGTH_MM)!r}"
+    described = f"{version('chainage')} {_scenario()!r}"
     return hashlib.sha256(described.encode()).hexdigest()[:16]

@@ -24,7 +24,6 @@ from app.reports.bundle.delivery import Delivery, wanted_film
 from app.reports.content.naming import safe_file_name
 from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
-from app.reports.pdf.collection import document
 from app.reports.report import Extras, Report, failure
 from app.reports.reports import Reports
 from app.storage.folder.files import raise_if_full
@@ -185,6 +184,8 @@ class _Order:
 
     def write_document(self, file: IO[bytes]) -> None:
         """Write the PDF over all inspections."""
+        from app.reports.pdf.collection import document  # loads what typesets it
+
         missing = document.write(
             file,
             self._wanted.inspections,

@@ -4,18 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from importlib import import_module
+from typing import Any
 
-from app.reports import pdf as document
-from app.reports.bundle import bundle, delivery
-from app.reports.exchange import archive_file, en13508, en13508_xml, geojson, isybau, m150, ribx
-from app.reports.exchange import chainage_json as json_report
 from app.reports.exchange.survey_file import SurveyFile, of_one
-from app.reports.html import web_page
-from app.reports.pdf import emergency
-from app.reports.pdf.glyphs import missing_glyphs
 from app.reports.report import Loss, Report, Written
-from app.reports.tables import spreadsheet, table
 
 
 @dataclass(frozen=True)
@@ -46,6 +39,15 @@ class Format:
         return written.losses
 
 
+def _in(module: str, name: str = "write") -> Callable[..., Any]:
+    """Return a function of a module that its first call loads: formats need large libraries."""
+
+    def call(*arguments: object) -> Any:
+        return getattr(import_module(f"app.reports.{module}"), name)(*arguments)
+
+    return call
+
+
 def _exchange(
     stem: str,
     suffix: str,
@@ -57,27 +59,51 @@ def _exchange(
     )
 
 
+def _isybau_2017() -> SurveyFile:
+    from app.reports.exchange import isybau
+
+    return isybau.IsybauFile(isybau.V2017)
+
+
+def _isybau_2024() -> SurveyFile:
+    from app.reports.exchange import isybau
+
+    return isybau.IsybauFile(isybau.V2024)
+
+
 _FORMS: Mapping[str, Format] = {
-    "pdf": Format("report", ".pdf", "application/pdf", document.write, losses_of=missing_glyphs),
-    "html": Format(
-        "report", ".html", "text/html; charset=utf-8", web_page.write, losses_of=web_page.losses
+    "pdf": Format(
+        "report",
+        ".pdf",
+        "application/pdf",
+        _in("pdf"),
+        losses_of=_in("pdf.glyphs", "missing_glyphs"),
     ),
-    "emergency": Format("act-now", ".pdf", "application/pdf", emergency.write),
-    "csv": Format("defects", ".csv", "text/csv; charset=utf-8", table.write),
-    "json": Format("defects", ".json", "application/json", json_report.write),
+    "html": Format(
+        "report",
+        ".html",
+        "text/html; charset=utf-8",
+        _in("html.web_page"),
+        losses_of=_in("html.web_page", "losses"),
+    ),
+    "emergency": Format("act-now", ".pdf", "application/pdf", _in("pdf.emergency")),
+    "csv": Format("defects", ".csv", "text/csv; charset=utf-8", _in("tables.table")),
+    "json": Format("defects", ".json", "application/json", _in("exchange.chainage_json")),
     "xlsx": Format(
         "defects",
         ".xlsx",
         "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
-        spreadsheet.write,
+        _in("tables.spreadsheet"),
     ),
-    "en13508": _exchange("en13508", ".txt", en13508.TextFile, "text/plain; charset=us-ascii"),
-    "en13508xml": _exchange("en13508", ".xml", en13508_xml.XmlFile),
-    "ribx": _exchange("ribx", ".ribx", ribx.RibxFile),
-    "isybau": _exchange("isybau", ".xml", partial(isybau.IsybauFile, isybau.V2017)),
-    "isybau2024": _exchange("isybau2024", ".xml", partial(isybau.IsybauFile, isybau.V2024)),
-    "m150": _exchange("m150", ".xml", m150.M150File),
-    "geojson": Format("map", ".geojson", "application/geo+json", geojson.write),
+    "en13508": _exchange(
+        "en13508", ".txt", _in("exchange.en13508", "TextFile"), "text/plain; charset=us-ascii"
+    ),
+    "en13508xml": _exchange("en13508", ".xml", _in("exchange.en13508_xml", "XmlFile")),
+    "ribx": _exchange("ribx", ".ribx", _in("exchange.ribx", "RibxFile")),
+    "isybau": _exchange("isybau", ".xml", _isybau_2017),
+    "isybau2024": _exchange("isybau2024", ".xml", _isybau_2024),
+    "m150": _exchange("m150", ".xml", _in("exchange.m150", "M150File")),
+    "geojson": Format("map", ".geojson", "application/geo+json", _in("exchange.geojson")),
 }
 _IN_BUNDLE = ("pdf", "html", "csv", "xlsx", "json")
 EXCHANGE = ("en13508", "en13508xml", "ribx", "isybau", "isybau2024", "m150")
@@ -85,22 +111,28 @@ EXCHANGE = ("en13508", "en13508xml", "ribx", "isybau", "isybau2024", "m150")
 
 
 def _bundle(report: Report) -> Written:
+    from app.reports.bundle import bundle
+
     once = [kind for kind in EXCHANGE if kind != "isybau2024"]  # 2017 is what more programs read
     exchange = {kind: _FORMS[kind] for kind in (*once, "geojson")}
     return bundle.write(report, {kind: _FORMS[kind] for kind in _IN_BUNDLE}, exchange)
 
 
 def _delivery(report: Report) -> Written:
+    from app.reports.bundle import delivery
+
     return delivery.write(report, _FORMS)
 
 
 def _delivery_losses(report: Report) -> tuple[Loss, ...]:
+    from app.reports.bundle import delivery
+
     return delivery.losses(report, _FORMS)
 
 
 FORMATS: Mapping[str, Format] = {
     **_FORMS,
-    "archive": Format("archive", ".chainage.zip", "application/zip", archive_file.write),
+    "archive": Format("archive", ".chainage.zip", "application/zip", _in("exchange.archive_file")),
     "zip": Format("evidence", ".zip", "application/zip", _bundle),
     "delivery": Format(
         "delivery", ".zip", "application/zip", _delivery, losses_of=_delivery_losses

@@ -5,21 +5,29 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import accumulate
-
-from pyproj import Geod
+from typing import TYPE_CHECKING
 
 from app.survey.fields.declaration import Value
 from app.survey.fields.header import number_of
 from app.survey.register import Line, Point
 
+if TYPE_CHECKING:
+    from pyproj import Geod
+
 DEGREE_DECIMALS = 8
 """A millimetre on the ground, so that rounding adds nothing to the interval of a distance."""
-_GEOD = Geod(ellps="WGS84")
 _NEAR_M = 10.0
 _NEAR_SHARE = 0.1
 """How far the ends of a line may lie from the stated ones: 10 m, or a tenth of its length."""
+
+
+@cache
+def _globe() -> Geod:
+    from pyproj import Geod
+
+    return Geod(ellps="WGS84")
 
 
 @dataclass(frozen=True)
@@ -89,7 +97,7 @@ class Alignment:
     def _ends_m(self) -> list[float]:
         """Length of the line at each point."""
         lons, lats = zip(*self.line, strict=True)
-        return [0.0, *accumulate(map(float, _GEOD.line_lengths(lons, lats)))]
+        return [0.0, *accumulate(map(float, _globe().line_lengths(lons, lats)))]
 
 
 def alignment_of(
@@ -134,7 +142,7 @@ def _is_near(way: Line, start: Point, end: Point) -> bool:
 
 
 def _distance_m(one: Point, other: Point) -> float:
-    return float(_GEOD.inv(*one, *other)[2])
+    return float(_globe().inv(*one, *other)[2])
 
 
 def _stated(header: Mapping[str, Value], end: str) -> Point | None:

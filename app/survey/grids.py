@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from typing import TYPE_CHECKING
 
-from pyproj import Transformer
-from pyproj.enums import TransformDirection
+if TYPE_CHECKING:
+    from pyproj import Transformer
 
 DUTCH = 28992
 """EPSG code of the Dutch grid, Rijksdriehoek."""
@@ -35,6 +36,8 @@ def metres(epsg: int, lon: float, lat: float) -> tuple[float, float] | None:
 
 def degrees(epsg: int, easting_m: float, northing_m: float) -> tuple[float, float] | None:
     """Return longitude and latitude of a place in a grid; None where the grid does not reach."""
+    from pyproj.enums import TransformDirection
+
     found = _finite(
         _transformer(epsg).transform(
             easting_m, northing_m, direction=TransformDirection.INVERSE, errcheck=False
@@ -52,4 +55,6 @@ def _finite(point: tuple[float, float]) -> tuple[float, float] | None:
 
 @cache
 def _transformer(epsg: int) -> Transformer:
+    from pyproj import Transformer
+
     return Transformer.from_crs(_WGS84, epsg, always_xy=True)

@@ -41,8 +41,8 @@ from app.tracking.live import CameraStatus, Live, Progress
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.videos import video_columns
 from app.tracking.tracks import Tracks
-from vo_core.containers import VideoInfo
 from vo_core.errors import UnreadableVideo
+from vo_core.video_info import VideoInfo
 
 logger = logging.getLogger(__name__)
 

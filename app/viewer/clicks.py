@@ -11,7 +11,7 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from app.viewer.scene import PinHit, WallHit
+from app.viewer.geometry import PinHit, WallHit
 
 logger = logging.getLogger(__name__)
 

@@ -23,7 +23,8 @@ from app.viewer.geometry import (
     torus,
     tube,
 )
-from app.viewer.views import CameraMode, Reach
+from app.viewer.look import CameraMode
+from app.viewer.views import Reach
 from app.viewer.wording import Wording
 
 MAX_METRES = 4000

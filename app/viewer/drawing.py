@@ -14,6 +14,7 @@ from app.survey.measure import Figure
 from app.viewer.culvert import Culvert, JointMark
 from app.viewer.geometry import Cut, Section, WallHit
 from app.viewer.interval import Interval
+from app.viewer.look import CameraMode
 from app.viewer.page import with_our_head
 from app.viewer.pin import Pin
 from app.viewer.pin_labels import Emphasis
@@ -22,7 +23,7 @@ from app.viewer.robot import Robot
 from app.viewer.ruler import Ruler
 from app.viewer.scale_bar import ScaleBar
 from app.viewer.trail import MAX_POINTS, PathPoint, Trail
-from app.viewer.views import CameraMode, Observers, Reach, named_stretch, sight_line
+from app.viewer.views import Observers, Reach, named_stretch, sight_line
 from app.viewer.wall import TexturedWall, WallPictures
 from app.viewer.wording import Wording
 from vo_core.rig import Rig

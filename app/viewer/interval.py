@@ -12,7 +12,7 @@ import viser
 
 from app.survey.interval import half_width_m
 from app.viewer.geometry import Mesh, Section, dashed, strip, torus
-from app.viewer.views import CameraMode
+from app.viewer.look import CameraMode
 from vo_core.track import Estimate, Status
 
 _COLORS: dict[Status, tuple[int, int, int]] = {

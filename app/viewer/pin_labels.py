@@ -10,8 +10,8 @@ import numpy as np
 import viser
 
 from app.viewer.geometry import Section, Vector
+from app.viewer.look import CameraMode
 from app.viewer.pin import Color, Pin
-from app.viewer.views import CameraMode
 from app.viewer.wording import Wording
 
 MOST_NEAR = 6

@@ -24,10 +24,11 @@ from app.viewer.geometry import (
     strip,
     wall_points,
 )
+from app.viewer.look import CameraMode
 from app.viewer.pin import COLORS, Color, Pin
 from app.viewer.pin_labels import Emphasis, PinLabels
 from app.viewer.pin_numbers import show_numbers
-from app.viewer.views import CameraMode, View
+from app.viewer.views import View
 from app.viewer.wording import Wording
 from vo_core.geometry.measure import developed_points
 

@@ -9,7 +9,7 @@ from viser.transforms import SO3
 from app.survey.interval import half_width_m
 from app.survey.rounding import metres
 from app.viewer.geometry import Frustum, Section, camera_xyz_m, yaw_wxyz
-from app.viewer.views import CameraMode
+from app.viewer.look import CameraMode
 from app.viewer.wording import Wording
 from vo_core.rig import Rig
 from vo_core.track import Estimate

@@ -18,11 +18,11 @@ from app.survey.measure import Figure
 from app.viewer.culvert import JointMark
 from app.viewer.drawing import Changes, Drawing, Measure
 from app.viewer.geometry import Cut, PinHit, Section, WallHit
+from app.viewer.look import CameraMode
 from app.viewer.pin import Pin
 from app.viewer.pins import pin_under
 from app.viewer.private_server import ViewerUnavailable, start_private_server, stop_private_server
 from app.viewer.trail import MAX_POINTS, Thinner
-from app.viewer.views import CameraMode
 from app.viewer.wall import WallLayout, WallPictures, WallTile
 from app.viewer.wording import Wording
 from vo_core.rig import Rig

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Collection, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 from app.back_off import BackOff
@@ -32,16 +32,14 @@ from app.tracking.live import (
 )
 from app.tracking.unrolled import Unrolled
 from app.tracking.worker import Worker
+from app.viewer.look import ALL, Look
 from app.viewer.scene import (
-    CameraMode,
     CulvertScene,
-    Cut,
     JointMark,
     Pin,
     WallLayout,
     WallPictures,
     WallTile,
-    Wording,
 )
 from vo_core import Track
 
@@ -53,22 +51,6 @@ _AGAIN = BackOff(first_s=0.5, longest_s=30.0)
 """Pauses after drawings that failed, such as while the database is busy."""
 
 
-@dataclass(frozen=True)
-class Look:
-    """What one page looks at, and how."""
-
-    frame: int | None = None
-    """Frame at which the robot is shown; None lets it follow the tracking."""
-    mode: CameraMode = "overview"
-    cut: Cut = "none"
-    is_measuring: bool = False
-    """Whether clicks set the points of the ruler, and tag nothing."""
-    selected: str | None = None
-    """Id of the observation whose pin is highlighted."""
-    wording: Wording = field(default_factory=Wording)
-
-
-ALL = frozenset(one.name for one in fields(Look))
 _OF_SCENE = frozenset(("mode", "cut", "selected"))
 
 

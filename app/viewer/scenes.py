@@ -17,7 +17,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.errors import NoScene
 from app.inspections.corrections import Corrections
@@ -28,9 +28,12 @@ from app.inspections.picking import Picking, WallPlace
 from app.tracking.live import Live
 from app.tracking.unrolled import Unrolled
 from app.viewer.geometry import WallHit
-from app.viewer.scene import CulvertScene, ViewerUnavailable
-from app.viewer.scene_feed import ALL, Look, SceneFeed
+from app.viewer.look import ALL, Look
 from vo_core.errors import ChainageError
+
+if TYPE_CHECKING:
+    from app.viewer.scene import CulvertScene
+    from app.viewer.scene_feed import SceneFeed
 
 logger = logging.getLogger(__name__)
 
@@ -142,6 +145,10 @@ class Scenes:
             scene.set_size(points, figure)
 
     async def _feed(self, inspection_id: str, view: PageView) -> SceneFeed:
+        # They load viser, which a server without an open view does not need.
+        from app.viewer.scene import ViewerUnavailable
+        from app.viewer.scene_feed import SceneFeed
+
         async with self._opening:
             if view.feed is not None and view.feed.scene.is_open:
                 return view.feed

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import viser
 from viser.transforms import SO3
 
 from app.viewer.geometry import Section, Vector
-
-CameraMode = Literal["overview", "follow", "inside"]
+from app.viewer.look import CameraMode
 
 Reach = tuple[float, float]
 """First and last metre of the drawn culvert."""

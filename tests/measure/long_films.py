@@ -34,10 +34,10 @@ from app.tracking.films.runs import track_metadata
 from app.tracking.pictures.videos import file_name, video_columns
 from app.tracking.tracks import Tracks
 from vo_core import Estimate
-from vo_core.containers import VideoInfo
 from vo_core.geometry.height import scale_sigma
 from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
+from vo_core.video_info import VideoInfo
 
 RATE_HZ = 25
 STEP_MM = 5.0

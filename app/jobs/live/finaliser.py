@@ -17,7 +17,7 @@ from app.jobs.child import Parent, serve
 from app.jobs.messages import Limits
 
 if TYPE_CHECKING:  # loaded under the limits
-    from vo_core.containers import VideoInfo
+    from vo_core.video_info import VideoInfo
 
 _PLAYED_IN_MP4 = "h264"
 

@@ -14,7 +14,7 @@ from app.jobs.child import Parent, serve
 from app.jobs.messages import Limits, Progress
 
 if TYPE_CHECKING:  # loaded under the limits
-    from app.burnt_in.counter import BurntIn, ReadFilm
+    from app.burnt_in.readings import BurntIn, ReadFilm
 
 _REPORT_EVERY_S = 0.5
 _NICENESS = 5
@@ -44,7 +44,8 @@ def _handle(request: CounterRequest, parent: Parent) -> BurntIn | ReadFilm:
 
 
 def _read(request: CounterRequest, parent: Parent) -> ReadFilm:
-    from app.burnt_in.counter import HEADER, ReadFilm, burnt_in, read_counter
+    from app.burnt_in.counter import burnt_in, read_counter
+    from app.burnt_in.readings import HEADER, ReadFilm
 
     reported_s = 0.0
 

@@ -47,7 +47,7 @@ def _read(request: ImportRequest, _parent: Parent) -> bytes:
 
 def _require_tables(inspection: WholeInspection) -> None:
     """Read what is known of the film once, so that the server never finds it invalid."""
-    from app.burnt_in.counter import CounterReadings
+    from app.burnt_in.readings import CounterReadings
     from app.errors import InvalidImport
     from app.imports.archive_manifest import PARTS, READINGS
 

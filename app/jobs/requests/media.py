@@ -12,8 +12,8 @@ from app.jobs.confinement import confine, set_limits
 from app.jobs.messages import Limits
 
 if TYPE_CHECKING:  # loaded under the limits
-    from vo_core.containers import VideoInfo
     from vo_core.types import ByteImage
+    from vo_core.video_info import VideoInfo
 
 
 class ProbeRequest(msgspec.Struct, frozen=True, tag="probe"):

@@ -13,22 +13,23 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from operator import attrgetter
+from typing import TYPE_CHECKING
 
 import msgspec
 import numpy as np
 
 from app.jobs.track.batches import Batch, Tie, WallPicture
-from app.jobs.track.follow import wall_tile
 from app.jobs.track.messages import FrameRange, Placed
 from vo_core import Estimate, Rig, Track
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.finder import SAME_JOINT_MM, Sighting
-from vo_core.mosaic.layers import Shift, joined_tile, shift_of, touched
 from vo_core.mosaic.mosaic import Layout
 from vo_core.track import COLUMNS
-from vo_core.track_join import Part, join_tilts, join_tracks
+
+if TYPE_CHECKING:
+    from vo_core.track_join import Part
 
 SHARED_FRAMES = 1500
 """Number of frames that two chunks share: a minute at 25 frames a second.
@@ -134,6 +135,9 @@ def join(chunks: Sequence[Chunk], rig: Rig) -> Joined:
     Raises:
         UndeterminedSeam: Two chunks cannot be joined as they are; see `mended`.
     """
+    from vo_core.mosaic.layers import shift_of  # they load the odometry, as the next ones do
+    from vo_core.track_join import join_tracks
+
     chunks = _numbered_alike(_up_to_the_end(chunks))
     parts = [_part(chunk) for chunk in chunks]
     joined = join_tracks(parts, rig)
@@ -178,6 +182,9 @@ def join_walls(
         indices: Of each chunk, the indices of its layers.
         read: Returns the layer of a chunk with an index; None if there is none.
     """
+    from app.jobs.track.follow import wall_tile
+    from vo_core.mosaic.layers import Shift, joined_tile, touched
+
     layout = Layout.of(rig)
     shifts = [Shift(each.columns, each.rows) for each in placed]
     wanted = {
@@ -233,6 +240,8 @@ def _renumbered(chunk: Chunk, by: int) -> Chunk:
 
 
 def _part(chunk: Chunk) -> Part:
+    from vo_core.track_join import Part
+
     return Part(
         Track.from_estimates(chunk.estimates),
         np.array([tie.systematic_mm for tie in chunk.ties]),
@@ -245,6 +254,8 @@ def _part(chunk: Chunk) -> Part:
 
 def _tilt(chunks: Sequence[Chunk], firsts: Sequence[int], rig: Rig) -> MountTilt:
     """Combine the tilts of chunks whose own frames begin at `firsts`."""
+    from vo_core.track_join import join_tilts
+
     ends = [*firsts[1:], chunks[-1].estimates[-1].frame + 1]
     own = [end - first for first, end in zip(firsts, ends, strict=True)]
     shares = [number / len(chunk.estimates) for number, chunk in zip(own, chunks, strict=True)]

@@ -6,13 +6,6 @@ import hashlib
 import re
 from typing import Protocol
 
-from cryptography.exceptions import InvalidSignature
-from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
-from cryptography.hazmat.primitives.serialization import (
-    load_pem_private_key,
-    load_pem_public_key,
-)
-
 _PREFIX = "SHA256:"
 _FINGERPRINT = re.compile(r"(?:sha256)?([0-9a-f]{64})")
 
@@ -41,6 +34,9 @@ def read_fingerprint(words: str) -> str | None:
 
 def public_key_of(pem: bytes) -> bytes | None:
     """Return the 32 bytes of a key file, private or public; None if it is not an Ed25519 key."""
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+    from cryptography.hazmat.primitives.serialization import load_pem_public_key
+
     for load in (load_pem_public_key, _public_of_private):
         try:
             key = load(pem)
@@ -53,6 +49,9 @@ def public_key_of(pem: bytes) -> bytes | None:
 
 def is_signed_by(public_key: bytes, signature: bytes, content: bytes) -> bool:
     """Return whether the holder of the private key signed exactly this content."""
+    from cryptography.exceptions import InvalidSignature
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+
     try:
         Ed25519PublicKey.from_public_bytes(public_key).verify(signature, content)
     except (InvalidSignature, ValueError):  # ValueError: the bytes are not a key
@@ -61,5 +60,8 @@ def is_signed_by(public_key: bytes, signature: bytes, content: bytes) -> bool:
 
 
 def _public_of_private(pem: bytes) -> object:
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+    from cryptography.hazmat.primitives.serialization import load_pem_private_key
+
     key = load_pem_private_key(pem, password=None)
     return key.public_key() if isinstance(key, Ed25519PrivateKey) else None

@@ -9,7 +9,6 @@ from typing import Any
 from app.reports.report import Entry, Photo
 from app.survey.measure import Figure
 from app.survey.rounding import with_interval
-from vo_core.sources import square_size
 
 _UNITS = {"area": "mm²"}
 
@@ -46,6 +45,8 @@ def outlines(entry: Entry, photo: Photo, video: Mapping[str, Any]) -> list[Outli
     if photo.of not in ("", entry.id):
         return []
     wide, high = video["width"], video["height"]
+    from vo_core.sources import square_size  # loads the codecs
+
     photo_wh = square_size((wide, high), video.get("pixel_aspect", 1.0))
     share = photo.marked.picture_share(*photo_wh) if photo.marked else 1.0
     measures: list[Mapping[str, Any]] = entry.tag.measures or []  # type: ignore[assignment]

@@ -10,8 +10,8 @@ import msgspec
 from cachetools import LRUCache
 
 from app.burnt_in.box import Box
-from app.burnt_in.counter import CounterReadings
 from app.burnt_in.finder import CounterPlace
+from app.burnt_in.readings import CounterReadings
 from app.errors import BlobNotFound, PixelOutsidePicture
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import msgspec
 
-from app.burnt_in.counter import BurntIn, CounterReadings, ReadFilm
+from app.burnt_in.readings import BurntIn, CounterReadings, ReadFilm
 from app.errors import (
     BlobNotFound,
     MediaFailed,

@@ -21,8 +21,8 @@ from app.jobs.requests.media import (
     ReduceRequest,
 )
 from app.jobs.turns import Turns
-from vo_core.containers import VideoInfo
 from vo_core.errors import UnreadableVideo
+from vo_core.video_info import VideoInfo
 
 logger = logging.getLogger(__name__)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from vo_core.containers import VideoInfo
+from vo_core.video_info import VideoInfo
 
 _KINDS = {
     # FFmpeg's name of the container: suffix of our file, media type for browsers

@@ -20,7 +20,7 @@ from app.reports.content.words import LANGUAGE
 from app.survey.notices import Notice
 from app.tracking.live import Event, Update
 from app.viewer.clicks import Click
-from app.viewer.scene import Cut
+from app.viewer.geometry import Cut
 from app.viewer.scenes import PageView
 from app.viewer.wording import Units, Wording
 from app.web.answers import body_of

@@ -14,9 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import RedirectResponse
 
 from app.viewer.clicks import Click
-from app.viewer.page import ETAG, HEADERS, PAGE
+from app.viewer.geometry import WallHit
 from app.viewer.pump import pump
-from app.viewer.scene import WallHit
 from app.web.deps import PAGE_ID, InspectionId, PrincipalDep, ServicesDep, page_of, viewer
 
 router = APIRouter(prefix="/viewer", include_in_schema=False)
@@ -67,6 +66,8 @@ def page(
     services: ServicesDep,
 ) -> Response:
     """Return viser's page with our head and its own policy."""
+    from app.viewer.page import ETAG, HEADERS, PAGE  # makes the page, of viser's client
+
     services.inspections.row(inspection_id)  # raises unless it exists
     if request.headers.get("if-none-match") == ETAG:
         return Response(status_code=304, headers=HEADERS)

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
 from app.burnt_in.box import Box
-from app.burnt_in.counter import BurntIn
+from app.burnt_in.readings import BurntIn
 from app.inspections.counters import CounterState, CounterView
 from app.jobs.messages import Progress
 from app.survey.given import Given

@@ -15,7 +15,7 @@ from app.survey.notices import Notice
 from app.tracking.live import Update
 from app.tracking.tracks import HealthColumns
 from app.viewer.clicks import Click
-from app.viewer.scene import PinHit
+from app.viewer.geometry import PinHit
 from app.web.schemas.inspections import ProgressOut
 from vo_core.image.health import Health, complained, complaints
 from vo_core.track import Estimate

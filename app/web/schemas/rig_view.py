@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field
 
@@ -10,8 +10,10 @@ from app.jobs.requests.calibrator import FilmedBoard
 from app.survey.given import Given
 from app.web.schemas.aiming import line_out
 from app.web.schemas.out import Out, Tenths, Thousandths, rounded_to
-from vo_core.advice import Advice
 from vo_core.geometry.ruling import Line, Ruling
+
+if TYPE_CHECKING:
+    from vo_core.advice import Advice
 
 
 class RigIn(Given):

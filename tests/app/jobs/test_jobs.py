@@ -20,8 +20,8 @@ from app.jobs.requests.media import PictureRequest, ProbeRequest
 from app.jobs.track.batches import Batch
 from app.jobs.track.messages import Checkpoint, TrackRequest
 from app.jobs.track.tracker import Pace
-from vo_core.containers import VideoInfo
 from vo_core.errors import UnreadableVideo
+from vo_core.video_info import VideoInfo
 
 MOMENT_S = 0.3
 LIMITS = Limits(768 * 2**20, 600)

@@ -29,7 +29,7 @@ def test_the_sample_is_rendered_once_and_comes_with_tags(
     """In 60 mm there is no defect, so a tag of the whole sample is put into the third frame."""
     tag = tags(SAMPLE)[0].model_copy(update={"frame": 3})
     monkeypatch.setattr(samples, "LENGTH_MM", 60.0)
-    monkeypatch.setattr(samples, "tags", lambda _scenario: [tag])
+    monkeypatch.setattr("app.lab.simulation.sample.tags", lambda _scenario: [tag])
     with serving(tmp_path) as client:
         assert client.get("/api/samples").json() == {
             "state": "none", "progress": 0.0, "inspection_id": None, "error": None,
