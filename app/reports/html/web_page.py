@@ -14,36 +14,22 @@ from importlib import resources
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from app.reports.content.condition import ACT_NOW, condition_of, worst_first
-from app.reports.content.cover import cover_rows, warnings_of
-from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
-from app.reports.content.grades import grade_of
+from app.reports.content import (
+    condition,
+    cover,
+    grade_words,
+    grades,
+    measurement,
+    pictures,
+    recommendations,
+    shown_photos,
+    summary,
+)
 from app.reports.content.header import GROUPS, header_row
-from app.reports.content.measurement import (
-    correction_rows,
-    counter_rows,
-    joint_table,
-    result_rows,
-    rig_rows,
-    video_rows,
-)
-from app.reports.content.pictures import Jpeg, jpeg_of, logo_of, why_not_shown
-from app.reports.content.recommendations import (
-    costs_of,
-    count_without,
-    has_recommendations,
-    recommended,
-)
-from app.reports.content.shown_photos import photo_alt, photos_by_entry, shown_photos
-from app.reports.content.summary import opening
 from app.reports.content.text import iso, legible
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.content.wall import remarks_on, wall_of
-from app.reports.drawings import svg
-from app.reports.drawings.along import along_the_run
-from app.reports.drawings.glance import pipe_at_a_glance
-from app.reports.drawings.pipe_graphic import legend, whole_pipe
-from app.reports.drawings.survey_plan import survey_plan
+from app.reports.drawings import along, glance, pipe_graphic, survey_plan, svg
 from app.reports.drawings.unrolled_wall import wall_scale, wall_strips
 from app.reports.report import Loss, Report, Written, failure
 from app.reports.template import Section
@@ -95,55 +81,38 @@ _TEMPLATES = Environment(
 )
 
 
+_TEMPLATES.globals |= {
+    module.__name__.rpartition(".")[2]: module
+    for module in (
+        condition, cover, grade_words, measurement, pictures, recommendations, summary,
+        along, glance, pipe_graphic, survey_plan, svg, shown_photos,
+    )
+} | {"NOTHING": NOTHING, "iso": iso}  # fmt: skip
+"""What the templates take from: the content of every format, and the drawings."""
+
+
 def write(report: Report) -> Written:
     """Write the report in its language and units."""
     t, chosen = Translator.of(report), report.template.sections
     scene, losses = _scene(report) if "scene" in chosen else (None, ())
-    shown = shown_photos(report) if "photos" in chosen else []
-    grade = grade_of(report)
+    shown = shown_photos.shown_photos(report) if "photos" in chosen else []
     page = _TEMPLATES.get_template("web_page.html").render(
         report=report,
         t=t,
-        NOTHING=NOTHING,
         policy="; ".join(_POLICY if scene is None else (*_POLICY, *_SCENE_POLICY)),
         style=_asset("web_page.css"),
         script=_asset("web_page.js"),
-        severities=[(n, svg.fill_of(n), svg.ink_on(n)) for n in range(len(svg.SEVERITY))],
         sections=[(section, t(_TITLES.get(section, f"{section}.title"))) for section in chosen],
-        logo=_jpeg_base64(logo_of(report.company.logo, _LOGO_PX)),
-        warnings=warnings_of(report, t),
-        cover=cover_rows(report, t),
-        opening=opening(report, t),
-        condition=condition_of(report),
-        worst=worst_first(report),
-        grade=grade,
-        rule=rule_of(grade, t) if grade else (),
-        threshold_of=threshold_of,
-        class_of=class_of,
-        SHOWN=SHOWN,
-        has_recommendations=has_recommendations(report),
-        recommended=recommended(report),
-        count_without=count_without(report),
-        costs=costs_of(report),
-        ACT_NOW=ACT_NOW,
-        glances=[pipe_at_a_glance(report, t, width) for width in (svg.WIDTH, svg.NARROW)],
-        pipes=[whole_pipe(report, t, width) for width in (svg.WIDTH, svg.NARROW)],
-        legend=legend(report, t),
-        plan=survey_plan(report, t),
-        along=None if report.is_unmeasured else along_the_run(report, t),
-        reference=t.reference(report),
+        logo=_jpeg_base64(pictures.logo_of(report.company.logo, _LOGO_PX)),
+        grade=grades.grade_of(report),
         wall=_wall(report, t) if "wall" in chosen else None,
         shown=shown,
-        photos_of=photos_by_entry(shown),
-        photo_alt=photo_alt,
-        why_not_shown=why_not_shown,
-        jpeg_base64=lambda photo: _jpeg_base64(jpeg_of(photo, ENOUGH_PX)),
+        photos_of=shown_photos.photos_by_entry(shown),
+        jpeg_base64=lambda photo: _jpeg_base64(pictures.jpeg_of(photo, ENOUGH_PX)),
         scene=scene,
         header=_header(report, t),
         measured=_measured(report, t),
-        joints=joint_table(report.joint_evidence, t),
         entry_of={entry.id: entry for entry in report.entries},
-        iso=iso,
     )
     return Written(page.encode(), losses)
 
@@ -162,7 +131,7 @@ def _base64(content: bytes) -> Markup:
     return Markup(base64.b64encode(content).decode())  # noqa: S704
 
 
-def _jpeg_base64(jpeg: Jpeg | None) -> Markup | None:
+def _jpeg_base64(jpeg: pictures.Jpeg | None) -> Markup | None:
     """Encode a photo or a logo; None if it is missing."""
     return None if jpeg is None else _base64(jpeg.content)
 
@@ -189,11 +158,11 @@ def _header(report: Report, t: Translator) -> list[tuple[str, Rows]]:
 def _measured(report: Report, t: Translator) -> list[tuple[str, Rows]]:
     """Return the parts about the measurement that have something to say."""
     parts = {
-        "result": result_rows(report, t),
-        "corrections": correction_rows(report, t),
-        "counter": counter_rows(report, t),
-        "rig": rig_rows(report, t),
-        "video": video_rows(report, t),
+        "result": measurement.result_rows(report, t),
+        "corrections": measurement.correction_rows(report, t),
+        "counter": measurement.counter_rows(report, t),
+        "rig": measurement.rig_rows(report, t),
+        "video": measurement.video_rows(report, t),
     }
     return [(t(f"measurement.{name}"), rows) for name, rows in parts.items() if rows]
 
