@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 
 from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.cut_pipe import clock_spans, water_share
 from app.reports.content.placement import spread
 from app.reports.content.translator import NOTHING, Translator
+from app.reports.content.wall import joints_within
 from app.reports.drawings import svg
-from app.reports.drawings.svg import Drawing
+from app.reports.drawings.svg import Drawing, to_row
 from app.reports.report import Entry, Report, Stretch
 from app.survey.spans import SAME_M, Span, is_within, overlap
 
@@ -116,22 +117,12 @@ def laid_out(report: Report, t: Translator) -> tuple[int, list[Sheet]]:
     observations are dense, a finer scale is easier to read.
     """
     axis, labels = Axis.of(report), _labels(report, t, svg.WIDTH)
-    enough = [scale for scale in SCALES if len(_windows(axis, scale)) <= MOST_SHEETS]
-    limit = max(COARSEST, min(enough, default=SCALES[-1]))
-    whole = min((scale for scale in SCALES if len(_windows(axis, scale)) == 1), default=limit)
-    coarsest = min(limit, whole)
-    best = coarsest, _sheets(axis, coarsest, labels)
-    for scale in (scale for scale in reversed(SCALES) if scale < coarsest):
-        if len(_windows(axis, scale)) > _burden(best[1]):
-            break  # the windows alone need more sheets
-        sheets = _sheets(axis, scale, labels)
-        if _burden(sheets) < _burden(best[1]):
-            best = scale, sheets
-    return best
-
-
-def _burden(sheets: Sequence[Sheet]) -> int:
-    return sum(1 if sheet.part == 1 else 2 for sheet in sheets)
+    windows = {scale: len(_windows(axis, scale)) for scale in SCALES}
+    few = [scale for scale, n in windows.items() if n <= MOST_SHEETS] or list(SCALES[-1:])
+    whole = next((scale for scale, n in windows.items() if n == 1), SCALES[-1])
+    coarsest = min(max(COARSEST, few[0]), whole)
+    found = [(scale, _sheets(axis, scale, labels)) for scale in few if scale <= coarsest]
+    return min(found, key=lambda one: (sum(min(s.part, 2) for s in one[1]), -one[0]))
 
 
 def _windows(axis: Axis, scale: int) -> list[Span]:
@@ -172,20 +163,15 @@ def _labels(report: Report, t: Translator, width_mm: float) -> list[_Label]:
     """Write the labels of all entries with a distance."""
     is_stacked = width_mm < svg.WIDTH
     room = width_mm - _labels_at(width_mm)
-    facts_room, meaning_room = (room, room) if is_stacked else (0.47 * room, 0.53 * room)
+    facts_room, meaning_room = (room, room - 10) if is_stacked else (0.47 * room, 0.53 * room)
     labels = []
     for entry in report.entries:
         if entry.distance_m is not None:
             facts = (t.short_place(entry), t.code(entry), t.clock_in_words(entry), t.stretch(entry))
             said = " · ".join(fact for fact in facts if fact)
-            labels.append(
-                _Label(
-                    entry,
-                    svg.wrapped(said, facts_room - 10, bold=True),
-                    svg.wrapped(t.label(entry), meaning_room - (10 if is_stacked else 0)),
-                    is_stacked,
-                )
-            )
+            facts_lines = svg.wrapped(said, facts_room - 10, bold=True)
+            meaning = svg.wrapped(t.label(entry), meaning_room)
+            labels.append(_Label(entry, facts_lines, meaning, is_stacked))
     return labels
 
 
@@ -216,20 +202,14 @@ class _Painter:
 
     def drawing(self, foot: str) -> Drawing:
         """Draw everything, from the bottom layer up."""
-        t = self.t
-        first, last = map(t.length, self.sheet.span_m)
+        first, last = map(self.t.length, self.sheet.span_m)
         bottom = _HEAD + self.height + _FOOT
-        shapes = [
-            *self._wall(),
-            *self._joints(),
-            *self._ticks(),
-            *self._nodes(),
-            *self._stretches(),
-            *self._entries(),
-            svg.text(0, bottom - 1, foot, bold=True),
-        ]
-        alt = t("alt.graphic", first=first, last=last, n=len(self.sheet.labels))
-        return Drawing(self.width, bottom, alt, shapes)
+        layers = (
+            self._wall(), self._joints(), self._ticks(), self._nodes(), self._stretches(),
+            self._entries(), [svg.text(0, bottom - 1, foot, bold=True)],
+        )  # fmt: skip
+        alt = self.t("alt.graphic", first=first, last=last, n=len(self.sheet.labels))
+        return Drawing(self.width, bottom, alt, [*chain.from_iterable(layers)])
 
     def _y(self, distance_m: float) -> float:
         """Return the position down the sheet; what lies beyond the pipe is drawn at its end."""
@@ -238,66 +218,40 @@ class _Painter:
     def _x(self, share: float) -> float:
         return self.left + share * (self.right - self.left)
 
-    def _wall(self) -> list[str]:
+    def _wall(self) -> Iterator[str]:
         """Draw the wall, cut along its crown: 12 at both edges, 6 in the middle."""
         top, bottom = map(self._y, self.sheet.span_m)
-        wet = water_share(self.report)
-        hours = ((0, "12"), (0.25, "9"), (0.5, "6"), (0.75, "3"), (1, "12"))
-        return [
-            svg.rect(self.left, top, self.right - self.left, bottom - top, svg.WASH),
-            svg.rect(
-                self._x(0.5 - wet / 2), top, self._x(wet) - self.left, bottom - top, svg.WATER
-            ),
-            *(
-                svg.line(
-                    (self._x(share), top),
-                    (self._x(share), bottom),
-                    svg.INK if share in (0, 1) else svg.RULE,
-                    0.3 if share in (0, 1) else 0.1,
-                )
-                for share, _ in hours
-            ),
-            *(
-                svg.text(self._x(share), 3, hour, svg.TINY, svg.SOFT, anchor="middle")
-                for share, hour in hours
-            ),
-        ]
+        across, wet = self.right - self.left, water_share(self.report)
+        yield svg.rect(self.left, top, across, bottom - top, svg.WASH)
+        yield svg.rect(self._x(0.5 - wet / 2), top, wet * across, bottom - top, svg.WATER)
+        for share, hour in ((0, "12"), (0.25, "9"), (0.5, "6"), (0.75, "3"), (1, "12")):
+            x = self._x(share)
+            look = (svg.INK, 0.3) if hour == "12" else (svg.RULE, 0.1)
+            yield svg.line((x, top), (x, bottom), *look)
+            yield svg.text(x, 3, hour, svg.TINY, svg.SOFT, anchor="middle")
 
-    def _ticks(self) -> list[str]:
+    def _ticks(self) -> Iterator[str]:
         step_m = max(tick_step_m(self.t, self.per_m, 4), self.t.per_unit_m)
         x = self.left - 6
-        shapes = [svg.text(x - 1, 3, self.t.units, svg.TINY, svg.SOFT, anchor="end")]
+        yield svg.text(x - 1, 3, self.t.units, svg.TINY, svg.SOFT, anchor="end")
         for distance_m in Axis(*self.sheet.span_m).ticks(step_m):
             y = self._y(distance_m)
             said = self.t.figure(distance_m / self.t.per_unit_m)
-            shapes += [
-                svg.line((x, y), (x + 1.2, y)),
-                svg.text(x - 0.8, y + 0.8, said, anchor="end"),
-            ]
-        return [*shapes, svg.line((x + 1.2, _HEAD), (x + 1.2, self._y(self.sheet.span_m[1])))]
+            yield svg.line((x, y), (x + 1.2, y))
+            yield svg.text(x - 0.8, y + 0.8, said, anchor="end")
+        yield svg.line((x + 1.2, _HEAD), (x + 1.2, self._y(self.sheet.span_m[1])))
 
-    def _joints(self) -> list[str]:
+    def _joints(self) -> Iterator[str]:
         """Draw seen joints as lines with their numbers, expected ones as dashes."""
-        shapes = []
         last_y = -math.inf
-        for joint in self.report.joints:
-            if is_within(joint.distance_mm / 1000, self.sheet.span_m):
-                y = self._y(joint.distance_mm / 1000)
-                shapes.append(svg.line((self.left, y), (self.right, y), svg.SOFT, 0.2))
-                if joint.number is not None and y - last_y >= 2.6:
-                    beside = self._beside_nodes(y)
-                    name = f"J{joint.number}"
-                    shapes.append(
-                        svg.text(self.left - 0.6, beside, name, svg.TINY, svg.SOFT, anchor="end")
-                    )
-                    last_y = y
-        for expected in self.report.expected_joints:
-            if is_within(expected.distance_mm / 1000, self.sheet.span_m):
-                y = self._y(expected.distance_mm / 1000)
-                shapes.append(
-                    svg.line((self.left, y), (self.right, y), svg.SOFT, 0.2, dash="0.5 0.5")
-                )
-        return shapes
+        for joint in joints_within(self.report, self.sheet.span_m):
+            y = self._y(joint.distance_m)
+            dash = "none" if joint.is_seen else "0.5 0.5"
+            yield svg.line((self.left, y), (self.right, y), svg.SOFT, 0.2, dash=dash)
+            if joint.number is not None and y - last_y >= 2.6:
+                x, name = self.left - 0.6, f"J{joint.number}"
+                yield svg.text(x, self._beside_nodes(y), name, svg.TINY, svg.SOFT, anchor="end")
+                last_y = y
 
     def _beside_nodes(self, y: float) -> float:
         """Return the baseline of a joint's number, which the bar of a node must not cover."""
@@ -312,71 +266,45 @@ class _Painter:
         axis = Axis.of(self.report)
         return ("start", max(axis.first_m, 0.0), -1), ("end", axis.last_m, 1)
 
-    def _nodes(self) -> list[str]:
-        shapes = []
-        accent = self.report.template.accent
+    def _nodes(self) -> Iterator[str]:
         for end, distance_m, side in self._ends():
             if is_within(distance_m, self.sheet.span_m):
                 y = self._y(distance_m)
+                bar_y, name_y = (y - 1.3, y - 2) if side < 0 else (y, y + 3.6)
+                across = self.right - self.left
+                yield svg.rect(self.left - 2, bar_y, across + 4, 1.3, self.report.template.accent)
                 name = str(self.report.header.get(f"{end}_node") or NOTHING)
-                names = svg.wrapped(name, self.right - self.left + 14, svg.TINY, bold=True)[:1]
-                shapes += [
-                    svg.rect(
-                        self.left - 2,
-                        y + (-1.3 if side < 0 else 0),
-                        self.right - self.left + 4,
-                        1.3,
-                        accent,
-                    ),
-                    *(
-                        svg.text(
-                            self._x(0.5),
-                            y + (-2 if side < 0 else 3.6),
-                            said,
-                            svg.TINY,
-                            bold=True,
-                            anchor="middle",
-                        )
-                        for said in names
-                    ),
-                ]
-        return shapes
+                for said in svg.wrapped(name, across + 14, svg.TINY, bold=True)[:1]:
+                    middle = self._x(0.5)
+                    yield svg.text(middle, name_y, said, svg.TINY, bold=True, anchor="middle")
 
-    def _stretches(self) -> list[str]:
-        shapes = []
+    def _stretches(self) -> Iterator[str]:
         for lane, (low_m, high_m), number in _in_lanes(self.report.stretches):
             if not overlap((low_m, high_m), self.sheet.span_m):
                 continue
             x = self.right + 2.5 + lane * _LANE
             upper = self._y(max(low_m, self.sheet.span_m[0]))
             lower = self._y(min(high_m, self.sheet.span_m[1]))
-            ends = [(upper, low_m), (lower, high_m)]
             middle = (upper + lower) / 2
-            shapes += [
-                svg.line((x, upper), (x, lower), svg.INK, 0.4),
-                *(
-                    svg.line((x - 1, y), (x, y), svg.INK, 0.4)
-                    for y, end_m in ends
-                    if is_within(end_m, self.sheet.span_m)
-                ),
-                svg.rect(x - 0.9, middle - 1.3, 1.8, 2.6, svg.PAPER),
-                svg.text(x, middle + 0.8, str(number), svg.TINY, bold=True, anchor="middle"),
-            ]
-        return shapes
+            yield svg.line((x, upper), (x, lower), svg.INK, 0.4)
+            for y, end_m in ((upper, low_m), (lower, high_m)):
+                if is_within(end_m, self.sheet.span_m):
+                    yield svg.line((x - 1, y), (x, y), svg.INK, 0.4)
+            yield svg.rect(x - 0.9, middle - 1.3, 1.8, 2.6, svg.PAPER)
+            yield svg.text(x, middle + 0.8, str(number), svg.TINY, bold=True, anchor="middle")
 
-    def _entries(self) -> list[str]:
+    def _entries(self) -> Iterator[str]:
         labels = self.sheet.labels
         wanted = [self._y(label.entry.distance_m or 0.0) for label in labels]
         gaps = [(one.height + two.height) / 2 for one, two in pairwise(labels)]
         half = (labels[0].height / 2, labels[-1].height / 2) if labels else (0, 0)
         places = spread(wanted, gaps, _HEAD + half[0], _HEAD + self.height - half[1])
-        worst_on_top = sorted(labels, key=lambda label: label.entry.tag.severity or 0)
-        shapes = [shape for label in worst_on_top for shape in self._mark(label.entry)]
+        for label in sorted(labels, key=lambda label: label.entry.tag.severity or 0):
+            yield from self._mark(label.entry)  # the worst on top
         for label, y, place in zip(labels, wanted, places, strict=True):
             first_line = place - (label.height - _BETWEEN) / 2 + svg.SMALL
-            shapes += self._leader(label.entry, y, first_line - 0.75)
-            shapes.append(self._written(label, first_line))
-        return shapes
+            yield from self._leader(label.entry, y, first_line - 0.75)
+            yield to_row(self.report, label.entry, "".join(self._written(label, first_line)))
 
     def _mark(self, entry: Entry) -> Iterator[str]:
         """Draw the mark of an entry on the wall."""
@@ -404,24 +332,18 @@ class _Painter:
             for end in (upper, lower):
                 yield svg.line((x - 0.7, end), (x + 0.7, end), svg.INK, 0.2)
 
-    def _written(self, label: _Label, y: float) -> str:
-        """Write a label, which leads to its row."""
+    def _written(self, label: _Label, y: float) -> Iterator[str]:
         x = _labels_at(self.width)
-        beside = x + 0.47 * (self.width - x)
-        meaning_at = (x + 10, len(label.facts) * _LINE) if label.is_stacked else (beside, 0.0)
-        shapes = [
-            svg.badge(x, y - 2.35, label.entry.tag.severity),
-            svg.text(x + 8.6, y, str(label.entry.number), fill=svg.SOFT, anchor="end"),
-            *(
-                svg.text(x + 10, y + n * _LINE, said, bold=True)
-                for n, said in enumerate(label.facts)
-            ),
-            *(
-                svg.text(meaning_at[0], y + meaning_at[1] + n * _LINE, said)
-                for n, said in enumerate(label.meaning)
-            ),
-        ]
-        return svg.to_row(self.report, label.entry, "".join(shapes))
+        yield svg.badge(x, y - 2.35, label.entry.tag.severity)
+        yield svg.text(x + 8.6, y, str(label.entry.number), fill=svg.SOFT, anchor="end")
+        for n, said in enumerate(label.facts):
+            yield svg.text(x + 10, y + n * _LINE, said, bold=True)
+        if label.is_stacked:
+            x, y = x + 10, y + len(label.facts) * _LINE
+        else:
+            x += 0.47 * (self.width - x)
+        for n, said in enumerate(label.meaning):
+            yield svg.text(x, y + n * _LINE, said)
 
 
 def _in_lanes(stretches: Sequence[Stretch]) -> list[tuple[int, Span, int]]:
