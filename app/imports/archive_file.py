@@ -211,7 +211,7 @@ def _require_film_of(inspection: WholeInspection, files: Mapping[str, MovedFile]
     films = [file for name, file in files.items() if name.startswith(FILM)]
     if len(films) > 1:
         raise InvalidImport("The archive file has more than one film.")
-    if films and films[0].sha256 != inspection.source_sha256:
+    if films and films[0].sha256 != inspection.about.source.sha256:
         raise InvalidImport("The film in the archive file is not that of the inspection.")
 
 

@@ -17,15 +17,15 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from app.errors import InvalidImport
-from app.imports.chainage_json_schema import File
+from app.imports.chainage_json_schema import File, Parts
 from app.imports.moved_media import require_media
-from app.imports.whole_inspection import Happening, MovedFile, WholeInspection
-from app.survey.labels import distinct
-from vo_core import Rig
+from app.imports.whole_inspection import MovedFile, WholeInspection
+from vo_core import Rig, Track
 from vo_core.errors import InvalidRig, RigVideoMismatch
 from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
@@ -52,49 +52,43 @@ def read(content: bytes) -> WholeInspection:
     values = _parsed(content)
     _require_version(values)
     file = _checked(values)
-    inspection = file.inspection
+    about = file.inspection
     try:
-        rig = Rig.parse(inspection.rig)
-        rig.require_picture_size(inspection.video.width, inspection.video.height)
+        rig = Rig.parse(about.rig)
+        rig.require_picture_size(about.video.width, about.video.height)
     except (InvalidRig, RigVideoMismatch) as error:
         raise InvalidImport(f"The file cannot be imported: {error}") from error
-    track = file.track.columns.to_track()
+    track = _track(file.track.columns)
     health = [Health(*row) for row in zip(*file.health.columns.in_order(), strict=True)]
     _require(_beyond_the_track(file, len(track)) + _outside_the_picture(file, rig))
     _require_few_parts(file)
     return WholeInspection(
-        id=inspection.id,
-        name=inspection.name,
-        status=inspection.status,
-        header=inspection.header,
-        labels=distinct(inspection.labels),
+        about=about,
         rig=rig,
-        source_kind=inspection.source.kind,
-        source_filename=inspection.source.filename,
-        source_size=inspection.source.size,
-        source_sha256=inspection.source.sha256,
-        video=inspection.video.model_dump(),
-        tracked_with=inspection.tracked_with,
-        warning=inspection.warning,
-        error=inspection.error,
-        error_code=inspection.error_code,
-        created_at=inspection.created_at,
-        finished_at=inspection.finished_at,
         stated=file.corrections.stated.to_stated(),
-        revision=inspection.revision,
         track=track,
         health=tuple(health),
         sightings=tuple(Sighting(**sighting.model_dump()) for sighting in file.sightings),
         tilt=MountTilt(**file.mount_tilt.model_dump()) if file.mount_tilt else None,
         stance=Stance(**file.stance.model_dump()) if file.stance else AS_STATED,
-        tags=tuple(tag.to_imported() for tag in sorted(file.tags, key=lambda tag: tag.seq)),
-        events=tuple(Happening(**event.model_dump()) for event in file.events),
-        attachments=tuple(attachment.to_imported() for attachment in file.attachments),
-        remarks=tuple(remark.to_imported() for remark in file.remarks),
-        review=file.review.to_imported(),
+        tags=tuple(sorted(file.tags, key=lambda tag: tag.seq)),
+        events=tuple(file.events),
+        attachments=tuple(file.attachments),
+        remarks=tuple(file.remarks),
+        review=file.review,
         code_pack=file.code_pack,
         report_template=file.report_template,
         files={path: _embedded(path, text) for path, text in file.media.items()},
+    )
+
+
+def _track(columns: Any) -> Track:
+    dtypes = {"frame": np.int64, "status": np.str_}
+    return Track(
+        **{
+            name: np.array(getattr(columns, name), dtypes.get(name, np.float64))
+            for name in type(columns).model_fields
+        }
     )
 
 
@@ -188,7 +182,7 @@ def _require_version(values: Any) -> None:
         )
 
 
-def _checked(values: Any) -> File:
+def _checked(values: Any) -> Parts:
     try:
         return File.model_validate(values)
     except ValidationError as error:
@@ -214,7 +208,7 @@ def _require(reasons: Sequence[str]) -> None:
     raise InvalidImport(f"The file cannot be imported: {'; '.join(shown)}.")
 
 
-def _require_few_parts(file: File) -> None:
+def _require_few_parts(file: Parts) -> None:
     """Limit the content of events, which has no schema: an empty list of two bytes takes 60 in
     memory.
     """
@@ -231,7 +225,7 @@ def _require_few_parts(file: File) -> None:
         parts.extend(inner)
 
 
-def _beyond_the_track(file: File, rows: int) -> list[str]:
+def _beyond_the_track(file: Parts, rows: int) -> list[str]:
     """Report frames of other measurements that lie beyond the track."""
     reasons = [
         f"sightings.{n}.frame: the track has no frame {sighting.frame}"
@@ -244,7 +238,7 @@ def _beyond_the_track(file: File, rows: int) -> list[str]:
     return reasons
 
 
-def _outside_the_picture(file: File, rig: Rig) -> list[str]:
+def _outside_the_picture(file: Parts, rig: Rig) -> list[str]:
     width, height = rig.camera.width, rig.camera.height
     marks = enumerate(file.corrections.stated.joints.marked)
     pixels = [

@@ -1,13 +1,30 @@
-"""An inspection as it was exported: everything from which distances are derived."""
+"""An inspection as it was exported: everything from which distances are derived.
+
+The parts are read strictly from the report in JSON; `app.reports.exchange.chainage_json` writes
+their fields.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from app.survey.attachments import Kind
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StringConstraints,
+    model_validator,
+)
+
+from app.imports.archive_manifest import VOICE
+from app.survey.attachments import LONGEST_VOICE_S, MOST_VOICE_BYTES, Kind, Strokes
+from app.survey.given import LINE, TEXT, Frame, Header
+from app.survey.labels import Labels
 from app.survey.review import DRAFT, RemarkKind, ReviewState
 from app.survey.stated import Stated
 from app.survey.tag import StatedTag
@@ -18,84 +35,164 @@ from vo_core.image.health import Health
 from vo_core.joints.finder import Sighting
 
 
-@dataclass(frozen=True)
-class ImportedTag:
+class Part(BaseModel):
+    """Strict base; fields that a later writer of this version adds are ignored."""
+
+    model_config = ConfigDict(strict=True, extra="ignore", allow_inf_nan=False, frozen=True)
+
+
+_INSTANT = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9:.]{5,15}(?:Z|[+-][0-9]{2}:?[0-9]{2})")
+
+
+def _instant(value: object) -> datetime:
+    """Parse ISO 8601 with a time zone, as the export writes it."""
+    if not isinstance(value, str) or not _INSTANT.fullmatch(value):
+        raise ValueError("must be an instant such as 2026-09-14T09:42:00Z")
+    return datetime.fromisoformat(value)
+
+
+_Instant = Annotated[datetime, BeforeValidator(_instant)]
+_Who = Annotated[str, StringConstraints(max_length=100, pattern=LINE)]
+_Word = _Who
+_Sentence = Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)]
+_Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
+_ObservationId = Annotated[
+    str,
+    StringConstraints(pattern=r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$"),
+]
+_PhotoPath = Annotated[str, StringConstraints(pattern=r"^photos/[A-Za-z0-9_.-]{1,150}$")]
+"""Path of a picture that comes along, which `app.imports.moved_media` decodes."""
+MediaPath = _PhotoPath | Annotated[str, StringConstraints(pattern=r"^voice/[A-Za-z0-9_.-]{1,150}$")]
+
+
+class MovedSource(Part):
+    """The film, which is not here."""
+
+    kind: Literal["upload", "live", "import"]
+    filename: Annotated[str, StringConstraints(max_length=255, pattern=LINE)]
+    size: Annotated[int, Field(ge=0, le=2**53 - 1)]
+    sha256: Annotated[str, StringConstraints(pattern=r"^([0-9a-f]{64})?$")]
+
+
+class _Video(Part):
+    """Result of probing the video, in the order of the probe."""
+
+    width: Annotated[int, Field(ge=1, le=8192)]
+    height: Annotated[int, Field(ge=1, le=8192)]
+    codec: _Word = ""
+    container: _Word = ""
+    pixel_format: _Word | None = None
+    frames: Annotated[int, Field(ge=0, le=2**31 - 1)] | None = None
+    duration_s: Annotated[float, Field(ge=0, le=1e8)] | None = None
+    rate_hz: Annotated[float, Field(ge=0, le=1e6)] | None = None
+    pixel_aspect: Annotated[float, Field(ge=0.25, le=4)] = 1.0
+    media_type: _Word = ""
+    playable: bool = False
+
+
+class MovedInspection(Part):
+    """What is known of the inspection itself; older exports lack fields that have a default."""
+
+    id: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
+    """Id where it was exported."""
+    name: Annotated[str, StringConstraints(min_length=1, max_length=200, pattern=LINE)]
+    status: Literal["queued", "running", "done", "failed", "cancelled"]
+    header: Header
+    labels: Labels = Field(default_factory=list)
+    rig: dict[str, Any]
+    source: MovedSource
+    video: _Video
+    tracked_with: Annotated[str, StringConstraints(max_length=64, pattern=LINE)] | None = None
+    """Program that tracked the film."""
+    revision: Annotated[int, Field(ge=0, le=2**30)]
+    warning: _Sentence | None = None
+    error: _Sentence | None = None
+    error_code: Annotated[str, StringConstraints(pattern=r"^[a-z0-9_]{1,50}$")] | None = None
+    created_at: _Instant
+    finished_at: _Instant | None = None
+
+
+class MovedEvent(Part):
+    """An event of the inspection where it was exported."""
+
+    at: _Instant
+    who: _Who
+    action: Annotated[str, StringConstraints(pattern=r"^[a-z_]{1,20}$")]
+    observation_id: _ObservationId | None = None
+    before: dict[str, Any] | None = None
+    after: dict[str, Any] | None = None
+    remark: _Sentence | None = None
+
+
+class MovedTag(Part):
     """An observation as it was stated."""
 
-    id: str
-    seq: int
-    fields: Mapping[str, Any]
-    """Fields of the PUT; fields that it left out are missing."""
-    photo_sha256: str | None
+    id: _ObservationId
+    seq: Annotated[int, Field(ge=1, le=2**30)]
+    fields: StatedTag
+    photo_sha256: _Sha256 | None = None
     """Digest of its photo."""
-    created_by: str
-    created_at: datetime
-    edited_by: str | None
-    edited_at: datetime | None
-    photo: str | None = None
+    photo: _PhotoPath | None = None
     """Path of its photo among the files that came along, if it is there."""
+    created_by: _Who
+    created_at: _Instant
+    edited_by: _Who | None = None
+    edited_at: _Instant | None = None
 
     @property
     def stated(self) -> StatedTag:
-        """Return the fields, which were checked when the file was read."""
-        return StatedTag.kept(self.fields)
+        """The fields in the form in which they are stored."""
+        return StatedTag.kept(self.fields.model_dump(exclude_none=True))
 
 
-@dataclass(frozen=True)
-class Happening:
-    """An event of the inspection where it was exported."""
-
-    at: datetime
-    who: str
-    action: str
-    observation_id: str | None
-    before: Mapping[str, Any] | None
-    after: Mapping[str, Any] | None
-    remark: str | None
-
-
-@dataclass(frozen=True)
-class ImportedAttachment:
+class MovedAttachment(Part):
     """A photo, a drawing or a voice note of an observation."""
 
-    id: str
-    observation_id: str
+    id: _ObservationId
+    observation_id: _ObservationId
     kind: Kind
-    rank: int
-    frame: int
-    strokes: tuple[Mapping[str, Any], ...]
-    media_type: str | None
-    duration_s: float | None
-    size: int | None
-    sha256: str | None
-    file: str | None
+    rank: Annotated[int, Field(ge=-1000, le=1000)]
+    frame: Frame
+    strokes: Strokes
+    media_type: Literal["audio/webm", "audio/ogg", "audio/mp4"] | None
+    duration_s: Annotated[float, Field(ge=0, le=LONGEST_VOICE_S)] | None
+    size: Annotated[int, Field(ge=0, le=MOST_VOICE_BYTES)] | None
+    sha256: _Sha256 | None
+    file: MediaPath | None
     """Its path among the files that came along, if it is there."""
-    created_by: str
-    created_at: datetime
+    created_by: _Who
+    created_at: _Instant
+
+    @model_validator(mode="after")
+    def _is_a_voice_or_a_picture(self) -> Self:
+        is_voice = self.kind == "voice"
+        if is_voice != (self.media_type is not None):
+            raise ValueError("a voice note has a media type, and nothing else has one")
+        if self.file is not None and is_voice != self.file.startswith(VOICE):
+            raise ValueError(f"a {self.kind} cannot be the file {self.file}")
+        return self
 
 
-@dataclass(frozen=True)
-class ImportedRemark:
+class MovedRemark(Part):
     """What a reviewer said about an observation."""
 
-    id: str
-    observation_id: str
+    id: _ObservationId
+    observation_id: _ObservationId
     kind: RemarkKind
-    text: str
-    version: str
-    made_by: str
-    made_at: datetime
-    settled_by: str | None
-    settled_at: datetime | None
+    text: _Sentence
+    version: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{1,16}$")]
+    made_by: _Who
+    made_at: _Instant
+    settled_by: _Who | None = None
+    settled_at: _Instant | None = None
 
 
-@dataclass(frozen=True)
-class ImportedReview:
+class MovedReview(Part):
     """How far the review was."""
 
     state: ReviewState = DRAFT
-    by: str | None = None
-    at: datetime | None = None
+    by: _Who | None = None
+    at: _Instant | None = None
 
 
 @dataclass(frozen=True)
@@ -114,41 +211,22 @@ class MovedFile:
 class WholeInspection:
     """An inspection as it was exported."""
 
-    id: str
-    """Id where it was exported."""
-    name: str
-    status: Literal["queued", "running", "done", "failed", "cancelled"]
-    header: Mapping[str, Any]
-    labels: tuple[str, ...]
+    about: MovedInspection
     rig: Rig
-    source_kind: Literal["upload", "live", "import"]
-    source_filename: str
-    source_size: int
-    source_sha256: str
-    video: Mapping[str, Any]
-    """Result of probing the video, which is not here."""
-    tracked_with: str | None
-    """Program that tracked the film; None in an older file."""
-    warning: str | None
-    error: str | None
-    error_code: str | None
-    created_at: datetime
-    finished_at: datetime | None
     stated: Stated
-    revision: int
     track: Track
     """The raw track; row i is frame i."""
     health: Sequence[Health]
     sightings: tuple[Sighting, ...]
     tilt: MountTilt | None
     stance: Stance
-    tags: tuple[ImportedTag, ...]
+    tags: tuple[MovedTag, ...]
     """Tags in the order of their numbers."""
-    events: tuple[Happening, ...]
+    events: tuple[MovedEvent, ...]
     """Events, the oldest first."""
-    attachments: tuple[ImportedAttachment, ...] = ()
-    remarks: tuple[ImportedRemark, ...] = ()
-    review: ImportedReview = ImportedReview()
+    attachments: tuple[MovedAttachment, ...]
+    remarks: tuple[MovedRemark, ...]
+    review: MovedReview
     report_template: Mapping[str, Any] | None = None
     """How its reports looked; None in an older file."""
     code_pack: str | None = None

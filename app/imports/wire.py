@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from app.imports.survey import ImportedFile
-from app.imports.whole_inspection import WholeInspection
+from app.imports.whole_inspection import Part, WholeInspection
 from vo_core import Rig, Track
 from vo_core.image.health import Health
 
@@ -77,16 +77,18 @@ def unpack(packed: bytes) -> ImportedFile | WholeInspection:
 
 
 def _packed(value: object) -> object:
-    if isinstance(value, Rig):
+    if isinstance(value, Rig | Part):
         return value.model_dump(mode="json")
     if isinstance(value, np.ndarray):
         return (value.astype(_STATUS) if value.dtype.kind == "U" else value).tobytes()
     raise NotImplementedError(f"A {type(value).__name__} has no form on the wire.")
 
 
-def _unpacked(kind: type, value: Any) -> object:
+def _unpacked(kind: Any, value: Any) -> object:
     if kind is Rig:
         return Rig.parse(value)
+    if issubclass(kind, Part):
+        return kind.model_validate(value)
     # NDArray[np.float64] is ndarray[shape, dtype[float64]].
     (scalar,) = get_args(get_args(kind)[1])
     if scalar is np.str_:

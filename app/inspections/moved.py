@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
@@ -27,11 +26,11 @@ from app.imports.archive_manifest import (
 )
 from app.imports.survey import Caveat
 from app.imports.whole_inspection import (
-    Happening,
-    ImportedAttachment,
-    ImportedRemark,
-    ImportedTag,
+    MovedAttachment,
+    MovedEvent,
     MovedFile,
+    MovedRemark,
+    MovedTag,
     WholeInspection,
 )
 from app.inspections.keeping import Imported, Keeper, Run
@@ -43,8 +42,9 @@ from app.storage.folder.files import DataFolder, full_disk_reported
 from app.storage.folder.tokens import Role
 from app.storage.records.attachments import AttachmentRow
 from app.storage.records.imports import Rows
-from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
+from app.survey.attachments import VOICE_SUFFIXES, Attachment
 from app.survey.fields.header import project_of
+from app.survey.labels import distinct
 from app.survey.records import BROUGHT_IN, Event, Observation
 from app.survey.review import APPROVED, DRAFT, ReviewState
 from app.survey.stated import Stated
@@ -108,7 +108,7 @@ class MovedInspections:
             DiskFull: There is no room for it.
         """
         self._folder.require_room(sum(file.size for file in whole.files.values()))
-        with self._keeper.place(whole.id) as inspection_id:
+        with self._keeper.place(whole.about.id) as inspection_id:
             moved = _Moved(whole, inspection_id, filename, who)
             files = _Files(archive)
             film = self._put_film(moved, files)
@@ -118,7 +118,8 @@ class MovedInspections:
             if pack is not None:
                 more.append(pack)
             inspection = moved.inspection(header, film)
-            rows = Rows(inspection, moved.observations(), moved.events(), whole.labels, more)
+            labels = distinct(whole.about.labels)
+            rows = Rows(inspection, moved.observations(), moved.events(), labels, more)
             self._bring_template(moved)
             run = Run(whole.track, whole.health, whole.sightings, whole.tilt, whole.stance)
             self._keeper.keep([(rows, run)])
@@ -127,7 +128,7 @@ class MovedInspections:
 
     def _header(self, moved: _Moved) -> tuple[dict[str, Any], CodePack | None]:
         """Return the header and the code pack to add, if this server lacks that of the header."""
-        header = dict(moved.whole.header)
+        header = dict(moved.whole.about.header)
         try:
             self._packs.require(header)
         except PackNotFound:
@@ -149,7 +150,7 @@ class MovedInspections:
 
     def _bring_template(self, moved: _Moved) -> None:
         """Take the report template along, or name what differs: grade and costs depend on it."""
-        theirs, project = moved.whole.report_template, project_of(moved.whole.header)
+        theirs, project = moved.whole.report_template, project_of(moved.whole.about.header)
         if theirs is None or not (differing := self._templates.differing(project, theirs)):
             return
         if self._templates.take(project, theirs, moved.who.name):
@@ -166,7 +167,7 @@ class MovedInspections:
         copy = self._folder.inspections / f"{moved.id}.import"
         try:
             files.copy(path, whole.files[path], copy)
-            probed = self._media.probe(copy, whole.source_filename)
+            probed = self._media.probe(copy, whole.about.source.filename)
             whole.rig.require_picture_size(probed.width, probed.height)
             name = file_name(probed)
             self._blobs.adopt(keys.film(moved.id, name), copy)
@@ -174,7 +175,7 @@ class MovedInspections:
             copy.unlink(missing_ok=True)
         # What a browser is given comes from the film, not from the file's word.
         shown = video_columns(probed)
-        return name, dict(whole.video) | {
+        return name, whole.about.video.model_dump() | {
             column: shown[column] for column in ("media_type", "playable", "container", "codec")
         }
 
@@ -271,7 +272,7 @@ class _Moved:
         )
         if missing:
             self.warn("not_brought", named=missing)
-        if whole.status not in ENDED:
+        if whole.about.status not in ENDED:
             self.warn("exported_early")
 
     def _review_state(self) -> ReviewState:
@@ -286,21 +287,21 @@ class _Moved:
     ) -> Inspection:
         """Return the row."""
         whole = self.whole
-        has_ended = whole.status in ENDED
+        has_ended = whole.about.status in ENDED
         is_kept = self._review == whole.review.state
-        video_file, video = film or ("", dict(whole.video))
+        video_file, video = film or ("", whole.about.video.model_dump())
         track = whole.track
         return Inspection(
             id=self.id,
-            name=whole.name,
-            status=whole.status if has_ended else "cancelled",
+            name=whole.about.name,
+            status=whole.about.status if has_ended else "cancelled",
             rig=whole.rig.model_dump(mode="json"),
             header=header,
             # The film that the distances are based on, though it may not be here.
-            source_kind=whole.source_kind,
-            source_filename=whole.source_filename,
-            source_size=whole.source_size,
-            source_sha256=whole.source_sha256,
+            source_kind=whole.about.source.kind,
+            source_filename=whole.about.source.filename,
+            source_size=whole.about.source.size,
+            source_sha256=whole.about.source.sha256,
             video_file=video_file,
             video=video,
             distance_mm=float(track.distance_mm[-1]) if len(track) else None,
@@ -309,15 +310,15 @@ class _Moved:
                 if len(track) and not is_unmeasured(track)
                 else None
             ),
-            tracked_with=whole.tracked_with,
-            warning=whole.warning,
-            error_code=whole.error_code,
-            error_detail=whole.error,
+            tracked_with=whole.about.tracked_with,
+            warning=whole.about.warning,
+            error_code=whole.about.error_code,
+            error_detail=whole.about.error,
             corrections=whole.stated.to_json() if whole.stated != Stated() else {},
-            revision=whole.revision,
-            created_at=whole.created_at,
+            revision=whole.about.revision,
+            created_at=whole.about.created_at,
             queued_at=self._now,
-            finished_at=whole.finished_at if has_ended else self._now,
+            finished_at=whole.about.finished_at if has_ended else self._now,
             review_state=self._review,
             reviewed_by=whole.review.by if is_kept else self.who.name,
             reviewed_at=whole.review.at if is_kept else self._now,
@@ -327,7 +328,7 @@ class _Moved:
         """Return the observations."""
         return [self._observation(tag) for tag in self.whole.tags]
 
-    def _observation(self, tag: ImportedTag) -> Observation:
+    def _observation(self, tag: MovedTag) -> Observation:
         is_there = tag.photo in self.whole.files
         # With the film a photo that is not in the file is made again.
         is_made = tag.photo_sha256 is not None and (is_there or not self._has_film)
@@ -353,7 +354,7 @@ class _Moved:
         """Return the rows of the attachments."""
         return [AttachmentRow.of(self._attachment(one)) for one in self.whole.attachments]
 
-    def _attachment(self, one: ImportedAttachment) -> Attachment:
+    def _attachment(self, one: MovedAttachment) -> Attachment:
         is_there = one.file in self.whole.files
         can_be_made = self._has_film and one.kind != "voice"
         return Attachment(
@@ -363,7 +364,7 @@ class _Moved:
             kind=one.kind,
             rank=one.rank,
             frame=one.frame,
-            strokes=tuple(Stroke.model_construct(None, **stroke) for stroke in one.strokes),
+            strokes=tuple(one.strokes),
             media_type=one.media_type,
             duration_s=one.duration_s,
             size=one.size,
@@ -377,8 +378,8 @@ class _Moved:
         """Return the rows of the reviewers' remarks."""
         return [self._remark(remark) for remark in self.whole.remarks]
 
-    def _remark(self, remark: ImportedRemark) -> RemarkRow:
-        return RemarkRow(inspection_id=self.id, **asdict(remark))
+    def _remark(self, remark: MovedRemark) -> RemarkRow:
+        return RemarkRow(inspection_id=self.id, **remark.model_dump())
 
     def media_keys(self) -> Iterator[tuple[str, str]]:
         """Yield the key of each photo and voice note that came along, and its path in the file."""
@@ -407,17 +408,8 @@ class _Moved:
         )
         return [*(self._happened(event) for event in self.whole.events), brought_in]
 
-    def _happened(self, event: Happening) -> Event:
-        return Event(
-            inspection_id=self.id,
-            observation_id=event.observation_id,
-            action=event.action,
-            who=event.who,
-            at=event.at,
-            before=None if event.before is None else dict(event.before),
-            after=None if event.after is None else dict(event.after),
-            remark=event.remark,
-        )
+    def _happened(self, event: MovedEvent) -> Event:
+        return Event(inspection_id=self.id, **event.model_dump())
 
 
 def _require_counter(content: bytes) -> None:

@@ -14,13 +14,23 @@ from __future__ import annotations
 import base64
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 
+from app.imports.chainage_json import FAMILY, VERSION
+from app.imports.whole_inspection import (
+    MovedAttachment,
+    MovedEvent,
+    MovedInspection,
+    MovedRemark,
+    MovedSource,
+    MovedTag,
+)
 from app.reports.content.text import iso
 from app.reports.exchange.media_files import MediaFile, media_of
 from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Written, why_lost
@@ -30,8 +40,7 @@ from app.survey.corrected import result_of
 from app.survey.records import BROUGHT_IN
 from vo_core import Track
 
-SCHEMA = "chainage-report/2"
-"""Version 2 added `tags`, `track`, `health` and `sightings` to version 1."""
+_SCHEMA = f"{FAMILY}/{VERSION}"
 
 _HEALTH_DECIMALS = 4
 _MOST_EMBEDDED_BYTES = 20 * MIB
@@ -48,7 +57,7 @@ def write(report: Report) -> Written:
     """
     media = media_of(report)
     parts: dict[str, Any] = {
-        "schema": SCHEMA,
+        "schema": _SCHEMA,
         "exported_at": iso(report.made_at),
         "inspection": _inspection(report),
         "corrections": {
@@ -61,7 +70,7 @@ def write(report: Report) -> Written:
         "events": _events(report),
         "tags": _tags(report, media),
         "attachments": _attachments(report, media),
-        "remarks": _remarks(report),
+        "remarks": [_fields_of(MovedRemark, it, _exactly) for it in report.kept.remarks],
         "review": _review(report),
         "code_pack": report.pack if report.kept.pack_table is not None else None,
         "report_template": report.template_in_force.model_dump(mode="json"),
@@ -83,33 +92,26 @@ def write(report: Report) -> Written:
     return Written(f"{{\n{lines}\n}}\n".encode(), tuple(losses))
 
 
-def _inspection(report: Report) -> Mapping[str, Any]:
-    source = report.source
+def _fields_of(
+    kind: type[BaseModel], row: object, at: Callable[[datetime | None], str | None] = iso
+) -> dict[str, Any]:
+    """Return the fields of a part as the import reads them, None for those that the row lacks."""
+    found = {name: getattr(row, name, None) for name in kind.model_fields}
     return {
-        "id": report.id,
-        "name": report.name,
-        "status": report.status,
-        "header": report.header,
-        "labels": list(report.labels),
+        name: at(value) if isinstance(value, datetime) else value for name, value in found.items()
+    }
+
+
+def _inspection(report: Report) -> Mapping[str, Any]:
+    return {
+        **_fields_of(MovedInspection, report),
         "rig": report.rig.model_dump(mode="json"),
-        "source": {
-            "kind": source.kind,
-            "filename": source.filename,
-            "size": source.size,
-            "sha256": source.sha256,
-        },
-        "video": source.video,
+        "source": _fields_of(MovedSource, report.source),
+        "video": report.source.video,
         "frames": len(report.track),
-        "tracked_with": report.tracked_with,
         "distance_m": report.distance_m,
         "distance_u95_m": report.u95_m,
         "distance_raw_m": report.raw_distance_m,
-        "revision": report.revision,
-        "warning": report.warning,
-        "error": report.error,
-        "error_code": report.error_code,
-        "created_at": iso(report.created_at),
-        "finished_at": iso(report.finished_at),
     }
 
 
@@ -142,33 +144,19 @@ def _counter(report: Report) -> Mapping[str, Any] | None:
 
 
 def _events(report: Report) -> list[Mapping[str, Any]]:
-    return [
-        {
-            "at": iso(event.at),
-            "who": event.who,
-            "action": event.action,
-            "observation_id": event.observation_id,
-            "before": event.before,
-            "after": event.after,
-            "remark": event.remark,
-        }
-        for event in report.events
-        if event.action != BROUGHT_IN
-    ]
+    events = (event for event in report.events if event.action != BROUGHT_IN)
+    return [_fields_of(MovedEvent, event) for event in events]
 
 
 def _tags(report: Report, media: Mapping[str, MediaFile]) -> list[Mapping[str, Any]]:
     return [
         {
-            "id": entry.id,
-            "seq": entry.seq,
+            **_fields_of(MovedTag, entry),
             "fields": entry.tag.to_json(),
             "photo_sha256": _own_photo_sha256(entry),
             "photo": media[entry.id].path if entry.id in media else None,
             "created_by": entry.tagged_by,
             "created_at": iso(entry.tagged_at),
-            "edited_by": entry.edited_by,
-            "edited_at": iso(entry.edited_at),
         }
         for entry in sorted(report.entries, key=lambda entry: entry.seq)
     ]
@@ -184,39 +172,12 @@ def _attachments(report: Report, media: Mapping[str, MediaFile]) -> list[Mapping
     known = {entry.id for entry in report.entries}
     return [
         {
-            "id": one.id,
-            "observation_id": one.observation_id,
-            "kind": one.kind,
-            "rank": one.rank,
-            "frame": one.frame,
+            **_fields_of(MovedAttachment, one, _exactly),
             "strokes": [stroke.model_dump(exclude_none=True) for stroke in one.strokes],
-            "media_type": one.media_type,
-            "duration_s": one.duration_s,
-            "size": one.size,
-            "sha256": one.sha256,
             "file": media[one.id].path if one.id in media else None,
-            "created_by": one.created_by,
-            "created_at": _exactly(one.created_at),
         }
         for one in report.kept.attachments
         if one.observation_id in known
-    ]
-
-
-def _remarks(report: Report) -> list[Mapping[str, Any]]:
-    return [
-        {
-            "id": remark.id,
-            "observation_id": remark.observation_id,
-            "kind": remark.kind,
-            "text": remark.text,
-            "version": remark.version,
-            "made_by": remark.made_by,
-            "made_at": _exactly(remark.made_at),
-            "settled_by": remark.settled_by,
-            "settled_at": _exactly(remark.settled_at),
-        }
-        for remark in report.kept.remarks
     ]
 
 
