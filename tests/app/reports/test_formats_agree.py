@@ -32,25 +32,10 @@ from app.reports.report import Photo
 from app.survey.rounding import decimals, metres
 
 MADE = replace(report(), signer=Key())
-DISTANCES_M = [entry.distance_m for entry in MADE.entries]
 
 
 def content_of(kind, made=MADE):
     return b"".join(FORMATS[kind].write(made).blocks())
-
-
-def in_csv(content):
-    rows = csv.DictReader(io.StringIO(content.decode("utf-8-sig")))
-    return [float(row["distance_m"]) for row in rows]
-
-
-def in_json(content):
-    return [row["distance_m"] for row in json.loads(content)["observations"]]
-
-
-def in_xlsx(content):
-    head, *rows = openpyxl.load_workbook(io.BytesIO(content))["observations"].values
-    return [row[head.index("distance_m")] for row in rows]
 
 
 class Cells(HTMLParser):
@@ -87,27 +72,6 @@ def in_isybau(content):
     return [float(found.text) for found in ElementTree.fromstring(content).iter(name)]  # noqa: S314
 
 
-@pytest.mark.parametrize(
-    ("kind", "read", "within_m"),
-    [
-        ("csv", in_csv, 1e-9),
-        ("json", in_json, 1e-9),
-        ("xlsx", in_xlsx, 1e-9),
-        ("html", in_html, 0.005),
-        ("en13508", in_en13508, 0.05),
-        ("ribx", in_ribx, 0.05),
-        ("isybau", in_isybau, 0.005),
-    ],
-)
-def test_distances_are_the_same(kind, read, within_m):
-    reported = read(content_of(kind))
-    coded = [entry.distance_m for entry in MADE.entries if entry.tag.code]
-    assert reported in (
-        pytest.approx(DISTANCES_M, abs=within_m + 1e-9),
-        pytest.approx(coded, abs=within_m + 1e-9),  # a code is what the format is about
-    )
-
-
 HALVES_M = {3.815: "3.82", 2.675: "2.68", 1.005: "1.01", 0.125: "0.13", 10.295: "10.30"}
 """Halves of a centimetre, whose binary forms lie above or below, and what people make of them."""
 
@@ -123,11 +87,6 @@ def halved(**changes):
 
 def in_m150(content):
     return [float(text) for text in re.findall(r"station ([0-9.]+) m", content.decode("latin-1"))]
-
-
-def in_geojson(content):
-    features = json.loads(content)["features"]
-    return [it["properties"]["distance_m"] for it in features if "code" in it["properties"]]
 
 
 def in_pdf(content):
@@ -146,14 +105,6 @@ def in_pdf(content):
 def test_a_half_is_rounded_away_from_zero_in_every_format(kind, read):
     shown = [float(HALVES_M[m]) for m in sorted(HALVES_M)]
     assert read(content_of(kind, halved())) == shown
-
-
-@pytest.mark.parametrize(
-    ("kind", "read"),
-    [("csv", in_csv), ("json", in_json), ("xlsx", in_xlsx), ("geojson", in_geojson)],
-)
-def test_formats_with_millimetres_hold_them(kind, read):
-    assert read(content_of(kind, halved())) == sorted(HALVES_M)
 
 
 @pytest.mark.parametrize("kind", ["pdf", "html", "isybau", "en13508", "ribx", "m150"])

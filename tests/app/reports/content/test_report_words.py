@@ -169,6 +169,23 @@ def in_area(area):
     return {key.split(".")[1] for key in ENGLISH if key.startswith(f"{area}.")}
 
 
+@pytest.mark.parametrize(
+    ("language", "said"),
+    [
+        ("en", ("12.40 m", "2026-09-14", "EUR 1,250.50", "2.5 mm", "1:02:03.4")),
+        ("de", ("12,40 m", "14.09.2026", "1.250,50 EUR", "2,5 mm", "1:02:03,4")),
+        ("ms", ("12.40 m", "14/09/2026", "EUR 1,250.50", "2.5 mm", "1:02:03.4")),
+    ],
+)
+def test_figures_days_and_amounts_are_written_as_the_language_does(language, said):
+    t = Translator(language, "m")
+    found = (
+        t.length(12.4), t.value("date", "2026-09-14"), t.money(1250.5, "EUR"),
+        t.value("unit_mm", 2.5), t.time(3723.46),
+    )  # fmt: skip
+    assert found == said
+
+
 def test_why_joints_do_not_count_is_said_in_the_language_of_the_report():
     refusal = Refusal("English.", "uncountable", {"n": 9, "segment_mm": 1500.0})
 

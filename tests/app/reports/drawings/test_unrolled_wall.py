@@ -10,7 +10,7 @@ import pytest
 from lxml import etree
 from reports import ENGLISH, full_report
 
-from app.reports.content.wall import place_of, wall_of
+from app.reports.content.wall import wall_of
 from app.reports.drawings.unrolled_wall import MOST_PAGES, wall_scale, wall_strips
 from vo_core.mosaic.mosaic import UNSEEN_GREY
 
@@ -84,20 +84,6 @@ def test_every_strip_names_its_observations_which_lead_to_their_rows(full, strip
     assert drawn[0].alt.startswith("Unrolled wall from 0.00 m to 1.50 m at scale 1 : 10.")
     links = [link.get("href") for strip in strips for link in strip.iter(f"{SVG}a")]
     assert links == [f"#no-{n}" for n in named]
-
-
-@pytest.mark.parametrize(
-    ("first", "last", "hours"),
-    [(3, None, [(3, 3)]), (9, None, [(-3, -3)]), (3, 9, [(-3, 3)]), (9, 11, [(-5, -3)]),
-     (10, 2, [(-6, -4), (4, 6)]), (12, 12, [(-6, 6)]), (12, 3, [(3, 6)])],
-)  # fmt: skip
-def test_a_sector_lies_on_the_wall_cut_at_the_crown(full, first, last, hours):
-    entry = full.entries[2]
-    placed = replace(entry, clock_from=first, tag=entry.tag.model_copy(update={"clock_to": last}))
-    place = place_of(full, placed)
-    hour_mm = math.pi * 900 / 12
-    found = np.array(sorted(place.around_mm)) / hour_mm
-    assert found == pytest.approx(np.array(hours, float))
 
 
 def test_thousands_of_observations_at_one_place_fit_on_a_page(full):
