@@ -3,6 +3,9 @@
 /** What the API takes and answers, by the name of its schema: `Api['ObservationOut']`. */
 type Api = import('./generated/openapi').components['schemas'];
 
+/** The shared state of the page of an inspection. */
+type Desk = import('../../static/components/desk/page/desk.js').Desk;
+
 /** The element of a tag; of several tags, what their elements have in common. */
 type Tagged<T extends string> = T extends keyof HTMLElementTagNameMap
   ? HTMLElementTagNameMap[T]

@@ -7,7 +7,7 @@ import { t } from './words.js';
  * @typedef {object} Binding
  * @property {string[]} keys as KeyboardEvent.key, with 'Shift+' or 'Ctrl+' before it where needed
  * @property {string} [label] what it does, for the help; none: the help does not list it
- * @property {string[]} [shown] the keys as the help writes them, if other than `keys`
+ * @property {string[]} [shown] the keys as the help writes them, if not all of `keys`
  * @property {(event: KeyboardEvent, key: string) => void} [run] none: the help alone lists it
  */
 
@@ -23,6 +23,16 @@ export function keyName(event) {
   const isWithShift = event.shiftKey && (digit || event.key.length > 1 || /\p{L}/u.test(key));
   return control + (isWithShift ? 'Shift+' : '') + key;
 }
+
+/** @type {Record<string, string>} */
+const SHOWN = { ' ': t('keys.space'), Escape: 'Esc', ArrowLeft: '←', ArrowRight: '→', ArrowUp: '↑', ArrowDown: '↓' };
+
+/** 'Shift + ←', 'Ctrl + Z', 'T': a key as the help writes it. @param {string} key */
+export const shownKey = (key) =>
+  key
+    .split(/\+(?=.)/)
+    .map((part) => SHOWN[part] ?? (part.length === 1 ? part.toUpperCase() : part))
+    .join(' + ');
 
 /** Letters, digits and signs, as keys or as shown: speech input types them. Arrows do not match. */
 const SINGLE = /^(Shift\+)?[^\s←→](…\d)?$/u;

@@ -1,25 +1,19 @@
 /** The issues that stand against a report of one inspection. */
 
-import { ApiError, get } from '../server/api.js';
+import { get, refusalIn } from '../server/api.js';
 import { Store } from '../page/store.js';
 
 /** Many changes at once cause one check. */
 const PAUSE_MS = 700;
 
-/**
- * A store of issues, blocking ones first; null until they are known.
- * @extends {Store<Api['IssueOut'][]|null>}
- */
+/** A store of issues, blocking ones first; null until they are known. @extends {Store<Api['IssueOut'][]|null>} */
 export class Checks extends Store {
   #path;
   #signal;
   #timer = 0;
   #round = 0;
 
-  /**
-   * @param {string} inspection
-   * @param {AbortSignal} signal
-   */
+  /** @param {string} inspection @param {AbortSignal} signal */
   constructor(inspection, signal) {
     super(null);
     this.#path = `/api/inspections/${inspection}/checks`;
@@ -45,7 +39,7 @@ export class Checks extends Store {
     try {
       await this.load();
     } catch (error) {
-      if (error.name !== 'AbortError' && !(error instanceof ApiError)) throw error;
+      refusalIn(error);
     }
   }
 }

@@ -3,7 +3,7 @@
  * preview, so that the residuals are visible before anything is changed.
  */
 
-import { ApiError, get, post, put } from '../server/api.js';
+import { get, post, put, refusalIn } from '../server/api.js';
 import { ofPerson, recall, remember } from '../page/remembered.js';
 import { Store } from '../page/store.js';
 
@@ -24,13 +24,19 @@ export const UNSTATED = {
   forced: null,
 };
 
+/** One sigma in mm of a length by its source, as a header names it. */
+export const SIGMA_MM = { drawing: 50, survey: 10, tape: 5 };
+
+/** Statements with another known length, null for none. @param {Stated} stated @param {Omit<Length, 'kind'>|null} length */
+export function withKnownLength(stated, length) {
+  const others = stated.lengths.filter(({ kind }) => kind !== 'known');
+  return { ...stated, lengths: length ? [...others, /** @type {Length} */ ({ ...length, kind: 'known' })] : others };
+}
+
 /** The known length of a statement, or undefined. @param {{lengths: Length[]}} stated */
 export const knownLength = ({ lengths }) => lengths.find(({ kind }) => kind === 'known');
 
-/**
- * A store of the answer for the stored statements; null until it is loaded.
- * @extends {Store<Answer|null>}
- */
+/** A store of the answer for the stored statements; null until it is loaded. @extends {Store<Answer|null>} */
 export class Corrections extends Store {
   /** The statements being edited. */
   draft = new Store(UNSTATED);
@@ -48,10 +54,7 @@ export class Corrections extends Store {
   #waiting = null;
   #kept;
 
-  /**
-   * @param {string} inspection
-   * @param {AbortSignal} signal
-   */
+  /** @param {string} inspection @param {AbortSignal} signal */
   constructor(inspection, signal) {
     super(null);
     this.#path = `/api/inspections/${inspection}/corrections`;
@@ -178,9 +181,8 @@ export class Corrections extends Store {
       const answer = await this.ask(stated, AbortSignal.any([signal, this.#signal]));
       if (!signal.aborted) this.preview.set(answer);
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
-      this.preview.set({ stated, result: null, error: { code: error.code, detail: error.message } });
+      const refusal = refusalIn(error);
+      if (refusal) this.preview.set({ stated, result: null, error: { code: refusal.code, detail: refusal.message } });
     }
   }
 }
@@ -212,12 +214,7 @@ class KeptDraft {
   }
 }
 
-/**
- * Whether two JSON values are equal, in any order of keys.
- * @param {unknown} a
- * @param {unknown} b
- * @returns {boolean}
- */
+/** Whether two JSON values are equal, in any order of keys. @param {unknown} a @param {unknown} b @returns {boolean} */
 function isSame(a, b) {
   if (a === b) return true;
   if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return false;

@@ -11,10 +11,7 @@ const ASK_EVERY_S = 1;
  * @typedef {[number, number, number, number]} Box left, top, right and bottom in pixels of the film
  */
 
-/**
- * A store of the server's answer; null until it is loaded.
- * @extends {Store<Api['CounterOut']|null>}
- */
+/** A store of the server's answer; null until it is loaded. @extends {Store<Api['CounterOut']|null>} */
 export class FilmCounter extends Store {
   /** Column `counter_m`: the reading of every frame, NaN where it is not legible. */
   readings;
@@ -25,10 +22,7 @@ export class FilmCounter extends Store {
   /** Version and unit of `readings`. */
   #shown = '';
 
-  /**
-   * @param {string} inspection
-   * @param {AbortSignal} signal
-   */
+  /** @param {string} inspection @param {AbortSignal} signal */
   constructor(inspection, signal) {
     super(null);
     this.#path = `/api/inspections/${inspection}/counter`;

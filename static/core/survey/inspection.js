@@ -13,6 +13,9 @@ export const hasFilm = ({ source }) => source.kind !== 'import';
 export const mayGoOn = (inspection) =>
   inspection.source.kind === 'live' && !isUnfinished(inspection) && inspection.video.codec !== '';
 
+/** Whether the header says that the survey has ended. @param {{header: Record<string, any>}} inspection */
+export const isFinished = ({ header }) => Boolean(header.end_condition);
+
 /**
  * Whether another program measured the distances, so that their intervals are unknown.
  * @param {Pick<Api['InspectionOut'], 'source'|'video'>} inspection
@@ -32,10 +35,7 @@ export class Inspection extends Store {
   #signal;
   #version = 0;
 
-  /**
-   * @param {string} id
-   * @param {AbortSignal} signal
-   */
+  /** @param {string} id @param {AbortSignal} signal */
   constructor(id, signal) {
     super(null);
     this.id = id;

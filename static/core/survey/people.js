@@ -4,19 +4,13 @@ import { Store } from '../page/store.js';
 
 /** @typedef {{name: string, editing: string|null}} Person editing: id of a defect */
 
-/**
- * A store of the others on this server; without a line to it, nobody.
- * @extends {Store<Person[]>}
- */
+/** A store of the others on this server; without a line to it, nobody. @extends {Store<Person[]>} */
 export class People extends Store {
   #live;
   /** @type {string|null} */
   #editing = null;
 
-  /**
-   * @param {import('../server/live.js').LiveFeed} live
-   * @param {AbortSignal} signal
-   */
+  /** @param {import('../server/live.js').LiveFeed} live @param {AbortSignal} signal */
   constructor(live, signal) {
     super([]);
     this.#live = live;

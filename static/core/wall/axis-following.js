@@ -1,7 +1,5 @@
 /** Keeps the axis of the strips at the run and at the play head. */
 
-/** @typedef {import('../../components/desk/page/desk.js').Desk} Desk */
-
 /**
  * Follows the growing track, the play head where it was visible, and the selection.
  * @param {Pick<Desk, 'axis'|'track'|'playhead'|'selection'|'observations'>} desk

@@ -13,10 +13,7 @@ const WHOLE_STEPS = 16;
 
 /** @typedef {{low: number, high: number}} Range distances in mm */
 
-/**
- * A store of the visible Range; zoom, pan and the growing run change it.
- * @extends {Store<Range>}
- */
+/** A store of the visible Range; zoom, pan and the growing run change it. @extends {Store<Range>} */
 export class Axis extends Store {
   /** Distance in mm under the pointer in one of the strips; null when it is elsewhere. */
   pointer = new Store(/** @type {number|null} */ (null));
@@ -47,10 +44,7 @@ export class Axis extends Store {
     return isWithin(mm, this.value);
   }
 
-  /**
-   * Sets another run; a page that showed all of the old one shows all of the new one.
-   * @param {Range} run
-   */
+  /** Sets another run; a page that showed all of the old one shows all of the new one. @param {Range} run */
   setRun(run) {
     if (run.low === this.#run.low && run.high === this.#run.high) return;
     const { isWhole } = this;
@@ -147,10 +141,7 @@ export class Plot {
   static RIGHT = 22;
   static NARROW = 560;
 
-  /**
-   * @param {Range} range
-   * @param {number} width
-   */
+  /** @param {Range} range @param {number} width */
   constructor({ low, high }, width) {
     this.low = low;
     this.left = width < Plot.NARROW ? 26 : 92;

@@ -24,11 +24,7 @@ const FT_PER_MI = 5280;
  * @typedef {{width: number, height: number}} Size of what shows it, in px
  */
 
-/**
- * @param {number} value
- * @param {number} least
- * @param {number} most
- */
+/** @param {number} value @param {number} least @param {number} most */
 const clamped = (value, least, most) => Math.min(Math.max(value, least), most);
 
 /** Returns x within one turn from `from` on. @param {number} x @param {number} [from] */

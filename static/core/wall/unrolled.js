@@ -12,18 +12,12 @@ const LOADS_AT_ONCE = 6;
  * @typedef {{tile: Tile, size: [number, number]}} Wish
  */
 
-/**
- * A store of the layout, null until it is known.
- * @extends {Store<Api['UnrolledOut']|null>}
- */
+/** A store of the layout, null until it is known. @extends {Store<Api['UnrolledOut']|null>} */
 export class Unrolled extends Store {
   #path;
   #signal;
 
-  /**
-   * @param {string} inspection
-   * @param {AbortSignal} signal
-   */
+  /** @param {string} inspection @param {AbortSignal} signal */
   constructor(inspection, signal) {
     super(null);
     this.#path = `/api/inspections/${inspection}/unrolled`;
@@ -71,10 +65,7 @@ export class TilePictures extends EventTarget {
   /** Addresses that failed; a tile gets a new address when it changes. @type {Set<string>} */
   #failed = new Set();
 
-  /**
-   * @param {Unrolled} unrolled
-   * @param {AbortSignal} signal
-   */
+  /** @param {Unrolled} unrolled @param {AbortSignal} signal */
   constructor(unrolled, signal) {
     super();
     this.#unrolled = unrolled;
@@ -113,10 +104,7 @@ export class TilePictures extends EventTarget {
     this.#loadNext();
   }
 
-  /**
-   * Returns the newest picture of a tile that has arrived, of any size, or null.
-   * @param {Tile} tile
-   */
+  /** Returns the newest picture of a tile that has arrived, of any size, or null. @param {Tile} tile */
   get(tile) {
     const entry = this.#kept.get(tile.index);
     if (!entry) return null;

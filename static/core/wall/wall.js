@@ -247,11 +247,7 @@ const unit = (ray) => vector((k) => ray[k] / Math.hypot(...ray));
 /** @param {(k: number) => number} part @returns {Vector} */
 const vector = (part) => [part(0), part(1), part(2)];
 
-/**
- * @param {Vector} a
- * @param {Vector} b
- * @returns {Vector}
- */
+/** @param {Vector} a @param {Vector} b @returns {Vector} */
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 
 /**

@@ -6,7 +6,7 @@ import { chainage, timecode } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
 
-/** @param {import('../page/desk.js').Desk} desk */
+/** @param {Desk} desk */
 export function openGoTo(desk) {
   const { dialog, parts } = openDialog({
     title: t('goto.title'),

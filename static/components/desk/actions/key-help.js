@@ -1,7 +1,7 @@
 /** The list of all keys, in a dialog. */
 
 import { html } from '../../../core/page/html.js';
-import { isKeyOn } from '../../../core/page/keys.js';
+import { isKeyOn, shownKey } from '../../../core/page/keys.js';
 import { t } from '../../../core/page/words.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
 
@@ -36,5 +36,5 @@ const withoutOff = ({ title, bindings }) => ({
   bindings: bindings.filter(({ keys }) => keys.some(isKeyOn)),
 });
 
-const row = ({ keys, shown = keys, label }) =>
+const row = ({ keys, shown = keys.map(shownKey), label }) =>
   html`<div><dt>${shown.filter(isKeyOn).map((key, i) => html`${i > 0 && t('keys.or')}<kbd>${key}</kbd>`)}</dt><dd>${label}</dd></div>`;

@@ -9,16 +9,13 @@ import { t } from '../../../core/page/words.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
 import { toast } from '../../shared/toast-stack/toast-stack.js';
 
-/**
- * Returns the address of an observation, or of a frame.
- * @param {{defect: string}|{frame: string}} place
- */
+/** Returns the address of an observation, or of a frame. @param {{defect: string}|{frame: string}} place */
 export const linkTo = (place) => `${location.pathname}?${new URLSearchParams(place)}`;
 
 /**
  * Shows what the address names, as soon as it is tracked, and updates the address with the selection from
  * then on.
- * @param {import('../page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {AbortSignal} signal
  */
 export function followLinks(desk, signal) {

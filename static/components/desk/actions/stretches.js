@@ -15,7 +15,7 @@ const OFFERED_FROM_M = 1;
 /**
  * Starts a new stretch at the robot: at the selected tag, if it was made here and belongs to no stretch,
  * else at a new one. A tag selected elsewhere is offered as an alternative.
- * @param {import('../page/desk.js').Desk} desk
+ * @param {Desk} desk
  */
 export function startStretch(desk) {
   const { observations, selection, history } = desk;
@@ -56,7 +56,7 @@ const startedText = (number, { distance_m: m }) => t('stretch.started', { stretc
 
 /**
  * Tags the end of an open stretch, by default the newest, at the shown frame.
- * @param {import('../page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {number|string|null} [number]
  */
 export function finishStretch(desk, number = newest(desk)) {
@@ -123,7 +123,7 @@ function newest(desk) {
   return stretch ? stretchNumber(stretch.start) : null;
 }
 
-/** @param {import('../page/desk.js').Desk} desk @param {number|string} number @param {'B'|'C'} role */
+/** @param {Desk} desk @param {number|string} number @param {'B'|'C'} role */
 function goOn(desk, number, role) {
   const [{ code, char1, char2 }] = partsOf(desk.observations.value, { continuous: `A${number}` });
   return desk.tagCentre({ code, char1, char2, continuous: `${role}${number}` });

@@ -1,6 +1,6 @@
 /** Two runs of the same culvert side by side: pictures of the same place, defects matched. */
 
-import { ApiError } from '../../../core/server/api.js';
+import { refusalIn } from '../../../core/server/api.js';
 import { html, patchList, render } from '../../../core/page/html.js';
 import { hasFilm, isUnmeasured } from '../../../core/survey/inspection.js';
 import { bindKeys } from '../../../core/page/keys.js';
@@ -72,9 +72,8 @@ export class ComparePage extends Component {
       if (this.ids.a && this.ids.b) await this.#open();
       else this.#say(t('compare.choose_help'));
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
-      this.#say(errorText(error), 'error');
+      const refusal = refusalIn(error);
+      if (refusal) this.#say(errorText(refusal), 'error');
     }
   }
 

@@ -7,10 +7,7 @@ import { Track } from '../../../core/survey/track.js';
 import { WallGrid } from '../../../core/wall/wall.js';
 
 export class Run {
-  /**
-   * @param {string} id
-   * @param {AbortSignal} signal
-   */
+  /** @param {string} id @param {AbortSignal} signal */
   static async load(id, signal) {
     const path = `/api/inspections/${id}`;
     const track = new Track(id);

@@ -1,6 +1,6 @@
 /** Two people changed the same thing: both versions side by side, and the choice. */
 
-import { ApiError, get } from '../../../core/server/api.js';
+import { get, refusalIn } from '../../../core/server/api.js';
 import { html } from '../../../core/page/html.js';
 import { date } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
@@ -18,7 +18,7 @@ const ACTIONS = {
 /**
  * Asks which version to keep. Dismissing the dialog postpones the decision; it is void when
  * `settled` aborts because another page has decided.
- * @param {import('../page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {import('../../../core/defects/conflicts.js').Conflict} conflict
  * @param {AbortSignal} settled
  * @returns {Promise<'mine'|'theirs'|''>}
@@ -54,10 +54,7 @@ function wordsFor({ mine, theirs }) {
   return { intro: t('conflict.intro'), take: t('conflict.theirs_take'), keep: t('conflict.mine_keep') };
 }
 
-/**
- * @param {import('../page/desk.js').Desk} desk
- * @param {import('../../../core/defects/conflicts.js').Conflict} conflict
- */
+/** @param {Desk} desk @param {import('../../../core/defects/conflicts.js').Conflict} conflict */
 function nameIn(desk, { kind, about, mine, theirs }) {
   if (kind === 'header') return t('conflict.header');
   if (kind === 'corrections') return t('conflict.corrections');
@@ -78,7 +75,7 @@ async function showWho(inspection, { kind, about }, place, signal) {
     const last = events.find(({ action }) => ACTIONS[kind].includes(action));
     if (last) place.textContent = t('conflict.who', { who: last.who, when: date(last.at) });
   } catch (error) {
-    if (error.name !== 'AbortError' && !(error instanceof ApiError)) throw error;
+    refusalIn(error);
   }
 }
 

@@ -2,16 +2,17 @@
  * The end of a survey: how it ended, the closure, open stretches and issues; for live runs and past ones.
  */
 
-import { ApiError } from '../../../core/server/api.js';
-import { knownLength } from '../../../core/survey/corrections.js';
-import { html, render } from '../../../core/page/html.js';
+import { refusalIn } from '../../../core/server/api.js';
+import { SIGMA_MM, knownLength, withKnownLength } from '../../../core/survey/corrections.js';
+import { isFinished } from '../../../core/survey/inspection.js';
+import { html, render, renderNew } from '../../../core/page/html.js';
 import { stretchesOf } from '../../../core/defects/stretches.js';
 import { chainage } from '../../../core/wall/units.js';
 import { errorText, t } from '../../../core/page/words.js';
 import { sentenceOf } from '../panels/sentences.js';
 import { metresField, isPositive, readMetres, writeMetres } from '../../distance/corrections/fields.js';
 import { closureMarkup } from '../../distance/corrections/known-length.js';
-import { openDialog } from '../../shared/dialog/dialog.js';
+import { openDialog, orFault } from '../../shared/dialog/dialog.js';
 import { icon } from '../../shared/icon/icon.js';
 
 const REASONS = [
@@ -21,28 +22,24 @@ const REASONS = [
   t('finish.traction'),
   t('finish.lighting'),
 ];
-/** One sigma in mm of a length by its source in the header. */
-const SIGMA_MM = { drawing: 50, survey: 10, tape: 5 };
 /** Number of checks shown here; the others are in their tab. */
 const SHOWN = 5;
 
-/** Whether the header says that the survey has ended. */
-export const isFinished = ({ header }) => Boolean(header.end_condition);
-
 /**
- * @param {import('../page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @returns {Promise<string>} 'finished', 'reopened', '' when it was dismissed
  */
 export async function openFinish(desk) {
-  const finished = isFinished(desk.inspection.value);
+  const { inspection } = desk;
+  const hasEnded = isFinished(inspection.value);
   const { dialog, parts, closed } = openDialog({
     title: t('finish.title'),
-    content: finished ? endedMarkup(desk.inspection.value) : formMarkup(desk),
+    content: hasEnded ? endedMarkup(inspection.value) : formMarkup(desk),
   });
-  if (finished) {
+  if (hasEnded) {
     parts.reopen.addEventListener('click', () =>
-      command(parts, async () => {
-        await desk.inspection.reopen();
+      orFault(parts, async () => {
+        await inspection.reopen();
         dialog.close('reopened');
       }),
     );
@@ -52,16 +49,6 @@ export async function openFinish(desk) {
   dialog.addEventListener('close', () => end.abort());
   new FinishForm(desk, dialog, parts, end.signal);
   return closed;
-}
-
-async function command(parts, run) {
-  render(parts.fault, html``);
-  try {
-    await run();
-  } catch (error) {
-    if (!(error instanceof ApiError)) throw error;
-    render(parts.fault, html`<p class="message message--error">${icon('alert')}<span>${errorText(error)}</span></p>`);
-  }
 }
 
 class FinishForm {
@@ -79,7 +66,6 @@ class FinishForm {
     const { header } = desk.inspection.value;
     writeMetres(parts.known, header.known_length_m ?? knownLength(desk.corrections.draft.value)?.length_m ?? null);
     const on = (target, type, run) => target.addEventListener(type, run, { signal });
-    on(parts.cancel, 'click', () => dialog.close());
     on(parts.how, 'change', () => this.#showHow());
     on(parts.known, 'change', () => this.#showClosure());
     on(parts.reasons, 'click', ({ target }) => {
@@ -136,23 +122,19 @@ class FinishForm {
       sigma_mm: SIGMA_MM[inspection.value.header.known_length_source] ?? SIGMA_MM.drawing,
       ...knownLength(stated),
       length_m: known,
-      kind: 'known',
     };
-    const tapes = stated.lengths.filter(({ kind }) => kind === 'tape');
-    try {
-      const answer = await corrections.ask(
-        { ...stated, lengths: [...tapes, length] },
-        AbortSignal.any([this.#signal, this.#asking.signal]),
-      );
-      const closure = answer.result?.closure;
+    const show = (/** @type {any} */ { result = null, error = null }) =>
       render(
         this.#parts.closure,
-        closure ? closureMarkup(closure) : html`<p class="help">${answer.error ? errorText(answer.error) : ''}</p>`,
+        result?.closure ? closureMarkup(result.closure) : html`<p class="help">${error && errorText(error)}</p>`,
+      );
+    try {
+      show(
+        await corrections.ask(withKnownLength(stated, length), AbortSignal.any([this.#signal, this.#asking.signal])),
       );
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
-      render(this.#parts.closure, html`<p class="help">${errorText(error)}</p>`);
+      const refusal = refusalIn(error);
+      if (refusal) show({ error: refusal });
     }
   }
 
@@ -162,20 +144,17 @@ class FinishForm {
     const open = stretchesOf(observations.value, 0).filter(({ isOpen }) => isOpen);
     this.#parts.open.hidden = open.length === 0;
     const here = row ? chainage(row.distance_mm / 1000) : '';
-    const text = JSON.stringify([open.map(({ start }) => [start.id, start.continuous, start.distance_m]), here]);
-    if (this.#parts.stretches.dataset.shows === text) return;
     const focused = document.activeElement?.dataset?.start;
-    this.#parts.stretches.dataset.shows = text;
-    render(
+    renderNew(
       this.#parts.stretches,
-      html`${open.map(
-        ({ number, start }) => html`<li><span class="number">${t('finish.stretch_since', {
-          stretch: `A${number}`,
-          label: start.code ? `${start.code} ${catalogue.label(start.code, start.char1, start.char2)}` : '',
-          where: chainage(start.distance_m),
-        })}</span><button type="button" class="button button--small" data-start="${start.id}"
-        aria-label="${t('finish.finish_at', { stretch: `A${number}`, where: here })}">${t('finish.finish_here')} ${here && html`<span class="dim number">${here}</span>`}</button></li>`,
-      )}`,
+      html`${open.map(({ number, start }) => {
+        const label = start.code ? `${start.code} ${catalogue.label(start.code, start.char1, start.char2)}` : '';
+        const stretch = `A${number}`;
+        return html`<li><span class="number">${t('finish.stretch_since', { stretch, label, where: chainage(start.distance_m) })}</span>
+          <button type="button" class="button button--small" data-start="${start.id}"
+          aria-label="${t('finish.finish_at', { stretch, where: here })}">${t('finish.finish_here')}
+          ${here && html`<span class="dim number">${here}</span>`}</button></li>`;
+      })}`,
     );
     if (focused) this.#parts.stretches.querySelector(`[data-start="${focused}"]`)?.focus();
   }
@@ -213,8 +192,7 @@ class FinishForm {
     if (!end) this.#dialog.querySelector('[name="end"]').focus();
     else if (isReasonMissing) parts.reason.focus();
     if (!end || isReasonMissing || known === undefined) return;
-    parts.submit.disabled = true;
-    await command(parts, async () => {
+    await orFault(parts, async () => {
       // The server counts the stretches: the last tags must have arrived.
       await this.#desk.whenSent(this.#signal);
       await this.#desk.inspection.finish({
@@ -224,7 +202,6 @@ class FinishForm {
       });
       this.#dialog.close('finished');
     });
-    parts.submit.disabled = false;
   }
 }
 
@@ -278,5 +255,4 @@ const formMarkup = ({ inspection }) => html`<form class="finish" data-part="form
     <button class="button button--primary" data-part="submit">${isRunning(inspection) ? t('finish.submit_live') : t('finish.submit')}</button>
   </div></form>`;
 
-const isRunning = ({ value }) =>
-  value.source.kind === 'live' && (value.status === 'running' || value.status === 'queued');
+const isRunning = ({ value, isUnfinished }) => value.source.kind === 'live' && isUnfinished;

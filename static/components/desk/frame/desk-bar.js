@@ -1,15 +1,14 @@
 /** The top bar of an inspection: its state and its review, saving, the history, the exports, who else is here. */
 
-import { html, render } from '../../../core/page/html.js';
-import { mayGoOn } from '../../../core/survey/inspection.js';
+import { html, render, renderNew, setText } from '../../../core/page/html.js';
+import { isFinished, mayGoOn } from '../../../core/survey/inspection.js';
 import { withKey } from '../../../core/page/keys.js';
 import { isLocked } from '../../../core/defects/review.js';
 import { Component } from '../../../core/page/store.js';
 import { date } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { openExport } from '../../reports/export-dialog/export-dialog.js';
-import { formatOf } from '../../reports/export-dialog/formats.js';
-import { isFinished } from '../dialogs/finish-dialog.js';
+import { EMERGENCY, GROUPS, formatOf } from '../../reports/export-dialog/formats.js';
 import { icon } from '../../shared/icon/icon.js';
 import { pace } from '../../archive/inspection-list/row.js';
 import { stepName } from '../actions/step-names.js';
@@ -18,7 +17,6 @@ import { closesElsewhere } from '../../shared/menu/menu.js';
 import { GRAVEST } from '../../shared/severity-mark/severity-mark.js';
 import { outdatedChip, reviewChip, statusChip } from '../../shared/status-chip/status-chip.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
-import { exportsMarkup } from './exports-menu.js';
 import { showSaving } from './saving.js';
 
 export class DeskBar extends Component {
@@ -65,17 +63,13 @@ export class DeskBar extends Component {
         </header>`,
     );
     const { desk, page, parts } = this;
+    for (const command of ['cancel', 'recordOn', 'retry', 'finish', 'undo', 'redo', 'help']) {
+      this.listen(parts[command], 'click', () => page[command]());
+    }
     this.listen(parts.review, 'click', () => desk.tab.set('review'));
     this.listen(parts.labels, 'click', () =>
       orToast(() => editLabels(desk.inspection.value, () => desk.inspection.load())),
     );
-    this.listen(parts.cancel, 'click', () => orToast(() => page.cancel()));
-    this.listen(parts.recordOn, 'click', () => page.recordOn());
-    this.listen(parts.retry, 'click', () => orToast(() => page.retry()));
-    this.listen(parts.finish, 'click', () => page.finish());
-    this.listen(parts.undo, 'click', () => page.undo());
-    this.listen(parts.redo, 'click', () => page.redo());
-    this.listen(parts.help, 'click', () => page.help());
     closesElsewhere(parts.menu, this.signal);
     this.listen(parts.menu, 'click', ({ target }) => {
       const item = target.closest('[data-export]');
@@ -95,56 +89,36 @@ export class DeskBar extends Component {
 
   #showState() {
     const { parts, desk } = this;
-    const { status, progress, labels, outdated } = desk.inspection.value;
+    const { status, progress, labels, outdated, live, review } = desk.inspection.value;
     showLabelButton(parts.labels, labels);
-    const shown = `${status} ${outdated}`;
-    if (parts.chip.dataset.shows !== shown) {
-      parts.chip.dataset.shows = shown;
-      render(parts.chip, html`${statusChip(status)} ${outdatedChip(outdated)}`);
-    }
+    renderNew(parts.chip, html`${statusChip(status)} ${outdatedChip(outdated)}`);
     const isRunning = status === 'running';
     parts.pace.textContent = isRunning ? pace(progress) : '';
     parts.bar.classList.toggle('desk-bar__progress--off', !isRunning);
     parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;
+    const locked = isLocked({ review });
     parts.cancel.hidden = !desk.inspection.isUnfinished;
     parts.recordOn.hidden = !mayGoOn(desk.inspection.value);
-    const isToRepeat = (outdated || desk.inspection.damage) && !isLocked(desk.inspection.value);
+    const isToRepeat = (outdated || desk.inspection.damage) && !locked;
     parts.retry.hidden = status !== 'failed' && status !== 'cancelled' && !isToRepeat;
-    this.#showFinish();
-    this.#showReview();
-  }
-
-  #showReview() {
-    const { parts } = this;
-    const { review } = this.desk.inspection.value;
-    const shown = `${review.state} ${review.at}`;
-    if (parts.review.dataset.shows === shown) return;
-    parts.review.dataset.shows = shown;
-    parts.review.hidden = review.state === 'draft'; // as in the list, it needs no word
-    render(parts.review, html`${review.state !== 'draft' && reviewChip(review.state)}`);
-    parts.lock.hidden = !isLocked({ review });
-    if (isLocked({ review })) parts.lock.textContent = t('reviewing.locked', { who: review.by, when: date(review.at) });
-  }
-
-  #showFinish() {
-    const { finish } = this.parts;
-    const ended = isFinished(this.desk.inspection.value);
-    finish.hidden = this.desk.inspection.value.live !== null; // the live bar has it
-    const text = ended ? t('finish.finished') : t('finish.open');
-    if (finish.dataset.shows === text) return;
-    finish.dataset.shows = text;
-    render(finish, html`${icon(ended ? 'check' : 'flag')}<span class="desk-bar__word">${text}</span>`);
-    finish.setAttribute('aria-label', text);
+    const isDraft = review.state === 'draft'; // as in the list, it needs no word
+    parts.review.hidden = isDraft;
+    renderNew(parts.review, html`${!isDraft && reviewChip(review.state)}`);
+    parts.lock.hidden = !locked;
+    setText(parts.lock, locked ? t('reviewing.locked', { who: review.by, when: date(review.at) }) : '');
+    const hasEnded = isFinished(desk.inspection.value);
+    const text = hasEnded ? t('finish.finished') : t('finish.open');
+    parts.finish.hidden = live !== null; // the live bar has it
+    renderNew(parts.finish, html`${icon(hasEnded ? 'check' : 'flag')}<span class="desk-bar__word">${text}</span>`);
+    parts.finish.setAttribute('aria-label', text);
   }
 
   #showPeople() {
     const { people } = this.parts;
     const { names } = this.desk.people;
     const list = names.map(([name, pages]) => (pages > 1 ? t('people.pages', { name, pages }) : name)).join(', ');
-    const text = names.length ? t('people.here', { n: names.length, names: list }) : '';
-    if (people.title === text) return;
-    people.title = text;
-    render(people, html`${text && icon('people')}<span>${text}</span>`);
+    people.title = names.length ? t('people.here', { n: names.length, names: list }) : '';
+    renderNew(people, html`${people.title && icon('people')}<span>${people.title}</span>`);
   }
 
   #showEmergency() {
@@ -153,20 +127,31 @@ export class DeskBar extends Component {
 
   /** Shows on each button the step that it undoes or redoes. */
   #showHistory() {
-    const {
-      parts,
-      desk: {
-        history: { last, next },
-      },
-    } = this;
-    for (const [button, step, title, key] of [
-      [parts.undo, last, last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_none'), 'U'],
-      [parts.redo, next, next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_none'), 'Shift + U'],
-    ]) {
-      button.disabled = !step;
-      button.title = withKey(title, key);
-    }
+    const { undo, redo } = this.parts;
+    const { last, next } = this.desk.history;
+    undo.disabled = !last;
+    redo.disabled = !next;
+    undo.title = withKey(last ? t('desk.undo_step', { step: stepName(last) }) : t('desk.undo_none'), 'U');
+    redo.title = withKey(next ? t('desk.redo_step', { step: stepName(next) }) : t('desk.redo_none'), 'Shift + U');
   }
 }
+
+const exportMarkup = ({ kind, name, help }) => html`<button class="menu__item" data-export="${kind}"><b>${name}</b>
+  <span class="dim">${help}</span></button>`;
+
+/** Everything that an inspection can be exported as; the part `emergency` is for a defect that cannot wait. */
+const exportsMarkup = (id) => html`<div class="menu__list menu__list--exports panel">
+  <div class="menu__group" data-part="emergency" hidden>${exportMarkup(EMERGENCY)}</div>
+  ${GROUPS.map(
+    ({ title, formats }, i) => html`<section class="menu__group" aria-labelledby="exports-${i}">
+    <h2 class="menu__title help strong" id="exports-${i}">${title}</h2>
+    <ul>${formats.map((format) => html`<li>${exportMarkup(format)}</li>`)}</ul></section>`,
+  )}
+  <section class="menu__group" aria-labelledby="exports-other">
+    <h2 class="menu__title help strong" id="exports-other">${t('export.other')}</h2>
+    <ul><li><a class="menu__item" download href="/api/inspections/${id}/track?format=csv"><b>${t('desk.export_track')}</b>
+        <span class="dim">${t('desk.export_track_help')}</span></a></li>
+      <li><a class="menu__item" href="/compare?a=${id}"><b>${t('compare.with')}</b>
+        <span class="dim">${t('compare.with_help')}</span></a></li></ul></section></div>`;
 
 customElements.define('desk-bar', DeskBar);

@@ -23,16 +23,18 @@ const remembered = () => recall(REMEMBERED, {});
 export class DeskSplitter extends Component {
   /** Where the pointer took the edge, and the size of the part then, in px. */
   #taken = { at: 0, size: 0 };
+  #part;
 
   mount() {
-    const part = PARTS[this.dataset.of];
+    this.#part = PARTS[this.dataset.of];
+    const { isColumn, growsOnward, label } = this.#part;
     this.setAttribute('role', 'separator');
-    this.setAttribute('aria-orientation', part.isColumn ? 'vertical' : 'horizontal');
-    this.setAttribute('aria-label', part.label);
+    this.setAttribute('aria-orientation', isColumn ? 'vertical' : 'horizontal');
+    this.setAttribute('aria-label', label);
     this.title = t('splitter.help');
     this.tabIndex = 0;
-    this.#size(remembered()[this.dataset.of] ?? null);
-    const along = ({ clientX, clientY }) => (part.isColumn ? clientX : clientY);
+    this.#setSize(remembered()[this.dataset.of] ?? null);
+    const along = ({ clientX, clientY }) => (isColumn ? clientX : clientY);
     this.listen(this, 'pointerdown', (event) => {
       event.preventDefault();
       this.focus({ preventScroll: true });
@@ -42,69 +44,61 @@ export class DeskSplitter extends Component {
     this.listen(this, 'pointermove', (event) => {
       if (!this.hasPointerCapture(event.pointerId)) return;
       const moved = along(event) - this.#taken.at;
-      this.#size(this.#taken.size + (part.growsOnward ? moved : -moved));
+      this.#setSize(this.#taken.size + (growsOnward ? moved : -moved));
     });
     this.listen(this, 'lostpointercapture', () => this.#remember());
     this.listen(this, 'dblclick', () => this.#reset());
-    this.listen(this, 'keydown', (event) => this.#press(event, part));
-    this.listen(this, 'focus', () => this.#state());
-  }
-
-  get #desk() {
-    return this.parentElement;
-  }
-
-  get #part() {
-    return this.#desk.querySelector(`:scope > .desk__${this.dataset.of}`);
+    this.listen(this, 'keydown', (event) => this.#press(event));
+    this.listen(this, 'focus', () => this.#describe());
   }
 
   get #now() {
-    const { width, height } = this.#part.getBoundingClientRect();
-    return PARTS[this.dataset.of].isColumn ? width : height;
+    const { width, height } = this.parentElement
+      .querySelector(`:scope > .desk__${this.dataset.of}`)
+      .getBoundingClientRect();
+    return this.#part.isColumn ? width : height;
   }
 
   get #limit() {
-    const { least, most, isColumn } = PARTS[this.dataset.of];
-    const { clientWidth, clientHeight } = this.#desk;
+    const { least, most, isColumn } = this.#part;
+    const { clientWidth, clientHeight } = this.parentElement;
     return Math.max(least, most * (isColumn ? clientWidth : clientHeight));
   }
 
-  #press(event, { isColumn, growsOnward }) {
+  #press(event) {
+    const { isColumn, growsOnward } = this.#part;
     const [back, onward] = isColumn ? ['ArrowLeft', 'ArrowRight'] : ['ArrowUp', 'ArrowDown'];
-    const [less, more] = growsOnward ? [back, onward] : [onward, back];
+    const step = growsOnward ? STEP_PX : -STEP_PX;
     if (event.key === 'Home') this.#reset();
-    else if (event.key === less) this.#size(this.#now - STEP_PX);
-    else if (event.key === more) this.#size(this.#now + STEP_PX);
+    else if (event.key === back) this.#setSize(this.#now - step);
+    else if (event.key === onward) this.#setSize(this.#now + step);
     else return;
     event.preventDefault();
     this.#remember();
   }
 
   #reset() {
-    this.#size(null);
+    this.#setSize(null);
     this.#remember();
   }
 
   /** Gives the part a size in px, null for the usual one. */
-  #size(px) {
-    const { least } = PARTS[this.dataset.of];
-    this.size = px === null ? null : Math.round(Math.min(Math.max(px, least), this.#limit));
+  #setSize(px) {
+    this.size = px === null ? null : Math.round(Math.min(Math.max(px, this.#part.least), this.#limit));
     const property = `--desk-${this.dataset.of}`;
-    if (this.size === null) this.#desk.style.removeProperty(property);
-    else this.#desk.style.setProperty(property, `${this.size}px`);
-    this.#state();
+    if (this.size === null) this.parentElement.style.removeProperty(property);
+    else this.parentElement.style.setProperty(property, `${this.size}px`);
+    this.#describe();
   }
 
-  #state() {
-    this.setAttribute('aria-valuemin', String(PARTS[this.dataset.of].least));
-    this.setAttribute('aria-valuemax', String(Math.round(this.#limit)));
-    this.setAttribute('aria-valuenow', String(Math.round(this.#now)));
+  #describe() {
+    const values = { min: this.#part.least, max: this.#limit, now: this.#now };
+    for (const [name, px] of Object.entries(values)) this.setAttribute(`aria-value${name}`, String(Math.round(px)));
   }
 
   #remember() {
     const { [this.dataset.of]: _, ...others } = remembered();
-    const all = this.size === null ? others : { ...others, [this.dataset.of]: this.size };
-    remember(REMEMBERED, all);
+    remember(REMEMBERED, this.size === null ? others : { ...others, [this.dataset.of]: this.size });
   }
 }
 

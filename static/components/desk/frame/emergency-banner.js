@@ -2,7 +2,7 @@
 
 import { Alerts, reasonText } from '../../../core/server/alerts.js';
 import { exportPath } from '../../../core/survey/exports.js';
-import { html, render } from '../../../core/page/html.js';
+import { html, render, renderNew } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { date } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
@@ -30,8 +30,7 @@ export class EmergencyBanner extends Component {
         <a class="button button--small button--danger emergency__sheet" download
           href="${exportPath(id, 'emergency')}">${icon('download')}<span>${t('emergency.sheet')}</span></a>`,
     );
-    this.listen(this.desk.observations, 'change', () => this.#show());
-    this.listen(this.#alerts, 'change', () => this.#show());
+    this.listen([this.desk.observations, this.#alerts], 'change', () => this.#show());
     // A notification requires that the tag has reached the server.
     this.listen(this.desk.outbox, 'answered', () => this.#grave.length > 0 && this.#alerts.follow());
     this.listen(this.parts.list, 'click', ({ target }) => {
@@ -51,33 +50,24 @@ export class EmergencyBanner extends Component {
     this.hidden = grave.length === 0;
     if (this.hidden) return;
     if (wasHidden || !this.#alerts.isFollowed) this.#alerts.follow();
-    const markup = html`${grave.slice(0, NAMED).map(
-      (item) => html`<li>
+    renderNew(
+      this.parts.list,
+      html`${grave.slice(0, NAMED).map(
+        (item) => html`<li class="row wrap gap-row breaks">
         <button class="link" data-observation="${item.id}">${nameOf(item)}</button>
-        ${this.#notification(this.#alerts.value.get(item.id))}</li>`,
-    )}
-      ${grave.length > NAMED && html`<li>${t('finish.and_more', { n: grave.length - NAMED })}</li>`}`;
-    if (this.parts.list.dataset.shows === markup.text) return;
-    this.parts.list.dataset.shows = markup.text;
-    render(this.parts.list, markup);
+        ${notification(this.#alerts.value.get(item.id))}</li>`,
+      )}
+      ${grave.length > NAMED && html`<li>${t('finish.and_more', { n: grave.length - NAMED })}</li>`}`,
+    );
   }
+}
 
-  #notification(alert) {
-    switch (alert?.state) {
-      case 'told':
-        return html`<span>${icon('check')}${t('emergency.notified', { time: date(alert.told_at) })}</span>`;
-      case 'waiting':
-        return html`<span>${icon('wait')}${
-          alert.error
-            ? t('emergency.not_yet', { reason: reasonText(alert.reason, alert.error) })
-            : t('emergency.notifying')
-        }</span>`;
-      case 'given_up':
-        return html`<span>${icon('alert')}${t('emergency.given_up', { reason: reasonText(alert.reason, alert.error) })}</span>`;
-      default:
-        return null;
-    }
-  }
+function notification({ state = null, told_at: at = null, reason = null, error = null } = {}) {
+  const says = (sign, text) => html`<span class="inline-row gap-1 shrinks">${icon(sign)}${text}</span>`;
+  const why = { reason: reasonText(reason, error) };
+  if (state === 'told') return says('check', t('emergency.notified', { time: date(at) }));
+  if (state === 'given_up') return says('alert', t('emergency.given_up', why));
+  return state && says('wait', error ? t('emergency.not_yet', why) : t('emergency.notifying'));
 }
 
 customElements.define('emergency-banner', EmergencyBanner);

@@ -5,7 +5,7 @@ import { t } from '../../../core/page/words.js';
 /**
  * Follows what this browser has not saved yet.
  * @param {HTMLElement} place
- * @param {import('../page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {AbortSignal} signal
  */
 export function showSaving(place, { outbox, attachmentOutbox, conflicts }, signal) {

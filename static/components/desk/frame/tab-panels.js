@@ -6,23 +6,15 @@
 import { html, render } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 
-/**
- * @typedef {object} Tab
- * @property {string} name
- * @property {string} title
- * @property {string} element name of the custom element that is the panel
- */
-
 export class TabPanels extends Component {
   #tabs;
   #shown;
   #panels = new Map();
 
   /**
-   * @param {Tab[]} tabs
+   * @param {{name: string, title: string, element: string}[]} tabs element: the custom one that is the panel
    * @param {string} label their subject, for screen readers
-   * @param {import('../../../core/page/store.js').Store} shown holds the name of the visible tab; set it to
-   *     show another
+   * @param {import('../../../core/page/store.js').Store} shown name of the visible tab; set it to show another
    */
   fill(tabs, label, shown) {
     this.#tabs = tabs;

@@ -1,16 +1,13 @@
 /** Ties the 3D view to the desk: it follows the shown frame and the selection, and its clicks tag, mark or select. */
 
-import { ApiError } from '../../../core/server/api.js';
+import { refusalIn } from '../../../core/server/api.js';
 import { frameShowing } from '../../../core/wall/wall.js';
 import { t } from '../../../core/page/words.js';
 
 /** How often the robot follows the shown frame. */
 const SHOW_EVERY_MS = 66;
 
-/**
- * @param {import('./desk.js').Desk} desk
- * @param {AbortSignal} signal
- */
+/** @param {Desk} desk @param {AbortSignal} signal */
 export function followIn3d(desk, signal) {
   const { live, playhead, selection } = desk;
   let shown = -1;
@@ -53,8 +50,7 @@ async function wallClicked(desk, { distance_m, clock_h, lateral_m }, signal) {
     else if (!pick) desk.tag(found);
     else if (pick === desk.picking.value) pick(found);
   } catch (error) {
-    if (error.name === 'AbortError') return;
-    if (!(error instanceof ApiError)) throw error;
-    desk.fault(error);
+    const refusal = refusalIn(error);
+    if (refusal) desk.fault(refusal);
   }
 }

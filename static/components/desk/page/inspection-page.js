@@ -111,7 +111,7 @@ export class InspectionPage extends Component {
     desk.windows = new DeskWindows(desk, this.signal);
     desk.people = new People(desk.live, this.signal);
     const edit = () => desk.people.edit(desk.editing.value ? desk.selection.value : null);
-    for (const store of [desk.editing, desk.selection]) this.listen(store, 'change', edit);
+    this.listen([desk.editing, desk.selection], 'change', edit);
     /** @type {Parts<'page/inspection-page'>} */
     this.parts = render(
       this,
@@ -220,23 +220,28 @@ export class InspectionPage extends Component {
   }
 
   /** A recording that has ended cannot be repeated, so this asks first. */
-  async cancel() {
+  cancel() {
     const { inspection } = this.desk;
-    if (inspection.value.live === null || (await askEndOfRecording())) await inspection.cancel();
+    return orToast(async () => {
+      if (inspection.value.live === null || (await askEndOfRecording())) await inspection.cancel();
+    });
   }
 
   async recordOn() {
     if (await openRecordOn(this.desk.inspection)) location.reload(); // the page of a film becomes that of a camera
   }
 
-  async retry() {
-    const { damage } = this.desk.inspection;
-    await this.desk.inspection.retry();
-    if (damage) location.reload(); // the page has been opened without what follows from the track
-    this.desk.playhead.set({ frame: -1, row: null, isLive: true, capturedMs: null });
-    this.desk.track.clear();
-    this.desk.health.clear();
-    this.#follow();
+  retry() {
+    const { desk } = this;
+    const { damage } = desk.inspection;
+    return orToast(async () => {
+      await desk.inspection.retry();
+      if (damage) location.reload(); // the page has been opened without what follows from the track
+      desk.playhead.set({ frame: -1, row: null, isLive: true, capturedMs: null });
+      desk.track.clear();
+      desk.health.clear();
+      this.#follow();
+    });
   }
 
   // Commands of the keys and buttons ---------------------------------------------------------

@@ -18,7 +18,7 @@ export class LockNotice extends Component {
     this.desk = this.closest('inspection-page').desk;
     const { inspection, drafts } = this.desk;
     this.wasLocked = isLocked(inspection.value);
-    for (const store of [inspection, drafts]) this.listen(store, 'change', () => this.#look());
+    this.listen([inspection, drafts], 'change', () => this.#look());
     // `close` does not bubble.
     this.listen(document, 'close', () => setTimeout(() => this.#look(), AFTER_DIALOG_MS), { capture: true });
   }

@@ -8,10 +8,7 @@ export class Overtaken {
   /** Counts the overtaken corrections of this page, so that each conflict gets a new id. */
   #found = 0;
 
-  /**
-   * @param {import('./desk.js').Desk} desk
-   * @param {AbortSignal} signal
-   */
+  /** @param {Desk} desk @param {AbortSignal} signal */
   constructor(desk, signal) {
     this.#desk = desk;
     const { outbox, corrections } = desk;

@@ -3,7 +3,7 @@
  * fix it.
  */
 
-import { html, render } from '../../../core/page/html.js';
+import { html, render, renderNew } from '../../../core/page/html.js';
 import { lostRuns } from '../../../core/survey/lost.js';
 import { mayEdit } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
@@ -55,9 +55,8 @@ export class ChecksPanel extends Component {
       const button = target.closest('[data-frame]');
       if (button) desk.seek(Number(button.dataset.frame));
     });
-    this.listen(desk.checks, 'change', () => this.#show());
+    this.listen([desk.checks, desk.observations], 'change', () => this.#show());
     this.listen(desk.track, 'change', () => this.#showLost());
-    this.listen(desk.observations, 'change', () => this.#show());
     this.#show();
   }
 
@@ -69,48 +68,36 @@ export class ChecksPanel extends Component {
       parts.summary.textContent = t('checks.looking');
       return;
     }
-    const groups = [
-      ['block', t('checks.blocking', { n: issues.filter(({ level }) => level === 'block').length })],
-      ['warn', t('checks.warnings', { n: issues.filter(({ level }) => level === 'warn').length })],
-    ].map(([level, title]) => ({ level, title, found: issues.filter((issue) => issue.level === level) }));
-    parts.summary.textContent = groups
-      .filter(({ found }) => found.length)
-      .map(({ title }) => title)
+    const [blocking, warnings] = ['block', 'warn'].map((level) => issues.filter((issue) => issue.level === level));
+    parts.summary.textContent = [
+      blocking.length && t('checks.blocking', { n: blocking.length }),
+      warnings.length && t('checks.warnings', { n: warnings.length }),
+    ]
+      .filter(Boolean)
       .join(' · ');
-    const text = JSON.stringify(issues.map((issue) => [issue, this.#sentence(issue), repairsOf(issue, desk)]));
-    if (parts.list.dataset.shows === text) return;
-    parts.list.dataset.shows = text;
-    render(
+    renderNew(
       parts.list,
       issues.length === 0
         ? html`<div class="checks__none">${icon('check')}<div><p><b>${t('checks.nothing')}</b></p>
             <p class="dim">${t('checks.nothing_help')}</p></div></div>`
-        : html`${groups
-            .filter(({ found }) => found.length)
-            .map(
-              ({ level, found }) =>
-                html`<ul class="checks__group pad-1">${found.map((issue) => this.#row(issue, level))}</ul>`,
-            )}`,
+        : html`${[blocking, warnings].map(
+            (found) =>
+              found.length > 0 && html`<ul class="checks__group pad-1">${found.map((issue) => this.#row(issue))}</ul>`,
+          )}`,
     );
   }
 
   /** Lists the longest stretches in which the wall was lost, in the order of the film. */
   #showLost() {
-    const {
-      parts,
-      desk: { track },
-    } = this;
+    const { parts, desk } = this;
     const length = ({ first, last }) => last - first;
-    const runs = lostRuns(track.column('status'))
+    const runs = lostRuns(desk.track.column('status'))
       .sort((a, b) => length(b) - length(a))
       .slice(0, LISTED)
       .sort((a, b) => a.first - b.first);
-    const text = JSON.stringify(runs);
-    if (parts.lost.dataset.shows === text) return;
-    parts.lost.dataset.shows = text;
     parts.lostField.hidden = runs.length === 0;
-    const times = track.column('time_s');
-    render(
+    const times = desk.track.column('time_s');
+    renderNew(
       parts.lost,
       html`${runs.map(
         ({ first, last }) => html`<li class="check check--block">${icon('stop')}
@@ -120,25 +107,18 @@ export class ChecksPanel extends Component {
     );
   }
 
-  #row(issue, level) {
+  #row(issue) {
+    const { desk } = this;
+    const { level, observation_id: id } = issue;
+    const index = desk.checks.value.indexOf(issue);
     const action = actionOf(issue);
-    const index = this.desk.checks.value.indexOf(issue);
-    const repairs = mayEdit() ? repairsOf(issue, this.desk) : [];
+    const repairs = mayEdit() ? repairsOf(issue, desk) : [];
     return html`<li class="check check--${level}">${icon(level === 'block' ? 'stop' : 'alert')}
-      <p>${this.#sentence(issue)}</p>
+      <p>${sentenceOf(issue, id && desk.observations.find(id))}</p>
       <div class="check__actions flow">${repairs.map(
         ({ name }, i) => html`<button class="button button--small" data-issue="${index}"
         data-repair="${i}">${name}</button>`,
-      )}${
-        action &&
-        html`<button class="button button--small"
-        data-issue="${index}">${action}</button>`
-      }</div></li>`;
-  }
-
-  #sentence(issue) {
-    const { observation_id: id } = issue;
-    return sentenceOf(issue, id && this.desk.observations.find(id));
+      )}${action && html`<button class="button button--small" data-issue="${index}">${action}</button>`}</div></li>`;
   }
 
   #goTo({ code, observation_id: id, params }) {

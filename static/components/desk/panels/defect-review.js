@@ -1,7 +1,7 @@
 /** What was said about one defect, at the end of its form: accept it, ask about it, comment on it. */
 
 import { ApiError } from '../../../core/server/api.js';
-import { html, render } from '../../../core/page/html.js';
+import { html, render, renderNew } from '../../../core/page/html.js';
 import { mayEdit } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
 import { t } from '../../../core/page/words.js';
@@ -48,7 +48,7 @@ export class DefectReview extends Component {
     // The form around it saves the fields of the observation; a remark is none.
     for (const type of ['input', 'change']) this.listen(this, type, (event) => event.stopPropagation());
     if (this.parts.text) this.listen(this.parts.text, 'input', () => drafts.put(id, this.parts.text.value));
-    for (const store of [desk.review, desk.observations]) this.listen(store, 'change', () => this.#show());
+    this.listen([desk.review, desk.observations], 'change', () => this.#show());
     this.#show();
   }
 
@@ -91,10 +91,7 @@ export class DefectReview extends Component {
     const item = this.#item;
     const remarks = item ? this.desk.review.about(item.id) : [];
     const isOld = ({ kind, version }) => kind === 'accepted' && item.version !== null && version !== item.version;
-    const shown = JSON.stringify([remarks, remarks.map(isOld)]);
-    if (this.parts.list.dataset.shows === shown) return;
-    this.parts.list.dataset.shows = shown;
-    render(this.parts.list, html`${remarks.map((remark) => remarkRow(remark, { isOld: isOld(remark) }))}`);
+    renderNew(this.parts.list, html`${remarks.map((remark) => remarkRow(remark, { isOld: isOld(remark) }))}`);
   }
 }
 

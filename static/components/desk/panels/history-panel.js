@@ -1,6 +1,6 @@
 /** Who changed what, the newest first: every change of the inspection and its defects, before and after. */
 
-import { ApiError, get } from '../../../core/server/api.js';
+import { get, refusalIn } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { mayEdit } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
@@ -88,9 +88,8 @@ export class HistoryPanel extends Component {
   #changed() {
     const { revision, header, name, status } = this.desk.inspection.value;
     const seen = JSON.stringify([revision, header, name, status]);
-    if (seen === this.seen) return;
+    if (seen !== this.seen) this.#load();
     this.seen = seen;
-    this.#load();
   }
 
   /** Loads the history, only while it is visible. */
@@ -109,9 +108,8 @@ export class HistoryPanel extends Component {
       this.#shown = PAGE;
       parts.note.textContent = events.length ? '' : t('history.empty');
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
-      parts.note.textContent = errorText(error);
+      const refusal = refusalIn(error);
+      if (refusal) parts.note.textContent = errorText(refusal);
     }
     this.#show();
   }

@@ -9,7 +9,7 @@ import { finishStretch, swapEnds } from '../actions/stretches.js';
 /**
  * Returns what a person may do at once about an issue: [{name, run}].
  * @param {Api['IssueOut']} issue
- * @param {import('../page/desk.js').Desk} desk
+ * @param {Desk} desk
  */
 export function repairsOf({ code, params }, desk) {
   if (code === 'no_start' || code === 'no_finish') {

@@ -1,6 +1,6 @@
 /** The review of the inspection: its state with who and when, the next step, the open questions. */
 
-import { html, render } from '../../../core/page/html.js';
+import { html, renderNew } from '../../../core/page/html.js';
 import { isForAdmins, nextStates } from '../../../core/defects/review.js';
 import { may } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
@@ -26,8 +26,7 @@ export class ReviewPanel extends Component {
         else await pressed(desk, event);
       });
     });
-    for (const store of [desk.review, desk.inspection, desk.observations])
-      this.listen(store, 'change', () => this.#show());
+    this.listen([desk.review, desk.inspection, desk.observations], 'change', () => this.#show());
     this.#show();
   }
 
@@ -53,10 +52,7 @@ export class ReviewPanel extends Component {
     const { value: defects } = desk.observations;
     const { questions } = desk.review;
     const accepted = defects.filter((item) => desk.review.isAccepted(item)).length;
-    const shown = JSON.stringify([review, accepted, defects.length, desk.inspection.isUnfinished]);
-    if (this.dataset.shows === shown) return;
-    this.dataset.shows = shown;
-    render(
+    renderNew(
       this,
       html`<div class="review__head">
           <p role="status">${reviewChip(review.state)} ${review.by && html`<span class="dim">${t('reviewing.by', { who: review.by, when: date(review.at) })}</span>`}</p>

@@ -2,8 +2,8 @@
 
 import { html } from '../../../core/page/html.js';
 import { t, wordFor } from '../../../core/page/words.js';
-import { openDialog } from '../../shared/dialog/dialog.js';
-import { icon } from '../../shared/icon/icon.js';
+import { formFoot, openDialog } from '../../shared/dialog/dialog.js';
+import { message } from '../../shared/message/message.js';
 
 /**
  * @param {string} state the next one
@@ -14,20 +14,19 @@ export async function askStep(state, blocking) {
   const isNeeded = state === 'reopened';
   const { dialog, parts, closed } = openDialog({
     title: wordFor('review_step', state),
-    content: html`<form method="dialog" class="stack gap-4" data-part="form" novalidate>
+    content: html`<form class="stack gap-4" data-part="form" novalidate>
       <p>${wordFor('review_step_text', state)}</p>
-      ${blocking > 0 && html`<p class="message message--warning">${icon('alert')}<span>${t('reviewing.blocking', { n: blocking })}</span></p>`}
+      ${blocking > 0 && message('warning', t('reviewing.blocking', { n: blocking }))}
       <div class="field"><label for="review-reason">${isNeeded ? t('reviewing.reason') : t('reviewing.note')}</label>
         <textarea class="input" id="review-reason" rows="3" maxlength="2000" aria-describedby="review-fault" data-part="reason"></textarea>
-        <span class="fault" id="review-fault" data-part="fault"></span></div>
-      <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
-        <button class="button button--primary">${wordFor('review_step', state)}</button></div></form>`,
+        <span class="fault" id="review-fault" data-part="reasonFault"></span></div>
+      ${formFoot(wordFor('review_step', state))}</form>`,
   });
   parts.reason.focus();
   parts.form.addEventListener('submit', (event) => {
     event.preventDefault();
     const isMissing = isNeeded && !parts.reason.value.trim();
-    parts.fault.textContent = isMissing ? t('reviewing.reason_needed') : '';
+    parts.reasonFault.textContent = isMissing ? t('reviewing.reason_needed') : '';
     parts.reason.setAttribute('aria-invalid', String(isMissing));
     if (!isMissing) dialog.close('yes');
   });

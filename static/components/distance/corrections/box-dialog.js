@@ -6,7 +6,7 @@ import { openDialog } from '../../shared/dialog/dialog.js';
 import './counter-box.js';
 
 /**
- * @param {import('../../desk/page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @returns {Promise<import('../../../core/survey/counter.js').Box|null>} null when it was dismissed
  */
 export async function askForBox(desk) {

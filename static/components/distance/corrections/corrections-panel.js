@@ -64,9 +64,7 @@ export class CorrectionsPanel extends Component {
       event.preventDefault();
       this.#apply();
     });
-    this.listen(corrections, 'change', () => this.#show());
-    this.listen(corrections.draft, 'change', () => this.#show());
-    this.listen(corrections.preview, 'change', () => this.#show());
+    this.listen([corrections, corrections.draft, corrections.preview], 'change', () => this.#show());
     this.signal.addEventListener('abort', () => clearTimeout(this.forcing));
     this.#show();
   }

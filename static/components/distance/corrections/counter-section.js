@@ -1,8 +1,8 @@
 /** The counter burnt into the film: its state, its faults, and its length as an offer for the scale. */
 
-import { knownLength } from '../../../core/survey/corrections.js';
+import { knownLength, withKnownLength } from '../../../core/survey/corrections.js';
 import { hasFilm } from '../../../core/survey/inspection.js';
-import { html, render } from '../../../core/page/html.js';
+import { html, render, renderNew } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { chainage, lengthUnit, plusMinus, signed } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
@@ -42,9 +42,7 @@ export class CounterSection extends Component {
       if (box) this.#state({ ...this.#stated, box });
     });
     this.listen(this, 'click', ({ target }) => this.#clicked(target.closest('button')?.dataset ?? {}));
-    for (const store of [desk.counter, desk.inspection, desk.corrections, desk.track]) {
-      this.listen(store, 'change', () => this.#show());
-    }
+    this.listen([desk.counter, desk.inspection, desk.corrections, desk.track], 'change', () => this.#show());
     this.#show();
   }
 
@@ -85,9 +83,9 @@ export class CounterSection extends Component {
     parts.read.querySelector('span').textContent = state === 'unread' ? t('counter.read') : t('counter.again');
     parts.draw.hidden = isWaiting || this.desk.track.length === 0;
     parts.none.hidden = isWaiting || state === 'declined';
-    renderIfNew(parts.state, stateMarkup(counter, this.desk.inspection.isUnfinished));
-    renderIfNew(parts.offer, this.#offer(counter));
-    renderIfNew(parts.faults, comparison ? faultsMarkup(comparison.faults, this.desk.track) : html``);
+    renderNew(parts.state, stateMarkup(counter, this.desk.inspection.isUnfinished));
+    renderNew(parts.offer, this.#offer(counter));
+    renderNew(parts.faults, comparison ? faultsMarkup(comparison.faults, this.desk.track) : html``);
   }
 
   #offer({ comparison, unit }) {
@@ -120,11 +118,8 @@ export class CounterSection extends Component {
     return orToast(async () => {
       const { corrections } = this.desk;
       const isAlone = !corrections.isEdited;
-      const { draft } = corrections;
-      const tapes = draft.value.lengths.filter(({ kind }) => kind !== 'known');
-      const values = Object.fromEntries(LENGTH_FIELDS.map((name) => [name, length[name]]));
-      const known = /** @type {import('../../../core/survey/corrections.js').Length} */ ({ ...values, kind: 'known' });
-      const stated = { ...draft.value, lengths: [...tapes, known] };
+      const { first_frame, last_frame, length_m, sigma_mm } = length;
+      const stated = withKnownLength(corrections.draft.value, { first_frame, last_frame, length_m, sigma_mm });
       const isAccepted = isAlone && (await corrections.ask(stated)).error === null;
       if (isAccepted) await this.page.correct(stated, t('counter.remark'), { text: t('counter.used') });
       else corrections.edit({ lengths: stated.lengths });
@@ -133,13 +128,6 @@ export class CounterSection extends Component {
 }
 
 const isSame = (known, length) => LENGTH_FIELDS.every((name) => known[name] === length[name]);
-
-/** Renders only what has changed: an answer comes every second, and focus and text must stay. */
-function renderIfNew(element, markup) {
-  if (element.shown === markup.text) return;
-  element.shown = markup.text;
-  render(element, markup);
-}
 
 /** '15.09 m (49.5 ft)' where the counter counts in another unit than the person. */
 function bothUnits(m, unit) {

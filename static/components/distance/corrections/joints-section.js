@@ -47,9 +47,7 @@ export class JointsSection extends Component {
     this.listen(parts.use, 'change', () => this.#edit({ use: parts.use.checked ? null : false }));
     this.listen(parts.mark, 'click', () => this.#togglePicking());
     this.listen(desk.picking, 'change', () => this.#showPicking());
-    this.listen(desk.corrections.draft, 'change', () => this.#show());
-    this.listen(desk.corrections.preview, 'change', () => this.#show());
-    this.listen(desk.inspection, 'change', () => this.#show());
+    this.listen([desk.corrections.draft, desk.corrections.preview, desk.inspection], 'change', () => this.#show());
     this.signal.addEventListener('abort', () => desk.picking.set(null));
     this.#show();
   }

@@ -1,6 +1,6 @@
 /** The known length of the asset, from the zero to the far end, with its closure before it is used. */
 
-import { knownLength } from '../../../core/survey/corrections.js';
+import { SIGMA_MM, knownLength, withKnownLength } from '../../../core/survey/corrections.js';
 import { html, render } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { chainage, lengthUnit, signed, toShown, withSign } from '../../../core/wall/units.js';
@@ -9,19 +9,17 @@ import { icon } from '../../shared/icon/icon.js';
 import { isPositive, metresField, numberField, read, readMetres, write, writeMetres } from './fields.js';
 import { bindEnds, endsMarkup, showEnds } from './length-ends.js';
 
-/** One sigma in mm of each source of a length. */
-const SOURCES = [
-  ['drawing', 50, t('corrections.source_drawing')],
-  ['survey', 10, t('corrections.source_survey')],
-  ['tape', 5, t('corrections.source_tape')],
-];
-const USUAL_SIGMA_MM = 50;
+const SOURCES = {
+  drawing: t('corrections.source_drawing'),
+  survey: t('corrections.source_survey'),
+  tape: t('corrections.source_tape'),
+};
 /** Standard deviations within which chance explains a residual; the server refuses larger ones. */
 const LIMIT = 3;
 
 export class KnownLength extends Component {
   /** What was typed before there is a length. */
-  #begun = { first_frame: null, last_frame: null, sigma_mm: USUAL_SIGMA_MM };
+  #begun = { first_frame: null, last_frame: null, sigma_mm: SIGMA_MM.drawing };
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
@@ -35,7 +33,7 @@ export class KnownLength extends Component {
           ${numberField({ part: 'sigma', id: 'known-sigma', label: t('corrections.sigma'), unit: 'mm' })}
           <div class="field"><span class="label" id="known-source">${t('corrections.source')}</span>
             <div class="fix__choices" role="group" aria-labelledby="known-source">
-              ${SOURCES.map(([name, , label]) => html`<button class="button button--small" data-source="${name}">${label}</button>`)}
+              ${Object.entries(SOURCES).map(([name, label]) => html`<button class="button button--small" data-source="${name}">${label}</button>`)}
             </div></div>
         </div>
         ${endsMarkup()}
@@ -46,8 +44,8 @@ export class KnownLength extends Component {
         <div data-part="closure" role="status"></div>`,
     );
     const { parts, desk } = this;
-    for (const [name, sigma] of SOURCES) {
-      this.listen(this.querySelector(`[data-source="${name}"]`), 'click', () => this.#change({ sigma_mm: sigma }));
+    for (const button of this.querySelectorAll('[data-source]')) {
+      this.listen(button, 'click', () => this.#change({ sigma_mm: SIGMA_MM[button.dataset.source] }));
     }
     this.listen(parts.length, 'change', () => this.#typedLength());
     this.listen(parts.sigma, 'change', () => this.#typedSigma());
@@ -56,8 +54,7 @@ export class KnownLength extends Component {
     bindEnds(parts, desk, this.signal, (ends) => this.#change(ends));
     this.listen(desk.corrections.draft, 'change', () => this.#show());
     this.listen(desk.corrections.preview, 'change', () => this.#showClosure());
-    this.listen(desk.inspection, 'change', () => this.#show());
-    this.listen(desk.track, 'change', () => this.#show());
+    this.listen([desk.inspection, desk.track], 'change', () => this.#show());
     this.#show();
     this.#showClosure();
   }
@@ -90,21 +87,19 @@ export class KnownLength extends Component {
   }
 
   #change(changes) {
-    const length = { ...this.#length, ...changes, kind: 'known' };
+    const length = { ...this.#length, ...changes };
     if (length.length_m === null) {
       this.#begun = { ...this.#begun, ...changes };
       this.#show();
       return;
     }
-    const { draft } = this.desk.corrections;
-    const tapes = draft.value.lengths.filter(({ kind }) => kind !== 'known');
-    this.desk.corrections.edit({ lengths: [...tapes, length] });
+    const { corrections } = this.desk;
+    corrections.edit(withKnownLength(corrections.draft.value, length));
   }
 
   #remove() {
-    const { draft } = this.desk.corrections;
-    const tapes = draft.value.lengths.filter(({ kind }) => kind !== 'known');
-    this.desk.corrections.edit({ lengths: tapes, forced: null });
+    const { corrections } = this.desk;
+    corrections.edit({ ...withKnownLength(corrections.draft.value, null), forced: null });
   }
 
   #show() {
@@ -114,8 +109,8 @@ export class KnownLength extends Component {
     const { known_length_m: statedM } = this.#stated;
     writeMetres(parts.length, length.length_m);
     write(parts.sigma, length.sigma_mm);
-    for (const [name, sigma] of SOURCES) {
-      this.querySelector(`[data-source="${name}"]`).setAttribute('aria-pressed', String(sigma === length.sigma_mm));
+    for (const button of this.querySelectorAll('[data-source]')) {
+      button.setAttribute('aria-pressed', String(SIGMA_MM[button.dataset.source] === length.sigma_mm));
     }
     showEnds(parts, desk, length);
     parts.clear.hidden = !isStated;

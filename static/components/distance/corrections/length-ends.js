@@ -15,7 +15,7 @@ export const endsMarkup = () => html`<dl class="ends">
 
 /**
  * @param {Record<string, HTMLButtonElement>} parts
- * @param {import('../../desk/page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {{first_frame: number|null, last_frame: number|null}} length
  */
 export function showEnds(parts, desk, { first_frame: first, last_frame: last }) {
@@ -31,7 +31,7 @@ export function showEnds(parts, desk, { first_frame: first, last_frame: last }) 
 /**
  * Calls `mark` with the changes when an end is taken from the play head.
  * @param {Record<string, HTMLButtonElement>} parts
- * @param {import('../../desk/page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {AbortSignal} signal
  * @param {(change: {first_frame?: number, last_frame?: number}) => void} mark
  */

@@ -4,7 +4,7 @@ import { UNSTATED } from '../../../core/survey/corrections.js';
 import { evidenceText, isOfJoints } from '../../../core/survey/evidence.js';
 import { html, render } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
-import { ApiError } from '../../../core/server/api.js';
+import { refusalIn } from '../../../core/server/api.js';
 import { chainage, plusMinus, withSign } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
@@ -42,8 +42,7 @@ export class CorrectionOutcome extends Component {
       this.#explain();
     });
     this.listen(desk.corrections.preview, 'change', () => this.#show());
-    this.listen(desk.inspection, 'change', () => this.#measure());
-    this.listen(desk.track, 'change', () => this.#measure());
+    this.listen([desk.inspection, desk.track], 'change', () => this.#measure());
     this.#measure();
     this.#show();
     this.#explain();
@@ -60,8 +59,7 @@ export class CorrectionOutcome extends Component {
       const { result } = await desk.corrections.ask(without, this.signal);
       this.#rawM = result?.distance_class.length_m ?? null;
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      refusalIn(error);
     }
     this.#show();
   }
@@ -74,8 +72,7 @@ export class CorrectionOutcome extends Component {
       parts.budgetBox.hidden = budget === null;
       if (budget) render(parts.budget, budgetMarkup(budget));
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      refusalIn(error);
     }
   }
 

@@ -18,8 +18,7 @@ export class RigDoubt extends Component {
           ${numberField({ part: 'focal', id: 'rig-focal', label: t('corrections.rig_focal'), unit: 'px' })}
         </div>`,
     );
-    this.listen(this.parts.height, 'change', () => this.#typed());
-    this.listen(this.parts.focal, 'change', () => this.#typed());
+    this.listen([this.parts.height, this.parts.focal], 'change', () => this.#typed());
     this.listen(corrections.draft, 'change', () => this.#show());
     this.#show();
   }

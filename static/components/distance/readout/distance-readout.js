@@ -50,8 +50,7 @@ export class DistanceReadout extends Component {
     );
     this.listen(this.parts.takeBack, 'click', () => this.#takeBack());
     this.listen(this.parts.why, 'click', () => openIntervalDetail(this.desk));
-    this.listen(this.desk.playhead, 'change', () => this.repaint());
-    for (const store of [this.desk.health, this.desk.corrections]) this.listen(store, 'change', () => this.repaint());
+    this.listen([this.desk.playhead, this.desk.health, this.desk.corrections], 'change', () => this.repaint());
     // Where the read-out is sticky, a focused element is scrolled to a place below it.
     const resized = new ResizeObserver(() => {
       document.documentElement.style.setProperty('--readout-height', `${this.offsetHeight}px`);

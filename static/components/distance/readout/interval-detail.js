@@ -1,6 +1,6 @@
 /** The sources of the interval of a distance, what would reduce it most, and the effect of the joints. */
 
-import { ApiError, get } from '../../../core/server/api.js';
+import { get, refusalIn } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { LEAST_M, chainage, plusMinus } from '../../../core/wall/units.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
@@ -75,9 +75,8 @@ export async function openIntervalDetail(desk) {
       budget ? bodyMarkup(budget, desk.corrections.value?.result) : html`<p>${t('interval.unknown')}</p>`,
     );
   } catch (error) {
-    if (error.name === 'AbortError') return;
-    if (!(error instanceof ApiError)) throw error;
-    render(parts.body, html`<p class="fault">${errorText(error)}</p>`);
+    const refusal = refusalIn(error);
+    if (refusal) render(parts.body, html`<p class="fault">${errorText(refusal)}</p>`);
   }
   parts.body.removeAttribute('aria-busy');
 }

@@ -17,7 +17,7 @@ const BESIDE_PX = 3;
 
 /** A strip has the parts `track`, `ground` and `above`. */
 export class Strip extends Component {
-  /** @type {import('../../desk/page/desk.js').Desk} set before `follow` */
+  /** @type {Desk} set before `follow` */
   desk;
   /** CSS px in one unit: type and lines grow with the type of the page. */
   scale = 1;
@@ -41,11 +41,9 @@ export class Strip extends Component {
       },
       this.signal,
     );
-    for (const store of [observations, selection, corrections, stripSettings]) {
-      this.listen(store, 'change', () => this.stale());
-    }
+    this.listen([observations, selection, corrections, stripSettings], 'change', () => this.stale());
     this.listen(axis, 'change', () => this.stale(true));
-    for (const store of [axis.pointer, playhead]) this.listen(store, 'change', () => this.repaint());
+    this.listen([axis.pointer, playhead], 'change', () => this.repaint());
     onThemeChange(() => this.stale(), this.signal);
     const resized = new ResizeObserver(() => this.stale(true));
     resized.observe(track);

@@ -12,7 +12,7 @@ const WORDS = {
 /**
  * Follows whether the part is in its own window; in such a window itself there is no button.
  * @param {HTMLButtonElement} button
- * @param {import('../../desk/page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {'viewer'|'wall'} part
  * @param {AbortSignal} signal
  */

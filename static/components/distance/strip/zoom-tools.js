@@ -28,7 +28,7 @@ export const zoomTools = () => html`${tool('out', 'minus', t('strip.zoom_out'), 
 /**
  * Binds the buttons among `parts`, until `signal` aborts.
  * @param {Record<string, any>} parts
- * @param {import('../../desk/page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {AbortSignal} signal
  */
 export function bindZoom({ out, whole, in: closer }, desk, signal) {
@@ -41,7 +41,7 @@ export function bindZoom({ out, whole, in: closer }, desk, signal) {
 }
 
 /**
- * @param {import('../../desk/page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {1|-1} direction 1 zooms in, to the play head where it is visible
  */
 export function zoomAxis({ axis, playhead }, direction) {

@@ -17,7 +17,7 @@ const BESIDE_PX = 8;
 /**
  * Draws the measures of the selected defect, of those tagged in the shown frame, and the one being made.
  * @param {CanvasRenderingContext2D} context
- * @param {import('../../desk/page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {{toStage: Function, layout: object, cursor: [number, number]|null, label: Function, styles: CSSStyleDeclaration}} stage
  */
 export function paintOnPicture(context, desk, stage) {

@@ -18,10 +18,7 @@ const NICE_MM = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_0
  * @property {boolean} isStrong of the selected defect, or just being measured
  */
 
-/**
- * Returns the stored measures of some observations.
- * @returns {Drawn[]}
- */
+/** Returns the stored measures of some observations. @returns {Drawn[]} */
 export const storedMeasures = ({ measuring, selection }, observations) =>
   observations.flatMap(({ id, measures, measured }) =>
     (measures ?? []).map((measure, i) => ({

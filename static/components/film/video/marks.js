@@ -11,7 +11,7 @@ export class Marks {
   #wallPoints = new WeakMap();
   #generation = 0;
 
-  /** @param {import('../../desk/page/desk.js').Desk} desk */
+  /** @param {Desk} desk */
   constructor(desk) {
     this.#desk = desk;
   }

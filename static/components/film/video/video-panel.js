@@ -122,10 +122,7 @@ export class VideoPanel extends Component {
     this.listen(parts.overlay, 'pointermove', (event) => this.#point(event));
     this.listen(parts.overlay, 'pointerleave', () => this.#point(null));
     this.listen(parts.overlay, 'click', (event) => this.#click(event));
-    this.listen(desk.playhead, 'change', () => this.repaint());
-    this.listen(desk.selection, 'change', () => this.repaint());
-    this.listen(desk.observations, 'change', () => this.repaint());
-    this.listen(desk.measuring, 'change', () => this.repaint());
+    this.listen([desk.playhead, desk.selection, desk.observations, desk.measuring], 'change', () => this.repaint());
     this.listen(desk.track, 'change', () => this.#tracked());
     this.listen(desk.inspection, 'change', () => this.#stateChanged());
     this.listen(desk.live, 'message', ({ detail }) => this.#ended(detail.header));

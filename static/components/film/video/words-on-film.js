@@ -6,7 +6,7 @@ import { t } from '../../../core/page/words.js';
 
 /**
  * Returns what a click would do, or the place of the wall that the pointer is on.
- * @param {import('../../desk/page/desk.js').Desk} desk
+ * @param {Desk} desk
  * @param {[number, number]} pixel
  * @param {object|null} mark the one under the pointer
  */

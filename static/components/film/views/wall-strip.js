@@ -90,9 +90,7 @@ export class WallStrip extends Strip {
     this.listen(stripSettings, 'change', () => this.#showSettings());
     if (desk.windows) this.listen(desk.windows, 'change', () => this.#showSettings());
     this.listen(desk.measuring, 'change', () => this.repaint());
-    for (const store of [desk.unrolled, this.pictures, desk.track]) {
-      this.listen(store, 'change', () => this.stale());
-    }
+    this.listen([desk.unrolled, this.pictures, desk.track], 'change', () => this.stale());
     this.signal.addEventListener('abort', () => clearTimeout(this.#announceTimer));
     this.#showSettings();
   }

@@ -12,7 +12,8 @@ let opened = 0;
  * Shows a dialog. It closes by its cross, its part `cancel`, by Escape, by a click outside it, or by
  * `dialog.close(value)`.
  *
- * @typedef {{title: string, text: string, submit: string}} Question submit: the word on the button that goes ahead
+ * @typedef {{title: string, text: string, submit: string, cancel?: string}} Question the last two are the words on
+ *     the buttons that go ahead and back
  *
  * @param {object} options
  * @param {string} options.title
@@ -69,11 +70,11 @@ export function openDialog({ title, content, size = 'narrow', question = () => n
  * @param {Question} question
  * @returns {Promise<boolean>} whether to go ahead
  */
-export async function ask({ title, text, submit }) {
+export async function ask({ title, text, submit, cancel = t('page.cancel') }) {
   const { parts, closed } = openDialog({
     title,
     content: html`<form method="dialog" class="stack gap-4"><p>${text}</p><div class="dialog__buttons">
-      <button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
+      <button type="button" class="button" data-part="cancel">${cancel}</button>
       <button class="button button--danger" value="yes">${submit}</button></div></form>`,
   });
   parts.cancel.focus();
