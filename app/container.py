@@ -444,7 +444,7 @@ def _start(settings: Settings, stored: Dialect | None, stack: ExitStack) -> Serv
         presence=Presence(),
         webhook=webhook,
         meter_counter=meter_counter,
-        health=Health(database, folder, blobs, media, threads),
+        health=Health(database, folder, blobs, media, tracking, threads),
         metrics=metrics,
     )
 

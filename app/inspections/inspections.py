@@ -270,6 +270,11 @@ class Inspections:
         else:
             end = self._corrections.end(row) or (None, None)
         is_running = row.status == "running"
+        hindrance = None
+        if is_running:
+            hindrance = self._runs.hindrance(row.id)
+        elif row.status == "queued":
+            hindrance = self._tracking.engine_state().problem
         total = row.frames_done if row.status == "done" else row.video.get("frames")
         return InspectionView(
             row=row,
@@ -284,7 +289,7 @@ class Inspections:
             open_questions=summary.open_questions,
             labels=labels,
             camera=self._runs.camera(row.id) if is_running else None,
-            warning=(self._runs.hindrance(row.id) if is_running else None) or row.warning,
+            warning=hindrance or row.warning,
         )
 
 

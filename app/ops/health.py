@@ -11,6 +11,7 @@ from app.errors import NotReady
 from app.storage.blobs.blobs import Blobs
 from app.storage.database.database import Database
 from app.storage.folder.files import DataFolder
+from app.tracking.films.queue import Tracking
 from app.tracking.pictures.media import Media
 from app.watched import Watched
 from vo_core.errors import ChainageError
@@ -36,6 +37,7 @@ class Health:
         folder: DataFolder,
         blobs: Blobs,
         media: Media,
+        tracking: Tracking,
         threads: Sequence[Watched],
     ) -> None:
         """Store the parts; without one of `threads` the server would not do all that it should."""
@@ -43,6 +45,7 @@ class Health:
         self._folder = folder
         self._blobs = blobs
         self._media = media
+        self._tracking = tracking
         self._threads = threads
         self._stopping = False
         self._lock = threading.Lock()
@@ -67,6 +70,7 @@ class Health:
                     self._room(),
                     self._stores(),
                     self._workers(),
+                    self._engine(),
                     self._version(),
                 ]
                 self._checked_at = time.monotonic()
@@ -109,6 +113,14 @@ class Health:
             return Check("workers", False, " ".join(troubles))
         media = "runs" if self._media.is_alive() else "starts when it is needed"
         return Check("workers", True, f"All threads work; the media process {media}.")
+
+    def _engine(self) -> Check:
+        """Describe what tracks the films; without it the server still shows and stores all else."""
+        engine = self._tracking.engine_state()
+        waiting = self._tracking.waiting()
+        if engine.problem is None:
+            return Check("tracking", True, f"{engine.workers} films at once; {waiting} wait.")
+        return Check("tracking", True, f"{engine.problem} {waiting} films wait.")
 
     def _version(self) -> Check:
         stored = self._database.dialect

@@ -87,6 +87,16 @@ class RunStore:
 
         return self._database.write(claim)
 
+    def give_back(self, inspection_id: str) -> None:
+        """Queue an inspection again that nobody could begin to track."""
+
+        def queue(session: Session) -> None:
+            row = session.get(Inspection, inspection_id)
+            if row is not None and row.status == "running":
+                row.status = "queued"
+
+        self._database.write(queue)
+
     def has_outcome(self, inspection_id: str, attempt: int | None, outcome: Outcome) -> bool:
         """Return whether this outcome of an attempt is stored already."""
         with self._database.read() as session:

@@ -23,7 +23,7 @@ from app.storage.blobs.stores import blobs_at
 from app.tracking.films.engines import EngineState
 from app.tracking.films.run_files import RunFiles
 from app.tracking.films.runs import Run, Runs
-from app.tracking.films.work import IsStopped, Manifest, OnReport, Report, Spec, run
+from app.tracking.films.work import IsStopped, Manifest, OnReport, Report, Spec, run, sweep
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -35,6 +35,7 @@ _CONNECT_S = 10.0
 _POLL_S = 0.5
 _STATE_S = 5.0
 """How long the number of workers is remembered."""
+_NO_WORKER = "The cluster has no worker."
 _STOPPING_S = 20.0
 """Time that a worker may take to end a run that was stopped."""
 
@@ -83,20 +84,22 @@ class DaskEngine:
         self._runs = runs
         self._lock = threading.Lock()
         self._connected: Client | None = None
+        self._tasks: list[_Task] = []
+        """What is submitted, in this order."""
         self._known = EngineState("dask", 0)
         self._known_s = -_STATE_S
 
     def slots(self) -> int:
-        """Return the number of threads of all workers."""
-        return min(self.state().workers, self.most_slots)
-
-    def state(self) -> EngineState:
-        """Return the number of workers, and the page of the scheduler."""
+        """Return the number of threads of all workers, which is looked up if it is not known."""
         with self._lock:
             if time.monotonic() - self._known_s >= _STATE_S:
                 self._known = self._looked_up()
                 self._known_s = time.monotonic()
-            return self._known
+            return min(self._known.workers, self.most_slots)
+
+    def state(self) -> EngineState:
+        """Return at once what was last known; every slot looks it up again and again."""
+        return self._known
 
     def _looked_up(self) -> EngineState:
         try:
@@ -105,7 +108,8 @@ class DaskEngine:
         except (EngineUnavailable, OSError, TimeoutError) as gone:
             return EngineState("dask", 0, problem=str(gone))
         workers = sum(worker["nthreads"] for worker in info["workers"].values())
-        return EngineState("dask", workers, client.dashboard_link)
+        problem = None if workers else _NO_WORKER
+        return EngineState("dask", workers, client.dashboard_link, problem)
 
     def _client(self) -> Client:
         """Return the connection, made anew if it is lost; the caller holds the lock."""
@@ -144,12 +148,17 @@ class DaskEngine:
             self._connected = None
 
     def track(self, run: Run) -> Manifest | None:
-        """Track the film of a run; its results come at its end."""
+        """Track the film of a run; its results come at its end.
+
+        Raises:
+            EngineUnavailable: No worker is free for it, though one was when it was claimed.
+        """
         self._runs.begin(run)
-        manifest = self.run(
+        manifest = self._run(
             self._files.spec(run),
             lambda: self._runs.stop_of(run) is not None,
             lambda news: self._runs.report(run, news.frames_done, news.fps),
+            may_wait=False,
         )
         if self._runs.stop_of(run) == "shutdown" and not manifest.is_whole:
             return None
@@ -161,16 +170,23 @@ class DaskEngine:
 
         Raises:
             WorkerLost: Its worker was lost.
-            EngineUnavailable: The scheduler is gone.
+            EngineUnavailable: The scheduler is gone, or has no worker.
         """
+        return self._run(spec, is_stopped, report, may_wait=True)
+
+    def _run(
+        self, spec: Spec, is_stopped: IsStopped, report: OnReport, *, may_wait: bool
+    ) -> Manifest:
         with self._lock:
             client = self._client()
-        task = _Task(client, spec, self._store)
+            task = _Task(client, spec, self._store)
+            self._tasks.append(task)
         stopped_s: float | None = None
         try:
             while not task.is_done(_POLL_S):
                 if (news := task.news) is not None:
                     report(news)
+                self._require_worker(task, may_wait=may_wait)
                 if client.status != "running":
                     raise EngineUnavailable(
                         f"The connection to the scheduler at {self._cluster.address} was lost. It "
@@ -183,7 +199,19 @@ class DaskEngine:
                     raise WorkerLost("The worker did not stop when it was asked to.")
             return task.result()
         finally:
+            with self._lock:
+                self._tasks.remove(task)
             task.forget()
+
+    def _require_worker(self, task: _Task, *, may_wait: bool) -> None:
+        """Raise EngineUnavailable if there is no worker, or none for a task that may not wait."""
+        slots = self.slots()
+        if not slots:
+            raise EngineUnavailable(_NO_WORKER)
+        with self._lock:
+            first = sorted(self._tasks, key=lambda each: each.news is None)[:slots]
+        if not may_wait and task.news is None and task not in first:
+            raise EngineUnavailable("All workers of the cluster are busy.")
 
     def close(self) -> None:
         """Disconnect."""
@@ -199,7 +227,7 @@ class _Task:
 
         self._client = client
         self.news: Report | None = None
-        """The newest progress."""
+        """The newest progress; None until a worker has begun."""
         # A key of its own: the scheduler would answer a known one with the result it remembers.
         self._topic = f"chainage-{spec.id}-{time.time_ns()}"
         self._stop = Event(self._topic, client=client)
@@ -263,6 +291,8 @@ def run_on_worker(spec: bytes, store: bytes, topic: str) -> bytes:
             reported_s = time.monotonic()
             worker.log_event(topic, (progress.frames_done, progress.fps))
 
+    worker.log_event(topic, (0, None))
+    sweep()
     blobs = msgspec.json.decode(store, type=Store).opened()
     order = msgspec.json.decode(spec, type=Spec)
     return msgspec.json.encode(run(order, blobs, is_stopped=stop.is_set, report=report))

@@ -125,6 +125,10 @@ class Tracking:
         """Return what tracks the films, and how many at once."""
         return self._engine.state()
 
+    def waiting(self) -> int:
+        """Return the number of films in the queue."""
+        return self._inspections.counts().get("queued", 0)
+
     def wake(self) -> None:
         """Wake the slots: an inspection was queued."""
         with self._changed:
@@ -258,9 +262,10 @@ class Tracking:
         while not self._stopping:
             with self._changed:
                 wakes = self._wakes
-                if self._pieces:
-                    return None
+                has_piece = bool(self._pieces)
             if slot < self._engine.slots():
+                if has_piece:
+                    return None
                 run = self._claimed_run()
                 if run is not None:
                     return run
@@ -285,7 +290,14 @@ class Tracking:
     def _run(self, run: Run) -> None:
         inspection = run.inspection
         logger.info("Inspection %s (%s): tracking starts.", inspection.id, inspection.name)
-        manifest = self._tracked(run)
+        try:
+            manifest = self._tracked(run)
+        except EngineUnavailable as gone:
+            logger.warning("Inspection %s waits in the queue: %s", inspection.id, gone)
+            self._tracks.forget(inspection.id)
+            self._store.give_back(inspection.id)
+            self.queued(inspection.id)
+            return
         try:
             if manifest is None or not self._runs.keep_end(run, partial(self._keep, run, manifest)):
                 self._tracks.forget(inspection.id)
@@ -315,11 +327,17 @@ class Tracking:
             idle = max(self._engine.slots() - self._busy, 0)
         ranges = self._chunked.ranges(run, 1 + idle)
         if len(ranges) == 1:
-            return self._persistent(run, lambda: self._engine.track(run))
+            return self._persistent(run, lambda: self._engine.track(run), keeps_slot=False)
         return self._chunked.track(run, ranges)
 
-    def _persistent(self, run: Run, work: Callable[[], Manifest | None]) -> Manifest | None:
-        """Try again whenever a worker is lost; None if another run continues."""
+    def _persistent(
+        self, run: Run, work: Callable[[], Manifest | None], *, keeps_slot: bool = True
+    ) -> Manifest | None:
+        """Try again whenever a worker is lost; None if another run continues.
+
+        Raises:
+            EngineUnavailable: There is nobody to do it, and it may not keep its slot meanwhile.
+        """
         losses = frames = 0
         while True:
             try:
@@ -332,6 +350,8 @@ class Tracking:
                     detail = f"{loss} It was tried {losses} times."
                     return Manifest(Outcome("failed", "worker_lost", detail), run.frames_done)
             except (EngineUnavailable, StoreUnavailable) as gone:
+                if isinstance(gone, EngineUnavailable) and not keeps_slot:
+                    raise
                 logger.warning("Tracking %s waits: %s", run.inspection.id, gone)
                 if not self._runs.wait_hindered(run, str(gone), _PAUSE_AFTER_FAULT_S):
                     return None if run.stop == "shutdown" else Manifest(Outcome("cancelled"), 0)

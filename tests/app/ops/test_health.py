@@ -12,7 +12,7 @@ def test_alive_and_ready_need_no_token(shared: Client) -> None:
     ready = stranger.get("/readyz").json()
     assert ready["status"] == "ready"
     assert {check["name"] for check in ready["checks"]} == {
-        "database", "disk", "store", "workers", "sqlite",
+        "database", "disk", "store", "workers", "tracking", "sqlite",
     }  # fmt: skip
     assert all(check["ok"] and check["detail"].endswith(".") for check in ready["checks"])
 

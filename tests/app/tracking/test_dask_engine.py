@@ -84,6 +84,30 @@ def test_a_run_shows_its_progress_and_can_be_stopped(served: Client, long_clip: 
     assert 0 < ended["progress"]["frames_done"] < ended["progress"]["frames_total"]
 
 
+def test_without_a_worker_films_wait_in_the_queue_and_say_why(
+    tmp_path: Path, long_clip: Path
+) -> None:
+    def told(client: Client) -> str:
+        checks = client.get("/readyz").raise_for_status().json()["checks"]
+        return str(next(check["detail"] for check in checks if check["name"] == "tracking"))
+
+    with cluster(tmp_path / "cluster", 1) as few, serving(
+        tmp_path / "data", **few.settings
+    ) as client:  # fmt: skip
+        ids = [client.inspect(long_clip) for _ in "12"]
+        wait_until(lambda: busy_workers(few))
+        assert [client.inspection(each)["status"] for each in ids] == ["running", "queued"]
+        few.workers[0].kill()
+        few.workers[0].wait()
+        wait_until(lambda: told(client) == "The cluster has no worker. 2 films wait.")
+        for inspection_id in ids:
+            inspection = client.inspection(inspection_id)
+            assert inspection["status"] == "queued"
+            assert "no worker" in inspection["warning"]
+        few.workers[:] = [few.add_worker()]
+        wait_until(lambda: busy_workers(few))
+
+
 @pytest.mark.long
 def test_a_scheduler_that_is_killed_costs_a_wait(
     served: Client, workers: Cluster, film: Path, local: dict[str, bytes]

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -16,7 +18,7 @@ import pytest
 from builders import clip_rig, make_clip, serving, wait_until
 
 from app.storage.blobs.folder import FolderBlobs
-from app.tracking.films.work import Report, Spec, run
+from app.tracking.films.work import Report, Spec, run, sweep
 
 FRAMES = 300
 MIB = 2**20
@@ -97,16 +99,24 @@ def test_a_run_that_is_killed_is_continued_by_another(
     served: tuple[str, dict[str, bytes]],
     tmp_path: Path,
     caplog: pytest.LogCaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     inspection_id, files = served
     given = spec(inspection_id, film)
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(scratch))
     killed = subprocess.Popen(
-        [sys.executable, "-c", RUN, json.dumps(given), str(tmp_path / "store")]
+        [sys.executable, "-c", RUN, json.dumps(given), str(tmp_path / "store")],
+        env=os.environ | {"TMPDIR": str(scratch)},
     )
     place = tmp_path / "store" / "runs" / "7"
     wait_until(lambda: any(place.glob("*/checkpoint")))
+    sweep()
+    assert len(list(scratch.glob("chainage-work-*"))) == 1  # it is used
     killed.send_signal(signal.SIGKILL)
     killed.wait()
+    wait_until(lambda: (sweep(), not any(scratch.glob("chainage-work-*")))[1])
     with caplog.at_level("INFO", "app.tracking.films.film_run"):
         manifest = ran(given, blobs)
     (message,) = [record.getMessage() for record in caplog.records if "on." in record.msg]
