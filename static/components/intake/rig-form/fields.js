@@ -21,113 +21,59 @@ import { t } from '../../../core/page/words.js';
  * @typedef {{name: string, title: string, help?: string, fields: Field[]}} Group
  */
 
+/** @returns {Field} */
+const choice = (path, label, help, options) => ({ path, kind: 'choice', label, help, options });
+/** @returns {Field} */
+const number = (path, label, unit, more) => ({ path, kind: 'number', label, unit, ...more });
+/** @returns {Field} */
+const whole = (path, label, unit, more) => ({ ...number(path, label, unit, more), kind: 'integer' });
+/** @returns {Field} */
+const optional = (path, label, unit, min, max, help = undefined) =>
+  number(path, label, unit, { min, max, optional: true, help });
+/** One sigma, and what the server assumes without it. @returns {Field} */
+const tolerance = (name, label, unit, max, usual) =>
+  optional(`tolerance.${name}`, label, unit, 0, max, t('rig.known_usual', { usual }));
+
 /** @type {Group[]} */
 export const GROUPS = [
   {
     name: 'pipe',
     title: t('rig.group_pipe'),
     fields: [
-      {
-        path: 'pipe.shape',
-        kind: 'choice',
-        label: t('rig.shape'),
-        options: [
-          ['circular', t('rig.shape_circular')],
-          ['flat', t('rig.shape_flat')],
-        ],
-        help: t('rig.shape_help'),
-      },
-      {
-        path: 'pipe.diameter_mm',
-        kind: 'number',
-        label: t('rig.diameter'),
-        unit: 'mm',
-        min: 50,
-        max: 20000,
-        help: t('rig.diameter_help'),
-      },
-      {
-        path: 'pipe.segment_length_mm',
-        kind: 'number',
-        label: t('rig.segment'),
-        unit: 'mm',
-        min: 100,
-        max: 20000,
-        optional: true,
-        help: t('rig.segment_help'),
-      },
+      choice('pipe.shape', t('rig.shape'), t('rig.shape_help'), [
+        ['circular', t('rig.shape_circular')],
+        ['flat', t('rig.shape_flat')],
+      ]),
+      number('pipe.diameter_mm', t('rig.diameter'), 'mm', { min: 50, max: 20000, help: t('rig.diameter_help') }),
+      optional('pipe.segment_length_mm', t('rig.segment'), 'mm', 100, 20000, t('rig.segment_help')),
     ],
   },
   {
     name: 'mount',
     title: t('rig.group_mount'),
     fields: [
-      {
-        path: 'mount.view',
-        kind: 'choice',
-        label: t('rig.view'),
-        options: [
-          ['down', t('rig.view_down')],
-          ['forward', t('rig.view_forward')],
-        ],
-        help: t('rig.view_help'),
-      },
-      {
-        path: 'mount.height_mm',
-        kind: 'number',
-        label: t('rig.height'),
-        unit: 'mm',
-        above: 0,
-        max: 10000,
-        help: t('rig.height_help'),
-      },
-      {
-        path: 'mount.rotation_deg',
-        kind: 'number',
-        label: t('rig.rotation'),
-        unit: '°',
-        min: -360,
-        max: 360,
-        help: t('rig.rotation_help'),
-      },
+      choice('mount.view', t('rig.view'), t('rig.view_help'), [
+        ['down', t('rig.view_down')],
+        ['forward', t('rig.view_forward')],
+      ]),
+      number('mount.height_mm', t('rig.height'), 'mm', { above: 0, max: 10000, help: t('rig.height_help') }),
+      number('mount.rotation_deg', t('rig.rotation'), '°', { min: -360, max: 360, help: t('rig.rotation_help') }),
     ],
   },
   {
     name: 'camera',
     title: t('rig.group_camera'),
     fields: [
-      {
-        path: 'camera.model',
-        kind: 'choice',
-        label: t('rig.model'),
-        options: [
-          ['pinhole', t('rig.model_pinhole')],
-          ['fisheye', t('rig.model_fisheye')],
-        ],
-        help: t('rig.model_help'),
-      },
-      { path: 'camera.width', kind: 'integer', label: t('rig.width'), unit: 'px', min: 32, max: 8192 },
-      { path: 'camera.height', kind: 'integer', label: t('rig.picture_height'), unit: 'px', min: 32, max: 8192 },
-      {
-        path: 'camera.fx',
-        kind: 'number',
-        label: t('rig.fx'),
-        unit: 'px',
-        above: 1,
-        max: 100000,
-        help: t('rig.fx_help'),
-      },
-      { path: 'camera.fy', kind: 'number', label: t('rig.fy'), unit: 'px', above: 1, max: 100000 },
-      {
-        path: 'camera.cx',
-        kind: 'number',
-        label: t('rig.cx'),
-        unit: 'px',
-        min: -8192,
-        max: 16384,
-        help: t('rig.cx_help'),
-      },
-      { path: 'camera.cy', kind: 'number', label: t('rig.cy'), unit: 'px', min: -8192, max: 16384 },
+      choice('camera.model', t('rig.model'), t('rig.model_help'), [
+        ['pinhole', t('rig.model_pinhole')],
+        ['fisheye', t('rig.model_fisheye')],
+      ]),
+      whole('camera.width', t('rig.width'), 'px', { min: 32, max: 8192 }),
+      whole('camera.height', t('rig.picture_height'), 'px', { min: 32, max: 8192 }),
+      number('camera.fx', t('rig.fx'), 'px', { above: 1, max: 100000, help: t('rig.fx_help') }),
+      number('camera.fy', t('rig.fy'), 'px', { above: 1, max: 100000 }),
+      number('camera.cx', t('rig.cx'), 'px', { min: -8192, max: 16384, help: t('rig.cx_help') }),
+      number('camera.cy', t('rig.cy'), 'px', { min: -8192, max: 16384 }),
     ],
   },
 ];
@@ -138,56 +84,11 @@ const KNOWN = {
   title: t('rig.group_known'),
   help: t('rig.known_help'),
   fields: [
-    {
-      path: 'tolerance.height_mm',
-      kind: 'number',
-      label: t('rig.known_height'),
-      unit: 'mm',
-      min: 0,
-      max: 1000,
-      optional: true,
-      help: t('rig.known_usual', { usual: '2 mm' }),
-    },
-    {
-      path: 'tolerance.focal_percent',
-      kind: 'number',
-      label: t('rig.known_focal'),
-      unit: '%',
-      min: 0,
-      max: 20,
-      optional: true,
-      help: t('rig.known_usual', { usual: '0.5 %' }),
-    },
-    {
-      path: 'tolerance.tilt_deg',
-      kind: 'number',
-      label: t('rig.known_tilt'),
-      unit: '°',
-      min: 0,
-      max: 30,
-      optional: true,
-      help: t('rig.known_usual', { usual: '1°' }),
-    },
-    {
-      path: 'tolerance.diameter_mm',
-      kind: 'number',
-      label: t('rig.known_diameter'),
-      unit: 'mm',
-      min: 0,
-      max: 1000,
-      optional: true,
-      help: t('rig.known_usual', { usual: '3 mm' }),
-    },
-    {
-      path: 'tolerance.segment_length_mm',
-      kind: 'number',
-      label: t('rig.known_segment'),
-      unit: 'mm',
-      min: 0,
-      max: 1000,
-      optional: true,
-      help: t('rig.known_usual', { usual: '5 mm' }),
-    },
+    tolerance('height_mm', t('rig.known_height'), 'mm', 1000, '2 mm'),
+    tolerance('focal_percent', t('rig.known_focal'), '%', 20, '0.5 %'),
+    tolerance('tilt_deg', t('rig.known_tilt'), '°', 30, '1°'),
+    tolerance('diameter_mm', t('rig.known_diameter'), 'mm', 1000, '3 mm'),
+    tolerance('segment_length_mm', t('rig.known_segment'), 'mm', 1000, '5 mm'),
   ],
 };
 
@@ -197,55 +98,14 @@ const FINE = {
   title: t('rig.group_fine'),
   fields: [
     {
-      path: 'camera.distortion',
+      ...optional('camera.distortion', t('rig.distortion'), '', -1000, 1000, t('rig.distortion_help')),
       kind: 'numbers',
-      label: t('rig.distortion'),
-      min: -1000,
-      max: 1000,
-      optional: true,
-      help: t('rig.distortion_help'),
     },
-    { path: 'camera.skew', kind: 'number', label: t('rig.skew'), unit: 'px', min: -1000, max: 1000, optional: true },
-    {
-      path: 'mount.lateral_mm',
-      kind: 'number',
-      label: t('rig.lateral'),
-      unit: 'mm',
-      min: -5000,
-      max: 5000,
-      optional: true,
-      help: t('rig.lateral_help'),
-    },
-    {
-      path: 'mount.pitch_deg',
-      kind: 'number',
-      label: t('rig.pitch'),
-      unit: '°',
-      min: -80,
-      max: 80,
-      optional: true,
-      help: t('rig.pitch_help'),
-    },
-    {
-      path: 'mount.roll_deg',
-      kind: 'number',
-      label: t('rig.roll'),
-      unit: '°',
-      min: -80,
-      max: 80,
-      optional: true,
-      help: t('rig.roll_help'),
-    },
-    {
-      path: 'camera.readout_ms',
-      kind: 'number',
-      label: t('rig.readout'),
-      unit: 'ms',
-      min: 0,
-      max: 200,
-      optional: true,
-      help: t('rig.readout_help'),
-    },
+    optional('camera.skew', t('rig.skew'), 'px', -1000, 1000),
+    optional('mount.lateral_mm', t('rig.lateral'), 'mm', -5000, 5000, t('rig.lateral_help')),
+    optional('mount.pitch_deg', t('rig.pitch'), '°', -80, 80, t('rig.pitch_help')),
+    optional('mount.roll_deg', t('rig.roll'), '°', -80, 80, t('rig.roll_help')),
+    optional('camera.readout_ms', t('rig.readout'), 'ms', 0, 200, t('rig.readout_help')),
   ],
 };
 
