@@ -23,7 +23,7 @@ import { errorText } from '../page/words.js';
  * @typedef {Fields & Saving & Place & Pick<Api['ObservationOut'], 'id'|'photo'>
  *     & Omit<Partial<Api['ObservationOut']>, keyof Fields|'version'>} Observation
  *
- * @typedef {import('../server/outbox.js').Refusal} Refusal
+ * @typedef {import('../server/stored-outbox.js').Refusal} Refusal
  * @typedef {(kind: 'save'|'delete', observation: string, fields?: Fields,
  *     made?: {before: Partial<Fields>|null, version: string|null}) => unknown} Queue
  */

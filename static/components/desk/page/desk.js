@@ -23,7 +23,6 @@ import { Proposals } from '../../../core/defects/proposals.js';
 import { RemarkDrafts } from '../../../core/defects/remark-drafts.js';
 import { isLocked, Review, whyLocked } from '../../../core/defects/review.js';
 import { lock, mayEdit } from '../../../core/page/rights.js';
-import { whenSent } from '../../../core/server/sending.js';
 import { ROUNDING_MM } from '../../../core/wall/spans.js';
 import { Store } from '../../../core/page/store.js';
 import { Track } from '../../../core/survey/track.js';
@@ -331,7 +330,7 @@ export class Desk extends EventTarget {
 
   /** Resolves when nothing that was entered in this browser waits for the server, or when `signal` aborts. */
   async whenSent(signal) {
-    for (const box of [this.outbox, this.attachmentOutbox]) await whenSent(box, this.inspection.id, signal);
+    for (const box of [this.outbox, this.attachmentOutbox]) await box.whenSent(this.inspection.id, signal);
   }
 
   /** Selects an observation and shows its frame. */
