@@ -3,40 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from app.reports.exchange.survey_file import SurveyFile, of_one
+from app.reports.format import Format, SurveyFile
 from app.reports.report import Loss, Report, Written
-
-
-@dataclass(frozen=True)
-class Format:
-    """One output format of the report."""
-
-    stem: str
-    """Stem of the file's name, after the inspection's name."""
-    suffix: str
-    media_type: str
-    write: Callable[[Report], Written]
-    survey_file: Callable[[], SurveyFile] | None = None
-    """Begins an exchange file of one inspection or several; None for other formats."""
-    losses_of: Callable[[Report], tuple[Loss, ...]] | None = None
-    """Finds what the format cannot hold, where that takes less than writing it."""
-
-    def losses(self, report: Report) -> tuple[Loss, ...]:
-        """Return what the format cannot hold.
-
-        Raises:
-            ExportNotAvailable: The inspection lacks what the format needs.
-        """
-        if self.losses_of is not None:
-            return self.losses_of(report)
-        written = self.write(report)
-        if written.file is not None:
-            written.file.close()
-        return written.losses
 
 
 def _in(module: str, name: str = "write") -> Callable[..., Any]:
@@ -49,26 +20,16 @@ def _in(module: str, name: str = "write") -> Callable[..., Any]:
 
 
 def _exchange(
-    stem: str,
-    suffix: str,
-    survey_file: Callable[[], SurveyFile],
-    media_type: str = "application/xml",
+    stem: str, suffix: str, module: str, name: str, media_type: str = "application/xml"
 ) -> Format:
-    return Format(
-        stem, suffix, media_type, lambda report: of_one(survey_file(), report), survey_file
-    )
+    begin: Callable[[], SurveyFile] = _in(f"exchange.{module}", name)
 
+    def write(report: Report) -> Written:
+        file = begin()
+        losses = file.add(report)
+        return Written(file.content(), losses)
 
-def _isybau_2017() -> SurveyFile:
-    from app.reports.exchange import isybau
-
-    return isybau.IsybauFile(isybau.V2017)
-
-
-def _isybau_2024() -> SurveyFile:
-    from app.reports.exchange import isybau
-
-    return isybau.IsybauFile(isybau.V2024)
+    return Format(stem, suffix, media_type, write, begin)
 
 
 _FORMS: Mapping[str, Format] = {
@@ -95,14 +56,12 @@ _FORMS: Mapping[str, Format] = {
         "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
         _in("tables.spreadsheet"),
     ),
-    "en13508": _exchange(
-        "en13508", ".txt", _in("exchange.en13508", "TextFile"), "text/plain; charset=us-ascii"
-    ),
-    "en13508xml": _exchange("en13508", ".xml", _in("exchange.en13508_xml", "XmlFile")),
-    "ribx": _exchange("ribx", ".ribx", _in("exchange.ribx", "RibxFile")),
-    "isybau": _exchange("isybau", ".xml", _isybau_2017),
-    "isybau2024": _exchange("isybau2024", ".xml", _isybau_2024),
-    "m150": _exchange("m150", ".xml", _in("exchange.m150", "M150File")),
+    "en13508": _exchange("en13508", ".txt", "en13508", "TextFile", "text/plain; charset=us-ascii"),
+    "en13508xml": _exchange("en13508", ".xml", "en13508_xml", "XmlFile"),
+    "ribx": _exchange("ribx", ".ribx", "ribx", "RibxFile"),
+    "isybau": _exchange("isybau", ".xml", "isybau", "file_of_2017"),
+    "isybau2024": _exchange("isybau2024", ".xml", "isybau", "file_of_2024"),
+    "m150": _exchange("m150", ".xml", "m150", "M150File"),
     "geojson": Format("map", ".geojson", "application/geo+json", _in("exchange.geojson")),
 }
 _IN_BUNDLE = ("pdf", "html", "csv", "xlsx", "json")
@@ -132,7 +91,7 @@ def _delivery_losses(report: Report) -> tuple[Loss, ...]:
 
 FORMATS: Mapping[str, Format] = {
     **_FORMS,
-    "archive": Format("archive", ".chainage.zip", "application/zip", _in("exchange.archive_file")),
+    "archive": Format("archive", ".chainage.zip", "application/zip", _in("bundle.archive_file")),
     "zip": Format("evidence", ".zip", "application/zip", _bundle),
     "delivery": Format(
         "delivery", ".zip", "application/zip", _delivery, losses_of=_delivery_losses

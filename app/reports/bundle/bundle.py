@@ -4,23 +4,15 @@ tracks, with a signed manifest.
 
 from __future__ import annotations
 
-import tempfile
 import zipfile
 from collections.abc import Mapping
-from typing import IO, Protocol, cast
 
 from app.errors import ExportNotAvailable
+from app.reports.bundle.listed_zip import written_to_disk
 from app.reports.bundle.signed_archive import SignedArchive, inspected
 from app.reports.content.naming import file_stem
-from app.reports.report import (
-    Entry,
-    Loss,
-    Report,
-    Written,
-    failure,
-    format_name,
-    why_lost,
-)
+from app.reports.format import Format
+from app.reports.report import Entry, Loss, Report, Written, failure, format_name
 from app.storage.blobs.blobs import Readable
 from vo_core import Track
 from vo_core.errors import ChainageError
@@ -33,23 +25,8 @@ MARKED = "-marked"
 """End of the stem of a copy with marks; the photo as it was taken is beside it."""
 
 
-class Form(Protocol):
-    """A format of the report."""
-
-    @property
-    def stem(self) -> str:
-        """Stem of the file's name."""
-
-    @property
-    def suffix(self) -> str:
-        """Suffix of the file's name, with the dot."""
-
-    def write(self, report: Report, /) -> Written:
-        """Return the report in this format."""
-
-
-def write(report: Report, forms: Mapping[str, Form], exchange: Mapping[str, Form]) -> Written:
-    """Write a ZIP to a temporary file, so that many photos need no memory.
+def write(report: Report, forms: Mapping[str, Format], exchange: Mapping[str, Format]) -> Written:
+    """Write the bundle as a ZIP.
 
     Args:
         report: The report.
@@ -59,44 +36,40 @@ def write(report: Report, forms: Mapping[str, Form], exchange: Mapping[str, Form
     Raises:
         ExportNotAvailable: There is no signing key, or a format lacks what it needs.
     """
-    if report.signer is None:
+    signer = report.signer
+    if signer is None:
         raise ExportNotAvailable("There is no key with which the bundle could be signed.")
-    folder = report.scratch
-    file = cast(IO[bytes], tempfile.TemporaryFile(dir=folder))  # noqa: SIM115  (handed on open)
-    try:
-        with zipfile.ZipFile(file, "w") as archive:
-            signed = SignedArchive(archive, report.made_at, report.signer)
-            bundle = _Bundle(signed, report)
-            for kind, form in forms.items():
-                bundle.add_form(kind, form)
-            for kind, form in exchange.items():
-                bundle.add_exchange(kind, form)
-            bundle.add_track("track.csv", report.track, raw=False)
-            bundle.add_track("track-raw.csv", report.raw_track, raw=True)
-            bundle.add_photos()
-            bundle.add_voice_notes()
-            bundle.add_clips()
-            signed.seal(inspected(report))
-    except BaseException:
-        file.close()
-        raise
-    file.seek(0)
-    return Written(b"", tuple(bundle.losses), file)
+
+    def fill(archive: zipfile.ZipFile) -> list[Loss]:
+        bundle = _Bundle(SignedArchive(archive, report.made_at, signer), report)
+        for kind, form in forms.items():
+            bundle.add_form(kind, form)
+        for kind, form in exchange.items():
+            bundle.add_exchange(kind, form)
+        bundle.add_track("track.csv", report.track, raw=False)
+        bundle.add_track("track-raw.csv", report.raw_track, raw=True)
+        bundle.add_photos()
+        bundle.add_voice_notes()
+        bundle.add_clips()
+        bundle.archive.seal(inspected(report))
+        return bundle.losses
+
+    return written_to_disk(report.scratch, fill)
 
 
 class _Bundle:
     """An archive that is being written, and what it lacks."""
 
     def __init__(self, archive: SignedArchive, report: Report) -> None:
-        self._archive = archive
+        self.archive = archive
         self._report = report
         self.losses: list[Loss] = []
 
-    def add_form(self, kind: str, form: Form) -> None:
+    def add_form(self, kind: str, form: Format) -> None:
         """Add the report in one of its formats."""
         self.losses += [loss.in_format(kind) for loss in self._add(form, "")]
 
-    def add_exchange(self, kind: str, form: Form) -> None:
+    def add_exchange(self, kind: str, form: Format) -> None:
         """Add the file of another program's format, or name it as not made.
 
         What it cannot hold is no loss of the bundle, whose other files have it.
@@ -104,12 +77,12 @@ class _Bundle:
         try:
             self._add(form, EXCHANGE)
         except ChainageError as error:
-            self._archive.not_made[kind] = str(error)
+            self.archive.not_made[kind] = str(error)
             self.losses.append(Loss("not_made", format=format_name(kind), reason=failure(error)))
 
-    def _add(self, form: Form, folder: str) -> tuple[Loss, ...]:
+    def _add(self, form: Format, folder: str) -> tuple[Loss, ...]:
         written = form.write(self._report)
-        self._archive.add_blocks(f"{folder}{form.stem}{form.suffix}", written.blocks())
+        self.archive.add(f"{folder}{form.stem}{form.suffix}", written.blocks())
         return written.losses
 
     def add_track(self, name: str, track: Track, *, raw: bool) -> None:
@@ -123,7 +96,7 @@ class _Bundle:
         }
         if report.adjusted and not raw:
             metadata |= report.adjusted.metadata()
-        self._archive.add(name, track.to_csv(metadata).encode("utf-8", "replace"))
+        self.archive.add(name, [track.to_csv(metadata).encode("utf-8", "replace")])
 
     def add_photos(self) -> None:
         """Add the photos as they were taken, under the names used in the tables, and marked copies
@@ -138,7 +111,7 @@ class _Bundle:
                 is_there = self._add_stored("photo", PHOTOS, photo.name, stored, entry)
                 if is_there and photo.marked is not None:
                     name = photo.name.removesuffix(".jpg") + f"{MARKED}.jpg"
-                    self._archive.add(PHOTOS + name, photo.marked.read_bytes())
+                    self.archive.add(PHOTOS + name, [photo.marked.read_bytes()])
 
     def add_voice_notes(self) -> None:
         """Add what people said."""
@@ -160,21 +133,16 @@ class _Bundle:
             except ChainageError as error:
                 self.losses.append(Loss("no_clip", entry, reason=failure(error)))
                 continue
-            self._archive.add(f"{CLIPS}{stem}-{entry.seq:03d}.mp4", clip)
+            self.archive.add(f"{CLIPS}{stem}-{entry.seq:03d}.mp4", [clip])
 
     def _add_stored(
         self, what: str, folder: str, name: str, stored: Readable, entry: Entry
     ) -> bool:
         """Add a stored file; return whether it is there. One that has changed is no evidence."""
-        path = folder + name
-        try:
-            content = stored.read_bytes()
-        except FileNotFoundError as error:
-            self._archive.missing.append(path)
-            self.losses.append(Loss(f"{what}_{why_lost(error)}", entry, name=name))
-            return False
-        self._archive.add(path, content)
-        return True
+        why = self.archive.add_stored(folder + name, stored)
+        if why is not None:
+            self.losses.append(Loss(f"{what}_{why}", entry, name=name))
+        return why is None
 
 
 def _severest(report: Report) -> list[Entry]:

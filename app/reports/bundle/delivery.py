@@ -8,17 +8,15 @@ has a folder for what people read of it.
 
 from __future__ import annotations
 
-import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
-from typing import IO, Protocol, cast
 
 from app.errors import ExportNotAvailable
-from app.reports.bundle.bundle import Form
 from app.reports.bundle.cited_names import CitedNames
 from app.reports.bundle.guide import Delivered, Exchange, Film, page, text
+from app.reports.bundle.listed_zip import written_to_disk
 from app.reports.bundle.signed_archive import (
     MANIFEST,
     SIGNATURE,
@@ -27,10 +25,11 @@ from app.reports.bundle.signed_archive import (
     inspected,
 )
 from app.reports.bundle.signing import Signer
+from app.reports.content.media_files import read_stored
 from app.reports.content.naming import file_stem
-from app.reports.exchange.survey_file import SurveyFile
-from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, WhyLost, Written, why_lost
-from app.storage.blobs.blobs import Readable, StoredBlob
+from app.reports.format import Format, SurveyFile
+from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, Written
+from app.storage.blobs.blobs import StoredBlob
 from app.survey.fields.header import project_of
 
 SUMS, INDEX, README = "SHA256SUMS", "index.html", "README.txt"
@@ -40,41 +39,27 @@ _SEVERAL = "inspections"
 """Stem of an exchange file over several projects."""
 
 
-class DeliveredForm(Form, Protocol):
-    """A format of the report that may be in a delivery."""
-
-    @property
-    def survey_file(self) -> Callable[[], SurveyFile] | None:
-        """Begins an exchange file of this format; None for all other formats."""
-
-    def losses(self, report: Report, /) -> tuple[Loss, ...]:
-        """Return what this format cannot hold, without writing it where that is possible."""
-
-
-def write(report: Report, forms: Mapping[str, DeliveredForm]) -> Written:
-    """Write the delivery of one inspection to a temporary file.
+def write(report: Report, forms: Mapping[str, Format]) -> Written:
+    """Write the delivery of one inspection.
 
     Raises:
         ExportNotAvailable: There is no signing key, or the inspection lacks what the exchange
             format needs.
     """
-    if report.signer is None:
+    signer = report.signer
+    if signer is None:
         raise ExportNotAvailable("There is no key with which the delivery could be signed.")
-    folder = report.scratch
-    file = cast(IO[bytes], tempfile.TemporaryFile(dir=folder))  # noqa: SIM115  (handed on open)
-    try:
-        with zipfile.ZipFile(file, "w") as archive:
-            delivery = Delivery(archive, report.made_at, report.signer, forms)
-            added = delivery.add(report)
-            delivery.close()
-    except BaseException:
-        file.close()
-        raise
-    file.seek(0)
-    return Written(b"", added.losses, file)
+
+    def fill(archive: zipfile.ZipFile) -> tuple[Loss, ...]:
+        delivery = Delivery(archive, report.made_at, signer, forms)
+        added = delivery.add(report)
+        delivery.close()
+        return added.losses
+
+    return written_to_disk(report.scratch, fill)
 
 
-def losses(report: Report, forms: Mapping[str, DeliveredForm]) -> tuple[Loss, ...]:
+def losses(report: Report, forms: Mapping[str, Format]) -> tuple[Loss, ...]:
     """Return what the delivery of an inspection lacks; no file of it is written.
 
     Args:
@@ -92,23 +77,15 @@ def _missing(report: Report) -> list[Loss]:
     for entry, photo in _photos(report):
         if photo.original is None:
             found.append(Loss("photo_elsewhere", entry, name=photo.name))
-        elif why := _why_lost(photo.original):
+        elif isinstance(why := read_stored(photo.original), str):
             found.append(Loss(f"photo_{why}", entry, name=photo.name))
     for entry, note in _voice_notes(report):
-        if why := _why_lost(note.original):
+        if isinstance(why := read_stored(note.original), str):
             found.append(Loss(f"voice_{why}", entry, name=note.name))
     film = report.extras.film_called
     if film and report.extras.film and wanted_film(report) is None:
         found.append(Loss("film_elsewhere", name=film))
     return found
-
-
-def _why_lost(stored: Readable) -> WhyLost | None:
-    try:
-        stored.read_bytes()
-    except FileNotFoundError as error:
-        return why_lost(error)
-    return None
 
 
 @dataclass(frozen=True)
@@ -128,7 +105,7 @@ class Delivery:
         archive: zipfile.ZipFile,
         made_at: datetime,
         signer: Signer,
-        forms: Mapping[str, DeliveredForm],
+        forms: Mapping[str, Format],
         go_on: Callable[[], None] = lambda: None,
     ) -> None:
         """Begin a delivery; `go_on` may end long work on it by an exception."""
@@ -167,11 +144,15 @@ class Delivery:
         names = []
         for kind, readable in written.items():
             names.append(f"{stem}-{self._forms[kind].stem}{self._forms[kind].suffix}")
-            self._archive.add_blocks(folder + names[-1], readable.blocks())
+            self._archive.add(folder + names[-1], readable.blocks())
             losses += [loss.in_format(kind) for loss in readable.losses]
-        photos = sum(self._add_photo(photo) for _, photo in _photos(report))
+        photos = sum(
+            self._archive.add_stored(photo.name, photo.shown) is None
+            for _, photo in _photos(report)
+            if photo.shown is not None
+        )
         for _, note in _voice_notes(report):
-            self._add_stored(folder + note.name, note.original)
+            self._archive.add_stored(folder + note.name, note.original)
         self._inspected.append(inspected(report, folder.rstrip("/")))
         self._stems.add((project_of(report.header) or _SEVERAL) if folder else report.asset)
         film = self._add_film(report)
@@ -185,7 +166,7 @@ class Delivery:
     def add_file(self, name: str, blocks: Iterable[bytes]) -> None:
         """Add another file, such as the report over all inspections, unless it is there."""
         if name not in self._archive.files:
-            self._archive.add_blocks(name, blocks)
+            self._archive.add(name, blocks)
 
     def close(self) -> None:
         """Add the exchange file, index, checksums and signature."""
@@ -194,26 +175,13 @@ class Delivery:
             form = self._forms[self._kind]
             stem = file_stem(self._stems.pop() if len(self._stems) == 1 else _SEVERAL)
             name = self._names.free(f"{stem}{form.suffix}", f"{_SEVERAL}-")
-            self._archive.add(name, self._exchange.content())
+            self._archive.add(name, [self._exchange.content()])
             exchange = Exchange(name, self._kind, len(self._delivered))
-        self._archive.add(INDEX, page(exchange, self._delivered).encode())
-        self._archive.add(README, text(exchange, self._delivered).encode())
+        self._archive.add(INDEX, [page(exchange, self._delivered).encode()])
+        self._archive.add(README, [text(exchange, self._delivered).encode()])
         sums = "".join(f"{one.sha256}  {name}\n" for name, one in self._archive.files.items())
-        self._archive.add(SUMS, sums.encode())
+        self._archive.add(SUMS, [sums.encode()])
         self._archive.seal(*self._inspected)
-
-    def _add_photo(self, photo: Photo) -> bool:
-        """Add a photo as reports show it; return whether it is there."""
-        return photo.shown is not None and self._add_stored(photo.name, photo.shown)
-
-    def _add_stored(self, name: str, stored: Readable) -> bool:
-        try:
-            content = stored.read_bytes()
-        except FileNotFoundError:
-            self._archive.missing.append(name)
-            return False
-        self._archive.add(name, content)
-        return True
 
     def _add_film(self, report: Report) -> Film | None:
         """Add the film if it is wanted; return what the file calls it, wherever it is."""
@@ -224,7 +192,7 @@ class Delivery:
         if source.kind == "import":  # whose file is not the film
             return Film(name, "", 0, "", is_there=False)
         if film is not None and name not in self._archive.files:
-            self._archive.add_blocks(name, film.blocks(0, film.about().size))
+            self._archive.add(name, film.blocks(0, film.about().size))
         return Film(name, source.filename, source.size, source.sha256, film is not None)
 
 
@@ -248,7 +216,7 @@ def _kind_of(report: Report) -> str:
     return report.extras.exchange or _FIRST
 
 
-def _begun(form: DeliveredForm) -> SurveyFile:
+def _begun(form: Format) -> SurveyFile:
     if form.survey_file is None:
         raise ExportNotAvailable(f"A delivery cannot have {form.stem}{form.suffix} at its top.")
     return form.survey_file()

@@ -7,15 +7,14 @@
 from __future__ import annotations
 
 import base64
-import hashlib
-import stat
 import zipfile
-from collections.abc import Iterable
-from datetime import UTC, datetime
+from datetime import datetime
 from importlib.metadata import version
 
 import msgspec
 
+from app.imports.archive_manifest import Listed
+from app.reports.bundle.listed_zip import ListedZip, encodable
 from app.reports.bundle.signing import Signer, fingerprint
 from app.reports.content.text import iso
 from app.reports.report import Report
@@ -23,19 +22,6 @@ from app.reports.report import Report
 SCHEMA = "chainage-bundle/1"
 MANIFEST = "manifest.json"
 SIGNATURE = "manifest.json.sig"
-
-_STORED = (
-    ".jpg", ".pdf", ".xlsx", ".zip", ".webm", ".ogg", ".m4a",
-    ".mp4", ".mkv", ".avi", ".ts", ".mpg", ".mov",
-)  # fmt: skip
-"""Stored uncompressed: these formats hardly shrink."""
-
-
-class Listed(msgspec.Struct, frozen=True):
-    """One file of an archive."""
-
-    size: int
-    sha256: str
 
 
 class Video(msgspec.Struct, frozen=True):
@@ -80,33 +66,13 @@ class Manifest(msgspec.Struct, frozen=True):
     """Formats that this inspection does not allow, by their names, and why."""
 
 
-class SignedArchive:
+class SignedArchive(ListedZip):
     """An archive that is being written; `seal` ends it."""
 
     def __init__(self, archive: zipfile.ZipFile, made_at: datetime, signer: Signer) -> None:
-        self._archive = archive
-        self._made_at = made_at
+        super().__init__(archive, made_at)
         self._signer = signer
-        self.files: dict[str, Listed] = {}
-        self.missing: list[str] = []
         self.not_made: dict[str, str] = {}
-
-    def add(self, name: str, content: bytes) -> Listed:
-        """Add a file, and list it."""
-        self._write(name, content)
-        self.files[name] = Listed(len(content), hashlib.sha256(content).hexdigest())
-        return self.files[name]
-
-    def add_blocks(self, name: str, blocks: Iterable[bytes]) -> Listed:
-        """Add a file of any size in pieces, and list it."""
-        digest, size = hashlib.sha256(), 0
-        with self._archive.open(self._info(name), "w", force_zip64=True) as out:
-            for block in blocks:
-                out.write(block)
-                digest.update(block)
-                size += len(block)
-        self.files[name] = Listed(size, digest.hexdigest())
-        return self.files[name]
 
     def seal(self, *reports: Inspected) -> None:
         """Add manifest and signature: of one inspection at the top, or of several in folders."""
@@ -119,7 +85,7 @@ class SignedArchive:
             report_id=first.report_id,
             name=first.name,
             revision=first.revision,
-            made_at=iso(self._made_at) or "",
+            made_at=iso(self.made_at) or "",
             video=first.video,
             public_key=base64.b64encode(key).decode(),
             fingerprint=fingerprint(key),
@@ -129,29 +95,12 @@ class SignedArchive:
             not_made=self.not_made,
         )
         content = msgspec.json.format(msgspec.json.encode(manifest), indent=1)
-        self._write(MANIFEST, content)
-        self._write(SIGNATURE, base64.b64encode(self._signer.sign(content)) + b"\n")
-
-    def _write(self, name: str, content: bytes) -> None:
-        self._archive.writestr(self._info(name), content)
-
-    def _info(self, name: str) -> zipfile.ZipInfo:
-        """Describe a plain file with the time of the report: equal reports give equal archives."""
-        made_at = self._made_at.astimezone(UTC)
-        info = zipfile.ZipInfo(name, (max(made_at.year, 1980), *made_at.timetuple()[1:6]))
-        info.create_system = 3
-        info.external_attr = (stat.S_IFREG | 0o644) << 16
-        is_stored = name.lower().endswith(_STORED)
-        info.compress_type = zipfile.ZIP_STORED if is_stored else zipfile.ZIP_DEFLATED
-        return info
+        self.write(MANIFEST, [content])
+        self.write(SIGNATURE, [base64.b64encode(self._signer.sign(content)) + b"\n"])
 
 
 def inspected(report: Report, folder: str = "") -> Inspected:
     """Return how a manifest names an inspection and its film."""
     source = report.source
-    video = Video(_encodable(source.filename), source.size, source.sha256)
-    return Inspected(report.id, _encodable(report.name), report.revision, folder, video)
-
-
-def _encodable(text: str) -> str:
-    return text.encode("utf-8", "replace").decode()
+    video = Video(encodable(source.filename), source.size, source.sha256)
+    return Inspected(report.id, encodable(report.name), report.revision, folder, video)

@@ -31,9 +31,9 @@ from app.imports.whole_inspection import (
     MovedSource,
     MovedTag,
 )
+from app.reports.content.media_files import MediaFile, media_of, read_stored
 from app.reports.content.text import iso
-from app.reports.exchange.media_files import MediaFile, media_of
-from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Written, why_lost
+from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Written
 from app.reports.tables import table
 from app.settings import MIB
 from app.survey.corrected import result_of
@@ -194,13 +194,9 @@ def _embedded(media: Mapping[str, MediaFile], losses: list[Loss]) -> Mapping[str
     """Return the files in base64, by their paths; add those that are gone to the losses."""
     found, size = {}, 0
     for file in media.values():
-        try:
-            content = file.stored.read_bytes() if file.stored else None
-        except FileNotFoundError as error:
-            losses.append(Loss(f"file_{why_lost(error)}", file.entry, name=file.path))
-            continue
-        if content is None:
-            losses.append(Loss("file_gone", file.entry, name=file.path))
+        content = read_stored(file.stored)
+        if isinstance(content, str):
+            losses.append(Loss(f"file_{content}", file.entry, name=file.path))
             continue
         size += len(content)
         if size > _MOST_EMBEDDED_BYTES:

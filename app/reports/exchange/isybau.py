@@ -44,7 +44,7 @@ _OF_ROW = (
 
 
 @dataclass(frozen=True)
-class Version:
+class _Version:
     """An edition of the format."""
 
     name: str
@@ -52,15 +52,12 @@ class Version:
     """Of the list of rules that a collection follows."""
 
 
-V2017, V2024 = Version("2017-07", "6"), Version("2024-06", "7")
-
-
 class IsybauFile:
     """ISO-8859-1 with character references, CRLF; an order and an inspected pipe for each
     inspection, and nodes and pipes once each.
     """
 
-    def __init__(self, version: Version) -> None:
+    def __init__(self, version: _Version) -> None:
         self._version = version
         self._names = FileNames(longest_asset=_LONGEST_NAME, longest_node=_LONGEST_NAME)
         self._made_on = ""
@@ -145,6 +142,16 @@ class IsybauFile:
                 collective,
                 {"Regelwerk": self._version.rules, "Bearbeitungsstand": self._made_on},
             )
+
+
+def file_of_2017() -> IsybauFile:
+    """Begin a file in 2017-07, which more programs read."""
+    return IsybauFile(_Version("2017-07", "6"))
+
+
+def file_of_2024() -> IsybauFile:
+    """Begin a file in 2024-06."""
+    return IsybauFile(_Version("2024-06", "7"))
 
 
 def _places(ends: Ends | None, names: Names) -> tuple[dict[str, Point], list[Loss]]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from app.imports.archive_manifest import PHOTOS, VOICE
-from app.reports.report import Entry, Report
+from app.reports.report import Entry, Report, WhyLost, why_lost
 from app.storage.blobs.blobs import Readable
 
 
@@ -31,3 +31,13 @@ def media_of(report: Report) -> Mapping[str, MediaFile]:
         for note in entry.voice_notes:
             found[note.of] = MediaFile(VOICE + note.name, note.original, entry)
     return found
+
+
+def read_stored(stored: Readable | None) -> bytes | WhyLost:
+    """Return the content of a stored file, or why it is lost."""
+    if stored is None:
+        return "gone"
+    try:
+        return stored.read_bytes()
+    except FileNotFoundError as error:
+        return why_lost(error)
