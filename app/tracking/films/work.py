@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -50,7 +50,7 @@ from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
 
-Decoded = TypeVar("Decoded", covariant=True)
+Decoded = TypeVar("Decoded")
 
 _POLL_S = 0.5
 _MANIFEST, _CHECKPOINT, _JOURNAL, _PARTS = "manifest.json", "checkpoint", "journal", "journal-parts"
@@ -186,20 +186,16 @@ def _finished(spec: Spec, blobs: Blobs, left: Iterable[str]) -> Manifest | None:
     stamp = stamp_of(spec)
     for key in left:
         if key.endswith(f"/{_MANIFEST}"):
-            found = _decoded(msgspec.json.Decoder(Manifest), blobs.get(key))
+            found = _decoded(msgspec.json.Decoder(Manifest).decode, blobs.get(key))
             if found and found.stamp == stamp and found.frames == spec.frames and found.is_whole:
                 return found
     return None
 
 
-class _Decoder(Protocol[Decoded]):
-    def decode(self, content: bytes, /) -> Decoded: ...
-
-
-def _decoded(decoder: _Decoder[Decoded], content: bytes) -> Decoded | None:
+def _decoded(decode: Callable[[bytes], Decoded], content: bytes) -> Decoded | None:
     """Decode what a run has left; None if another version of the program wrote it."""
     try:
-        return decoder.decode(content)
+        return decode(content)
     except msgspec.MsgspecError:
         logger.info("Results of another version are not used.")
         return None
@@ -345,7 +341,9 @@ class _Work:
         found = []
         for key in left:
             if key.endswith(f"/{_CHECKPOINT}"):
-                kept = _decoded(msgspec.msgpack.Decoder(KeptCheckpoint), self._blobs.get(key))
+                kept = _decoded(
+                    msgspec.msgpack.Decoder(KeptCheckpoint).decode, self._blobs.get(key)
+                )
                 if kept and kept.stamp == stamp and self._is_within(kept.checkpoint.frames):
                     found.append((key.removesuffix(f"/{_CHECKPOINT}"), kept))
         return max(found, key=lambda each: each[1].checkpoint.frames, default=None)

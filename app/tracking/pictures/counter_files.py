@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 from datetime import date
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
-from cachetools import LRUCache
+from cachetools import LRUCache, cachedmethod
 
 from app.burnt_in.box import Box
 from app.burnt_in.finder import CounterPlace
@@ -62,9 +62,8 @@ class CounterFiles:
 
     def __init__(self, blobs: Blobs) -> None:
         self._blobs = blobs
+        self._readings: LRUCache[Any, CounterReadings] = LRUCache(_READINGS_KEPT)
         self._lock = threading.Lock()
-        """Guards the next field."""
-        self._readings: LRUCache[tuple[str, int], CounterReadings] = LRUCache(_READINGS_KEPT)
 
     def get(self, inspection_id: str) -> KeptCounter | None:
         """Return what is known; None if nobody has asked for the counter."""
@@ -85,22 +84,22 @@ class CounterFiles:
 
     def readings(self, inspection_id: str, counter: KeptCounter) -> CounterReadings:
         """Return the readings of a counter whose state is `read`."""
-        key = (inspection_id, self._revision(inspection_id))
-        with self._lock:
-            found = self._readings.get(key)
-        if found is None:
-            csv = self._blobs.get(keys.counter_readings(inspection_id)).decode()
-            found = CounterReadings.from_csv(csv, counter.place)
-            with self._lock:
-                self._readings[key] = found
-        return found
+        return self._read(inspection_id, self.version(inspection_id), counter.place)
+
+    @cachedmethod(
+        lambda self: self._readings,
+        lambda self, inspection_id, version, place: (inspection_id, version),
+        lock=lambda self: self._lock,
+    )
+    def _read(
+        self, inspection_id: str, _version: str, place: CounterPlace | None
+    ) -> CounterReadings:
+        csv = self._blobs.get(keys.counter_readings(inspection_id)).decode()
+        return CounterReadings.from_csv(csv, place)
 
     def version(self, inspection_id: str) -> str:
         """Return a version of the readings: others have another one."""
-        return str(self._revision(inspection_id))
-
-    def _revision(self, inspection_id: str) -> int:
-        return self._blobs.about(keys.counter_readings(inspection_id)).revision
+        return str(self._blobs.about(keys.counter_readings(inspection_id)).revision)
 
     def is_waiting(self, inspection_id: str) -> bool:
         """Return whether the counter of an inspection is still to be read."""

@@ -27,6 +27,8 @@ from app.storage.database.tables import ENDED, Inspection
 from app.storage.records.attachments import AttachmentStore
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.observations import ObservationStore
+from app.survey.attachments import Attachment
+from app.survey.records import Observation
 from app.survey.track_rows import estimate_at
 from app.tracking.live import Event, Live, Update, WallChanged
 from app.tracking.pictures.film_files import FilmFiles
@@ -42,39 +44,10 @@ _WAIT_FOR_PHOTO_S = 3.0
 _STOP_TIMEOUT_S = 40.0
 
 
-class Photographed(Protocol):
-    """What has a photo: an observation, or a picture attached to one."""
+Photographed = Observation | Attachment
+"""What has a photo: an observation, or a picture attached to one."""
 
-    @property
-    def inspection_id(self) -> str:
-        """The inspection whose film it is cut from."""
-
-    @property
-    def id(self) -> str:
-        """Its id, which no other has."""
-
-    @property
-    def frame(self) -> int:
-        """The frame that the photo shows."""
-
-    @property
-    def photo_error(self) -> str | None:
-        """Why there is no photo."""
-
-    @property
-    def photo_sha256(self) -> str | None:
-        """Digest of the photo; None while there is none."""
-
-    @property
-    def is_photographed(self) -> bool:
-        """Whether the photo exists."""
-
-    @property
-    def has_photo(self) -> bool:
-        """Whether it is stored here."""
-
-
-Row = TypeVar("Row", bound=Photographed)
+Row = TypeVar("Row", Observation, Attachment)
 
 
 class Ledger(Protocol[Row]):
