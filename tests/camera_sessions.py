@@ -90,7 +90,9 @@ class Session:
 
     def until_said(self, words: str = "") -> Session:
         """Listen until a state says why there is no picture, in a sentence with these words."""
-        return self.until(lambda: any(s.detail and words in s.detail for s in self.states))
+        return self.until(
+            lambda: any(s.status.detail and words in s.status.detail for s in self.states)
+        )
 
 
 def session(url: str, folder: Path, **more: object) -> Session:

@@ -250,9 +250,9 @@ class Archive:
         # What is stored of a running film is some seconds old.
         stored = self._films.running(selection)
         live = sum(
-            progress.frames_done - stored[film]
+            run.frames_done - stored[film]
             for film in stored
-            if (progress := self._runs.progress(film)) is not None
+            if (run := self._runs.running(film)) is not None
         )
         rate = throughput(self._films.last_ended(selection, LOOKED_AT))
         left = sum(tallies[state].size for state in _TO_DO if state in tallies)
@@ -309,11 +309,11 @@ class Archive:
     def _view(self, row: FilmRow) -> FilmView:
         inspection = row.inspection
         if inspection is None:
-            return FilmView(row, Progress(0, None, None, None))
-        progress = self._runs.progress(inspection.id)
+            return FilmView(row, Progress())
+        run = self._runs.running(inspection.id)
         total = inspection.video.get("frames")
-        stored = Progress(inspection.frames_done, total, inspection.fps, None)
-        return FilmView(row, progress or stored)
+        stored = Progress(inspection.frames_done, total, inspection.fps)
+        return FilmView(row, run.progress() if run else stored)
 
 
 def stored_rules(store: RuleStore) -> Rules:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.errors import FrameNotFound, NothingRecorded
 from app.inspections.corrections import Corrections
+from app.jobs.live.messages import CameraStatus
 from app.jobs.track.parts import NOT_RECORDED
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs, StoredBlob
@@ -25,7 +26,7 @@ from app.survey.track_rows import estimate_at, since
 from app.survey.versions import require_version, version_of
 from app.tracking.films.queue import Tracking
 from app.tracking.films.runs import Runs, track_metadata
-from app.tracking.live import CameraStatus, Live, Progress
+from app.tracking.live import Live, Progress, Update
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.media import Media
 from app.tracking.pictures.videos import NO_FILM
@@ -250,7 +251,7 @@ class Inspections:
         self._runs.deleted(inspection_id)
         self._tracks.forget(inspection_id)
         self._corrections.forget(inspection_id)
-        self._live.publish(inspection_id, "cancelled", Progress(0, None, None, None))
+        self._live.publish(Update(inspection_id, "cancelled"))
         delete_tree(self._folder.inspection(inspection_id))
         self._blobs.delete_all(keys.inspection(inspection_id))
         logger.info("Inspection %s deleted by %s.", inspection_id, who)
@@ -261,24 +262,22 @@ class Inspections:
 
     def _view(self, summary: Summary, labels: tuple[str, ...]) -> InspectionView:
         row = summary.row
-        progress = self._runs.progress(row.id)
-        last = self._runs.last_estimate(row.id)
+        run = self._runs.running(row.id)
+        last = run.last if run else None
         end: tuple[float | None, float | None]
         if last is not None:
             corrected = self._corrections.estimate(row.id, last)
             end = (corrected.distance_mm, corrected.sigma_distance_mm)
         else:
             end = self._corrections.end(row) or (None, None)
-        is_running = row.status == "running"
-        hindrance = None
-        if is_running:
-            hindrance = self._runs.hindrance(row.id)
-        elif row.status == "queued":
+        running = run if row.status == "running" else None
+        hindrance = running.hindrance if running else None
+        if row.status == "queued":
             hindrance = self._tracking.engine_state().problem
         total = row.frames_done if row.status == "done" else row.video.get("frames")
         return InspectionView(
             row=row,
-            progress=progress or Progress(row.frames_done, total, row.fps, None),
+            progress=run.progress() if run else Progress(row.frames_done, total, row.fps),
             distance_mm=end[0],
             sigma_distance_mm=end[1],
             is_corrected=self._corrections.is_stated(row),
@@ -288,7 +287,7 @@ class Inspections:
             worst_severity=summary.worst_severity,
             open_questions=summary.open_questions,
             labels=labels,
-            camera=self._runs.camera(row.id) if is_running else None,
+            camera=running.camera if running else None,
             warning=hindrance or row.warning,
         )
 

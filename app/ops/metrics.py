@@ -158,13 +158,14 @@ class WatchedServices(Collector):
             by_status.add_metric([status], counts.get(status, 0))
         yield by_status
         yield _gauge("queue_length", "Videos that wait to be tracked.", counts.get("queued", 0))
-        speeds = self._runs.speeds_fps()
+        runs = self._runs.all()
         yield _gauge(
             "tracked_frames_per_second",
             "Frames tracked per second in all runs together.",
-            sum(speeds),
+            sum(run.fps or 0.0 for run in runs),
         )
-        yield _gauge("live_recordings", "Cameras that are recorded.", self._runs.cameras())
+        cameras = sum(run.camera is not None for run in runs)
+        yield _gauge("live_recordings", "Cameras that are recorded.", cameras)
         yield _gauge("viewer_servers", "3D views that are open.", self._scenes.count())
         yield _gauge("child_processes", "Processes that the server has started.", _children())
         yield _gauge(

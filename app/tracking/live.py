@@ -11,8 +11,9 @@ import logging
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from app.jobs.live.messages import CameraStatus
 from app.storage.database.tables import ENDED
 from vo_core.image.health import Health
 from vo_core.track import Estimate
@@ -24,29 +25,12 @@ logger = logging.getLogger(__name__)
 class Progress:
     """Progress of the tracking."""
 
-    frames_done: int
-    frames_total: int | None
+    frames_done: int = 0
+    frames_total: int | None = None
     """Number stated by the container; exact only when tracking is done."""
-    fps: float | None
+    fps: float | None = None
     """Frames tracked per second."""
-    eta_s: float | None
-
-
-@dataclass(frozen=True)
-class CameraStatus:
-    """State of the camera of a live inspection."""
-
-    connected: bool
-    reconnects: int
-    dropped: int
-    """Frames that are in the recording but came too fast to be tracked."""
-    recorded_s: float
-    detail: str | None
-    """A sentence that says why there is no picture."""
-    free_bytes: int
-    """Free space for the rest of the recording."""
-    is_recording: bool = True
-    """False while the disk is full; tracking goes on."""
+    eta_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -54,11 +38,9 @@ class Update:
     """New results of tracking, or a new state of the inspection."""
 
     inspection_id: str
-    seq: int
-    """Rises with every update of the server, so that readers can order updates."""
     state: str
     """queued, running, done, failed or cancelled."""
-    progress: Progress
+    progress: Progress = Progress()
     estimates: tuple[Estimate, ...] = ()
     """Estimates since the previous update; `jpeg` shows the last of their frames."""
     jpeg: bytes = b""
@@ -68,6 +50,9 @@ class Update:
     """None for files."""
     health: Health | None = None
     """Picture health of the last frame."""
+    seq: int = 0
+    """Given when it is published: rises with every update of the server, so that readers can order
+    them."""
 
 
 @dataclass(frozen=True)
@@ -107,35 +92,14 @@ class Live:
         self._newest: dict[str, Update] = {}
         self._listeners: dict[str | None, list[Listener]] = {}
 
-    def publish(
-        self,
-        inspection_id: str,
-        state: str,
-        progress: Progress,
-        estimates: tuple[Estimate, ...] = (),
-        jpeg: bytes = b"",
-        *,
-        captured_s: float | None = None,
-        camera: CameraStatus | None = None,
-        health: Health | None = None,
-    ) -> None:
+    def publish(self, update: Update) -> None:
         """Notify the listeners; the newest update of an active inspection is stored."""
         with self._lock:  # of two concurrent updates the one with the higher number is stored
-            update = Update(
-                inspection_id,
-                next(self._seq),
-                state,
-                progress,
-                estimates,
-                jpeg,
-                captured_s,
-                camera,
-                health,
-            )
-            if state in ENDED:
-                self._newest.pop(inspection_id, None)
+            update = replace(update, seq=next(self._seq))
+            if update.state in ENDED:
+                self._newest.pop(update.inspection_id, None)
             else:
-                self._newest[inspection_id] = update
+                self._newest[update.inspection_id] = update
         self._notify(update)
 
     def observations_changed(self, inspection_id: str) -> None:

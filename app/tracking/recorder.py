@@ -17,9 +17,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from app.errors import DiskFull, MediaFailed, MediaTimeout, StoreUnavailable
 from app.jobs.live.finaliser import FinaliseRequest
-from app.jobs.live.messages import CameraState, LiveRequest
+from app.jobs.live.messages import CameraState, CameraStatus, LiveRequest, shown
 from app.jobs.live.reopener import ReopenRequest
 from app.jobs.messages import Limits, Problem
 from app.jobs.process import Child, Died, Refused, Stalled, ask_about_media
@@ -37,7 +39,7 @@ from app.tracker import tracker
 from app.tracking.cameras import LiveSource
 from app.tracking.films.queue import Tracking
 from app.tracking.films.runs import Run, Runs, TrackedFilm, track_metadata
-from app.tracking.live import CameraStatus, Live, Progress
+from app.tracking.live import Live, Update
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.videos import video_columns
 from app.tracking.tracks import Tracks
@@ -136,7 +138,7 @@ class Recorder:
             self._in_thread(self._adopt_later, _PAUSE_AFTER_FAULT_S, None)
 
     def _adopt(self) -> None:
-        known = self._runs.ids()
+        known = [run.inspection.id for run in self._runs.all()]
         for inspection in self._store.open_recordings():
             if inspection.id not in known:
                 self._in_thread(self._recover, inspection, inspection.id)
@@ -159,14 +161,15 @@ class Recorder:
         self, inspection: Inspection, source: LiveSource, between: Between | None = None
     ) -> None:
         """Start recording and tracking; `between` continues an earlier run."""
-        camera = CameraStatus(False, 0, 0, 0.0, None, self._room_for_more())
-        run = LiveRun(inspection, source=source, camera=camera, between=between)
+        camera = CameraStatus(False, 0, 0, 0.0, None, free_bytes=self._room_for_more())
+        run = LiveRun(TrackedFilm.of(inspection), source=source, camera=camera, between=between)
         self._runs.add(run)
         self._in_thread(self._run, run, inspection.id)
 
     def finish(self, inspection_id: str) -> None:
         """End a recording and wait until it can be reviewed; other inspections are unaffected."""
-        if self._runs.camera(inspection_id) is None:
+        recording = self._runs.running(inspection_id)
+        if recording is None or recording.camera is None:
             return
         run = self._runs.ask_to_stop(inspection_id, "finished")
         if run is not None:
@@ -329,20 +332,17 @@ class Recorder:
         """Store the state of the camera, and notify the listeners if it was lost or came back."""
         before = run.camera
         run.zero_s = state.zero_s
-        run.camera = CameraStatus(
-            state.connected,
-            run.reconnects_before + state.reconnects,
-            run.dropped_before + state.dropped,
-            state.recorded_s,
-            state.detail,
-            self._room_for_more(),
-            state.is_recording,
+        run.camera = msgspec.structs.replace(
+            state.status,
+            reconnects=run.reconnects_before + state.status.reconnects,
+            dropped=run.dropped_before + state.status.dropped,
+            free_bytes=self._room_for_more(),
         )
         self._tracks.leave_out(run.inspection.id, state.left_out)
-        if before is None or _shown(before) != _shown(run.camera):
+        if before is None or shown(before) != shown(run.camera):
             last = (run.last,) if run.last else ()
             self._live.publish(
-                run.inspection.id, "running", run.progress(), last, camera=run.camera
+                Update(run.inspection.id, "running", run.progress(), last, camera=run.camera)
             )
 
     def _end(self, run: LiveRun, outcome: Outcome) -> None:
@@ -371,12 +371,7 @@ class Recorder:
                 # Of a track that was continued the first part may be an older program's.
                 tracked_with=row.tracked_with if run.first_frame else tracker(),
             )
-            logger.info(
-                "Inspection %s (%s): %s after %d frames. %s",
-                inspection.id, inspection.name, outcome.status, run.frames_done,
-                outcome.error_detail or outcome.warning or "",
-            )  # fmt: skip
-            self._live.publish(inspection.id, outcome.status, run.progress(), camera=run.camera)
+            self._runs.publish_end(run, outcome)
         if old is not None:
             old.unlink(missing_ok=True)
 
@@ -403,13 +398,13 @@ class Recorder:
         if old is not None:
             old.unlink(missing_ok=True)
 
-    def _queue(self, inspection: TrackedFilm, warning: str) -> None:
+    def _queue(self, inspection: TrackedFilm | Inspection, warning: str) -> None:
         self._tracks.forget(inspection.id)
         self._store.queue_recording(inspection.id, warning)
-        self._live.publish(inspection.id, "queued", Progress(0, None, None, None))
+        self._live.publish(Update(inspection.id, "queued"))
         self._tracking.wake()
 
-    def _finalised(self, inspection: TrackedFilm) -> Path | None:
+    def _finalised(self, inspection: TrackedFilm | Inspection) -> Path | None:
         """Make the recording the inspection's film; return a file to delete once nobody reads it.
 
         A recording that cannot be finalised is the film as it is.
@@ -449,11 +444,6 @@ class Recorder:
                 work="Finalising the recording",
                 stall_s=_FINALISING_S,
             )
-
-
-def _shown(camera: CameraStatus) -> tuple[bool, bool, str | None]:
-    """Return the part of the state that a page must show at once when it changes."""
-    return camera.connected, camera.is_recording, camera.detail
 
 
 def _partly_recorded(marks: Sequence[Mark]) -> str:

@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 import msgspec
 
 from app.jobs.child import Parent, serve
-from app.jobs.live.messages import CameraState, LiveRequest
+from app.jobs.live.messages import CameraState, CameraStatus, LiveRequest, shown
 from app.jobs.messages import Problem
 from app.jobs.track import parts
 
@@ -147,26 +147,21 @@ def _follow(capture: Capture, follower: Follower, parent: Parent) -> None:
 
 
 def _state(capture: Capture) -> CameraState:
-    return CameraState(
+    status = CameraStatus(
         capture.is_connected,
         capture.reconnects,
         capture.waiting.dropped,
         capture.recorded_s,
-        capture.zero_s,
         capture.detail,
         not capture.film.is_full,
-        capture.film.news(),
     )
+    return CameraState(status, capture.zero_s, capture.film.news())
 
 
 def _has_news(state: CameraState, sent: CameraState | None) -> bool:
     if sent is None or state.left_out:
         return True
-    return (state.connected, state.detail, state.is_recording) != (
-        sent.connected,
-        sent.detail,
-        sent.is_recording,
-    )
+    return shown(state.status) != shown(sent.status)
 
 
 if __name__ == "__main__":

@@ -46,18 +46,32 @@ class LiveRequest(msgspec.Struct, frozen=True):
     """The robot's movement, if a new part begins after `last`."""
 
 
-class CameraState(msgspec.Struct, frozen=True, tag="camera"):
-    """The state of the camera, on every change and twice a second."""
+class CameraStatus(msgspec.Struct, frozen=True):
+    """State of the camera of a live inspection."""
 
     connected: bool
     reconnects: int
     dropped: int
-    """Frames that were recorded but not tracked, since this process began."""
+    """Frames that are in the recording but came too fast to be tracked."""
     recorded_s: float
-    zero_s: float | None
     detail: str | None
     """A sentence that says why there is no picture."""
     is_recording: bool = True
-    """False while the disk is full."""
+    """False while the disk is full; tracking goes on."""
+    free_bytes: int = 0
+    """Free space for the rest of the recording; the server knows it."""
+
+
+class CameraState(msgspec.Struct, frozen=True, tag="camera"):
+    """Told on every change and twice a second."""
+
+    status: CameraStatus
+    """Its counts are those since this process began."""
+    zero_s: float | None
     left_out: list[Mark] = []
     """Frames that were not recorded, since the previous state."""
+
+
+def shown(status: CameraStatus) -> tuple[bool, bool, str | None]:
+    """Return the part of the state that a page must show at once when it changes."""
+    return status.connected, status.is_recording, status.detail

@@ -108,7 +108,7 @@ class ChunkedTracking:
         while True:
             self._files.keep_plan(run, ranges)
             chunks = self._tracked(run, ranges)
-            if chunks is None or self._runs.stop_of(run) == "shutdown":
+            if chunks is None or run.stop == "shutdown":
                 return None
             usable = _up_to_first_broken(chunks)
             if not usable or any(chunk.outcome.status == "failed" for chunk in chunks):
@@ -120,7 +120,7 @@ class ChunkedTracking:
             if joined is None or joined.seam is None:
                 return joined
             logger.info("Inspection %s: %s", run.inspection.id, joined.outcome.error_detail)
-            if self._runs.stop_of(run) is not None:
+            if run.stop is not None:
                 return self._joined(run, usable[: joined.seam + 1])
             ranges = mended(ranges, joined.seam, joined.lacks)
 
@@ -148,7 +148,7 @@ class ChunkedTracking:
         spec = self._files.spec_of_chunk(run, frames)
         return self._persistent(
             run,
-            lambda: self._engine.run(spec, lambda: self._runs.stop_of(run) is not None, report),
+            lambda: self._engine.run(spec, lambda: run.stop is not None, report),
         )
 
     def _joined(self, run: Run, chunks: Sequence[Manifest]) -> Manifest | None:

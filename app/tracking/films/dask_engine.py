@@ -156,11 +156,11 @@ class DaskEngine:
         self._runs.begin(run)
         manifest = self._run(
             self._files.spec(run),
-            lambda: self._runs.stop_of(run) is not None,
+            lambda: run.stop is not None,
             lambda news: self._runs.report(run, news.frames_done, news.fps),
             may_wait=False,
         )
-        if self._runs.stop_of(run) == "shutdown" and not manifest.is_whole:
+        if run.stop == "shutdown" and not manifest.is_whole:
             return None
         self._runs.report(run, manifest.frames_done, manifest.fps)
         return manifest

@@ -156,7 +156,7 @@ class FilmTracker:
             outcome = Outcome("failed", refusal.code, str(refusal))
         finally:
             child.end()
-        stop = self._runs.stop_of(run)
+        stop = run.stop
         if outcome.status == "done" or stop is None:
             return outcome
         return None if stop == "shutdown" else Outcome("cancelled")

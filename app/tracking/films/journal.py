@@ -24,6 +24,7 @@ from app.errors import DiskFull, StoreUnavailable
 from app.jobs.messages import encode
 from app.jobs.track.batches import Batch
 from app.jobs.track.messages import Checkpoint, KeptCheckpoint
+from app.storage.database.tables import Inspection
 from app.storage.folder.files import Places, append_durably, write_durably
 from app.tracking.films.runs import TrackedFilm
 from app.tracking.unrolled import Unrolled
@@ -52,7 +53,11 @@ class Journal:
     """The journal of one inspection, used by the thread that follows its tracking."""
 
     def __init__(
-        self, folder: Places, unrolled: Unrolled, inspection: TrackedFilm, first: int = 0
+        self,
+        folder: Places,
+        unrolled: Unrolled,
+        inspection: TrackedFilm | Inspection,
+        first: int = 0,
     ) -> None:
         """Prepare the journal of a film, or of a chunk of it that begins with the frame `first`."""
         self._id = inspection.id
@@ -136,7 +141,7 @@ def batches_of(journal: bytes) -> list[Batch]:
     return found
 
 
-def stamp_of(inspection: TrackedFilm) -> str:
+def stamp_of(inspection: TrackedFilm | Inspection) -> str:
     """Return a digest of everything that a result depends on: program, film and rig."""
     rig = json.dumps(dict(inspection.rig), sort_keys=True)
     parts = "\n".join((_program(), inspection.source_sha256, rig))

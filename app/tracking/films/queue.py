@@ -37,9 +37,9 @@ from app.storage.records.runs import Outcome, RunStore
 from app.tracking.films.chunked import ChunkedTracking, Pieces
 from app.tracking.films.engines import Engine, EngineState
 from app.tracking.films.run_files import RunFiles
-from app.tracking.films.runs import Run, Runs
+from app.tracking.films.runs import Run, Runs, TrackedFilm
 from app.tracking.films.work import Manifest
-from app.tracking.live import Event, Live, Progress, Update
+from app.tracking.live import Event, Live, Update
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks
@@ -153,7 +153,7 @@ class Tracking:
         status = self._store.cancel_unless_ended(inspection_id)
         if status in ENDED and status != "cancelled":
             raise NotRunning(f"The inspection is {status}; there is nothing to stop.")
-        self._live.publish(inspection_id, "cancelled", Progress(0, None, None, None))
+        self._live.publish(Update(inspection_id, "cancelled"))
 
     def retry(self, inspection_id: str) -> None:
         """Track an ended inspection again; one that was cancelled continues at its checkpoint.
@@ -191,7 +191,7 @@ class Tracking:
 
     def queued(self, inspection_id: str) -> None:
         """Publish that an inspection was queued to be tracked."""
-        self._live.publish(inspection_id, "queued", Progress(0, None, None, None))
+        self._live.publish(Update(inspection_id, "queued"))
         self.wake()
 
     def _work(self, slot: int) -> None:
@@ -251,7 +251,7 @@ class Tracking:
         else:
             return
         self._record(run, Manifest(outcome, run.frames_done))
-        self._live.publish(run.inspection.id, outcome.status, run.progress())
+        self._runs.publish_end(run, outcome)
 
     def _next_run(self, slot: int) -> Run | None:
         """Wait for the next inspection that may be claimed.
@@ -276,11 +276,11 @@ class Tracking:
 
     def _claimed_run(self) -> Run | None:
         with self._claiming:
-            inspection = self._store.claim_next(self._runs.ids())
+            inspection = self._store.claim_next([run.inspection.id for run in self._runs.all()])
             if inspection is None:
                 return None
             run = Run(
-                inspection,
+                TrackedFilm.of(inspection),
                 keys.film(inspection.id, inspection.video_file),
                 attempt=inspection.attempt,
             )
@@ -311,12 +311,7 @@ class Tracking:
                 self._run_files.drop(inspection.id)
         except StoreUnavailable as away:  # it goes with the inspection, or with its next run
             logger.warning("What is left of the runs of %s stays: %s", inspection.id, away)
-        logger.info(
-            "Inspection %s (%s): %s after %d frames. %s",
-            inspection.id, inspection.name, outcome.status, run.frames_done,
-            outcome.error_detail or outcome.warning or "",
-        )  # fmt: skip
-        self._live.publish(inspection.id, outcome.status, run.progress())
+        self._runs.publish_end(run, outcome)
 
     def _tracked(self, run: Run) -> Manifest | None:
         """Have a film tracked; None if another run continues.

@@ -40,17 +40,12 @@ class RunFiles:
 
     def spec(self, run: Run) -> Spec:
         """Return the spec of the whole film of a run."""
-        film = run.inspection
+        inspection_id = run.inspection.id
         return Spec(
-            id=film.id,
-            name=film.name,
-            rig=dict(film.rig),
-            video=dict(film.video),
-            source_filename=film.source_filename,
-            source_sha256=film.source_sha256,
+            **msgspec.structs.asdict(run.inspection),
             film=run.film,
-            place=_place(film.id, _WHOLE),
-            marks=self._tracks.marks(film.id),
+            place=_place(inspection_id, _WHOLE),
+            marks=self._tracks.marks(inspection_id),
             memory_bytes=self._limits.memory_bytes,
             cpu_s=self._limits.cpu_s,
             stall_s=self._stall_s,

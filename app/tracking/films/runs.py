@@ -7,14 +7,19 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
+
+import msgspec
 
 from app.errors import Busy, DiskFull, StoreUnavailable
+from app.jobs.live.messages import CameraStatus
 from app.jobs.process import Child
 from app.jobs.track.batches import Batch
 from app.jobs.track.messages import FrameRange
+from app.storage.database.tables import Inspection
+from app.storage.records.runs import Outcome
 from app.survey.track_rows import estimate_at
-from app.tracking.live import CameraStatus, Live, Progress
+from app.tracking.live import Live, Progress, Update
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from vo_core.track import Estimate
@@ -27,35 +32,23 @@ _WAITS_FOR_ROOM = (
 )
 
 
-class TrackedFilm(Protocol):
+class TrackedFilm(msgspec.Struct, frozen=True):
     """An inspection as far as its tracking is concerned; see the columns of the same name."""
 
-    @property
-    def id(self) -> str:
-        """Id of the inspection."""
+    id: str
+    name: str
+    rig: dict[str, Any]
+    video: dict[str, Any]
+    source_filename: str
+    source_sha256: str
 
-    @property
-    def name(self) -> str:
-        """Name of the inspection."""
-
-    @property
-    def rig(self) -> Mapping[str, Any]:
-        """Camera, mount and pipe."""
-
-    @property
-    def video(self) -> Mapping[str, Any]:
-        """Result of the probe."""
-
-    @property
-    def source_filename(self) -> str:
-        """Name of the film given by the user."""
-
-    @property
-    def source_sha256(self) -> str:
-        """Digest of the film."""
+    @classmethod
+    def of(cls, row: Inspection) -> TrackedFilm:
+        """Take what is needed of a row."""
+        return msgspec.convert(row, cls, from_attributes=True)
 
 
-def track_metadata(film: TrackedFilm) -> Mapping[str, object]:
+def track_metadata(film: TrackedFilm | Inspection) -> Mapping[str, object]:
     """Return the comment lines of a track file, which state its origin."""
     return {
         "inspection": film.id,
@@ -127,10 +120,15 @@ class Runs:
         with self.changed:
             self._runs[run.inspection.id] = run
 
-    def ids(self) -> list[str]:
-        """Return the inspections that have a run."""
+    def all(self) -> list[Run]:
+        """Return all runs."""
         with self.changed:
-            return list(self._runs)
+            return list(self._runs.values())
+
+    def running(self, inspection_id: str) -> Run | None:
+        """Return the run of an inspection; None unless it is running."""
+        with self.changed:
+            return self._runs.get(inspection_id)
 
     def begin(self, run: Run) -> None:
         """Start a run at its first frame and drop the results of an earlier run."""
@@ -152,8 +150,7 @@ class Runs:
         with self.changed:
             run.frames_done = len(track)
             run.last = estimate_at(track, len(track) - 1)
-            progress = run.progress()
-        self._live.publish(run.inspection.id, "running", progress, camera=run.camera)
+        self._publish(run)
 
     def _set_back(self, run: Run, found: Iterable[Batch]) -> None:
         self._tracks.begin(run.inspection.id)
@@ -165,8 +162,7 @@ class Runs:
         with self.changed:
             run.frames_done, run.last = frames_done, last
             run.first_batch = run.fps = None
-            progress = run.progress()
-        self._live.publish(run.inspection.id, "running", progress, camera=run.camera)
+        self._publish(run)
 
     def remove(self, run: Run) -> None:
         """Remove a run that has ended."""
@@ -181,34 +177,6 @@ class Runs:
         with self.changed:
             if inspection_id in self._runs:
                 self._unrolled.refuse(inspection_id)
-
-    def progress(self, inspection_id: str) -> Progress | None:
-        """Return the progress of a running inspection."""
-        with self.changed:
-            run = self._runs.get(inspection_id)
-            return run.progress() if run else None
-
-    def last_estimate(self, inspection_id: str) -> Estimate | None:
-        """Return the newest estimate of a running inspection."""
-        with self.changed:
-            run = self._runs.get(inspection_id)
-            return run.last if run else None
-
-    def camera(self, inspection_id: str) -> CameraStatus | None:
-        """Return the state of a live inspection's camera; None unless it is running."""
-        with self.changed:
-            run = self._runs.get(inspection_id)
-            return run.camera if run else None
-
-    def speeds_fps(self) -> list[float]:
-        """Return the frames per second of each run whose speed is known."""
-        with self.changed:
-            return [run.fps for run in self._runs.values() if run.fps is not None]
-
-    def cameras(self) -> int:
-        """Return the number of cameras being recorded."""
-        with self.changed:
-            return sum(run.camera is not None for run in self._runs.values())
 
     def give_child(self, run: Run, child: Child) -> None:
         """Assign a child to a run; it is stopped at once if the run is to stop."""
@@ -226,17 +194,11 @@ class Runs:
                 self.changed.notify_all()
             return run
 
-    def stop_of(self, run: Run) -> str | None:
-        """Return why a run was asked to stop; None if it was not."""
-        with self.changed:
-            return run.stop
-
     def report(self, run: Run, frames_done: int, fps: float | None) -> None:
         """Publish the progress of a run whose results are elsewhere until its end."""
         with self.changed:
             run.frames_done, run.fps = frames_done, fps
-            progress = run.progress()
-        self._live.publish(run.inspection.id, "running", progress)
+        self._publish(run)
 
     def ask_all_to_stop(self, why: str) -> None:
         """Ask all runs to stop."""
@@ -245,13 +207,17 @@ class Runs:
                 run.ask_to_stop(why)
             self.changed.notify_all()
 
-    def hindrance(self, inspection_id: str) -> str | None:
-        """Return why a running inspection cannot go on, or its end cannot be stored yet; None if
-        nothing prevents it.
-        """
-        with self.changed:
-            run = self._runs.get(inspection_id)
-            return run.hindrance if run else None
+    def publish_end(self, run: Run, outcome: Outcome) -> None:
+        """Publish how a run has ended."""
+        logger.info(
+            "Inspection %s (%s): %s after %d frames. %s",
+            run.inspection.id, run.inspection.name, outcome.status, run.frames_done,
+            outcome.error_detail or outcome.warning or "",
+        )  # fmt: skip
+        self._publish(run, outcome.status)
+
+    def _publish(self, run: Run, state: str = "running") -> None:
+        self._live.publish(Update(run.inspection.id, state, run.progress(), camera=run.camera))
 
     def keep_end(self, run: Run, keep: Callable[[], None]) -> bool:
         """Call `keep` repeatedly while the disk is full or the object store is away; return False
@@ -295,14 +261,15 @@ class Runs:
             elif now > run.first_batch[0]:
                 run.fps = (run.frames_done - run.first_batch[1]) / (now - run.first_batch[0])
             run.last = batch.estimates[-1]
-            progress = run.progress()
         self._live.publish(
-            run.inspection.id,
-            "running",
-            progress,
-            tuple(batch.estimates),
-            batch.jpeg,
-            captured_s=batch.captured_s,
-            camera=run.camera,
-            health=batch.health[-1][1] if batch.health else None,
+            Update(
+                run.inspection.id,
+                "running",
+                run.progress(),
+                tuple(batch.estimates),
+                batch.jpeg,
+                batch.captured_s,
+                run.camera,
+                batch.health[-1][1] if batch.health else None,
+            )
         )

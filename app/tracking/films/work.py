@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import msgspec
 
@@ -40,7 +40,7 @@ from app.storage.records.runs import Outcome
 from app.tracker import tracker
 from app.tracking.films.film_run import FilmTracker
 from app.tracking.films.journal import batches_of, stamp_of
-from app.tracking.films.runs import Run, Runs, track_metadata
+from app.tracking.films.runs import Run, Runs, TrackedFilm, track_metadata
 from app.tracking.live import Event, Live, Update, WallChanged
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
@@ -100,20 +100,14 @@ class Manifest(msgspec.Struct, frozen=True):
         return self.outcome.status == "done"
 
 
-class Spec(msgspec.Struct, frozen=True, kw_only=True):
-    """What is to be tracked, and within which limits; see `TrackedFilm` for the first fields."""
+class Spec(TrackedFilm, frozen=True, kw_only=True):
+    """What is to be tracked, and within which limits."""
 
-    id: str
-    name: str
-    rig: dict[str, Any]
-    video: dict[str, Any]
-    source_filename: str
-    source_sha256: str
     film: str
     """Key of the film in the blob store."""
     place: str
     """Key of the place under which each run makes its own."""
-    marks: list[Mark] = []
+    marks: list[Mark] = msgspec.field(default_factory=list)
     """Frames that are not in the film, and where its parts begin."""
     memory_bytes: int
     cpu_s: int | None
@@ -123,7 +117,7 @@ class Spec(msgspec.Struct, frozen=True, kw_only=True):
     """Shortest time between two checkpoints that are put into the store."""
     frames: FrameRange | None = None
     """The frames of a chunk, whose results can only be joined; None for the whole film."""
-    joins: list[Manifest] = []
+    joins: list[Manifest] = msgspec.field(default_factory=list)
     """The chunks of the film in their order, to be joined; then nothing is tracked."""
 
 

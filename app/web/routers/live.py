@@ -271,7 +271,7 @@ def _current(services: Services, inspection_id: str) -> Update:
         last = services.inspections.last_estimate(inspection_id)
     except DamagedTrack:
         last = None
-    return Update(inspection_id, 0, view.row.status, view.progress, (last,) if last else ())
+    return Update(inspection_id, view.row.status, view.progress, (last,) if last else ())
 
 
 async def _end(tasks: set[asyncio.Task[None]]) -> None:

@@ -26,7 +26,7 @@ from app.storage.records.runs import Outcome, RunStore
 from app.survey.records import RESCALED
 from app.survey.stated import Joints, Stated
 from app.survey.track_rows import estimate_at
-from app.tracking.live import DistancesCorrected, Event, Live, Progress
+from app.tracking.live import DistancesCorrected, Event, Live, Progress, Update
 from app.tracking.tracks import Tracks
 from vo_core.joints.finder import Sighting
 
@@ -60,13 +60,13 @@ class Bench:
             if begin <= n < frame
         ]
         self.tracks.append(ID, Batch(list(estimates), sightings=seen))
-        self.live.publish(ID, state, Progress(frame, ROWS, None, None), estimates)
+        self.live.publish(Update(ID, state, Progress(frame, ROWS, None, None), estimates))
 
     def end(self) -> None:
         """It is done."""
         self.tracks.finish(ID, {})
         self.runs.record_outcome(ID, Outcome("done"), frames_done=ROWS, fps=None, last=None)
-        self.live.publish(ID, "done", Progress(ROWS, ROWS, None, None))
+        self.live.publish(Update(ID, "done", Progress(ROWS, ROWS, None, None)))
 
     def rescaled(self) -> list[dict[str, object]]:
         """What the record has of it, the oldest first."""

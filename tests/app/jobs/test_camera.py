@@ -50,13 +50,13 @@ def test_a_drop_out_and_a_silence_are_gaps_in_one_recording_and_leave_no_file_op
         live = session(camera.url, tmp_path).frames(15)
         opened = len(list(Path("/proc/self/fd").iterdir()))
         camera.drop_out()
-        live.until(lambda: not live.states[-1].connected)
+        live.until(lambda: not live.states[-1].status.connected)
         gone_s = time.monotonic()
         live.until_said("refuses the connection")
         gap_s = time.monotonic() - gone_s
         camera.come_back()
         live.frames(len(live.rows) + 15)
-        whole_s, reconnects = time.monotonic() - gone_s, live.states[-1].reconnects
+        whole_s, reconnects = time.monotonic() - gone_s, live.states[-1].status.reconnects
         dropped_out = len(live.rows)
         camera.fall_silent()
         live.until_said("in time").until(lambda: camera.connections > 3)
@@ -79,9 +79,9 @@ def test_a_drop_out_and_a_silence_are_gaps_in_one_recording_and_leave_no_file_op
 def test_what_comes_too_fast_is_recorded_and_gets_rows_in_between(tmp_path: Path) -> None:
     with MjpegCamera(rate_hz=400, picture=lambda number: floor(number // 13)) as camera:
         live = session(camera.url, tmp_path)
-        live.until(lambda: live.states and live.states[-1].dropped > 20).stop()
+        live.until(lambda: live.states and live.states[-1].status.dropped > 20).stop()
     assert_rows_are_frames(live.rows, tmp_path / "recording.mkv")
-    dropped = live.states[-1].dropped
+    dropped = live.states[-1].status.dropped
     assert 20 < dropped < len(live.rows)
     assert sum(row.status != "ok" for row in live.rows) >= dropped
     assert live.rows[0].distance_mm == 0
@@ -95,7 +95,7 @@ def test_a_full_disk_ends_the_recording_and_not_the_tracking(
     with MjpegCamera() as camera:
         child = by_itself()
         live = session(camera.url, tmp_path, child=child, limits=limits)
-        live.until(lambda: live.states and not live.states[-1].is_recording)
+        live.until(lambda: live.states and not live.states[-1].status.is_recording)
         assert "Max file size             400000" in Path(f"/proc/{child.pid}/limits").read_text()
         assert b"secret" not in Path(f"/proc/{child.pid}/environ").read_bytes()
         live.frames(len(live.rows) + 30).stop()
@@ -139,7 +139,7 @@ def test_a_camera_that_changes_to_another_size_is_waited_for(tmp_path: Path) -> 
         live = session(camera.url, tmp_path).frames(10)
         camera.size_wh = (320, 240)  # in mid-stream
         live.until_said("320x240")
-        assert "Set the camera to that size" in str(live.states[-1].detail)
+        assert "Set the camera to that size" in str(live.states[-1].status.detail)
         change((WIDTH, HEIGHT))
         live.frames(len(live.rows) + 5)
         change((384, 288))

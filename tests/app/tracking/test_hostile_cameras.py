@@ -163,7 +163,7 @@ def test_a_camera_that_sends_rubbish_gives_a_plain_reason(
         live.until_said()
         camera.close()
         live.stop()
-        reason = live.end.detail if isinstance(live.end, Failed) else live.states[-1].detail
+        reason = live.end.detail if isinstance(live.end, Failed) else live.states[-1].status.detail
         if live.rows or not reason or not reason.endswith(".") or "127.0.0.1" in reason:
             failures.append(f"{name}: {reason}, {len(live.rows)} pictures")
     assert not failures, "\n".join(failures)

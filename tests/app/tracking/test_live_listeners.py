@@ -5,14 +5,14 @@ from __future__ import annotations
 import itertools
 import threading
 
-from app.tracking.live import Live, Progress
+from app.tracking.live import Live, Progress, Update
 
 PROGRESS = Progress(0, None, None, None)
 
 
 def test_of_two_updates_at_once_the_one_with_the_higher_number_is_kept() -> None:
     live, numbers = Live(), itertools.count(1)
-    other = threading.Thread(target=live.publish, args=("a", "running", PROGRESS))
+    other = threading.Thread(target=live.publish, args=(Update("a", "running", PROGRESS),))
 
     class Interrupted:
         def __next__(self) -> int:
@@ -23,8 +23,8 @@ def test_of_two_updates_at_once_the_one_with_the_higher_number_is_kept() -> None
             return number
 
     live._seq = Interrupted()  # type: ignore[assignment]
-    live.publish("a", "running", PROGRESS)
-    live.publish("a", "running", PROGRESS)
+    live.publish(Update("a", "running", PROGRESS))
+    live.publish(Update("a", "running", PROGRESS))
     other.join()
     newest = live.newest("a")
     assert newest is not None

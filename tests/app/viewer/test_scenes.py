@@ -21,7 +21,7 @@ from app.errors import Busy
 from app.storage.folder.tokens import Role, TokenFile
 from app.survey.rounding import metres
 from app.survey.track_rows import estimate_at
-from app.tracking.live import Progress
+from app.tracking.live import Progress, Update
 from app.viewer import scenes
 
 OURS, THEIRS = "a" * 32, "b" * 32
@@ -217,7 +217,9 @@ def test_each_update_stands_on_the_page_and_in_its_view_at_once(server: Client, 
     with page(server, done) as live, look(server, done) as socket:
         for frame in (12, 24, 36):
             estimate = estimate_at(track, frame)
-            services.live.publish(done, "running", Progress(40, 40, None, None), (estimate,))
+            services.live.publish(
+                Update(done, "running", Progress(40, 40, None, None), (estimate,))
+            )
             until(socket, says(f"'text': '{metres(estimate.distance_mm):.3f} m"))
             assert distance_mm_of(live, frame) == pytest.approx(estimate.distance_mm)
 
