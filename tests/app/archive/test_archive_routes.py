@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import AbstractContextManager, closing
 from pathlib import Path
 from typing import Any
@@ -301,14 +301,15 @@ def test_what_the_inbox_gets_is_tracked_once_it_is_complete(tmp_path: Path, film
         wait_until(lambda: "unassigned" not in states(client))
 
 
-@pytest.fixture
-def idle(serve: Serve) -> Iterator[Client]:
-    """A server that tracks nothing."""
-    with serve(max_jobs=0) as client:
-        yield client
+def test_rules_have_versions_and_reach_films_without_a_rig_and_nonsense_is_refused(
+    serve: Serve, folder: Path, tmp_path: Path
+) -> None:
+    with serve(max_jobs=0) as idle:
+        assert_rules_reach_films(idle, folder)
+        assert_refused(idle, folder, tmp_path)
 
 
-def test_rules_have_versions_and_reach_films_without_a_rig(idle: Client, folder: Path) -> None:
+def assert_rules_reach_films(idle: Client, folder: Path) -> None:
     tag = idle.get(f"{API}/rules").headers["ETag"]
     put = idle.put(f"{API}/rules", json=RULES, headers={"If-Match": tag})
     assert put.status_code == 200
@@ -330,9 +331,8 @@ def test_rules_have_versions_and_reach_films_without_a_rig(idle: Client, folder:
         assert "rules.0" in detail
 
 
-def test_what_cannot_be_done_is_refused_with_the_reason(
-    idle: Client, folder: Path, tmp_path: Path
-) -> None:
+def assert_refused(idle: Client, folder: Path, tmp_path: Path) -> None:
+    """What cannot be done is refused with the reason."""
     for path in (str(tmp_path), f"{folder}/../data", "/"):
         answer = idle.post(f"{API}/films", json={"paths": [path]})
         assert "CHAINAGE_ARCHIVE_FOLDERS" in assert_error(answer, 422, "folder_not_allowed")

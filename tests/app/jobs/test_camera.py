@@ -120,15 +120,6 @@ def test_a_recording_stops_before_the_disk_is_full(tmp_path: Path) -> None:
     assert parts.read(tmp_path / "parts.csv")
 
 
-def test_pictures_of_another_size_are_refused_at_the_start(tmp_path: Path) -> None:
-    with MjpegCamera(size_wh=(320, 240)) as camera:
-        live = session(camera.url, tmp_path).until_end()
-    assert isinstance(live.end, Failed)
-    assert live.end.code == "rig_video_mismatch"
-    assert "320x240" in live.end.detail
-    assert "256x160" in live.end.detail
-
-
 def test_a_camera_that_changes_to_another_size_is_waited_for(tmp_path: Path) -> None:
     def change(size_wh: tuple[int, int]) -> None:
         camera.drop_out()

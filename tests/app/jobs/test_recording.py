@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import resource
 import subprocess
 import sys
 import threading
@@ -77,15 +75,8 @@ def test_a_recording_holds_every_frame_at_its_time_while_it_grows(
         assert video.info.duration_s == packets[-1][0] / 1000
         assert len(list(video)) == 60
         assert video.problem is None
-
-
-def test_a_frame_is_found_by_its_time_while_the_recording_grows(
-    tmp_path: Path, sent: tuple[Coding, Packets]
-) -> None:
-    coding, packets = sent
-    record(tmp_path / "recording.mkv", coding, packets)
     for number in (0, 31, 59):
-        picture = read_frame(tmp_path / "recording.mkv", packets[number][0] / 1000).to_bgr()
+        picture = read_frame(path, packets[number][0] / 1000).to_bgr()
         assert frame_number(cv2.imencode(".png", picture)[1].tobytes()) == number
 
 
@@ -157,23 +148,6 @@ def test_a_full_disk_takes_whole_packets_or_none(tmp_path: Path) -> None:
     with Recording.reopen(path) as recording:
         assert recording.packets == int(written) > 20
         assert recording.size == path.stat().st_size < 400_000
-
-
-def test_a_killed_writer_leaves_every_packet_that_it_wrote(
-    tmp_path: Path, sent: tuple[Coding, Packets]
-) -> None:
-    coding, packets = sent
-    path = tmp_path / "recording.mkv"
-    child = os.fork()
-    if child == 0:
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        recording = Recording(path, coding)
-        for packet in packets[:37]:
-            recording.append(*packet)
-        os.kill(os.getpid(), 9)
-    _, status = os.waitpid(child, 0)
-    assert os.WTERMSIG(status) == 9
-    assert len(frames_of(path)) == 37
 
 
 _WRITE_ON = """

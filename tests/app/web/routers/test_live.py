@@ -11,7 +11,7 @@ from builders import PATIENCE_S, Client, assert_error, frame_number, serving, wa
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from websockets.sync.client import ClientConnection
 
-from app.tracking.live import Progress
+from app.tracking.live import Progress, Update
 from app.web import middleware
 from app.web.routers import live as live_route
 from vo_core import Estimate
@@ -93,7 +93,7 @@ def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(shared: Client, o
         acknowledge(reader, receive(reader)[0])
         before = memory_bytes()
         for n in range(PICTURES):
-            published(own, "running", Progress(n, None, 20.0, None), (pose,), jpeg)
+            published(Update(own, "running", Progress(n, None, 20.0), (pose,), jpeg))
             deaf.send(json.dumps({"type": "ack", "seq": 2**53}))
             header, shown = receive(reader)
             acknowledge(reader, header)
