@@ -132,57 +132,57 @@ class Extras:
     csv_style: CsvStyle = "standard"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One observation as reported; None means unknown."""
+    """One observation as reported; None: unknown, as its place until its frame is tracked."""
 
     id: str
     seq: int
     """Number of the tag: it never changes, so that files and other programs can rely on it."""
     tag: StatedTag
     """What a person stated; everything else is derived from it, the track and the rig."""
-    time_s: float | None
-    """Time of the frame in the video; None, like all of its place, until the frame is tracked."""
-    distance_m: float | None
+    number: int = 0
+    """What people call it: its place along the pipe in this report, from 1 (`along_the_pipe`)."""
+    time_s: float | None = None
+    """Time of the frame in the video."""
+    distance_m: float | None = None
     """Corrected distance, to the millimetre."""
-    u95_m: float | None
-    raw_m: float | None
+    u95_m: float | None = None
+    raw_m: float | None = None
     """The same distance in the raw track."""
-    source: str | None
+    source: str | None = None
     """Basis of the distance: odometry, joint, closure or typed."""
-    to_go_m: float | None
+    to_go_m: float | None = None
     """Distance to the far end, if its distance is known."""
-    joint_no: int | None
-    at_joint: bool
+    joint_no: int | None = None
+    at_joint: bool = False
     kind: Code | None
     """The row of the code pack; None for a code that is not in it."""
     clock_from: int | None
     """Clock position as entered, else from the pixel, in whole hours."""
-    clock_h: float | None
+    clock_h: float | None = None
     """Exact clock position from the pixel; None without one and on a floor."""
     cont_id: int | None
     """Number of its stretch."""
     cont_role: Role | None
     cont_length_m: float | None
     """Length of the stretch, given at its start once it is finished."""
-    photo: Photo | None
-    x_m: float | None
+    photo: Photo | None = None
+    more_photos: tuple[Photo, ...] = ()
+    """Further photos, and drawings on copies of photos, in the order of the person."""
+    voice_notes: tuple[VoiceNote, ...] = ()
+    figures: tuple[Figure | None, ...] = ()
+    """Of the tag's measures, in their order; None where nothing can be derived."""
+    x_m: float | None = None
     """The wall point: along the axis, right of it, below it (or below the camera's floor)."""
-    y_m: float | None
-    z_m: float | None
-    lon: float | None
-    lat: float | None
+    y_m: float | None = None
+    z_m: float | None = None
+    lon: float | None = None
+    lat: float | None = None
     tagged_by: str
     tagged_at: datetime
     edited_at: datetime | None
     edited_by: str | None
-    more_photos: tuple[Photo, ...] = ()
-    """Further photos, and drawings on copies of photos, in the order of the person."""
-    voice_notes: tuple[VoiceNote, ...] = ()
-    number: int = 0
-    """What people call it: its place along the pipe in this report, from 1 (`along_the_pipe`)."""
-    figures: tuple[Figure | None, ...] = ()
-    """Of the tag's measures, in their order; None where nothing can be derived."""
 
     @property
     def photos(self) -> tuple[Photo, ...]:

@@ -16,6 +16,7 @@ from cachetools import TTLCache
 from numpy.typing import NDArray
 
 from app.errors import BlobChanged, ExportNotAvailable, PhotoNotFound
+from app.imports import archive_manifest
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.counters import Counters
@@ -27,11 +28,11 @@ from app.reports.content.naming import file_stem, safe_file_name
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.reports.formats import FORMATS
-from app.reports.kept import kept_of
 from app.reports.report import (
     Company,
     Entry,
     Extras,
+    Kept,
     Loss,
     Report,
     Role,
@@ -55,7 +56,7 @@ from app.survey.alignment import Alignment, alignment_of
 from app.survey.catalogue.table import CodeTable
 from app.survey.fields.header import asset_of, number_of, project_of
 from app.survey.interval import half_width_m
-from app.survey.place import ObservationView
+from app.survey.place import ObservationView, WallUnder
 from app.survey.register import Line, one_line
 from app.survey.review import ReviewState
 from app.survey.rounding import metres, rounded
@@ -68,6 +69,12 @@ from vo_core.errors import InvalidRig
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
 _NO_EXTRAS = Extras()
+_BESIDE_THE_FILM = {
+    archive_manifest.COUNTER: keys.counter,
+    archive_manifest.READINGS: keys.counter_readings,
+    archive_manifest.PARTS: keys.marks,
+}
+"""What is stored of an inspection beside its film, by its names in an archive file."""
 _KEPT_S = 60.0
 """How long a written report is cached: a page requests its losses and then the report itself."""
 _KEPT_BYTES = 64 * 2**20
@@ -247,20 +254,19 @@ class Reports:
         rig, table = rig_of(row), self._packs.table_of(row.header)
         track, raw = self._corrections.track(inspection_id), self._tracks.get(inspection_id)
         observations = self._observations.all(inspection_id)
+        attachments = self._attachments.listed(inspection_id)
         template = self._templates.of_project(project_of(row.header)).template
-        asset = file_stem(str(row.header.get("asset_id") or row.name))
-        lengths_m = _stretch_lengths_m(observations)
         end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
         line = self._line_of(row.header)
-        alignment = alignment_of(row.header, line, _metres(end_mm))
-        attachments = self._attachments.listed(inspection_id)
         attached = Attached(
             self._blobs,
-            asset,
+            file_stem(str(row.header.get("asset_id") or row.name)),
             attachments,
             Translator(language, units).burnt_in if extras.burnt_in else None,
             partial(_taken, track, has_sigma=not is_unmeasured(raw)),
         )
+        alignment = alignment_of(row.header, line, _metres(end_mm))
+        lengths_m = _stretch_lengths_m(observations)
         entries = [
             attached.added_to(_entry(item, rig, table, row.header, alignment, lengths_m), item.row)
             for item in observations
@@ -319,7 +325,15 @@ class Reports:
             line=line,
             draw_scene=self._draw_scene,
             extras=extras,
-            kept=kept_of(row, attachments, self._reviews, self._packs, self._blobs),
+            kept=Kept(
+                tuple(attachments),
+                tuple(self._reviews.remarks(row.id)),
+                {
+                    name: StoredBlob(self._blobs, key_of(row.id))
+                    for name, key_of in _BESIDE_THE_FILM.items()
+                },
+                self._packs.csv_of(row.header),
+            ),
             language=language,
             units=units,
         )
@@ -357,38 +371,38 @@ def _entry(
 ) -> Entry:
     row, place, tag = view.row, view.place, view.row.tag
     role, number = role_and_number(tag.continuous) if tag.continuous else (None, None)
-    x_m, y_m, z_m = _wall_point_m(view, rig)
-    distance_m = _metres(place.distance_mm) if place else None
-    lon, lat = alignment.at(distance_m) if alignment and distance_m is not None else (None, None)
+    derived: dict[str, Any] = {}
+    if place is not None:
+        distance_m = metres(place.distance_mm)
+        derived = {
+            "time_s": rounded(place.time_s, 3),
+            "distance_m": distance_m,
+            "u95_m": place.u95_m,
+            "raw_m": metres(place.raw_mm),
+            "source": place.source,
+            "to_go_m": _to_go_m(header, distance_m),
+            "joint_no": place.joint_no,
+            "at_joint": view.at_joint,
+        }
+        if alignment is not None:
+            derived["lon"], derived["lat"] = alignment.at(distance_m)
+        if place.wall is not None:
+            derived |= {"clock_h": place.wall.clock_h, **_wall_point_m(place.wall, rig)}
     return Entry(
         id=row.id,
         seq=row.seq,
         tag=tag,
-        time_s=rounded(place.time_s, 3) if place else None,
-        distance_m=distance_m,
-        u95_m=place.u95_m if place else None,
-        raw_m=_metres(place.raw_mm) if place else None,
-        source=place.source if place else None,
-        to_go_m=_to_go_m(header, place.distance_mm) if place else None,
-        joint_no=place.joint_no if place else None,
-        at_joint=place is not None and view.at_joint,
         kind=table.named(tag.code, tag.char1, tag.char2),
         clock_from=view.clock,
-        clock_h=place.wall.clock_h if place and place.wall else None,
         cont_id=number,
         cont_role=_ROLES[role] if role else None,
         cont_length_m=lengths_m.get(row.id),
-        photo=None,
-        x_m=x_m,
-        y_m=y_m,
-        z_m=z_m,
-        lon=lon,
-        lat=lat,
+        figures=view.figures,
         tagged_by=row.created_by,
         tagged_at=row.created_at,
         edited_at=row.edited_at,
         edited_by=row.edited_by,
-        figures=view.figures,
+        **derived,
     )
 
 
@@ -414,23 +428,19 @@ def _stretch_lengths_m(observations: Sequence[ObservationView]) -> dict[str, flo
     }
 
 
-def _wall_point_m(
-    view: ObservationView, rig: Rig
-) -> tuple[float | None, float | None, float | None]:
+def _wall_point_m(wall: WallUnder, rig: Rig) -> dict[str, float]:
     """Return X along the axis, Y right, Z down from the axis, or from the floor."""
-    wall = view.place.wall if view.place else None
-    if wall is None:
-        return None, None, None
     z_mm = 0.0
     if wall.clock_h is not None and rig.pipe.diameter_mm is not None:
         z_mm = -rig.pipe.diameter_mm / 2 * math.cos(math.radians(30 * wall.clock_h))
-    return _metres(wall.distance_mm), _metres(wall.lateral_mm), _metres(z_mm)
+    places = {"x_m": wall.distance_mm, "y_m": wall.lateral_mm, "z_m": z_mm}
+    return {name: metres(mm) for name, mm in places.items()}
 
 
-def _to_go_m(header: Mapping[str, Any], distance_mm: float) -> float | None:
+def _to_go_m(header: Mapping[str, Any], distance_m: float) -> float | None:
     """Return the distance to the far end, if that was entered as a number."""
     known_m = number_of(header.get("known_length_m"))
-    return None if known_m is None else rounded(known_m - metres(distance_mm), 3)
+    return None if known_m is None else rounded(known_m - distance_m, 3)
 
 
 def _last(values: NDArray[np.float64]) -> float | None:
