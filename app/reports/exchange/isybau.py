@@ -6,7 +6,7 @@ official schema.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
@@ -16,7 +16,7 @@ from app.reports.exchange.header import Header, plain_number
 from app.reports.exchange.losses import NO_GEOMETRY, left_out
 from app.reports.exchange.names import FileNames, Names, film, renamed
 from app.reports.exchange.rows import ABANDONED, Row, general_remark, in_columns, rows_of, texts_of
-from app.reports.exchange.tree import Shared, chain, child, children, to_bytes
+from app.reports.exchange.tree import Shared, child, children, filled, to_bytes
 from app.reports.report import Loss, Phrase, Report
 from app.survey.fields.lists import GROUNDS
 from app.survey.rounding import decimals
@@ -26,21 +26,117 @@ _NAMESPACES = {
     "xmlns:xsi": "http://www.w3.org/2001/XMLSchema-instance",
     "xmlns": "http://www.bfr-abwasser.de",
 }
-_MASTER, _STATE = "STA01", "ZUS01"
 _LONGEST_NAME, _LONGEST_FILM = 30, 255
 _MAX_STATION_M = 999.99
-_EN_2011 = "8"
-"""U102: EN 13508-2 of 2011 without national rules."""
 _NOT_REACHED = "GN"
 """U134: the far end was not reached."""
 _ZONES = (31, 32, 33)
 """UTM zones of the collections of the federal states."""
-_OF_ROW = (
-    "Index", "Station", "Timecode", "InspektionsKode", "Charakterisierung1", "Charakterisierung2",
-    "Verbindung", "Quantifizierung1Numerisch", "Quantifizierung1Text", "Quantifizierung2Numerisch",
-    "Quantifizierung2Text", "Streckenschaden", "StreckenschadenLfdNr", "PositionVon", "PositionBis",
-    "GrundAbbruch", "Fotodatei", "Kommentar",
-)  # fmt: skip
+_PIPE = """
+<AbwassertechnischeAnlage>
+  <Objektbezeichnung/><Objektart>1</Objektart><Status>0</Status><Baujahr/><Entwaesserungsart/>
+  <Kante>
+    <KantenTyp>0</KantenTyp>
+    <KnotenZulauf/><KnotenZulaufTyp>0</KnotenZulaufTyp>
+    <KnotenAblauf/><KnotenAblaufTyp>0</KnotenAblaufTyp>
+    <Laenge/><Material/>
+    <Profil>
+      <SonderprofilVorhanden>0</SonderprofilVorhanden><Profilart/><Profilbreite/><Profilhoehe/>
+    </Profil>
+    <Haltung><HaltungsFunktion>1</HaltungsFunktion></Haltung>
+  </Kante>
+  <Lage><Strassenname/></Lage>
+  <Geometrie>
+    <GeoObjektart>4</GeoObjektart><GeoObjekttyp>L</GeoObjekttyp>
+    <Geometriedaten><Kanten><Kante><Start/><Ende/></Kante></Kanten></Geometriedaten>
+    <CRSLage/>
+  </Geometrie>
+</AbwassertechnischeAnlage>"""
+_NODE = """
+<AbwassertechnischeAnlage>
+  <Objektbezeichnung/><Objektart>2</Objektart><Status>0</Status><Entwaesserungsart/>
+  <Knoten>
+    <KnotenTyp>0</KnotenTyp><Schacht><SchachtFunktion>1</SchachtFunktion></Schacht>
+  </Knoten>
+  <Geometrie>
+    <GeoObjektart>1</GeoObjektart><GeoObjekttyp>P</GeoObjekttyp>
+    <Geometriedaten><Knoten><Punkt/></Knoten></Geometriedaten>
+    <CRSLage/>
+  </Geometrie>
+</AbwassertechnischeAnlage>"""
+_ORDER = """
+<Auftrag>
+  <Auftragsbezeichnung/><Auftragsnummer/><Auftragskennung/><Auftragsart>1</Auftragsart>
+  <Inspektionszweck/><Kodiersystem>8</Kodiersystem><Auftragnehmer/>
+</Auftrag>"""
+"""Kodiersystem, U102: EN 13508-2 of 2011 without national rules."""
+_INSPECTED = """
+<InspizierteAbwassertechnischeAnlage>
+  <Objektbezeichnung/><Anlagentyp>1</Anlagentyp>
+  <Lage><Strassenname/></Lage>
+  <OptischeInspektion>
+    <Auftragskennung/><Inspektionsdatum/><Inspektionsverfahren/><NameUntersucher/><Uhrzeit/>
+    <Wetter/><Temperatur/><Reinigung/><Wasserhaltung/><Videoablagereferenz/><Bemerkung/>
+    <Rohrleitung>
+      <Rohrleitungstyp>0</Rohrleitungstyp><Inspektionsrichtung/><BezugspunktLage/>
+      <Inspektionslaenge/><Inspektionsart>2</Inspektionsart><ArtVideoreferenz/>
+      <RGrunddaten>
+        <KnotenZulauf/><KnotenZulaufTyp>0</KnotenZulaufTyp>
+        <KnotenAblauf/><KnotenAblaufTyp>0</KnotenAblaufTyp>
+        <Profilhoehe/><Profilbreite/><Profilart/><Material/><Regeleinzelrohrlaenge/>
+      </RGrunddaten>
+    </Rohrleitung>
+  </OptischeInspektion>
+</InspizierteAbwassertechnischeAnlage>"""
+_ROW = """
+<RZustand>
+  <Index/><Station/><Timecode/><InspektionsKode/><Charakterisierung1/><Charakterisierung2/>
+  <Verbindung/><Quantifizierung1Numerisch/><Quantifizierung1Text/><Quantifizierung2Numerisch/>
+  <Quantifizierung2Text/><Streckenschaden/><StreckenschadenLfdNr/><PositionVon/><PositionBis/>
+  <GrundAbbruch/><Fotodatei/><Kommentar/>
+</RZustand>"""
+_FILM = """
+<Film>
+  <Filmname/><Auftragskennung/><Videoablagereferenz/>
+  <FilmObjekte>
+    <FilmObjekt><Objektbezeichnung/><Typ>1</Typ><Inspektionsrichtung/></FilmObjekt>
+  </FilmObjekte>
+</Film>"""
+_ROOT = """
+<Identifikation>
+  <Version/>
+  <Admindaten/>
+  <Datenkollektive>
+    <Datenstatus>1</Datenstatus><Erstellungsdatum/>
+    <Kennungen>
+      <Kollektiv>
+        <Kennung>STA01</Kennung><Kollektivart>1</Kollektivart>
+        <Kollektiveigenschaft>
+          <Stammdaten>
+            <Stammdatentyp>1</Stammdatentyp><Bautechnik>1</Bautechnik><Geometrie>1</Geometrie>
+            <Sanierung>0</Sanierung><Umfeld>0</Umfeld>
+          </Stammdaten>
+        </Kollektiveigenschaft>
+        <Regelwerk/><Bearbeitungsstand/>
+      </Kollektiv>
+      <Kollektiv>
+        <Kennung>ZUS01</Kennung><Kollektivart>2</Kollektivart>
+        <Kollektiveigenschaft>
+          <Zustandsdaten>
+            <Inspektion>1</Inspektion><Dichtheit>0</Dichtheit><Film/>
+          </Zustandsdaten>
+        </Kollektiveigenschaft>
+        <Regelwerk/><Bearbeitungsstand/>
+      </Kollektiv>
+    </Kennungen>
+    <Stammdatenkollektiv>
+      <Kennung>STA01</Kennung><Beschreibung>nodes and pipe</Beschreibung>
+    </Stammdatenkollektiv>
+    <Zustandsdatenkollektiv>
+      <Kennung>ZUS01</Kennung><Beschreibung>culvert inspection</Beschreibung>
+    </Zustandsdatenkollektiv>
+  </Datenkollektive>
+</Identifikation>"""
 
 
 @dataclass(frozen=True)
@@ -72,28 +168,30 @@ class IsybauFile:
         rows, losses = rows_of(report)
         names, lost = self._names.add(report, header)
         losses += lost
-        values = header.columns(job_ref=report.name) | {
-            "Auftragskennung": str(self._names.inspections),
+        number = str(self._names.inspections)
+        values = {"Auftragsbezeichnung": "1"} | header.columns(job_ref=report.name)
+        values |= {
+            "Objektbezeichnung": names.asset,
+            "Auftragskennung": number,
             "KnotenZulauf": names.upstream,
-            "KnotenZulaufTyp": "0",
             "KnotenAblauf": names.downstream,
-            "KnotenAblaufTyp": "0",
+            "Inspektionslaenge": _length(report.distance_m),
         }
-        ends = ends_of(header)
-        places, lost = _places(ends, names)
-        losses += lost
+        has_times = bool(film(report)) or any(row.time_s for row in rows)
+        values["ArtVideoreferenz"] = "1" if has_times else "4"
+        if "Baujahr" in values:
+            values["Baujahr"] = values["Baujahr"].zfill(4)
         if film(report):
-            values["Videoablagereferenz"] = values["Auftragskennung"]
+            values["Videoablagereferenz"] = number
             values["Filmname"] = header.cut(film(report), _LONGEST_FILM, Phrase("part.film"))
-            self._films.append(_film(values, names))
+            self._films.append(filled(_FILM, values))
         values["Bemerkung"] = general_remark(report, header, rows)
-        self._orders.append(_order(values))
-        self._assets.append(_inspected(values, names, report, rows, losses))
-        system = f"ETRS89_UTM{ends.zone}" if ends else ""
-        for name in names.nodes:
-            node = _node(name, values["Entwaesserungsart"], places.get(name), system)
-            losses += self._nodes.add(name, node)
-        losses += self._pipes.add(names.asset, _pipe(values, names, places, system))
+        self._orders.append(filled(_ORDER, values))
+        held = list(fitted(rows, _FORMAT, _MAX_STATION_M, losses))
+        if has_times:
+            losses += [Loss("time_is_zero", row.entry) for row in held if row.time_s is None]
+        self._assets.append(_inspected(values, held))
+        losses += self._add_assets(values, names, ends_of(header))
         losses += [
             *renamed(report, film(report)),
             left_out(report, is_named=not header.text("job_ref")),
@@ -103,45 +201,44 @@ class IsybauFile:
         self._made_on = max(self._made_on, day)
         return tuple(losses)
 
+    def _add_assets(
+        self, values: Mapping[str, str], names: Names, ends: Ends | None
+    ) -> Iterator[Loss]:
+        """Add nodes and pipe, with their places as far as the format knows their UTM zone."""
+        points = utm_m(ends) if ends and ends.is_north and ends.zone in _ZONES else None
+        if points is None:
+            yield NO_GEOMETRY if ends is None else Loss("isybau_zones", zones=_ZONES)
+        places = points.of_nodes(names) if points else {}
+        values = {**values, "CRSLage": f"ETRS89_UTM{ends.zone}" if ends else ""}
+        for name in names.nodes:
+            node = filled(_NODE, {**values, "Objektbezeichnung": name}, keep=("Punkt",))
+            _place(node, {"Punkt": places.get(name)})
+            yield from self._nodes.add(name, node)
+        pipe = filled(_PIPE, values, keep=("Start", "Ende"))
+        ends_of_pipe = {"Start": places.get(names.upstream), "Ende": places.get(names.downstream)}
+        _place(pipe, ends_of_pipe)
+        yield from self._pipes.add(names.asset, pipe)
+
     def content(self) -> bytes:
         """Return the document."""
-        root = Element("Identifikation", _NAMESPACES)
-        child(root, "Version", self._version.name)
-        child(root, "Admindaten")
-        collectives = children(
-            child(root, "Datenkollektive"), {"Datenstatus": "1", "Erstellungsdatum": self._made_on}
-        )
-        self._add_keys(child(collectives, "Kennungen"))
-        master = child(collectives, "Stammdatenkollektiv")
-        children(master, {"Kennung": _MASTER, "Beschreibung": "nodes and pipe"})
+        values = {
+            "Version": self._version.name,
+            "Erstellungsdatum": self._made_on,
+            "Film": str(int(len(self._films) > 0)),
+            "Regelwerk": self._version.rules,
+            "Bearbeitungsstand": self._made_on,
+        }
+        root = filled(_ROOT, values, keep=("Admindaten",))
+        root.attrib.update(_NAMESPACES)
+        *_, master, state = root[-1]
         self._nodes.append_to(master)
         self._pipes.append_to(master)
-        state = child(collectives, "Zustandsdatenkollektiv")
-        children(state, {"Kennung": _STATE, "Beschreibung": "culvert inspection"})
         state.append(self._orders)
         state.extend(self._assets)
         if len(self._films):
             state.append(self._films)
         declaration = '<?xml version="1.0" encoding="ISO-8859-1" standalone="yes"?>'
         return to_bytes(root, declaration, "iso-8859-1")
-
-    def _add_keys(self, keys: Element) -> None:
-        """List every collective with its key, which the collective repeats."""
-        master = children(child(keys, "Kollektiv"), {"Kennung": _MASTER, "Kollektivart": "1"})
-        children(
-            chain(master, "Kollektiveigenschaft", "Stammdaten"),
-            {"Stammdatentyp": 1, "Bautechnik": 1, "Geometrie": 1, "Sanierung": 0, "Umfeld": 0},
-        )
-        state = children(child(keys, "Kollektiv"), {"Kennung": _STATE, "Kollektivart": "2"})
-        children(
-            chain(state, "Kollektiveigenschaft", "Zustandsdaten"),
-            {"Inspektion": 1, "Dichtheit": 0, "Film": int(len(self._films) > 0)},
-        )
-        for collective in (master, state):
-            children(
-                collective,
-                {"Regelwerk": self._version.rules, "Bearbeitungsstand": self._made_on},
-            )
 
 
 def file_of_2017() -> IsybauFile:
@@ -154,146 +251,45 @@ def file_of_2024() -> IsybauFile:
     return IsybauFile(_Version("2024-06", "7"))
 
 
-def _places(ends: Ends | None, names: Names) -> tuple[dict[str, Point], list[Loss]]:
-    """Return easting and northing of the nodes, as far as the format knows their zone."""
-    if ends is None:
-        return {}, [NO_GEOMETRY]
-    points = utm_m(ends) if ends.is_north and ends.zone in _ZONES else None
-    if points is None:
-        return {}, [Loss("isybau_zones", zones=_ZONES)]
-    return points.of_nodes(names), []
+def _length(surveyed_m: float | None) -> str:
+    if surveyed_m is None or not 0 <= surveyed_m <= _MAX_STATION_M:
+        return ""
+    return decimals(surveyed_m, 2)
 
 
-def _node(name: str, system: str, place: Point | None, grid: str) -> Element:
-    node = _asset({"Objektbezeichnung": name, "Objektart": "2", "Entwaesserungsart": system})
-    kind = child(node, "Knoten")
-    child(kind, "KnotenTyp", "0")
-    chain(kind, "Schacht", "SchachtFunktion").text = "1"
-    if place:
-        shape = Element("Knoten")
-        _add_point(shape, "Punkt", place)
-        _add_geometry(node, "1", "P", shape, grid)
-    return node
+def _place(asset: Element, points: Mapping[str, Point | None]) -> None:
+    """Fill in the points of an asset, or remove its geometry."""
+    geometry = asset[-1]
+    for name, point in points.items():
+        if point is None:
+            asset.remove(geometry)
+            return
+        (element,) = geometry.iter(name)
+        children(
+            element,
+            {
+                "Rechtswert": f"{point[0]:.3f}",
+                "Hochwert": f"{point[1]:.3f}",
+                "PunktattributAbwasser": "SMP",
+            },
+        )
 
 
-def _pipe(
-    values: Mapping[str, str], names: Names, places: Mapping[str, Point], grid: str
-) -> Element:
-    year = values["Baujahr"].zfill(4) if "Baujahr" in values else None
-    asset = _asset({**values, "Objektbezeichnung": names.asset, "Objektart": "1", "Baujahr": year})
-    edge = child(asset, "Kante")
-    child(edge, "KantenTyp", "0")
-    _add(edge, values, "KnotenZulauf KnotenZulaufTyp KnotenAblauf KnotenAblaufTyp Laenge Material")
-    profile = child(edge, "Profil")
-    child(profile, "SonderprofilVorhanden", "0")
-    _add(profile, values, "Profilart Profilbreite Profilhoehe")
-    chain(edge, "Haltung", "HaltungsFunktion").text = "1"
-    _add_road(asset, values)
-    if places:
-        lines = Element("Kanten")
-        line = child(lines, "Kante")
-        _add_point(line, "Start", places[names.upstream])
-        _add_point(line, "Ende", places[names.downstream])
-        _add_geometry(asset, "4", "L", lines, grid)
+def _inspected(values: Mapping[str, str], rows: list[Row]) -> Element:
+    asset = filled(_INSPECTED, values)
+    if rows:
+        data = child(asset[-1][-1], "Inspektionsdaten")
+        data.extend(filled(_ROW, _row(row, index)) for index, row in enumerate(rows, 1))
     return asset
 
 
-def _asset(values: Mapping[str, str | None]) -> Element:
-    asset = Element("AbwassertechnischeAnlage")
-    return _add(
-        asset,
-        {**values, "Status": "0"},
-        "Objektbezeichnung Objektart Status Baujahr Entwaesserungsart",
-    )
-
-
-def _add(parent: Element, values: Mapping[str, object], names: str) -> Element:
-    """Append the filled ones of these elements; return the parent."""
-    return children(parent, {name: values.get(name) for name in names.split()})
-
-
-def _add_road(asset: Element, values: Mapping[str, str]) -> None:
-    if road := values.get("Strassenname"):
-        child(child(asset, "Lage"), "Strassenname", road)
-
-
-def _add_geometry(asset: Element, kind: str, form: str, shape: Element, grid: str) -> None:
-    geometry = children(child(asset, "Geometrie"), {"GeoObjektart": kind, "GeoObjekttyp": form})
-    child(geometry, "Geometriedaten").append(shape)
-    child(geometry, "CRSLage", grid)
-
-
-def _add_point(parent: Element, name: str, point: Point) -> None:
-    children(
-        child(parent, name),
-        {
-            "Rechtswert": f"{point[0]:.3f}",
-            "Hochwert": f"{point[1]:.3f}",
-            "PunktattributAbwasser": "SMP",
-        },
-    )
-
-
-def _order(values: Mapping[str, str]) -> Element:
-    return _add(
-        Element("Auftrag"),
-        {"Auftragsbezeichnung": "1", **values, "Auftragsart": "1", "Kodiersystem": _EN_2011},
-        "Auftragsbezeichnung Auftragsnummer Auftragskennung Auftragsart Inspektionszweck "
-        "Kodiersystem Auftragnehmer",
-    )
-
-
-def _inspected(
-    values: Mapping[str, str], names: Names, report: Report, rows: list[Row], losses: list[Loss]
-) -> Element:
-    asset = Element("InspizierteAbwassertechnischeAnlage")
-    children(asset, {"Objektbezeichnung": names.asset, "Anlagentyp": "1"})
-    _add_road(asset, values)
-    inspection = child(asset, "OptischeInspektion")
-    _add(
-        inspection,
-        values,
-        "Auftragskennung Inspektionsdatum Inspektionsverfahren NameUntersucher Uhrzeit Wetter "
-        "Temperatur Reinigung Wasserhaltung Videoablagereferenz Bemerkung",
-    )
-    run = child(inspection, "Rohrleitung")
-    surveyed_m, has_times = report.distance_m, bool(film(report)) or any(it.time_s for it in rows)
-    is_held = surveyed_m is not None and 0 <= surveyed_m <= _MAX_STATION_M
-    _add(
-        run,
-        {
-            **values,
-            "Rohrleitungstyp": "0",
-            "Inspektionslaenge": decimals(surveyed_m or 0.0, 2) if is_held else None,
-            "Inspektionsart": "2",
-            "ArtVideoreferenz": "1" if has_times else "4",
-        },
-        "Rohrleitungstyp Inspektionsrichtung BezugspunktLage Inspektionslaenge Inspektionsart "
-        "ArtVideoreferenz",
-    )
-    _add(
-        child(run, "RGrunddaten"),
-        values,
-        "KnotenZulauf KnotenZulaufTyp KnotenAblauf KnotenAblaufTyp Profilhoehe Profilbreite "
-        "Profilart Material Regeleinzelrohrlaenge",
-    )
-    held = list(fitted(rows, _FORMAT, _MAX_STATION_M, losses))
-    if held:
-        data = child(run, "Inspektionsdaten")
-        for index, row in enumerate(held, 1):
-            children(child(data, "RZustand"), _row(row, index))
-    if has_times:
-        losses += [Loss("time_is_zero", row.entry) for row in held if row.time_s is None]
-    return asset
-
-
-def _row(row: Row, index: int) -> dict[str, object]:
+def _row(row: Row, index: int) -> dict[str, str]:
     texts = texts_of(row)
     texts["film_time_s"] = f"{texts['film_time_s'].replace(':', '') or '000000'}00"
     texts["at_joint"] = "1" if row.entry.at_joint else "0"
     if row.clock_from is not None and not texts["clock_to"]:
         texts["clock_to"] = "00"
-    values: dict[str, object] = {"Index": index, **in_columns(texts, "isybau")}
+    values = {"Index": str(index), **in_columns(texts, "isybau")}
     for number, quantity in ((1, row.quant1), (2, row.quant2)):
         if quantity is None:
             continue
@@ -303,17 +299,8 @@ def _row(row: Row, index: int) -> dict[str, object]:
         else:
             values[f"Quantifizierung{number}Text"] = exact
     if row.stretch:
-        values["Streckenschaden"], values["StreckenschadenLfdNr"] = row.stretch
+        letter, stretch = row.stretch
+        values |= {"Streckenschaden": letter, "StreckenschadenLfdNr": str(stretch)}
     if row.code == ABANDONED:
         values["GrundAbbruch"] = GROUNDS.code("isybau", row.remark) or _NOT_REACHED
-    return {name: values.get(name) for name in _OF_ROW}
-
-
-def _film(values: Mapping[str, str], names: Names) -> Element:
-    entry = _add(Element("Film"), values, "Filmname Auftragskennung Videoablagereferenz")
-    _add(
-        chain(entry, "FilmObjekte", "FilmObjekt"),
-        {**values, "Objektbezeichnung": names.asset, "Typ": "1"},
-        "Objektbezeichnung Typ Inspektionsrichtung",
-    )
-    return entry
+    return values

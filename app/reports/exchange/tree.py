@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from collections.abc import Collection, Mapping
+from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostring
 
 from app.reports.content.ascii import one_line
 from app.reports.report import Loss
@@ -25,11 +25,31 @@ def children(parent: Element, values: Mapping[str, object]) -> Element:
     return parent
 
 
-def chain(parent: Element, *names: str) -> Element:
-    """Append an element within an element and so on; return the innermost."""
-    for name in names:
-        parent = child(parent, name)
-    return parent
+def filled(template: str, values: Mapping[str, str], keep: Collection[str] = ()) -> Element:
+    """Return a template whose empty elements hold the values of their names.
+
+    Those without a value are left out, and what is empty by that.
+
+    Args:
+        template: XML; texts in it stand as they are.
+        values: Texts by the names of elements.
+        keep: Elements that stay although they are empty.
+    """
+    root = fromstring(template)  # noqa: S314  (a template of ours)
+    _fill(root, values, keep)
+    return root
+
+
+def _fill(parent: Element, values: Mapping[str, str], keep: Collection[str]) -> None:
+    parent.text = None
+    for element in list(parent):
+        element.tail = None
+        if len(element):
+            _fill(element, values, keep)
+        elif not element.text:
+            element.text = one_line(values.get(element.tag, "")) or None
+        if not len(element) and not element.text and element.tag not in keep:
+            parent.remove(element)
 
 
 class Shared:
