@@ -42,7 +42,11 @@ class Translator:
 
     def __call__(self, key: str, /, **values: object) -> str:
         """Return the sentence of this key with its values."""
-        return self._words[key].format_map(values)
+        written = {
+            name: self.figure(value) if isinstance(value, float) else value
+            for name, value in values.items()
+        }
+        return self._words[key].format_map(written)
 
     def one_of(self, area: str, name: object, otherwise: str | None = None) -> str:
         """Return the word for a value if there is one, else the value itself."""
@@ -51,10 +55,7 @@ class Translator:
     def refusal(self, refusal: Refusal) -> str:
         """Return why joints do not count."""
         key = f"refusal.{refusal.reason}"
-        if key not in self._words:
-            return refusal.sentence
-        figures = refusal.values.items()
-        return self(key, **{k: v if isinstance(v, str) else f"{v:g}" for k, v in figures})
+        return self(key, **refusal.values) if key in self._words else refusal.sentence
 
     def remark(self, event: Event) -> str:
         """Return the remark of an event: what a person wrote, or the server's own in our words."""
@@ -68,14 +69,27 @@ class Translator:
         number = {"seq": loss.entry.number} if loss.entry else {}
         return self(f"loss.{loss.key}", **number, **self._spoken(loss.values))
 
-    def phrase(self, phrase: Phrase) -> str:
-        """Return the words of a phrase."""
-        return self._said(phrase)
+    def phrase(self, value: object) -> str:
+        """Return the words of a phrase, a loss, several of them, or a plain value."""
+        if isinstance(value, tuple):
+            return ", ".join(map(self.phrase, value))
+        if isinstance(value, Loss):
+            return self.loss(value)
+        if not isinstance(value, Phrase):
+            return str(value)
+        if value.key in self._words:
+            return self(value.key, **self._spoken(value.values))
+        return value.otherwise or value.key
+
+    def _spoken(self, values: Mapping[str, object]) -> dict[str, str]:
+        return {name: self.phrase(value) for name, value in values.items()}
 
     def caveat(self, caveat: Caveat) -> str:
         """Return the sentence about something odd in an imported file."""
         values: dict[str, object] = {
-            name: value if isinstance(value, str | int) else self._brought(value)
+            name: value
+            if isinstance(value, str | int)
+            else ", ".join(self(f"brought.{one}") for one in value)
             for name, value in caveat.values.items()
         }
         if "field" in values:
@@ -87,27 +101,10 @@ class Translator:
             said = self("caveat.of_survey", survey=caveat.survey, said=said)
         return said
 
-    def _brought(self, names: Sequence[str]) -> str:
-        return ", ".join(self(f"brought.{name}") for name in names)
-
     def nothing_imported(self, caveats: Sequence[Caveat]) -> str:
         """Return why no survey of a file can be imported: the first caveat, if there is one."""
         said = [self("caveat.nothing_imported"), *map(self.caveat, caveats[:1])]
         return " ".join(said)
-
-    def _spoken(self, values: Mapping[str, object]) -> dict[str, str]:
-        return {name: self._said(value) for name, value in values.items()}
-
-    def _said(self, value: object) -> str:
-        if isinstance(value, tuple):
-            return ", ".join(map(self._said, value))
-        if isinstance(value, Loss):
-            return self.loss(value)
-        if not isinstance(value, Phrase):
-            return str(value)
-        if value.key in self._words:
-            return self(value.key, **self._spoken(value.values))
-        return value.otherwise or value.key
 
     @property
     def per_unit_m(self) -> float:

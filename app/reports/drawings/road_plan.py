@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.reports.collection.plan import Plan
-from app.reports.content.translator import Translator
+from app.reports.content.translator import FOOT_M, Translator
 from app.reports.drawings import svg
 from app.reports.drawings.svg import Drawing
 
@@ -14,7 +14,6 @@ FOOT = 14.0
 """Room for the scale bar below the sketch."""
 _MARK = 1.1
 _LONGEST_LABEL = 38.0
-_FOOT_M = 0.3048
 
 
 def road_plan(sketch: Plan, accent: str, t: Translator) -> Drawing:
@@ -64,5 +63,5 @@ def _bar(sketch: Plan, t: Translator) -> list[str]:
 
 def _length(length_m: float, t: Translator) -> str:
     if t.units == "ft":
-        return t.local(f"{length_m:g} m ({length_m / _FOOT_M:,.0f} ft)")
+        return t.local(f"{length_m:g} m ({length_m / FOOT_M:,.0f} ft)")
     return f"{length_m / 1000:g} km" if length_m >= 1000 else f"{length_m:g} m"

@@ -87,7 +87,7 @@ def test_why_the_client_was_not_notified_is_said_in_the_language_of_the_report()
 def test_each_loss_that_a_format_names_has_a_sentence():
     named = set(re.findall(r"Loss\(\s*f?\"([\w{}]+)\"", SOURCE))
     keys = {
-        key.format(what=what, name=name, why=why)
+        key.format(what=what, name=name, why=why, content=why)
         for key in named
         for what in ("photo", "voice")
         for why in get_args(WhyLost)
