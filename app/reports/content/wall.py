@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from app.reports.content.cut_pipe import clock_spans
 from app.reports.content.translator import Translator
 from app.reports.report import Entry, Report
 from app.storage.blobs.blobs import Readable
@@ -235,28 +236,14 @@ def clock_places(report: Report, *, feet: bool) -> list[tuple[str, float]]:
 
 
 def _sector_mm(report: Report, entry: Entry) -> list[Span]:
-    """Return the arcs of its clock position or sector."""
+    """Return the arcs of its clock position or sector; a point on the wall is known exactly."""
     diameter_mm = report.rig.pipe.diameter_mm
     if diameter_mm is None:
         return [] if entry.y_m is None else [(1000 * entry.y_m, 1000 * entry.y_m)]
-    hour_mm = math.pi * diameter_mm / 12
-    first, last = entry.clock_from, entry.tag.clock_to
-    if first is None or last is None or (first == last and first % 12):
-        if entry.y_m is not None and entry.z_m is not None:
-            hours = 6 / math.pi * math.atan2(entry.y_m, entry.z_m)
-        elif first is not None:
-            hours = _hours(first)
-        else:
-            return []
-        return [(hours * hour_mm, hours * hour_mm)]
-    # A sector runs clockwise seen in the direction of travel: from the right over the invert.
-    start = _hours(first)
-    end = start - ((last - first) % 12 or 12)
-    spans = [(max(end, -6), start), *([(end + 12, 6)] if end < -6 else [])]
-    return [(low * hour_mm, high * hour_mm) for low, high in spans if low < high]
-
-
-def _hours(clock: float) -> float:
-    """Return hours from the invert to the right, in (-6, 6]."""
-    hours = (6 - clock) % 12
-    return hours - 12 if hours > 6 else hours
+    around_mm = math.pi * diameter_mm
+    spans = clock_spans(entry.clock_from, entry.tag.clock_to)
+    is_sector = any(low < high for low, high in spans)
+    if not is_sector and entry.y_m is not None and entry.z_m is not None:
+        share = 0.5 + math.atan2(entry.y_m, entry.z_m) / (2 * math.pi)
+        spans = [(share, share)]
+    return [((low - 0.5) * around_mm, (high - 0.5) * around_mm) for low, high in spans]
