@@ -377,3 +377,10 @@ def advised(made: Report, tags: Mapping[int, Mapping[str, Any]]) -> Report:
         for entry in made.entries
     )
     return replace(made, entries=tuple(entries))
+
+
+def page_of(reader: Any, destination: Any) -> int:
+    """Return the index of the page to which a link of a PDF leads, as pypdf reads it."""
+    if isinstance(destination, str):
+        return int(reader.get_destination_page_number(reader.named_destinations[destination]))
+    return int(reader.get_page_number(destination[0].get_object()))

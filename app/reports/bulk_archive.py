@@ -184,9 +184,9 @@ class _Order:
 
     def write_document(self, file: IO[bytes]) -> None:
         """Write the PDF over all inspections."""
-        from app.reports.pdf.collection import document  # loads what typesets it
+        from app.reports.pdf import collection  # loads what it is made of
 
-        missing = document.write(
+        missing = collection.write(
             file,
             self._wanted.inspections,
             partial(self._report, extras=Extras(burnt_in=self._wanted.extras.burnt_in)),

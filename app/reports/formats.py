@@ -38,7 +38,7 @@ _FORMS: Mapping[str, Format] = {
         ".pdf",
         "application/pdf",
         _in("pdf"),
-        losses_of=_in("pdf.glyphs", "missing_glyphs"),
+        losses_of=_in("pdf.characters", "missing_glyphs"),
     ),
     "html": Format(
         "report",

@@ -6,14 +6,12 @@ data folder and read from it, as the server does; another process makes them.
 
 from __future__ import annotations
 
-import resource
 import shutil
 import sys
 import tempfile
-import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -87,28 +85,18 @@ def photo(seed: int) -> bytes:
     return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes()
 
 
-@dataclass
-class Figures:
-    """What the document costs."""
-
-    wall_s: float
-    cpu_s: float
-    before_mb: float
-    peak_mb: float
-
-
-def measured(data: Path, ids: Sequence[str], out: Path, language: str) -> Figures:
-    """Write the document."""
+def measured(data: Path, ids: Sequence[str], out: Path, language: str) -> str:
+    """Write the document; return what that takes."""
     from app.data_folder import reading
     from app.reports.content.translator import Translator
-    from app.reports.pdf.collection import document
+    from app.reports.pdf import collection
     from app.settings import Settings
+    from measure.used import Used
 
     settings = Settings(data=data, company_name="Jurutera Pembetung Sdn Bhd")
     with reading(settings) as records, out.open("wb") as file:
-        before_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        wall_s, cpu_s = time.perf_counter(), time.process_time()
-        missing = document.write(
+        used = Used()
+        missing = collection.write(
             file,
             ids,
             partial(records.reports.report, language=language),
@@ -116,10 +104,8 @@ def measured(data: Path, ids: Sequence[str], out: Path, language: str) -> Figure
             begin=lambda _name: None,
             done=lambda: None,
         )
-        wall_s, cpu_s = time.perf_counter() - wall_s, time.process_time() - cpu_s
-    assert not missing
-    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    return Figures(wall_s, cpu_s, before_mb, peak_mb)
+        assert not missing
+        return str(used)
 
 
 def main() -> None:
@@ -132,9 +118,7 @@ def main() -> None:
         found = measured(data, ids, out, sys.argv[2] if len(sys.argv) > 2 else "en")
         size_mb = out.stat().st_size / 2**20
     print(  # noqa: T201
-        f"{INSPECTIONS} inspections of {DEFECTS} defects: {found.wall_s:.1f} s "
-        f"({found.cpu_s:.1f} s of the processor), {size_mb:.1f} MiB, peak {found.peak_mb:.0f} MiB "
-        f"(before {found.before_mb:.0f})"
+        f"{INSPECTIONS} inspections of {DEFECTS} defects: {found}, {size_mb:.1f} MiB"
     )
 
 

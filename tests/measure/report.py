@@ -6,10 +6,8 @@ fonts are loaded within the time, as after a start.
 
 from __future__ import annotations
 
-import resource
 import sys
 import tempfile
-import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -22,6 +20,7 @@ from reports import LENGTH_M, OBSERVATIONS, entry, full_report
 
 from app.reports import pdf as document
 from app.reports.report import Photo, Report
+from measure.used import Used
 
 DEFECTS = 200
 SIZE_WH = (1920, 1080)
@@ -62,15 +61,9 @@ def main() -> None:
     """Print the figures; the file is kept where a path is given."""
     with tempfile.TemporaryDirectory() as name:
         report = large_report(Path(name))
-        before_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        wall_s, cpu_s = time.perf_counter(), time.process_time()
+        used = Used()
         content = document.write(report).content
-        wall_s, cpu_s = time.perf_counter() - wall_s, time.process_time() - cpu_s
-    peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(  # noqa: T201
-        f"{DEFECTS} defects: {wall_s:.2f} s ({cpu_s:.2f} s of the processor), "
-        f"{len(content) / 2**20:.1f} MiB, peak {peak_mb:.0f} MiB (before {before_mb:.0f})"
-    )
+    print(f"{DEFECTS} defects: {used}, {len(content) / 2**20:.1f} MiB")  # noqa: T201
     if len(sys.argv) > 1:
         Path(sys.argv[1]).write_bytes(content)
 

@@ -11,9 +11,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
-from app.reports.content.typesetting import lines_of, one_line, visual_pieces
+from app.reports.content.typesetting import font_of, lines_of, one_line, pieces_of
 from app.storage.blobs.blobs import Readable
 from app.survey.attachments import Stroke
 
@@ -145,14 +145,10 @@ def _write(
 ) -> None:
     """Write a line of any script from its left end, with an edge around the letters, px."""
     x, y = at
-    for piece in visual_pieces(text):
-        font = ImageFont.truetype(str(piece.face.file), size)
-        if piece.face.is_large:  # whose only axis is the weight, hair-thin by default
-            font.set_variation_by_axes([400])
-        direction = "rtl" if piece.is_rtl else "ltr"
-        pen.text((x, y), piece.text, ink, font, anchor=anchor, direction=direction,
-                 stroke_width=edge, stroke_fill=_EDGE)  # fmt: skip
-        x += font.getlength(piece.text, direction=direction)
+    for face, piece in pieces_of(text):
+        font = font_of(face, size)
+        pen.text((x, y), piece, ink, font, anchor=anchor, stroke_width=edge, stroke_fill=_EDGE)
+        x += font.getlength(piece)
 
 
 def _strip_px(picture_px: int, lines: int) -> int:

@@ -34,10 +34,10 @@ ENGLISH = words_of("en")
 OTHERS = [language for language in LANGUAGES if language != "en"]
 SOURCE = "\n".join(
     path.read_text("utf-8")
-    for pattern in ("*.py", "templates/*.html")
+    for pattern in ("*.py", "templates/*.html", "templates/*.typ")
     for path in [*FOLDER.rglob(pattern), FOLDER.parent / "viewer/wording.py"]
 )
-NAMED = set(re.findall(r"[\"']([a-z]+\.\w+)[\"']", SOURCE))
+NAMED = set(re.findall(r"[\"']([a-z]+\.(?!json\b|typ\b)\w+)[\"']", SOURCE))
 AREAS = {
     area
     for pattern in (r"f\"([a-z]+)\.\w*\{", r"one_of\(\"(\w+)\"", r"\"([a-z]+)\.\" ~")

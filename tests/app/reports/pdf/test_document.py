@@ -10,16 +10,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pypdf import PdfReader
-from reports import HEADER, advised, entry, full_report, measured, remarked, report
+from random_reports import reports
+from reports import HEADER, advised, entry, full_report, measured, page_of, remarked, report
 
 from app.reports import pdf as document
 from app.reports.content import fonts
 from app.reports.content.grades import grade_of
+from app.reports.content.marked_photo import MarkedPhoto
 from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
-from app.reports.pdf.glyphs import missing_glyphs
+from app.reports.pdf.characters import missing_glyphs
+from app.reports.pdf.model import about
+from app.reports.pdf.typesetter import NotTypeset, workshop
+from app.reports.report import Extras
 from app.reports.tables.table import rows
 from app.reports.template import DEFAULT_TEMPLATE
+from app.survey.attachments import Stroke
 from app.survey.rounding import decimals
 
 TEAL_BGR = (0xE0, 0xF2, 0x5F)
@@ -71,7 +77,7 @@ def test_the_worst_defect_comes_first(english):
     summary = pages_of(english)[1]
 
     assert "Worst defect: Broken wall: fallen in, at 12.40 m ± 0.06 m" in summary
-    assert summary.index("17.12 m") < summary.index("3.20 m")
+    assert summary.index("17.12 ±") < summary.index("3.20 ±")
 
 
 def test_every_part_has_a_bookmark_on_its_page(english):
@@ -136,6 +142,50 @@ def test_what_was_measured_stands_in_the_table_and_is_drawn_on_the_photo(tmp_pat
         abs(page[..., :3].astype(int) - TEAL_BGR).max(axis=2) for page in pictures_of(content, 2)
     ]
     assert max((page < 40).sum() for page in apart) > 200
+
+
+def test_links_lead_from_a_defect_to_its_photo_and_back_and_to_the_film_beside_it(full):
+    made = replace(full, template=only("observations", "photos"))
+    assert b"/URI" not in document.write(made).content
+    content = document.write(replace(made, extras=Extras(film_path="./my film.mp4"))).content
+    films, led = set(), set()
+    reader = PdfReader(io.BytesIO(content))
+    for n, page in enumerate(reader.pages):
+        for link in (one.get_object() for one in page.get("/Annots", [])):
+            if "/Dest" in link:
+                led.add((n, page_of(reader, link["/Dest"])))
+            else:
+                films.add(link["/A"]["/URI"])
+    assert {f"./my%20film.mp4#t={one.time_s:g}" for one in full.entries if one.photo} == films
+    rows = {n for n, page in enumerate(pages_of(content)) if "outlet headwall" in page}
+    photos = {n for n, page in enumerate(pages_of(content)) if "Photo 12" in page}
+    assert led >= {(row, photo) for row in rows for photo in photos}
+    assert led >= {(photo, row) for row in rows for photo in photos}
+
+
+def test_a_drawing_is_not_called_a_photo(full):
+    arrow = Stroke(kind="arrow", colour="red", points=[[10, 10], [90, 90]])
+    photo = full.entries[0].photo
+    drawn = replace(photo, marked=MarkedPhoto(photo.jpeg, [arrow], None))
+    entries = (replace(full.entries[0], photo=drawn), *full.entries[1:])
+    text = text_of(document.write(replace(full, entries=entries, template=only("photos"))).content)
+
+    assert "Drawing 1" in text
+    assert "Photo 2" in text
+
+
+@settings(max_examples=max(1, settings().max_examples // 5))
+@given(reports())
+def test_any_report_keeps_the_rules_of_the_standards(made):
+    """Typst refuses a document that breaks a rule of PDF/UA-1 or PDF/A-2a."""
+    xmp = PdfReader(io.BytesIO(document.write(made).content)).xmp_metadata
+    assert xmp.pdfaid_part == "2"
+    assert xmp.pdfaid_conformance == "A"
+
+
+def test_a_fault_of_a_template_is_an_error_that_names_it(full):
+    with workshop(None) as shop, pytest.raises(NotTypeset, match="single"):
+        shop.set_document("single", about(full, "Report"), io.BytesIO())  # which has no report
 
 
 def test_malay_and_feet(full):
@@ -232,16 +282,17 @@ def test_a_quantity_has_all_the_digits_that_the_tables_have():
 
 
 def test_without_the_extra_fonts_other_scripts_stand_as_numbers(full, monkeypatch):
-    installed = fonts.find_spec
-    extra = lambda name: None if name.startswith("justmytype") else installed(name)  # noqa: E731
-    with monkeypatch.context() as without:
-        without.setattr(fonts, "find_spec", extra)
-        for known in (fonts._characters, fonts.face_of):
+    always = tuple(face for face in fonts.FACES if not face.package.startswith("justmytype"))
+    try:
+        with monkeypatch.context() as without:
+            without.setattr(fonts, "FACES", always)
+            for known in (fonts.installed, fonts.face_of):
+                known.cache_clear()
+            entries = (remarked(full.entries[0], "陈 über"),)
+            made = document.write(replace(full, entries=entries, template=only("observations")))
+    finally:
+        for known in (fonts.installed, fonts.face_of):
             known.cache_clear()
-        entries = (remarked(full.entries[0], "陈 über"),)
-        made = document.write(replace(full, entries=entries, template=only("observations")))
-    for known in (fonts._characters, fonts.face_of):
-        known.cache_clear()
 
     assert "[U+9648] über" in text_of(made.content)
     assert [loss.key for loss in made.losses] == ["no_glyph"]

@@ -1,0 +1,401 @@
+"""What templates read of a report: plain data, in the words, the numbers and the units of its
+language.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from app.reports.content.condition import SEVERITIES, condition_of, worst_first
+from app.reports.content.cover import cover_rows, warnings_of
+from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
+from app.reports.content.grades import Grade, Input, grade_of
+from app.reports.content.header import GROUPS, header_row
+from app.reports.content.measurement import (
+    correction_rows,
+    counter_rows,
+    joint_table,
+    result_rows,
+    rig_rows,
+    video_rows,
+)
+from app.reports.content.pictures import logo_of
+from app.reports.content.recommendations import (
+    costs_of,
+    count_without,
+    has_recommendations,
+    recommended,
+)
+from app.reports.content.shown_photos import photos_by_entry, shown_photos
+from app.reports.content.summary import opening
+from app.reports.content.translator import NOTHING, Translator
+from app.reports.content.typesetting import one_line
+from app.reports.content.wall import remarks_on, wall_of
+from app.reports.drawings.along import along_the_run
+from app.reports.drawings.bars import bars
+from app.reports.drawings.glance import pipe_at_a_glance
+from app.reports.drawings.pipe_graphic import legend, pipe_sheets
+from app.reports.drawings.survey_plan import survey_plan
+from app.reports.drawings.unrolled_wall import MOST_PAGES, SCALES, wall_scale, wall_strips
+from app.reports.pdf.photos import photo_data
+from app.reports.pdf.typesetter import About, Workshop
+from app.reports.report import Company, Entry, Report
+from app.reports.template import Section
+from app.survey.fields.header import is_empty, required_to_issue
+
+Data = dict[str, Any]
+
+_LOGO_PX = 700
+_MOST_ADDRESS_LINES = 12
+_WORST = 15
+"""Defects that the summary lists."""
+_LONG, _SHOWN_OF_LONG = 500, 250
+"""A remark with more characters is printed in full after the table, which shows its beginning."""
+_SHORT_REMARK = 90
+"""Characters of a remark in the list of the worst."""
+_EVENTS = 12
+
+
+def report_data(
+    report: Report, t: Translator, shop: Workshop, *, key: str = "", title: str = ""
+) -> Data:
+    """Return what the templates read of a report; its pictures go into the workshop.
+
+    Args:
+        report: The report.
+        t: Its words.
+        shop: Where the document is made.
+        key: Begins the names of its links; sets it apart from other reports of the document.
+        title: Title on its cover; empty for that of a document of its own.
+    """
+    sections = [section for section in report.template.sections if section in _SECTIONS]
+    shown = shown_photos(report) if "photos" in sections else []
+    by_entry = photos_by_entry(shown)
+    return {
+        "key": key,
+        "accent": report.template.accent,
+        "running": running(report, t, t("cover.title")),
+        "company": company_data(report.company, report.template.accent, t, shop),
+        "title": title or t("cover.title"),
+        "asset": report.asset[:200],
+        "where": _where(report),
+        "warnings": [
+            {"text": one_line(warned.text), "is_alarm": warned.is_alarm}
+            for warned in warnings_of(report, t)
+        ],
+        "facts": cover_rows(report, t),
+        "introduction": report.template.introduction,
+        "closing": report.template.closing,
+        "sections": sections,
+        "entries": [
+            entry_data(entry, n, [photo.number for photo in by_entry.get(entry.id, ())], t)
+            for n, entry in enumerate(report.entries)
+        ],
+        "photos": [photo_data(report, photo, t, shop) for photo in shown],
+        **{
+            section: make(report, t, shop)
+            for section in sections
+            if (make := _SECTIONS[section]) is not None
+        },
+    }
+
+
+def about(report: Report, title: str) -> About:
+    """Return what the file of a report states about itself."""
+    return About(
+        title=one_line(f"{title} · {report.asset}"),
+        author=one_line(report.company.name or "") or "Chainage",
+        subject=one_line(f"{report.name} · {report.id}"),
+        language=report.language,
+        made_at=report.made_at,
+    )
+
+
+def running(report: Report, t: Translator, title: str) -> Data:
+    """Return what stands at the head and the foot of pages."""
+    foot = t(
+        "page.foot",
+        asset=report.asset,
+        date=report.date,
+        report=report.id,
+        revision=report.revision,
+    )
+    return running_data(report.company, f"{title} · {report.asset}", foot)
+
+
+def running_data(company: Company, title: str, foot: str) -> Data:
+    """Return head and foot of pages that are of no single report."""
+    return {
+        "company": one_line(company.name or "")[:200],
+        "title": one_line(title)[:200],
+        "foot": one_line(foot)[:300],
+    }
+
+
+def company_data(company: Company, accent: str, t: Translator, shop: Workshop) -> Data:
+    """Return the letterhead."""
+    logo = logo_of(company.logo, _LOGO_PX)
+    alt = t("web.logo", company=company.name or "")
+    return {
+        "name": company.name or "",
+        "address": "\n".join(company.address.splitlines()[:_MOST_ADDRESS_LINES]),
+        "logo": logo and {"file": shop.add_photo(logo), "alt": alt},
+        "accent": accent,
+    }
+
+
+def entry_data(entry: Entry, n: int, photos: Sequence[int], t: Translator) -> Data:
+    """Return an observation as tables show it."""
+    remark = entry.tag.remark or ""
+    is_long = len(remark) > _LONG
+    shown = (
+        t("observations.goes_on", start=one_line(remark[:_SHOWN_OF_LONG])) if is_long else remark
+    )
+    short = one_line(remark)
+    return {
+        "id": n,
+        "no": str(entry.number),
+        "heading": f"{t.number_of(entry)} · {t.place(entry)} · {t.code(entry)}",
+        "place": t.short_place(entry),
+        "joint": "" if entry.joint_no is None else str(entry.joint_no),
+        "code": t.code(entry),
+        "label": t.label(entry),
+        "sizes": t.sizes(entry),
+        "clock": t.clock(entry),
+        "quantities": t.quantities(entry),
+        "stretch": t.stretch(entry),
+        "severity": entry.tag.severity,
+        "time": t.time(entry.time_s),
+        "remark": remark,
+        "shown_remark": shown,
+        "short_remark": short if len(short) <= _SHORT_REMARK else f"{short[:_SHORT_REMARK]}…",
+        "photos": photos,
+    }
+
+
+def _where(report: Report) -> str:
+    names = ("road", "road_chainage", "location_text")
+    parts = (one_line(str(report.header.get(name) or ""))[:300] for name in names)
+    return " · ".join(part for part in parts if part)
+
+
+def _order(report: Report) -> dict[str, int]:
+    """Return the index of each entry in the data, by its id."""
+    return {entry.id: n for n, entry in enumerate(report.entries)}
+
+
+def _summary(report: Report, t: Translator, shop: Workshop) -> Data:
+    worst, order = worst_first(report), _order(report)
+    condition, grade = condition_of(report), grade_of(report)
+    met = report.adjusted.distance_class() if report.adjusted else None
+    if met is None:
+        distance_class = NOTHING
+    else:
+        distance_class = (
+            t("summary.not_met") if met.percent is None else f"{t.figure(met.percent)} %"
+        )
+    share = condition.stretch_percent
+    return {
+        "opening": opening(report, t),
+        "figures": [
+            (t.length(report.distance_m), t("summary.surveyed")),
+            (str(len(report.entries)), t("summary.observations")),
+            (str(condition.counts[5]), t("summary.act_now")),
+            *([(t(grade.word), t("summary.overall"))] if grade else []),
+            (distance_class, t("summary.distance_class")),
+            (NOTHING if share is None else f"{share:.0f} %", t("summary.stretches")),
+        ],
+        "glance": shop.add_drawing(pipe_at_a_glance(report, t)),
+        "worst": [order[entry.id] for entry in worst[:_WORST]],
+        "more": t("summary.more", n=len(worst) - _WORST) if len(worst) > _WORST else "",
+    }
+
+
+def _header(report: Report, t: Translator, shop: Workshop) -> Data:
+    missing = set(required_to_issue(dict(report.header)))
+    groups = [
+        (
+            t(f"header.{group}"),
+            [row for name in names if (row := header_row(report, t, name, name in missing))],
+        )
+        for group, names in GROUPS
+    ]
+    known = {name for _, names in GROUPS for name in names}
+    others = [
+        (t.field(name), t.value(name, value))
+        for name, value in report.header.items()
+        if name not in known and not is_empty(value)
+    ]
+    groups.append((t("header.others"), others))
+    return {
+        "plan": shop.add_drawing(survey_plan(report, t)),
+        "groups": [{"title": title, "rows": rows} for title, rows in groups if rows],
+    }
+
+
+def _observations(report: Report, t: Translator, _: Workshop) -> Data:
+    return {"help": t("observations.help", reference=t.reference(report), pack=report.pack)}
+
+
+def _condition(report: Report, t: Translator, shop: Workshop) -> Data:
+    found, grade = condition_of(report), grade_of(report)
+    sentences = [t("condition.who")]
+    if found.stretch_percent is not None:
+        sentences.append(t("condition.stretches", percent=f"{found.stretch_percent:.0f}"))
+    if report.header.get("end_condition") == "abandoned":
+        sentences.append(t("condition.abandoned"))
+    return {
+        "counts": _counts(report, t, shop),
+        "sentences": sentences,
+        "grade": _graded(report, grade, t) if grade else None,
+        "recommendations": _recommendations(report, t) if has_recommendations(report) else None,
+    }
+
+
+def _graded(report: Report, grade: Grade, t: Translator) -> Data:
+    """Return a grade with its rule, and the defects that it classes or cannot class."""
+    order, worst = _order(report), grade.worst
+
+    def reasoned(found: Input, *why: str) -> Data:
+        return {"entry": order[found.entry.id], "why": why}
+
+    more, unclassified = len(grade.inputs) - SHOWN, len(grade.unclassified) - SHOWN
+    return {
+        "name": t("condition.overall") if grade.rule == "own" else t("grade.structural"),
+        "word": t(grade.word),
+        "deciding": None if worst is None else order[worst.id],
+        "place": "" if worst is None else f"{t.place(worst)} · {t.code(worst)}",
+        "rule": rule_of(grade, t),
+        "inputs": [
+            reasoned(found, threshold_of(grade, found, t), class_of(grade, found, t))
+            for found in grade.inputs[:SHOWN]
+        ],
+        "more": t("grade.more", n=more) if more > 0 else "",
+        "unclassified": [reasoned(found, t(found.why)) for found in grade.unclassified[:SHOWN]],
+        "more_unclassified": (
+            t("grade.more_unclassified", n=unclassified) if unclassified > 0 else ""
+        ),
+    }
+
+
+def _recommendations(report: Report, t: Translator) -> Data:
+    """Return what people accepted for the defects, and the sums of its costs."""
+    costs, order = costs_of(report), _order(report)
+    currency = report.template.currency
+    return {
+        "rows": [
+            {
+                "entry": order[entry.id],
+                "text": entry.tag.recommendation or "",
+                "cost": "" if entry.tag.cost is None else t.amount(entry.tag.cost),
+            }
+            for entry in recommended(report)
+        ],
+        "without": t("recommendation.without", n=count_without(report)),
+        "cost_head": t("sheet.cost", currency=currency) if costs else "",
+        "sums": [
+            {"severity": severity, "name": t.severity(severity), "cost": t.amount(amount)}
+            for severity, amount in (costs.by_severity if costs else {}).items()
+        ],
+        "total": t.amount(costs.total) if costs else "",
+    }
+
+
+def _measurement(report: Report, t: Translator, shop: Workshop) -> Data:
+    if report.is_unmeasured:
+        return {"imported": t("measurement.imported", filename=report.source.filename)}
+    charts = along_the_run(report, t)
+    heads, rows = joint_table(report.joint_evidence, t)
+    return {
+        "imported": "",
+        "result": result_rows(report, t),
+        "charts": charts and shop.add_drawing(charts),
+        "corrections": correction_rows(report, t),
+        "joints": {"heads": heads, "rows": rows},
+        "counter": counter_rows(report, t),
+        "rig": rig_rows(report, t),
+        "video": video_rows(report, t),
+    }
+
+
+def _checks(report: Report, t: Translator, _: Workshop) -> Data:
+    entries = {entry.id: entry for entry in report.entries}
+    counts = Counter((event.who, t.action(event)) for event in report.events)
+    last = report.events[-1] if report.events else None
+    header = report.header
+    certificate = header.get("operator_certificate")
+    return {
+        "issues": [
+            {
+                "level": t(f"sign.{issue.level}"),
+                "is_blocking": issue.level == "block",
+                "text": t.issue(issue, entries),
+            }
+            for issue in report.issues
+        ],
+        "history": [
+            (who, action, str(count)) for (who, action), count in counts.most_common(_EVENTS)
+        ],
+        "last": (
+            t("sign.last", at=t.instant(last.at), who=last.who, n=len(report.events))
+            if last
+            else ""
+        ),
+        "statements": [
+            f"{t('cover.review')}: {t.review(report)}.",
+            t("sign.statement", report=report.id, revision=report.revision),
+        ],
+        "people": [
+            (
+                t("sign.operator"),
+                str(header.get("operator") or ""),
+                t("sign.certificate", certificate=certificate) if certificate else "",
+            ),
+            (t("sign.reviewer"), str(header.get("reviewer") or ""), ""),
+        ],
+    }
+
+
+def _graphic(report: Report, t: Translator, shop: Workshop) -> Data:
+    sheets = [shop.add_drawing(sheet) for sheet in pipe_sheets(report, t)]
+    return {"legend": legend(report, t), "sheets": sheets}
+
+
+def _wall(report: Report, t: Translator, shop: Workshop) -> Data:
+    wall = wall_of(report)
+    if wall is None:
+        return {"note": t("wall.none"), "strips": []}
+    scale = wall_scale(report, wall)
+    notes = [t("wall.help", scale=scale)]
+    if scale > SCALES[0]:
+        notes.append(t("wall.coarser", pages=MOST_PAGES))
+    strips = [shop.add_drawing(strip) for strip in wall_strips(report, t, wall)]
+    return {"note": " ".join([*notes, *remarks_on(report, wall, t)]), "strips": strips}
+
+
+def _counts(report: Report, t: Translator, shop: Workshop) -> Data:
+    """Return a bar for each severity, the severest first."""
+    found = condition_of(report)
+    counts: list[tuple[int | None, int]] = [
+        *((severity, found.counts[severity]) for severity in reversed(SEVERITIES)),
+        (None, found.unrated),
+    ]
+    said = ", ".join(f"{t.severity(severity)} {count}" for severity, count in counts)
+    rows = [(t.severity(severity), count, severity) for severity, count in counts]
+    return shop.add_drawing(bars(rows, t("condition.counts", counts=said), has_badges=True))
+
+
+_SECTIONS: Mapping[Section, Callable[[Report, Translator, Workshop], Any] | None] = {
+    "summary": _summary,
+    "header": _header,
+    "graphic": _graphic,
+    "observations": _observations,
+    "photos": None,  # which all sections name
+    "wall": _wall,
+    "condition": _condition,
+    "measurement": _measurement,
+    "checks": _checks,
+}
+"""What may follow the cover."""

@@ -1,0 +1,186 @@
+"""Sets a document from templates, data and pictures with Typst."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from html import escape, unescape
+from pathlib import Path
+from typing import IO, Any
+
+from app.reports.content.fonts import installed
+from app.reports.content.pictures import Jpeg
+from app.reports.content.sizes import Outline
+from app.reports.content.typesetting import clean, pieces_of
+from app.reports.content.words import Language, words_of
+from app.reports.drawings.svg import Drawing
+
+_TEMPLATES = Path(__file__).parent / "templates"
+_COMPILE = Path(__file__).parent / "compile.py"
+_TEXT_OF_SVG = re.compile(r"(?<=>)([^<>]*[^\x00-\x7f<>&]|[^<>]*&#)[^<>]*(?=</(?:text|tspan)>)")
+_HALO, _SIZE = "#080a0c", "#5ff2e0"
+"""Colours of measures, as on the page."""
+
+
+class NotTypeset(RuntimeError):
+    """Typst has refused a document: a fault of a template or of its data."""
+
+
+@dataclass(frozen=True)
+class About:
+    """What a file states about itself."""
+
+    title: str
+    author: str
+    subject: str
+    language: Language
+    made_at: datetime
+    """Equal reports have equal files, so it is when the report was made."""
+
+
+class Workshop:
+    """A folder with the templates, to which data and pictures are added before the document is
+    set.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._files = 0
+
+    def write_data(self, name: str, data: Mapping[str, Any]) -> None:
+        """Write data that a template reads, every text in a form that fonts can show."""
+        (self._folder / f"{name}.json").write_text(json.dumps(_shown(data)), "utf-8")
+
+    def add_photo(self, jpeg: Jpeg, outlines: Sequence[Outline] = ()) -> str:
+        """Add a picture with what was measured on it; return the name of its file.
+
+        It is wrapped in an SVG: Typst decodes a JPEG and keeps its pixels, but embeds one of an
+        SVG as it is (1,400 photos took 4.4 GB, and take 0.4 GB).
+        """
+        name = self._next_name()
+        (self._folder / f"{name}.jpg").write_bytes(jpeg.content)
+        wide, high = jpeg.size
+        drawn = "".join(_drawn(outline, wide, high) for outline in outlines)
+        svg = (
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}">'
+            f'<image href="{name}.jpg" width="{wide}" height="{high}"/>{drawn}</svg>'
+        )
+        (self._folder / f"{name}.svg").write_text(svg, "utf-8")
+        return f"{name}.svg"
+
+    def add_drawing(self, drawing: Drawing) -> dict[str, str]:
+        """Add a drawing; return it as templates take it."""
+        name = f"{self._next_name()}.svg"
+        (self._folder / name).write_text(_TEXT_OF_SVG.sub(_in_fonts, drawing.svg), "utf-8")
+        return {"file": name, "alt": drawing.alt}
+
+    def _next_name(self) -> str:
+        self._files += 1
+        return f"picture-{self._files}"
+
+    def set_document(
+        self, template: str, about: About, out: IO[bytes], *, is_large: bool = False
+    ) -> None:
+        """Set the document that a template describes, as PDF/UA-1 and PDF/A-2a.
+
+        Args:
+            template: Its name.
+            about: What it states about itself.
+            out: Where the PDF goes.
+            is_large: Whether another process sets it, whose memory ends with it.
+
+        Raises:
+            NotTypeset: Typst has refused it, or its process was ended.
+        """
+        made_at = about.made_at.astimezone(UTC).replace(microsecond=0)
+        parts = ("year", "month", "day", "hour", "minute", "second")
+        told = {
+            "title": about.title,
+            "author": about.author,
+            "subject": about.subject,
+            "language": about.language,
+            "made_at": {part: getattr(made_at, part) for part in parts},
+        }
+        words = dict(words_of(about.language))
+        families = [face.family for face in installed()]
+        self.write_data("data", {"about": told, "words": words, "fonts": families})
+        pdf = self._folder / "document.pdf"
+        folders = sorted({str(face.file.parent) for face in installed() if face.file})
+        order = (str(self._folder / f"{template}.typ"), str(pdf), folders, int(made_at.timestamp()))
+        (_compile_apart if is_large else _compile_here)(*order)
+        with pdf.open("rb") as file:
+            shutil.copyfileobj(file, out, 2**20)
+
+
+def _compile_here(template: str, out: str, font_folders: list[str], made_at_s: int) -> None:
+    from typst import TypstError  # here, as it is large, and few commands write a PDF
+
+    from app.reports.pdf import compile as compiler
+
+    try:
+        compiler.compile_pdf(Path(template), Path(out), font_folders, made_at_s)
+    except TypstError as error:
+        raise NotTypeset(f"Typst has refused {template}: {error.diagnostic}") from error
+    finally:
+        compiler.forget()
+
+
+def _compile_apart(*order: object) -> None:
+    done = subprocess.run(  # noqa: S603
+        [sys.executable, "-I", str(_COMPILE)],
+        input=json.dumps(order),
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+    if done.returncode:
+        why = done.stderr.strip() or f"its process ended with {done.returncode}"
+        raise NotTypeset(f"Typst has refused {order[0]}: {why}")
+
+
+@contextmanager
+def workshop(scratch: Path | None) -> Iterator[Workshop]:
+    """Open a folder in which a document is made, and delete it afterwards."""
+    with tempfile.TemporaryDirectory(prefix="pdf-", dir=scratch) as name:
+        folder = Path(name)
+        shutil.copytree(_TEMPLATES, folder, dirs_exist_ok=True)
+        yield Workshop(folder)
+
+
+def _shown(data: Any) -> Any:
+    """Return data with all texts cleaned."""
+    if isinstance(data, str):
+        return clean(data)
+    if isinstance(data, Mapping):
+        return {name: _shown(value) for name, value in data.items()}
+    if isinstance(data, Sequence):
+        return list(map(_shown, data))
+    return data
+
+
+def _in_fonts(found: re.Match[str]) -> str:
+    """Name the font of each piece of a text: fonts of a drawing are not tried one by one."""
+    return "".join(
+        f'<tspan font-family="{face.family}">{escape(piece)}</tspan>'
+        for face, piece in pieces_of(clean(unescape(found[0])))
+    )
+
+
+def _drawn(outline: Outline, wide: int, high: int) -> str:
+    """Draw a measure on a photo, with a dark edge so that it is seen on any wall."""
+    points = " ".join(f"{x * wide:.1f},{y * high:.1f}" for x, y in outline.points)
+    shape = "polygon" if outline.is_closed else "polyline"
+    return "".join(
+        f'<{shape} points="{points}" fill="none" stroke="{colour}" stroke-linejoin="round" '
+        f'stroke-width="{width * wide / 235:.2f}"/>'  # points on a photo that is 83 mm wide
+        for width, colour in ((2.4, _HALO), (1.1, _SIZE))
+    )
