@@ -187,14 +187,14 @@ const markup = () => html`<div class="export bulk">
       ${GROUPS.map(
         ({ title, formats }) =>
           html`<div><h3>${title}</h3>${formats.map(
-            ({ kind, name }) => html`<label class="switch"><input type="checkbox"
+            ({ kind, name }) => html`<label class="switch row"><input type="checkbox"
         data-format="${kind}" ${CHOSEN_AT_FIRST.includes(kind) && html`checked`} />${name}</label>`,
           )}</div>`,
       )}
-      <div class="whole-row"><h3>${t('bulk.whole')}</h3><label class="switch"><input type="checkbox" data-part="document" />${t('bulk.document')}</label>
+      <div class="whole-row"><h3>${t('bulk.whole')}</h3><label class="switch row"><input type="checkbox" data-part="document" />${t('bulk.document')}</label>
         <p class="help">${t('bulk.document_help')}</p></div>
       <div class="whole-row">${EXTRAS.map(
-        (name) => html`<label class="switch"><input type="checkbox"
+        (name) => html`<label class="switch row"><input type="checkbox"
         data-part="${name}" />${extraName(name)}</label>`,
       )}</div>
       ${deliveryChoices()}

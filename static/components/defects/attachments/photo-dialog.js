@@ -169,7 +169,7 @@ function markup(desk, item, photos, at, title, isBurntIn) {
       ${strokes.length > 0 && html`<canvas class="photo__strokes" data-part="strokes" aria-hidden="true"></canvas>`}
     </div>
     <div class="row wrap">
-      <label class="switch"><input type="checkbox" ${isBurntIn && 'checked'} />${t('attach.burnt_in')}</label>
+      <label class="switch row"><input type="checkbox" ${isBurntIn && 'checked'} />${t('attach.burnt_in')}</label>
       ${isStored && html`<a class="button button--small" href="${path}" download>${icon('download')}${t('form.photo_save')}</a>`}
     </div>`;
 }

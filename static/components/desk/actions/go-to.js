@@ -10,9 +10,9 @@ import { openDialog } from '../../shared/dialog/dialog.js';
 export function openGoTo(desk) {
   const { dialog, parts } = openDialog({
     title: t('goto.title'),
-    content: html`<form class="go-to" data-part="form" novalidate>
+    content: html`<form class="stack gap-3" data-part="form" novalidate>
       <label for="go-to-place">${t('goto.label')}</label>
-      <div class="go-to__row">
+      <div class="row">
         <input class="input" id="go-to-place" data-part="place" autocomplete="off" autocapitalize="off"
           spellcheck="false" enterkeyhint="go" aria-describedby="go-to-help go-to-fault" />
         <button class="button button--primary">${t('goto.go')}</button>

@@ -116,13 +116,13 @@ export class ComparePage extends Component {
       this.parts,
       render(
         body,
-        html`<div class="compare__settings">
+        html`<div class="compare__settings row wrap">
           <div class="field"><span class="label" id="compare-align">${t('compare.align')}</span>
-            <div class="fix__choices" role="group" aria-labelledby="compare-align">
+            <div class="row wrap" role="group" aria-labelledby="compare-align">
               <button class="button button--small" data-part="distance">${t('compare.by_distance')}</button>
               <button class="button button--small" data-part="joints">${t('compare.by_joints')}</button>
             </div></div>
-          <label class="switch"><input type="checkbox" data-part="reversed" />${t('compare.reversed')}</label>
+          <label class="switch row"><input type="checkbox" data-part="reversed" />${t('compare.reversed')}</label>
           <div class="field compare__length" data-part="lengthBox"><label for="compare-length">${t('compare.length')}</label>
             <span class="input-with-unit"><input class="input" id="compare-length" inputmode="decimal" autocomplete="off"
               data-part="length" /><span class="unit">${lengthUnit}</span></span></div>
@@ -140,14 +140,14 @@ export class ComparePage extends Component {
           </div>
         </div>
         <section class="panel compare__defects column" aria-label="${t('compare.defects')}">
-          <div class="compare__kinds" role="group" aria-label="${t('compare.show')}">
+          <div class="flow gap-1 pad-2 line-below" role="group" aria-label="${t('compare.show')}">
             ${[['all', t('compare.all')], ...KINDS.map((kind) => [kind, kindWord(kind)])].map(
               ([kind, label]) => html`<button class="button button--small" data-kind="${kind}">${label}
               <span class="dim number"></span></button>`,
             )}
           </div>
-          <ol data-part="rows"></ol>
-          <p class="compare__nothing pad-4 dim" data-part="nothing"></p>
+          <ol class="scrolls pad-1" data-part="rows"></ol>
+          <p class="pad-4 dim unless-empty" data-part="nothing"></p>
         </section>`,
       ),
     );
@@ -158,7 +158,7 @@ export class ComparePage extends Component {
     this.listen(parts.length, 'change', () => this.#typedLength());
     this.listen(parts.strip, 'place', ({ detail }) => this.#goTo(detail));
     this.listen(parts.strip, 'pick', ({ detail }) => this.#select(detail));
-    for (const button of this.querySelectorAll('.compare__kinds [data-kind]')) {
+    for (const button of this.querySelectorAll('.button[data-kind]')) {
       this.listen(button, 'click', () => {
         this.#kind = button.dataset.kind;
         this.#showPairs();
@@ -319,7 +319,7 @@ export class ComparePage extends Component {
   #showPairs() {
     const { parts } = this;
     const { pairs } = this.#scene;
-    for (const button of this.querySelectorAll('.compare__kinds [data-kind]')) {
+    for (const button of this.querySelectorAll('.button[data-kind]')) {
       const { kind } = button.dataset;
       button.setAttribute('aria-pressed', String(kind === this.#kind));
       const count = kind === 'all' ? pairs.length : pairs.filter((pair) => pair.kind === kind).length;
@@ -404,9 +404,9 @@ function createRow(select) {
   row.parts = render(
     row,
     html`<button class="pair__main stack bare full" data-part="main"><span data-part="mark"></span>
-      <span class="pair__what"><b data-part="code"></b> <span data-part="label"></span></span>
-      <span class="pair__more small number"><b data-part="kind"></b> <span class="dim" data-part="more"></span></span>
-      <span class="pair__where small nowrap number"><span data-part="a"></span><span data-part="b"></span></span></button>`,
+      <span class="pair__what one-line"><b data-part="code"></b> <span data-part="label"></span></span>
+      <span class="pair__more one-line small number"><b data-part="kind"></b> <span class="dim" data-part="more"></span></span>
+      <span class="pair__where row gap-3 small nowrap number"><span class="unless-empty" data-part="a"></span><span class="unless-empty" data-part="b"></span></span></button>`,
   );
   // A click leaves the keyboard focus with the page.
   row.addEventListener('mousedown', (event) => event.preventDefault());
@@ -417,16 +417,16 @@ function createRow(select) {
 const pictureMarkup = (side, { id, inspection }) => html`<figure class="compare__run column shrinks">
   <figcaption class="compare__caption flow">
     <span class="compare__letter small">${side === 'a' ? t('compare.a') : t('compare.b')}</span>
-    <a href="/inspections/${id}" title="${t('compare.open', { name: inspection.name })}">${inspection.name}</a>
+    <a class="one-line shrinks strong plain" href="/inspections/${id}" title="${t('compare.open', { name: inspection.name })}">${inspection.name}</a>
     <span class="dim">${inspection.header.date}</span>
     <span class="compare__distance nowrap number"><b data-part="${side}Distance"></b> <span class="dim" data-part="${side}Interval"></span></span>
   </figcaption>
   <div class="compare__stage holds" data-part="${side}Stage">
-    <video data-part="${side}Video" muted playsinline preload="auto" tabindex="-1" aria-hidden="true"></video>
-    <canvas data-part="${side}Canvas" role="img" aria-label="${t('compare.picture', { run: side.toUpperCase() })}"
+    <video class="covers" data-part="${side}Video" muted playsinline preload="auto" tabindex="-1" aria-hidden="true"></video>
+    <canvas class="covers" data-part="${side}Canvas" role="img" aria-label="${t('compare.picture', { run: side.toUpperCase() })}"
       width="${squareOf(inspection.video).width}" height="${squareOf(inspection.video).height}"></canvas>
-    <p class="compare__note strong nowrap" data-part="${side}Note"></p>
-    <p class="compare__frame small number" data-part="${side}Frame">${t('compare.loading')}</p>
+    <p class="compare__note on-film strong nowrap unless-empty" data-part="${side}Note"></p>
+    <p class="compare__frame on-film small number" data-part="${side}Frame">${t('compare.loading')}</p>
   </div></figure>`;
 
 const moveButton = (part, sign, label, key) => html`<button class="button button--icon" data-part="${part}"

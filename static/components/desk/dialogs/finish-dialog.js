@@ -150,7 +150,7 @@ class FinishForm {
       html`${open.map(({ number, start }) => {
         const label = start.code ? `${start.code} ${catalogue.label(start.code, start.char1, start.char2)}` : '';
         const stretch = `A${number}`;
-        return html`<li><span class="number">${t('finish.stretch_since', { stretch, label, where: chainage(start.distance_m) })}</span>
+        return html`<li class="finish__open row wrap apart pad-row"><span class="number">${t('finish.stretch_since', { stretch, label, where: chainage(start.distance_m) })}</span>
           <button type="button" class="button button--small" data-start="${start.id}"
           aria-label="${t('finish.finish_at', { stretch, where: here })}">${t('finish.finish_here')}
           ${here && html`<span class="dim number">${here}</span>`}</button></li>`;
@@ -213,40 +213,40 @@ const endedMarkup = ({ header }) => html`<p>${
   <div data-part="fault" role="alert"></div>
   <div class="dialog__buttons"><button class="button" data-part="reopen">${icon('undo')}${t('finish.reopen')}</button></div>`;
 
-const formMarkup = ({ inspection }) => html`<form class="finish" data-part="form" novalidate>
+const formMarkup = ({ inspection }) => html`<form class="stack gap-4" data-part="form" novalidate>
   <fieldset class="finish__how stack halves" data-part="how">
-    <legend>${t('finish.how')}</legend>
+    <legend class="below-2">${t('finish.how')}</legend>
     ${
       /** @type {const} */ ([
         ['complete', t('finish.complete'), 'check'],
         ['abandoned', t('finish.abandoned'), 'stop'],
       ]).map(
         ([value, label, sign]) =>
-          html`<label class="finish__choice row pad-row framed--strong holds">${icon(sign)}<input type="radio" name="end" value="${value}" />${label}</label>`,
+          html`<label class="finish__choice tile row pad-row holds">${icon(sign)}<input type="radio" name="end" value="${value}" />${label}</label>`,
       )
     }
-    <span class="fault" data-part="howFault" role="alert"></span>
+    <span class="fault whole-row" data-part="howFault" role="alert"></span>
   </fieldset>
   <div class="field" data-part="why" hidden>
     <label for="finish-reason">${t('finish.reason')}</label>
-    <div class="fix__choices" data-part="reasons">${REASONS.map(
+    <div class="row wrap" data-part="reasons">${REASONS.map(
       (reason) => html`<button type="button" class="button button--small"
       data-reason>${reason}</button>`,
     )}</div>
     <textarea class="input" id="finish-reason" rows="2" maxlength="2000" aria-describedby="finish-reason-fault" data-part="reason"></textarea>
     <span class="fault" id="finish-reason-fault" data-part="reasonFault"></span>
   </div>
-  <div class="finish__length">
+  <div class="stack">
     ${metresField({ part: 'known', id: 'finish-known', label: t('finish.known'), help: t('finish.known_help') })}
     <div data-part="closure" role="status"></div>
   </div>
-  <section class="finish__open" data-part="open" hidden>
+  <section class="stack" data-part="open" hidden>
     <h3>${t('finish.stretches')}</h3><p class="help">${t('finish.stretches_help')}</p>
-    <ul data-part="stretches"></ul>
+    <ul class="stack" data-part="stretches"></ul>
   </section>
-  <section class="finish__missing" data-part="missing" hidden>
+  <section class="stack" data-part="missing" hidden>
     <h3>${t('finish.blocking')}</h3><p class="help">${t('finish.blocking_help')}</p>
-    <ul data-part="blocking"></ul>
+    <ul class="finish__missing" data-part="blocking"></ul>
   </section>
   <div data-part="fault" role="alert"></div>
   <div class="dialog__buttons">

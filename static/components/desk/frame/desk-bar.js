@@ -27,8 +27,8 @@ export class DeskBar extends Component {
     /** @type {Parts<'frame/desk-bar'>} */
     this.parts = render(
       this,
-      html`<header class="topbar row line-below desk-bar">
-          <div class="desk-bar__title">
+      html`<header class="topbar row line-below holds desk-bar">
+          <div class="desk-bar__title row gap-3 shrinks">
             <a class="brand inline-row plain" href="/" aria-label="${t('desk.all')}">${icon('back')}${icon('logo')}</a>
             <h1 class="desk-bar__name one-line" title="${name}">${name}</h1>
             <span role="status" data-part="chip"></span>
@@ -37,21 +37,21 @@ export class DeskBar extends Component {
             <span class="desk-bar__pace small nowrap dim number" data-part="pace"></span>
             <p class="desk-bar__people row gap-1 shrinks small" role="status" data-part="people"></p>
           </div>
-          <div class="desk-bar__tools grow">
+          <div class="desk-bar__tools row gap-3 grow shrinks">
             <button class="button button--small" data-part="cancel" data-needs="operator" hidden>${icon('stop')}<span
-              class="desk-bar__word">${t('desk.cancel')}</span></button>
+              class="word-if-wide">${t('desk.cancel')}</span></button>
             <button class="button button--small" data-part="retry" data-needs="operator" hidden>${icon('retry')}${t('desk.retry')}</button>
             <button class="button button--small" data-part="recordOn" data-needs="operator" title="${t('again.on_title')}" hidden>${icon('live')}<span
-              class="desk-bar__word">${t('again.on')}</span></button>
+              class="word-if-wide">${t('again.on')}</span></button>
             <p class="desk-bar__lock one-line shrinks small dim" role="status" data-part="lock" hidden></p>
             <span class="spacer"></span>
-            <p class="save number" role="status" data-part="save" data-needs="operator"></p>
+            <p class="save small dim number" role="status" data-part="save" data-needs="operator"></p>
             <button class="button button--quiet button--small" data-part="undo" data-needs="operator">${icon('undo')}
-              <span class="desk-bar__word">${t('desk.undo')}</span></button>
+              <span class="word-if-wide">${t('desk.undo')}</span></button>
             <button class="button button--quiet button--small button--icon" data-part="redo" data-needs="operator">${icon('redo')}
               <span class="visually-hidden">${t('desk.redo')}</span></button>
             <button class="button button--quiet button--small desk-bar__keys" data-part="help" title="${withKey(t('desk.keys'), '?')}">${icon('keys')}
-              <span class="desk-bar__word">${t('desk.keys')}</span></button>
+              <span class="word-if-wide">${t('desk.keys')}</span></button>
             <button class="button button--small" data-part="finish" data-needs="operator"></button>
             <details class="menu holds" data-part="menu">
               <summary class="button button--small button--primary">${icon('download')}${t('desk.export')}</summary>
@@ -109,7 +109,7 @@ export class DeskBar extends Component {
     const hasEnded = isFinished(desk.inspection.value);
     const text = hasEnded ? t('finish.finished') : t('finish.open');
     parts.finish.hidden = live !== null; // the live bar has it
-    renderNew(parts.finish, html`${icon(hasEnded ? 'check' : 'flag')}<span class="desk-bar__word">${text}</span>`);
+    renderNew(parts.finish, html`${icon(hasEnded ? 'check' : 'flag')}<span class="word-if-wide">${text}</span>`);
     parts.finish.setAttribute('aria-label', text);
   }
 
@@ -118,7 +118,7 @@ export class DeskBar extends Component {
     const { names } = this.desk.people;
     const list = names.map(([name, pages]) => (pages > 1 ? t('people.pages', { name, pages }) : name)).join(', ');
     people.title = names.length ? t('people.here', { n: names.length, names: list }) : '';
-    renderNew(people, html`${people.title && icon('people')}<span>${people.title}</span>`);
+    renderNew(people, html`${people.title && icon('people')}<span class="one-line">${people.title}</span>`);
   }
 
   #showEmergency() {

@@ -25,10 +25,10 @@ export class EmergencyBanner extends Component {
     /** @type {Parts<'frame/emergency-banner'>} */
     this.parts = render(
       this,
-      html`<p class="emergency__title inline-row nowrap">${severityMark(GRAVEST)}<b>${t('emergency.title')}</b></p>
-        <ul class="emergency__list stack gap-1 grow shrinks" data-part="list" aria-live="polite"></ul>
-        <a class="button button--small button--danger emergency__sheet" download
-          href="${exportPath(id, 'emergency')}">${icon('download')}<span>${t('emergency.sheet')}</span></a>`,
+      html`<p class="emergency__title inline-row nowrap">${severityMark(GRAVEST)}<b class="lost">${t('emergency.title')}</b></p>
+        <ul class="small-sign stack gap-1 grow shrinks" data-part="list" aria-live="polite"></ul>
+        <a class="button button--small button--danger" download
+          href="${exportPath(id, 'emergency')}">${icon('download')}<span class="word-if-wide">${t('emergency.sheet')}</span></a>`,
     );
     this.listen([this.desk.observations, this.#alerts], 'change', () => this.#show());
     // A notification requires that the tag has reached the server.

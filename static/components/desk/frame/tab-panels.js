@@ -25,7 +25,7 @@ export class TabPanels extends Component {
       html`<div class="tabs__list line-below holds" role="tablist" aria-label="${label}" data-part="list">
           ${tabs.map(
             ({ name, title }) => html`<button class="tabs__tab inline-row holds dim nowrap" role="tab" id="tab-${name}"
-            aria-controls="tab-${name}-panel" data-tab="${name}">${title}<span class="tabs__note dim number"
+            aria-controls="tab-${name}-panel" data-tab="${name}">${title}<span class="tabs__note dim number unless-empty"
             data-part="${name}Note"></span></button>`,
           )}
         </div>
@@ -60,7 +60,7 @@ export class TabPanels extends Component {
       const panel = this.parts[`${name}Panel`];
       panel.hidden = !isShown;
       if (isShown && !this.#panels.has(name)) {
-        this.#panels.set(name, document.createElement(element));
+        this.#panels.set(name, Object.assign(document.createElement(element), { className: 'grow scrolls' }));
         panel.append(this.#panels.get(name));
       }
     }

@@ -49,7 +49,7 @@ export function fieldMarkup(field, packs = []) {
   const id = `header-${name}`;
   const label = wordFor('header', name) ?? name;
   const control = controlMarkup(field, id, packs);
-  return html`<div class="field${LONG.has(name) && ' header-form__field--long'}">
+  return html`<div class="field${LONG.has(name) && ' whole-row'}">
     <label for="${id}">${label} <span class="required" aria-hidden="true" hidden>*</span></label>
     ${unit ? html`<span class="input-with-unit">${control}<span class="unit">${unit === 'm' ? lengthUnit : unit}</span></span>` : control}
     <button type="button" class="header-form__proposal" data-proposes="${name}" hidden></button>

@@ -32,7 +32,7 @@ export function buildWindow(page, part) {
     html`<main id="main" class="second" tabindex="-1">
         <header class="second__head row gap-3"><h1 class="second__name one-line grow">${name}<span class="dim"> · ${TITLES[part]}</span></h1>
           ${part === 'wall' && html`<div class="second__tools" role="group" aria-label="${t('strip.title')}">${zoomTools()}</div>`}
-          <p class="save number" role="status" data-part="save" data-needs="operator"></p></header>
+          <p class="save small dim number" role="status" data-part="save" data-needs="operator"></p></header>
         <distance-readout class="panel"></distance-readout>
         ${part === 'wall' ? html`<wall-strip class="second__part grow panel"></wall-strip>` : html`<viewer-panel class="second__part grow panel"></viewer-panel>`}
         <conflict-notice hidden></conflict-notice>

@@ -36,7 +36,7 @@ export class ChecksPanel extends Component {
     /** @type {Parts<'panels/checks-panel'>} */
     this.parts = render(
       this,
-      html`<div class="checks__head row gap-3 apart line-below"><p role="status" data-part="summary"></p>
+      html`<div class="panel-head checks__head"><p role="status" data-part="summary"></p>
           <button class="button button--quiet button--small" data-part="again">${icon('retry')}${t('checks.again')}</button></div>
         <div data-part="list"></div>
         <section aria-labelledby="checks-lost" data-part="lostField" hidden><h3 class="checks__title" id="checks-lost">${t('checks.lost_list')}</h3>
@@ -78,7 +78,7 @@ export class ChecksPanel extends Component {
     renderNew(
       parts.list,
       issues.length === 0
-        ? html`<div class="checks__none">${icon('check')}<div><p><b>${t('checks.nothing')}</b></p>
+        ? html`<div class="row at-top gap-3 checks__none sign-ok">${icon('check')}<div><p><b>${t('checks.nothing')}</b></p>
             <p class="dim">${t('checks.nothing_help')}</p></div></div>`
         : html`${[blocking, warnings].map(
             (found) =>
@@ -100,7 +100,7 @@ export class ChecksPanel extends Component {
     renderNew(
       parts.lost,
       html`${runs.map(
-        ({ first, last }) => html`<li class="check check--block">${icon('stop')}
+        ({ first, last }) => html`<li class="entry check sign-lost">${icon('stop')}
         <p class="number">${t('checks.lost_from_to', { from: timecode(times[first]), to: timecode(times[last]), n: last - first + 1 })}</p>
         <button class="button button--small" data-frame="${first}">${t('checks.look')}</button></li>`,
       )}`,
@@ -113,7 +113,7 @@ export class ChecksPanel extends Component {
     const index = desk.checks.value.indexOf(issue);
     const action = actionOf(issue);
     const repairs = mayEdit() ? repairsOf(issue, desk) : [];
-    return html`<li class="check check--${level}">${icon(level === 'block' ? 'stop' : 'alert')}
+    return html`<li class="entry check ${level === 'block' ? 'sign-lost' : 'sign-weak'}">${icon(level === 'block' ? 'stop' : 'alert')}
       <p>${sentenceOf(issue, id && desk.observations.find(id))}</p>
       <div class="check__actions flow">${repairs.map(
         ({ name }, i) => html`<button class="button button--small" data-issue="${index}"

@@ -22,7 +22,7 @@ export class DefectReview extends Component {
     this.parts = render(
       this,
       html`<h3>${t('reviewing.of_defect')}</h3>
-        <ul class="remarks" aria-label="${t('reviewing.of_defect')}" data-part="list"></ul>
+        <ul aria-label="${t('reviewing.of_defect')}" data-part="list"></ul>
         ${
           !mayEdit() &&
           drafts.of(id) &&

@@ -57,11 +57,11 @@ export class HistoryPanel extends Component {
     /** @type {Parts<'panels/history-panel'>} */
     this.parts = render(
       this,
-      html`<div class="history__head row wrap apart line-below">
-          <label class="switch"><input type="checkbox" data-part="only" />${t('history.selected')}</label>
-          <p class="dim history__hint small">${pieces('history.undo_hint', { key: html`<kbd>Ctrl + Z</kbd>` })}</p>
+      html`<div class="panel-head">
+          <label class="switch row"><input type="checkbox" data-part="only" />${t('history.selected')}</label>
+          <p class="dim small">${pieces('history.undo_hint', { key: html`<kbd>Ctrl + Z</kbd>` })}</p>
         </div>
-        <p class="history__empty pad-4 dim" role="status" data-part="note"></p>
+        <p class="pad-4 dim unless-empty" role="status" data-part="note"></p>
         <ol data-part="rows" aria-label="${t('history.label')}"></ol>
         <div class="history__more"><button class="button button--small" data-part="more" hidden></button></div>`,
     );
@@ -127,9 +127,9 @@ export class HistoryPanel extends Component {
     const remark = remarkText(event);
     const title = this.#titleOf(event);
     const changes = differences(event);
-    return html`<li class="event">${icon(SIGNS[event.action] ?? 'info')}
+    return html`<li class="event entry pad-head sign-dim">${icon(SIGNS[event.action] ?? 'info')}
       <div class="event__what stack gap-1">
-        <p class="event__title">${
+        <p class="strong">${
           id && this.desk.observations.find(id)
             ? html`<button class="link" data-observation="${id}">${title}</button>`
             : html`<b>${title}</b>`
@@ -138,7 +138,7 @@ export class HistoryPanel extends Component {
           changes.length > 0 &&
           html`<dl class="event__changes flow small">${changes.map(
             ({ name, before, after }) =>
-              html`<div><dt>${labelOf(name)}</dt><dd>${before !== null && html`<del>${before}</del> `}<ins>${after ?? '–'}</ins></dd></div>`,
+              html`<div><dt class="dim">${labelOf(name)}</dt><dd class="breaks">${before !== null && html`<del class="dim">${before}</del> `}<ins>${after ?? '–'}</ins></dd></div>`,
           )}</dl>`
         }
         ${remark && html`<p class="event__remark small">“${remark}”</p>`}

@@ -21,8 +21,8 @@ const SIGNS = { accepted: 'check', question: 'help', comment: 'edit' };
 export function remarkRow(remark, { name, isOld = false } = {}) {
   const { id, kind, text, by, at, observation, settled_at: settled, settled_by: settledBy } = remark;
   const isMine = by === preferences.person?.name || may('admin');
-  return html`<li class="remark remark--${isOpen(remark) ? 'open' : kind}">${icon(SIGNS[kind])}
-    <div class="remark__what">
+  return html`<li class="remark entry ${isOpen(remark) ? 'sign-weak' : kind === 'accepted' ? 'sign-ok' : 'sign-dim'}">${icon(SIGNS[kind])}
+    <div>
       <p>${name && html`<button type="button" class="link" data-go="${observation}">${name}</button> `}<b>${wordFor('remark', kind)}</b>
         ${isOld && html`<span class="dim">(${t('reviewing.edited_since')})</span>`}</p>
       ${text && html`<p class="remark__text breaks">${text}</p>`}
@@ -30,7 +30,7 @@ export function remarkRow(remark, { name, isOld = false } = {}) {
     </div>
     ${
       mayEdit() &&
-      html`<span class="remark__buttons at-top">
+      html`<span class="flow gap-1 at-top">
       ${kind === 'question' && html`<button type="button" class="button button--small" data-settle="${id}">${settled ? t('reviewing.unsettle') : t('reviewing.settle')}</button>`}
       ${
         isMine &&

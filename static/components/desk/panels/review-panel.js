@@ -54,22 +54,22 @@ export class ReviewPanel extends Component {
     const accepted = defects.filter((item) => desk.review.isAccepted(item)).length;
     renderNew(
       this,
-      html`<div class="review__head">
+      html`<div class="stack gap-3 pad-head line-below">
           <p role="status">${reviewChip(review.state)} ${review.by && html`<span class="dim">${t('reviewing.by', { who: review.by, when: date(review.at) })}</span>`}</p>
           ${this.#stepsMarkup(review.state)}
         </div>
-        <section class="review__part" aria-label="${t('remark.question')}">
-          <p class="review__line"><b>${questions.length ? t('reviewing.questions', { n: questions.length }) : t('reviewing.no_questions')}</b>
+        <section class="stack gap-3 pad-head line-below" aria-label="${t('remark.question')}">
+          <p class="row wrap gap-row"><b>${questions.length ? t('reviewing.questions', { n: questions.length }) : t('reviewing.no_questions')}</b>
             <span class="dim">${t('reviewing.progress', { accepted, all: defects.length })}</span>
             ${questions.length > 0 && html`<button type="button" class="button button--small" data-next>${t('reviewing.next')}<kbd>Q</kbd></button>`}</p>
-          <ul class="remarks">${questions.map((remark) => remarkRow(remark, { name: this.#nameOf(remark) }))}</ul>
+          <ul>${questions.map((remark) => remarkRow(remark, { name: this.#nameOf(remark) }))}</ul>
         </section>
-        <section class="review__part">
+        <section class="stack gap-3 pad-head line-below">
           <h3>${t('reviewing.steps')}</h3>
           ${review.steps.length === 0 && html`<p class="dim">${t('reviewing.no_steps')}</p>`}
-          <ol class="remarks">${review.steps.toReversed().map(
-            ({ state, by, at, reason }) => html`<li class="remark">${icon('forward')}
-            <div class="remark__what"><p><b>${wordFor('review', state)}</b></p>${reason && html`<p class="remark__text breaks">${reason}</p>`}
+          <ol>${review.steps.toReversed().map(
+            ({ state, by, at, reason }) => html`<li class="remark entry sign-dim">${icon('forward')}
+            <div><p><b>${wordFor('review', state)}</b></p>${reason && html`<p class="remark__text breaks">${reason}</p>`}
             <p class="dim small">${t('reviewing.by', { who: by, when: date(at) })}</p></div></li>`,
           )}</ol>
         </section>`,
@@ -86,7 +86,7 @@ export class ReviewPanel extends Component {
     if (this.desk.inspection.isUnfinished) return html`<p class="dim">${t('reviewing.not_ended')}</p>`;
     const isAllowed = (wanted) => may(isForAdmins(state, wanted) ? 'admin' : 'operator');
     const steps = nextStates(state);
-    return html`<p class="review__steps">${steps.map(
+    return html`<p class="row wrap gap-row">${steps.map(
       (wanted, i) => html`<button type="button" class="button ${i === 0 && 'button--primary'}"
         data-move="${wanted}" ${!isAllowed(wanted) && 'disabled'}>${wordFor('review_step', wanted)}</button>`,
     )}</p>

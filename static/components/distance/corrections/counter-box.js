@@ -41,7 +41,7 @@ export class CounterBox extends Component {
     this.parts = render(
       this,
       html`<div class="counter-box__picture holds" data-part="frame">
-          <img src="${source}" width="${shown.width}" height="${shown.height}" alt="${alt}" draggable="false" />
+          <img class="full" src="${source}" width="${shown.width}" height="${shown.height}" alt="${alt}" draggable="false" />
           <svg class="counter-box__drawing full" preserveAspectRatio="none" viewBox="0 0 ${width} ${height}" data-part="drawing" tabindex="0"
             role="application" aria-label="${t('counter.box')}" aria-describedby="counter-box-help">
             <rect class="counter-box__edge" data-part="edge" />

@@ -26,7 +26,7 @@ export class CounterSection extends Component {
         <div class="stack" data-part="state" role="status"></div>
         <div data-part="offer"></div>
         <div data-part="faults"></div>
-        <div class="fix__buttons" data-part="buttons">
+        <div class="fix__buttons row wrap" data-part="buttons">
           ${button('cancel', 'stop', t('counter.cancel'))}
           ${button('read', 'retry', '')}
           ${button('draw', 'edit', t('counter.draw'))}
@@ -99,7 +99,7 @@ export class CounterSection extends Component {
       scale: length.scale.toFixed(3),
       sigma: length.scale_sigma.toFixed(3),
     });
-    return html`<div class="message ${length.agrees ? 'film-counter__fits' : 'message--warning'}">${icon(length.agrees ? 'check' : 'alert')}
+    return html`<div class="message ${length.agrees ? 'sign-ok' : 'message--warning'}">${icon(length.agrees ? 'check' : 'alert')}
       <div class="stack gap-1 at-start"><p class="number">${text}</p>
         <p class="dim">${length.agrees ? t('counter.agrees') : t('counter.disagrees')}
           ${t('counter.between', { first: length.first_frame, last: length.last_frame })}</p>
@@ -145,7 +145,7 @@ function stateMarkup(counter, isUnfinished) {
   }
   const share = t('counter.legible', { legible: counter.legible, frames: counter.frames });
   if (unit === null) {
-    return html`<p>${share} ${t('counter.which_unit')}</p><div class="fix__choices">${Object.keys(UNITS).map(
+    return html`<p>${share} ${t('counter.which_unit')}</p><div class="row wrap">${Object.keys(UNITS).map(
       (name) => html`<button type="button" class="button button--small" data-unit="${name}">${name}</button>`,
     )}</div>`;
   }
@@ -171,7 +171,7 @@ function faultsMarkup(faults, track) {
     const row = track.row(frame);
     return row ? chainage(row.distance_mm / 1000) : t('corrections.frame', { frame });
   };
-  return html`<table class="joints film-counter__faults number">
+  return html`<table class="joints tally film-counter__faults number">
       <caption class="film-counter__caption small strong">${t('counter.faults')}</caption>
       <thead><tr><th scope="col">${t('counter.fault')}</th><th scope="col">${t('counter.at')}</th>
         <th scope="col">${t('counter.counted')}</th><th scope="col">${t('counter.driven')}</th></tr></thead>

@@ -28,13 +28,13 @@ export class JointsSection extends Component {
     this.parts = render(
       this,
       html`<h3>${t('corrections.joints')}</h3>
-        <label class="switch"><input type="checkbox" data-part="use" /><span data-part="useText"></span></label>
+        <label class="switch row"><input type="checkbox" data-part="use" /><span data-part="useText"></span></label>
         <p class="help" role="status" data-part="done"></p>
-        <div class="fix__buttons">
+        <div class="fix__buttons row wrap">
           <button class="button button--small" data-part="mark" aria-pressed="false">${icon('plus')}${t('corrections.mark_joint')}</button>
         </div>
         <p class="help" data-part="marking" hidden>${t('corrections.marking')}</p>
-        <table class="joints number" data-part="table" hidden>
+        <table class="joints tally number" data-part="table" hidden>
           <caption class="visually-hidden">${t('corrections.joints')}</caption>
           <thead><tr><th scope="col">${t('corrections.joint_no')}</th><th scope="col">${t('corrections.distance')}</th>
             <th scope="col">${t('corrections.residual')}</th><th scope="col">${t('corrections.seen_in')}</th>

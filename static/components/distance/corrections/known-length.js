@@ -32,12 +32,12 @@ export class KnownLength extends Component {
           ${metresField({ part: 'length', id: 'known-length', label: t('corrections.length') })}
           ${numberField({ part: 'sigma', id: 'known-sigma', label: t('corrections.sigma'), unit: 'mm' })}
           <div class="field"><span class="label" id="known-source">${t('corrections.source')}</span>
-            <div class="fix__choices" role="group" aria-labelledby="known-source">
+            <div class="row wrap" role="group" aria-labelledby="known-source">
               ${Object.entries(SOURCES).map(([name, label]) => html`<button class="button button--small" data-source="${name}">${label}</button>`)}
             </div></div>
         </div>
         ${endsMarkup()}
-        <div class="fix__buttons">
+        <div class="fix__buttons row wrap">
           <button class="button button--small" data-part="fromHeader" hidden></button>
           <button class="button button--small button--quiet" data-part="clear" hidden>${t('corrections.remove')}</button>
         </div>
@@ -131,7 +131,7 @@ export class KnownLength extends Component {
 export function closureMarkup({ known_length_m, measured_m, residual_mm, residual_percent, sigma_mm }) {
   const limit = LIMIT * sigma_mm;
   const fits = Math.abs(residual_mm) <= limit;
-  return html`<div class="closure message ${fits ? 'closure--fits' : 'message--error'}">${icon(fits ? 'check' : 'alert')}
+  return html`<div class="closure message ${fits ? 'closure--fits sign-ok' : 'message--error'}">${icon(fits ? 'check' : 'alert')}
     <div>
       <p class="closure__residual number"><b>${withSign(residual_mm, 0)} mm</b> <span>(${withSign(residual_percent, 2)} %)</span></p>
       <p class="number">${t('corrections.closure', { measured: chainage(measured_m), known: chainage(known_length_m) })}</p>

@@ -6,10 +6,10 @@ import { t } from '../../../core/page/words.js';
 import { placeText } from './fields.js';
 
 /** Parts: first, last (buttons that go there), fromHere, toHere. */
-export const endsMarkup = () => html`<dl class="ends">
-  <div><dt>${t('corrections.from')}</dt><dd><button class="link number" data-part="first"></button>
+export const endsMarkup = () => html`<dl class="ends stack gap-1">
+  <div><dt class="small dim">${t('corrections.from')}</dt><dd class="row wrap apart"><button class="link number" data-part="first"></button>
     <button class="button button--small" data-part="fromHere">${t('corrections.from_here')}</button></dd></div>
-  <div><dt>${t('corrections.to')}</dt><dd><button class="link number" data-part="last"></button>
+  <div><dt class="small dim">${t('corrections.to')}</dt><dd class="row wrap apart"><button class="link number" data-part="last"></button>
     <button class="button button--small" data-part="toHere">${t('corrections.to_here')}</button></dd></div>
 </dl>`;
 

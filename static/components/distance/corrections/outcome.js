@@ -25,9 +25,9 @@ export class CorrectionOutcome extends Component {
     this.parts = render(
       this,
       html`<dl class="ends-of-run flow number">
-          <div><dt>${t('corrections.as_measured')}</dt><dd data-part="raw"></dd></div>
-          <div><dt data-part="nowTerm">${t('corrections.now')}</dt><dd data-part="now"></dd></div>
-          <div data-part="thenBox" class="ends-of-run__then"><dt>${t('corrections.then')}</dt><dd data-part="then"></dd></div>
+          <div><dt class="small dim">${t('corrections.as_measured')}</dt><dd data-part="raw"></dd></div>
+          <div><dt class="small dim" data-part="nowTerm">${t('corrections.now')}</dt><dd data-part="now"></dd></div>
+          <div data-part="thenBox" class="ends-of-run__then"><dt class="small dim">${t('corrections.then')}</dt><dd data-part="then"></dd></div>
         </dl>
         <div data-part="notices"></div>
         <div data-part="class"></div>
@@ -103,7 +103,7 @@ export class CorrectionOutcome extends Component {
   #evidence({ findings, residuals, joints, scale, scale_sigma: sigma, height }) {
     const { height_mm: stated } = this.desk.inspection.value.rig.mount;
     const left = new Map(residuals.map(({ name, residual_mm: mm }) => [name, mm]));
-    return html`<table class="findings number">
+    return html`<table class="tally number">
         <thead><tr><th scope="col">${t('corrections.evidence_of')}</th><th scope="col">${t('corrections.scale')}</th>
           <th scope="col">${t('corrections.residual')}</th></tr></thead>
         <tbody>${findings.map(
@@ -140,7 +140,7 @@ function classMarkup({ percent, half_width_m: halfWidth, residual_m: residual, l
     residual === null
       ? t('corrections.class_rests_open', { half: plusMinus(halfWidth) })
       : t('corrections.class_rests', { half: plusMinus(halfWidth), residual: `${withSign(1000 * residual, 0)} mm` });
-  return html`<div class="class ${isMet ? 'class--met' : 'class--not'}">${icon(isMet ? 'check' : 'alert')}
+  return html`<div class="class row at-top ${isMet ? 'sign-ok' : 'sign-weak'}">${icon(isMet ? 'check' : 'alert')}
     <div><p><b>${text}</b></p><p class="dim number">${rests} ${t('corrections.class_length', { length: chainage(length) })}</p></div></div>`;
 }
 

@@ -26,8 +26,8 @@ export class TapedLengths extends Component {
       this,
       html`<h3>${t('corrections.tapes')}</h3>
         <p class="help">${t('corrections.tapes_help')}</p>
-        <ul class="tapes" data-part="rows"></ul>
-        <div class="fix__buttons"><button class="button button--small" data-part="add">${icon('plus')}${t('corrections.add_tape')}</button></div>`,
+        <ul class="stack gap-3 unless-empty" data-part="rows"></ul>
+        <div class="fix__buttons row wrap"><button class="button button--small" data-part="add">${icon('plus')}${t('corrections.add_tape')}</button></div>`,
     );
     const { desk, parts } = this;
     this.listen(parts.add, 'click', () => this.#add());
@@ -95,7 +95,7 @@ export class TapedLengths extends Component {
 
   #createRow({ key }) {
     const row = document.createElement('li');
-    row.className = 'tape';
+    row.className = 'stack pad-3 framed';
     row.parts = render(
       row,
       html`${endsMarkup()}
@@ -105,7 +105,7 @@ export class TapedLengths extends Component {
           <button class="button button--quiet button--small button--icon" data-part="remove"
             aria-label="${t('corrections.remove_tape')}" title="${t('corrections.remove_tape')}">${icon('trash')}</button>
         </div>
-        <p class="help" data-part="missing"></p>`,
+        <p class="help unless-empty" data-part="missing"></p>`,
     );
     const { parts } = row;
     bindEnds(parts, this.desk, this.signal, (ends) => this.#change(key, ends));

@@ -22,7 +22,7 @@ export class ZeroSection extends Component {
           </button>
           <p class="zero__none pad-3 small dim" data-part="none">${t('corrections.zero_none')}</p>
           <div class="stack gap-3">
-            <div class="fix__buttons">
+            <div class="fix__buttons row wrap">
               <button class="button button--small" data-part="here"><kbd>Z</kbd>${t('corrections.zero_here')}</button>
               <button class="button button--small button--quiet" data-part="clear" hidden>${t('corrections.clear')}</button>
             </div>
@@ -85,15 +85,15 @@ function sketch(offsetM) {
   const camera = offsetM === 0 ? wall : wall + Math.sign(offsetM) * reach;
   const shown = `${offsetM > 0 ? '+' : ''}${signed(toShown(offsetM), 2)} ${lengthUnit}`;
   return html`<svg class="offset-sketch full" viewBox="0 0 240 112" role="img" aria-label="${t('corrections.sketch', { offset: shown })}">
-      <path class="offset-sketch__ground" d="M0 22h${wall}M0 92h${wall}" />
-      <path class="offset-sketch__wall" d="M${wall} 4v18h162M${wall} 108V92h162" />
-      <path class="offset-sketch__zero" d="M${wall} 22v70" />
+      <path stroke="var(--line-strong)" stroke-dasharray="3 4" d="M0 22h${wall}M0 92h${wall}" />
+      <path stroke-width="3" d="M${wall} 4v18h162M${wall} 108V92h162" />
+      <path stroke="var(--text)" stroke-dasharray="5 3" d="M${wall} 22v70" />
       <text class="offset-sketch__text" x="${wall + 5}" y="16">0</text>
-      <path class="offset-sketch__camera" d="M${camera - 11} 62h22v16h-22zM${camera + 11} 66l7 -4v16l-7 -4" />
-      <path class="offset-sketch__wheel" d="M${camera - 6} 78v10M${camera + 6} 78v10" />
-      ${offsetM !== 0 && html`<path class="offset-sketch__offset" d="M${wall} 48H${camera}m${-6 * Math.sign(offsetM)} -4l${6 * Math.sign(offsetM)} 4l${-6 * Math.sign(offsetM)} 4" />`}
+      <path fill="var(--accent-wash)" stroke="var(--accent)" d="M${camera - 11} 62h22v16h-22zM${camera + 11} 66l7 -4v16l-7 -4" />
+      <path stroke="var(--accent)" stroke-linecap="round" stroke-width="5" d="M${camera - 6} 78v10M${camera + 6} 78v10" />
+      ${offsetM !== 0 && html`<path stroke="var(--text)" d="M${wall} 48H${camera}m${-6 * Math.sign(offsetM)} -4l${6 * Math.sign(offsetM)} 4l${-6 * Math.sign(offsetM)} 4" />`}
       <text class="offset-sketch__text offset-sketch__text--strong" x="${(wall + camera) / 2}" y="40" text-anchor="middle">${shown}</text>
-      <path class="offset-sketch__drive" d="M178 100h44m-7 -4l7 4l-7 4" />
+      <path d="M178 100h44m-7 -4l7 4l-7 4" />
     </svg>
     <figcaption class="help">${t('corrections.offset_help')}</figcaption>`;
 }

@@ -63,19 +63,19 @@ export class StripLog extends Strip {
               )}
             </ul>
           </details>
-          <p class="strip__legend dim" aria-hidden="true">
+          <p class="strip__legend flow gap-3 dim" aria-hidden="true">
             <span class="strip__key strip__key--ok">${t('strip.ok')}</span>
             <span class="strip__key strip__key--weak">${t('strip.weak')}</span>
             <span class="strip__key strip__key--lost">${t('strip.lost')}</span>
           </p>
-          <span class="spacer"></span>
+          <span class="spacer grow"></span>
           ${tool('goTo', 'search', t('strip.go_to'), 'G', t('strip.go_to_short'))}
           ${zoomTools()}
           <button class="button button--quiet button--small button--icon" data-part="window"></button>
         </div>
         <div class="strip__track" data-part="track" tabindex="0" role="slider" aria-label="${t('strip.label')}"
-          aria-valuemin="0" aria-valuemax="0" aria-valuenow="0"><canvas data-part="ground"></canvas><canvas
-          data-part="above"></canvas></div>`,
+          aria-valuemin="0" aria-valuemax="0" aria-valuenow="0"><canvas class="covers" data-part="ground"></canvas><canvas
+          class="covers" data-part="above"></canvas></div>`,
     );
     const { parts } = this;
     closesElsewhere(parts.menu, this.signal);

@@ -19,7 +19,7 @@ export class MeasureBox extends Component {
     this.parts = render(
       this,
       html`<div class="measure__row flow at-bottom">
-          <label class="field"><span class="label">${t('measure.what')}</span>
+          <label class="field grow"><span class="label">${t('measure.what')}</span>
             <select class="input" data-part="kind">${Object.keys(KINDS).map(
               (kind) => html`<option
               value="${kind}">${kindText(kind)}</option>`,
@@ -36,7 +36,7 @@ export class MeasureBox extends Component {
             <button type="button" class="button button--small button--quiet" data-part="cancel">${t('page.cancel')}</button>
           </div>
         </div>
-        <ul class="measure__list number" aria-label="${t('measure.list')}" data-part="list"></ul>`,
+        <ul class="stack unless-empty number" aria-label="${t('measure.list')}" data-part="list"></ul>`,
     );
     const { parts, desk } = this;
     const { measuring } = desk;
@@ -82,7 +82,7 @@ export class MeasureBox extends Component {
   }
 
   #createRow() {
-    const row = Object.assign(document.createElement('li'), { at: 0 });
+    const row = Object.assign(document.createElement('li'), { at: 0, className: 'row apart' });
     row.parts = render(
       row,
       html`<span data-part="text"></span>

@@ -25,12 +25,12 @@ export class LiveBar extends Component {
     /** @type {Parts<'video/live-bar'>} */
     this.parts = render(
       this,
-      html`<p class="live__state row shrinks strong" data-part="state"><span data-part="sign"></span><span class="number" data-part="text"></span></p>
+      html`<p class="live__state row shrinks strong" data-part="state"><span data-part="sign"></span><span class="number two-lines" data-part="text"></span></p>
         <p class="live__fact small dim nowrap number" data-part="recorded"></p>
         <p class="live__fact small dim nowrap number" title="${t('live.skipped_help')}" data-part="skipped"></p>
         <p class="live__fact small dim nowrap number" data-part="room"></p>
-        <p class="live__fact small dim nowrap live__fact--counter" data-part="counter" hidden><span data-part="counterSign"></span><span role="status" data-part="counterText"></span></p>
-        <span class="spacer"></span>
+        <p class="live__fact small dim nowrap live__fact--counter small-sign" data-part="counter" hidden><span data-part="counterSign"></span><span role="status" data-part="counterText"></span></p>
+        <span class="spacer grow"></span>
         <button class="button" data-part="zero" data-needs="operator"><kbd>Z</kbd>${t('corrections.zero_here')}</button>
         <button class="button button--primary" data-part="finish" data-needs="operator">${icon('flag')}${t('finish.open')}</button>
         <p class="visually-hidden" role="status" data-part="announced"></p>`,

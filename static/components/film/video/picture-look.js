@@ -34,7 +34,7 @@ export class PictureLook extends Component {
           <div class="menu__list panel look" role="group" aria-label="${t('look.title')}">
             ${FIELDS.map(
               ([name, label, min, max]) => html`<label class="look__field stack">${label}
-              <input type="range" min="${min}" max="${max}" step="0.05" data-part="${name}" /></label>`,
+              <input class="full" type="range" min="${min}" max="${max}" step="0.05" data-part="${name}" /></label>`,
             )}
             <p class="help">${t('look.help')}</p>
             <button class="button button--small" data-part="reset">${icon('undo')}${t('look.reset')}</button>

@@ -59,15 +59,15 @@ export class VideoPanel extends Component {
       this,
       html`<div class="stage" data-part="stage">
           <div class="stage__film">
-            <video data-part="video" muted playsinline preload="auto" tabindex="-1" aria-hidden="true"></video>
-            <canvas data-part="picture" class="stage__picture" role="img" aria-label="${t('video.picture')}"></canvas>
+            <video class="covers" data-part="video" muted playsinline preload="auto" tabindex="-1" aria-hidden="true"></video>
+            <canvas data-part="picture" class="stage__picture covers" role="img" aria-label="${t('video.picture')}"></canvas>
           </div>
-          <canvas data-part="overlay" class="stage__overlay" aria-hidden="true"></canvas>
-          <p class="stage__badge row small strong" data-part="badge" hidden>${icon('live')}${t('video.live')}
+          <canvas data-part="overlay" class="stage__overlay covers" aria-hidden="true"></canvas>
+          <p class="stage__badge on-film row small strong" data-part="badge" hidden>${icon('live')}${t('video.live')}
             <picture-age class="stage__age row"></picture-age></p>
-          <p class="stage__note" data-part="note"></p>
+          <p class="stage__note on-film unless-empty" data-part="note"></p>
           <code-chain data-part="chain"></code-chain>
-          <div class="stage__tools" role="group" aria-label="${t('video.view')}">
+          <div class="stage__tools flow gap-1" role="group" aria-label="${t('video.view')}">
             ${tool('zoomOut', 'minus', t('video.zoom_out'), 'O')}
             <button class="button button--small stage__tool number" data-part="whole" disabled
               title="${withKey(t('video.whole'), 'W')}"></button>
@@ -77,7 +77,7 @@ export class VideoPanel extends Component {
           </div>
         </div>
         <div class="transport row gap-3">
-          <div class="transport__buttons">
+          <div class="flow gap-1">
             ${button('stepBack', 'stepBack', t('video.back'), '←')}
             ${button('play', 'play', t('video.play'), t('video.space'))}
             ${button('stepForward', 'stepForward', t('video.forward'), '→')}
@@ -91,7 +91,7 @@ export class VideoPanel extends Component {
           <button class="button button--small" data-part="live" aria-pressed="false"
             title="${t('video.follow')}">${icon('live')}${t('video.live')}</button>
         </div>
-        <quick-buttons class="quick" role="group" aria-label="${t('video.quick')}" data-needs="operator"></quick-buttons>`,
+        <quick-buttons class="quick stack gap-1" role="group" aria-label="${t('video.quick')}" data-needs="operator"></quick-buttons>`,
     );
     const { parts, desk } = this;
     const square = this.#square;

@@ -44,15 +44,15 @@ export class ViewerPanel extends Component {
     /** @type {Parts<'views/viewer-panel'>} */
     this.parts = render(
       this,
-      html`<div class="viewer__head row wrap apart line-below">
+      html`<div class="panel-head viewer__head">
           <h2><span class="visually-hidden">${t('viewer.title')}</span> <small class="dim" data-part="late" title="${t('viewer.late_help')}">${t('viewer.late')}</small></h2>
-          <div class="viewer__cameras" role="group" aria-label="${t('viewer.cameras')}">
+          <div class="viewer__cameras flow gap-1" role="group" aria-label="${t('viewer.cameras')}">
             ${CAMERAS.map(
               ([mode, label, title]) => html`<button class="button button--small" data-mode="${mode}"
               aria-pressed="false" title="${title}">${label}</button>`,
             )}
           </div>
-          <div class="viewer__tools" role="group" aria-label="${t('viewer.tools')}">
+          <div class="flow gap-1" role="group" aria-label="${t('viewer.tools')}">
             <select class="input viewer__cut small" aria-label="${t('viewer.cut')}" title="${t('viewer.cut_help')}" data-part="cut">
               ${CUTS.map(([half, label]) => html`<option value="${half}">${label}</option>`)}
             </select>

@@ -69,7 +69,7 @@ export class WallStrip extends Strip {
           <button class="button" data-part="seek" title="${t('wall.seek_help')}">${t('wall.seek')}</button>
         </div>
         <div class="wall__track" data-part="track" tabindex="0" role="application" aria-label="${t('wall.label')}"
-          aria-describedby="wall-keys"><canvas data-part="ground"></canvas><canvas data-part="above"></canvas></div>
+          aria-describedby="wall-keys"><canvas class="covers" data-part="ground"></canvas><canvas class="covers" data-part="above"></canvas></div>
         <p class="wall__empty small" data-part="empty" hidden></p>
         <p class="visually-hidden" id="wall-keys">${t('wall.keys')}</p>
         <p class="visually-hidden" role="status" data-part="announced"></p>`,

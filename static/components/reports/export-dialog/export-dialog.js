@@ -265,7 +265,7 @@ const extrasOf = (extras, inspection) => extras.filter((name) => name !== 'film'
 const markup = ({ help, extras = [], isOrdered }, inspection) => html`<div class="export">
   <p>${help}</p>
   <div class="export__extras" data-part="extras">${extrasOf(extras, inspection).map(
-    (name) => html`<label class="switch"><input type="checkbox"
+    (name) => html`<label class="switch row"><input type="checkbox"
     name="${name}" />${extraName(name, inspection)}</label>`,
   )}</div>
   ${isOrdered && deliveryChoices()}

@@ -23,7 +23,7 @@ export async function makeToken() {
         ${ROLES.map(
           (
             role,
-          ) => html`<label class="switch"><input type="radio" name="role" value="${role}" ${role === 'operator' && 'checked'} />
+          ) => html`<label class="switch row"><input type="radio" name="role" value="${role}" ${role === 'operator' && 'checked'} />
           <span><b>${wordFor('role', role)}</b> <span class="dim">${wordFor('role_help', role)}</span></span></label>`,
         )}</fieldset>
       <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
