@@ -145,12 +145,6 @@ def split(kind: str, content: bytes) -> list[bytes]:
         head, *blocks = re.split(rb"(?m)^(?=#B01=)", content)
         return [head + block for block in blocks]
     root = etree.fromstring(content)
-    if kind.startswith("isybau"):
-        count = len(list(root.iter(f"{ISYBAU_NS}OptischeInspektion")))
-        return [_only_isybau(content, number) for number in range(count)]
-    if kind == "m150":
-        count = len(list(root.iter("HI")))
-        return [_only_m150(content, number) for number in range(count)]
     block = {"en13508xml": "ZB", "ribx": "ZB_A"}[kind]
     count = len(root.findall(block))
     return [_only(content, block, number) for number in range(count)]
@@ -161,53 +155,6 @@ def _only(content: bytes, block: str, number: int) -> bytes:
     for each in [one for n, one in enumerate(root.findall(block)) if n != number]:
         root.remove(each)
     return bytes(etree.tostring(root))
-
-
-def _only_m150(content: bytes, number: int) -> bytes:
-    root = etree.fromstring(content)
-    wanted = list(root.iter("HI"))[number]
-    for run in [one for one in root.iter("HI") if one is not wanted]:
-        run.getparent().remove(run)
-    pipe = wanted.getparent()
-    ends = {pipe.findtext("HG003"), pipe.findtext("HG004")}
-    for one in [*root.findall("HG"), *root.findall("KG")]:
-        if one is not pipe and one.findtext("KG001") not in ends:
-            root.remove(one)
-    return _german(root, "no")
-
-
-def _only_isybau(content: bytes, number: int) -> bytes:
-    """Keep the order and the film that the inspection refers to, its pipe and its nodes."""
-    root = etree.fromstring(content)
-
-    def text(element: Any, *names: str) -> str | None:
-        found = element.findtext("/".join(f"{ISYBAU_NS}{name}" for name in names))
-        return None if found is None else str(found)
-
-    wanted = list(root.iter(f"{ISYBAU_NS}InspizierteAbwassertechnischeAnlage"))[number]
-    (inspection,) = wanted.findall(f"{ISYBAU_NS}OptischeInspektion")
-    names = {
-        text(wanted, "Objektbezeichnung"),
-        text(inspection, "Rohrleitung", "RGrunddaten", "KnotenZulauf"),
-        text(inspection, "Rohrleitung", "RGrunddaten", "KnotenAblauf"),
-    }
-    order, film = text(inspection, "Auftragskennung"), text(inspection, "Videoablagereferenz")
-    for element in list(root.iter()):
-        is_other = {
-            "InspizierteAbwassertechnischeAnlage": element is not wanted,
-            "AbwassertechnischeAnlage": text(element, "Objektbezeichnung") not in names,
-            "Auftrag": text(element, "Auftragskennung") != order,
-            "Film": len(element) > 0 and text(element, "Videoablagereferenz") != film,
-        }
-        if is_other.get(element.tag.removeprefix(ISYBAU_NS), False):
-            element.getparent().remove(element)
-    return _german(root, "yes")
-
-
-def _german(root: Any, standalone: str) -> bytes:
-    head = f'<?xml version="1.0" encoding="ISO-8859-1" standalone="{standalone}"?>\n'
-    text = head + etree.tostring(root, encoding="unicode") + "\n"
-    return text.replace("\n", "\r\n").encode("iso-8859-1", "xmlcharrefreplace")
 
 
 def _split(line: str) -> list[str]:
