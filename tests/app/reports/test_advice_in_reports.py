@@ -45,7 +45,6 @@ READERS = {
 @pytest.mark.parametrize("text_of", READERS.values(), ids=READERS)
 def test_people_read_the_grade_its_source_and_what_was_accepted(text_of):
     text = text_of(made("structural"))
-
     assert "5 · act at once" in text
     assert "BFR Abwasser" in text
     assert "This is not a DWA grade" in text
@@ -60,7 +59,6 @@ def test_people_read_the_grade_its_source_and_what_was_accepted(text_of):
 @pytest.mark.parametrize("text_of", READERS.values(), ids=READERS)
 def test_a_project_may_want_neither_grade_nor_costs(text_of):
     text = text_of(made("none", costs=False))
-
     assert "Rebuild the wall." in text
     assert "9000" not in text
     assert "Decided by" not in text
@@ -70,7 +68,6 @@ def test_a_project_may_want_neither_grade_nor_costs(text_of):
 def test_a_proposal_that_nobody_accepted_is_not_printed():
     template = ReportTemplate(recommendations=[Recommendation(text="Anything at all.")])
     text = pdf_text(document.write(report(template=template)).content)
-
     assert "Anything at all." not in text
     assert "No recommendation was accepted." in text
     assert "Defects without a recommendation: 6" in text
@@ -81,14 +78,12 @@ def test_a_long_list_of_classes_is_cut_and_says_so(text_of):
     many = [{"distance_m": n / 10, "code": "BAO", "severity": 4} for n in range(100)]
     many += [{"distance_m": 11 + n / 10, "code": "BAF"} for n in range(70)]
     text = text_of(report(observations=many, template=ReportTemplate(grade="structural")))
-
     assert "and 40 more, none of them worse" in text
     assert "and 10 more; the workbook lists all" in text
 
 
 def test_costs_are_summed_by_severity_the_severest_first():
     costs = costs_of(made())
-
     assert list(costs.by_severity.items()) == [(5, 9000.0), (4, 1250.5), (2, 100.25)]
     assert costs.total == 10350.75
     assert costs_of(made(costs=False)) is None
@@ -109,7 +104,6 @@ def test_programs_find_it_in_json_and_are_warned_of_its_loss_elsewhere():
         for one in json.loads(chainage_json.write(made()).content)["observations"]
         if one["seq"] == 9
     ]
-
     assert (entry["recommendation"], entry["cost"]) == ("Rebuild the wall.", 9000.0)
     assert any("recommendations" in loss for loss in said(FORMATS["en13508"].write(made()).losses))
     assert not any(

@@ -68,12 +68,6 @@ def test_length_and_faults_of_the_counter_are_told(made: Report, write) -> None:
     assert f"set to another value at {where_m:.2f} m, by -" in text
 
 
-def test_they_are_told_in_malay(made: Report) -> None:
-    text = text_of(pdf.write(replace(made, language="ms")).content)
-    assert "Pembilang dalam video" in text
-    assert "tersekat dari" in text
-
-
 def test_the_json_report_has_them_as_data(made: Report) -> None:
     counter = json.loads(chainage_json.write(made).content)["counter"]
     assert (counter["unit"], counter["legible_frames"]) == ("ft", len(made.track) - 2)

@@ -5,7 +5,7 @@ import io
 from dataclasses import replace
 
 import pytest
-from reports import OBSERVATIONS, measured, report
+from reports import measured, report
 
 from app.reports.report import Extras
 from app.reports.tables.table import COLUMNS, write
@@ -13,17 +13,6 @@ from app.reports.tables.table import COLUMNS, write
 
 def rows_of(made):
     return list(csv.DictReader(io.StringIO(write(made).content.decode("utf-8-sig"), newline="")))
-
-
-def test_there_is_a_row_for_each_observation_under_the_agreed_columns():
-    rows = rows_of(report())
-    assert tuple(rows[0]) == COLUMNS
-    assert [row["remark"] for row in rows if row["code"] == "BDB"] == [
-        "scour <b>at</b> apron & wall"
-    ]
-    assert [row["distance_m"] for row in rows] == [
-        f"{fields['distance_m']:.3f}" for fields in OBSERVATIONS
-    ]
 
 
 def test_no_number_becomes_text_and_no_text_a_formula():

@@ -57,18 +57,15 @@ def test_people_see_the_report_first_and_programs_find_their_sheets_by_name(book
 
 def test_every_observation_is_a_row_that_people_can_read(book, made):
     rows = table_of(book["Report"])
-
     assert [row["No."] for row in rows] == [entry.seq for entry in made.entries]
     assert [row["Distance (m)"] for row in rows] == [
         pytest.approx(entry.distance_m, abs=0.005) for entry in made.entries
     ]
-    crack = rows[2]
-    assert (crack["Code"], crack["What"]) == (
-        "BAB B A",
-        "Crack: line, edges touching, along the pipe",
-    )
-    assert (crack["Clock"], crack["Quantity"], crack["Stretch"]) == ("11", "2 mm", "A1")
-    assert (crack["Severity"], crack["Video"]) == (3, "0:10.6")
+    crack = {
+        "Code": "BAB B A", "What": "Crack: line, edges touching, along the pipe", "Clock": "11",
+        "Quantity": "2 mm", "Stretch": "A1", "Severity": 3, "Video": "0:10.6",
+    }  # fmt: skip
+    assert {name: rows[2][name] for name in crack} == crack
     assert rows[8]["Recommendation"] == "=rebuild"
     assert [row["Cost (MYR)"] for row in rows if row["Cost (MYR)"]] == [9000.0, 1250.5]
 
@@ -76,7 +73,6 @@ def test_every_observation_is_a_row_that_people_can_read(book, made):
 def test_no_text_is_a_formula_and_a_time_opens_the_film_there(book, made):
     sheet = book["Report"]
     cells = {cell.value: cell for row in sheet.iter_rows() for cell in row}
-
     assert (cells["=rebuild"].data_type, cells["=rebuild"].quotePrefix) == ("s", True)
     assert cells["0:10.6"].hyperlink.target == (
         f"https://culverts.example/inspections/{made.id}?defect={made.entries[2].id}"
@@ -85,7 +81,6 @@ def test_no_text_is_a_formula_and_a_time_opens_the_film_there(book, made):
 
 def test_the_sheet_can_be_filtered_scrolled_and_printed(book, made):
     sheet = book["Report"]
-
     assert sheet.auto_filter.ref == f"A{HEAD}:O{HEAD + len(made.entries)}"
     assert sheet.freeze_panes == f"C{HEAD + 1}"
     assert not sheet.merged_cells.ranges
@@ -101,7 +96,6 @@ def test_the_sheet_can_be_filtered_scrolled_and_printed(book, made):
 
 def test_each_photo_is_a_small_picture_in_the_row_of_its_observation(book, made):
     pictures = book["Report"]._images
-
     assert len(pictures) == len([entry for entry in made.entries if entry.photo])
     assert {picture.anchor._from.row for picture in pictures} == set(
         range(HEAD, HEAD + len(made.entries))
@@ -114,7 +108,6 @@ def test_each_photo_is_a_small_picture_in_the_row_of_its_observation(book, made)
 
 def test_the_head_names_the_asset_the_grade_and_the_costs(book):
     words = words_of(book["Report"])
-
     assert words[0] == "CUL-0041 · Culvert inspection report"
     assert "5 · act at once" in words
     assert "MYR 10,250.50" in words
@@ -123,7 +116,6 @@ def test_the_head_names_the_asset_the_grade_and_the_costs(book):
 
 def test_statistics_print_counts_costs_and_what_the_grade_follows_from(book):
     rows = [[*row] for row in book["Statistics"].iter_rows(values_only=True)]
-
     assert [5, 1, 9000.0, None, "act now"] in [row[:5] for row in rows]
     assert [None, None, 10250.5, None, "Total"] in [row[:5] for row in rows]
     assert any("BFR Abwasser" in str(row[0]) for row in rows)
@@ -142,7 +134,6 @@ def test_feet_and_malay_and_a_template_without_costs_or_grade():
     made = report(language="ms", units="ft", template=ReportTemplate(grade="none"))
     book = book_of(made)
     rows = table_of(book["Laporan"])
-
     assert book.sheetnames[:2] == ["Laporan", "Statistik"]
     assert rows[2]["Jarak (ft)"] == 10.5
     assert not any(name and name.startswith("Kos") for name in rows[0])
@@ -154,6 +145,5 @@ def test_a_missing_photo_leaves_its_name(tmp_path):
     for path in tmp_path.glob("1.jpg"):
         path.write_bytes(b"broken")
     sheet = book_of(made)["Report"]
-
     assert len(sheet._images) == len(made.entries) - 1
     assert table_of(sheet)[0]["Photo"] == "CUL-0041-001.jpg"

@@ -143,13 +143,11 @@ def test_no_key_is_there_for_nothing():
 
 def test_every_key_that_the_code_names_is_there():
     areas = {key.split(".")[0] for key in ENGLISH}
-
     assert {key for key in NAMED if key.split(".")[0] in areas} <= ENGLISH.keys()
 
 
 def test_every_header_field_and_choice_has_words():
     choices = {choice for field in FIELDS for choice in field.choices} | {"yes", "no"}
-
     assert in_area("field") == {"project", *(field.name for field in FIELDS)}
     assert in_area("choice") == choices
 
@@ -157,7 +155,6 @@ def test_every_header_field_and_choice_has_words():
 def test_every_check_severity_condition_and_complaint_has_words():
     source = Path(checks.__file__).read_text("utf-8")
     codes = set(re.findall(r"\"(?:block|warn)\",\s*\"(?!warn)(\w+)\"", source))
-
     assert len(codes) > 20
     assert codes <= in_area("check")
     assert in_area("severity") == {*map(str, SEVERITIES), "none"}
@@ -188,7 +185,6 @@ def test_figures_days_and_amounts_are_written_as_the_language_does(language, sai
 
 def test_why_joints_do_not_count_is_said_in_the_language_of_the_report():
     refusal = Refusal("English.", "uncountable", {"n": 9, "segment_mm": 1500.0})
-
     assert Translator("ms", "m").refusal(refusal).startswith("Unit paip 1500 mm tidak dapat dikira")
     assert Translator("ms", "m").refusal(Refusal("English.", None, {})) == "English."
 
