@@ -22,7 +22,8 @@ from fastapi import APIRouter, Depends, FastAPI
 from starlette.routing import BaseRoute
 
 from app import logs
-from app.container import Services, running
+from app.access.access import Access
+from app.container import running
 from app.errors import (
     AddressNotAvailable,
     AppError,
@@ -31,7 +32,9 @@ from app.errors import (
     NotReady,
     OpenToTheNetwork,
 )
+from app.ops.health import Health
 from app.ops.memory import keep_little
+from app.services import Services
 from app.settings import Settings
 from app.storage.blobs.stores import blobs_at
 from app.storage.database.database import migrate, require_its_database, stored_at
@@ -345,7 +348,7 @@ class _Server(uvicorn.Server):
     def _announce_stop(self) -> None:
         app = self.config.app
         if self.started and isinstance(app, FastAPI):
-            app.state.services.health.stop()
+            app.state.services[Health].stop()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, then call on_ready."""
@@ -399,4 +402,4 @@ def _base_url(host: str, port: int, settings: Settings) -> str:
 def _login_url(base: str, settings: Settings, services: Services) -> str:
     if settings.token is not None:
         return f"{base}/login"  # the operator who set the token knows it
-    return f"{base}/login?token={services.access.server_token}"
+    return f"{base}/login?token={services[Access].server_token}"

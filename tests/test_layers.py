@@ -93,7 +93,7 @@ def test_a_library_is_known_in_one_place_only(package, home):
 
 
 ROOMS = (
-    ("back_off", "errors", "logs", "pictures", "settings", "tracker", "watched"),
+    ("back_off", "errors", "logs", "pictures", "services", "settings", "tracker", "watched"),
     ("survey",),
     ("burnt_in", "imports", "lab", "storage"),
     ("jobs", "access"),

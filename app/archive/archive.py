@@ -19,6 +19,7 @@ from app.storage.archive.changes import ArchiveChanges
 from app.storage.archive.films import ArchiveFilms
 from app.storage.archive.rules import RuleStore
 from app.storage.archive.selection import ACTIVE, FilmRow, FilmState, Selection
+from app.storage.database.database import Database
 from app.survey.versions import require_version, version_of
 from app.tracking.films.engines import Engine, EngineState
 from app.tracking.films.queue import Tracking
@@ -84,9 +85,7 @@ class Archive:
 
     def __init__(
         self,
-        films: ArchiveFilms,
-        changes: ArchiveChanges,
-        rules: RuleStore,
+        database: Database,
         tracking: Tracking,
         runs: Runs,
         intake: Intake,
@@ -94,9 +93,9 @@ class Archive:
         folders: Sequence[Path],
         engine: Engine,
     ) -> None:
-        self._films = films
-        self._changes = changes
-        self._rules = rules
+        self._films = ArchiveFilms(database)
+        self._changes = ArchiveChanges(database)
+        self._rules = RuleStore(database)
         self._tracking = tracking
         self._runs = runs
         self._intake = intake

@@ -28,6 +28,7 @@ from app.archive.paths import path_of
 from app.storage.archive.changes import ArchiveChanges
 from app.storage.archive.films import ArchiveFilms
 from app.storage.archive.rules import RuleStore
+from app.storage.database.database import Database
 from app.tracking.worker import Worker
 
 logger = logging.getLogger(__name__)
@@ -53,19 +54,12 @@ class Inbox(Worker):
     """Looks at the folder now and then, in its own thread."""
 
     def __init__(
-        self,
-        archive: ArchiveFilms,
-        changes: ArchiveChanges,
-        rules: RuleStore,
-        intake: Intake,
-        folder: Path,
-        *,
-        settle_s: float,
+        self, database: Database, intake: Intake, folder: Path, *, settle_s: float
     ) -> None:
         super().__init__("archive-inbox", stop_timeout_s=_STOP_S)
-        self._archive = archive
-        self._changes = changes
-        self._rules = rules
+        self._archive = ArchiveFilms(database)
+        self._changes = ArchiveChanges(database)
+        self._rules = RuleStore(database)
         self._intake = intake
         self._folder = folder
         self._settle_s = settle_s

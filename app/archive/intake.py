@@ -26,13 +26,14 @@ from app.errors import (
     described,
 )
 from app.inspections.films import Films
+from app.inspections.inspections import Inspections
 from app.inspections.packs import Packs
 from app.logs import about
 from app.storage.archive.changes import header_of
 from app.storage.archive.intake import IntakeStore
 from app.storage.archive.selection import FilmRow
 from app.storage.database.tables import ENDED, ArchiveFilm, Inspection
-from app.storage.folder.files import DataFolder
+from app.storage.storage import Storage
 from app.tracking.films.engines import Engine
 from app.tracking.films.queue import Tracking
 from app.tracking.live import Event, Update
@@ -79,19 +80,20 @@ class Intake(Worker):
 
     def __init__(
         self,
-        store: IntakeStore,
+        storage: Storage,
+        inspections: Inspections,
         films: Films,
         tracking: Tracking,
         packs: Packs,
-        folder: DataFolder,
         engine: Engine,
     ) -> None:
         super().__init__("archive-intake", stop_timeout_s=_STOP_S)
-        self._store = store
+        self._store = IntakeStore(storage.database)
+        self._inspections = inspections
         self._films = films
         self._tracking = tracking
         self._packs = packs
-        self._folder = folder
+        self._folder = storage.folder
         self._engine = engine
         self._state = IntakeState()
         """`_changed` guards it."""
@@ -197,7 +199,7 @@ class Intake(Worker):
 
     def _track_again(self, film: ArchiveFilm, inspection: Inspection) -> None:
         if film.rig is not None and film.rig != inspection.rig:
-            self._films.track_with(film.id, film.rig, film.wanted_by or film.added_by)
+            self._inspections.track_with(film.id, film.rig, film.wanted_by or film.added_by)
         else:
             self._tracking.retry(film.id)
 

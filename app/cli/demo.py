@@ -7,9 +7,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from app.container import Services
 from app.errors import SampleFailed
+from app.inspections.samples import Samples
 from app.main import listening, run
+from app.services import Services
 from app.settings import MIB, Settings
 
 DISK_RESERVE_BYTES = 8 * MIB
@@ -43,8 +44,8 @@ def run_demo(
         listener = stack.enter_context(listening(settings, host, port))
 
         def ready(url: str, services: Services) -> None:
-            services.samples.start()
-            sample = services.samples.wait(on_progress)
+            services[Samples].start()
+            sample = services[Samples].wait(on_progress)
             if sample.fault is not None:
                 raise SampleFailed(sample.fault)
             if sample.inspection_id is not None:  # otherwise a signal stopped it

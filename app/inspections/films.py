@@ -1,52 +1,26 @@
-"""The films of inspections: uploaded, recorded, continued, ended, and tracked with another rig."""
+"""The films of inspections that are files: uploaded, of this machine, or of the archive."""
 
 from __future__ import annotations
 
-import json
 import logging
 import secrets
-import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
-from datetime import UTC, datetime
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from app.errors import (
-    DiskFull,
-    LiveSourceRefused,
-    NoLongerWanted,
-    NotAllTracked,
-    NothingRecorded,
-    OpenStretches,
-    StillRunning,
-    StoreUnavailable,
-)
-from app.inspections.corrections import Corrections
-from app.inspections.inspections import Inspections
+from app.inspections.making import NewInspections, checked_rig, keep_rig
 from app.inspections.register import Register
 from app.inspections.uploads import Uploads
-from app.jobs.track import parts
-from app.jobs.track.parts import Between, Mark
-from app.settings import MIB
 from app.storage.blobs import keys
-from app.storage.blobs.blobs import Blobs
-from app.storage.database.tables import ENDED, Inspection
-from app.storage.folder.files import DataFolder, copy_durably, sha256_of, sync_folder, write_durably
-from app.storage.records.inspections import InspectionStore, require_unlocked
-from app.storage.records.observations import ObservationStore
-from app.storage.records.runs import RunStore
-from app.survey.stretches import open_stretches
-from app.tracking.cameras import Sources
+from app.storage.database.tables import Inspection
+from app.storage.folder.files import copy_durably, sha256_of
+from app.storage.records.inspections import InspectionStore
+from app.storage.storage import Storage
 from app.tracking.films.queue import Tracking
 from app.tracking.pictures.counter_files import SEARCHED, CounterFiles, KeptCounter
-from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.media import Media
-from app.tracking.pictures.videos import file_name, unrecorded_columns, video_columns
-from app.tracking.recorder import Recorder
-from app.tracking.tracks import Tracks
+from app.tracking.pictures.videos import file_name, video_columns
 from vo_core import Rig
-from vo_core.geometry.rectify import require_wall_in_view
 
 logger = logging.getLogger(__name__)
 
@@ -54,48 +28,28 @@ DESK_PRIORITY = 10
 """Priority of what people at the desk wait for; that of films of the archive is lower."""
 Add = Callable[[Inspection, str], None]
 """Adds a new inspection to the database, for a person named by the second argument."""
-_LEAST_ROOM_TO_RECORD = 64 * MIB
 
 
 class Films:
-    """Makes an inspection of each new film, and a further run of an existing one."""
+    """Makes an inspection of each new film."""
 
     def __init__(
         self,
-        inspections: Inspections,
-        register: Register,
-        store: InspectionStore,
-        run_store: RunStore,
-        folder: DataFolder,
-        blobs: Blobs,
-        film_files: FilmFiles,
+        storage: Storage,
         media: Media,
         uploads: Uploads,
-        tracks: Tracks,
-        corrections: Corrections,
-        tracking: Tracking,
-        sources: Sources,
-        recorder: Recorder,
-        observations: ObservationStore,
         counters: CounterFiles,
+        register: Register,
+        tracking: Tracking,
     ) -> None:
-        self._inspections = inspections
-        self._register = register
-        self._store = store
-        self._run_store = run_store
-        self._folder = folder
-        self._blobs = blobs
-        self._film_files = film_files
+        self._store = InspectionStore(storage.database)
+        self._folder = storage.folder
+        self._blobs = storage.blobs
         self._media = media
         self._uploads = uploads
-        self._tracks = tracks
-        self._corrections = corrections
-        self._tracking = tracking
-        self._sources = sources
-        self._recorder = recorder
-        self._observations = observations
         self._counters = counters
-        self._recording_on = threading.Lock()
+        self._new = NewInspections(storage.blobs, register)
+        self._tracking = tracking
 
     def create_from_upload(
         self,
@@ -121,7 +75,7 @@ class Films:
             RigVideoMismatch: The rig's camera has another picture size.
             PixelOutsidePicture: The box of the counter is not in the picture.
         """
-        checked = _checked(rig)
+        checked = checked_rig(rig)
         with self._uploads.take(upload_id) as (path, info):
             return self._create(name, path, info.filename, checked, header, who, counter)
 
@@ -171,7 +125,7 @@ class Films:
         """
         self._blobs.delete_all(keys.inspection(inspection_id))
         self._create(
-            name, copy, filename, _checked(rig), header, who,
+            name, copy, filename, checked_rig(rig), header, who,
             inspection_id=inspection_id, priority=priority, add=add,
         )  # fmt: skip
 
@@ -192,7 +146,7 @@ class Films:
         probed = self._media.probe(source, filename)
         rig.require_picture_size(probed.width, probed.height)
         counter.require_picture_size(probed.width, probed.height)
-        inspection = self._new_inspection(
+        inspection = self._new.new(
             name,
             rig,
             header,
@@ -206,209 +160,11 @@ class Films:
             video_file=file_name(probed),
             video=video_columns(probed),
         )
-        with self._removed_unless_added(inspection):
-            self._keep_rig(inspection.id, inspection.rig)
+        with self._new.removed_unless_added(inspection):
+            keep_rig(self._blobs, inspection.id, inspection.rig)
             self._blobs.adopt(keys.film(inspection.id, inspection.video_file), source)
             self._counters.put(inspection.id, counter)
             (add or self._store.add)(inspection, who)
         logger.info("Inspection %s (%s) made from %s.", inspection.id, name, filename)
         self._tracking.wake()
         return inspection.id
-
-    def create_live(
-        self,
-        name: str,
-        url: str,
-        rig: Mapping[str, Any],
-        header: Mapping[str, Any],
-        who: str,
-    ) -> str:
-        """Make an inspection of a live source, record and track it at once, and return its id.
-
-        Raises:
-            InvalidRig: The text names field, value and the allowed values.
-            LiveSourceRefused: The server does not open this source.
-            DiskFull: There is no room for a recording.
-        """
-        checked = _checked(rig)
-        width, height = checked.camera.width, checked.camera.height
-        source = self._sources.resolve(url, (width, height))
-        self._folder.require_room(_LEAST_ROOM_TO_RECORD)
-        inspection = self._new_inspection(
-            name,
-            checked,
-            header,
-            id=secrets.token_hex(16),
-            status="running",
-            source_kind="live",
-            source_filename=source.shown,
-            source_size=0,
-            source_sha256="",
-            video_file=keys.RECORDING,
-            video=unrecorded_columns(width, height),
-        )
-        with self._removed_unless_added(inspection):
-            self._make_place(inspection.id)
-            self._keep_rig(inspection.id, inspection.rig)
-            self._store.add(inspection, who)
-        logger.info("Inspection %s (%s) made from %s.", inspection.id, name, source.shown)
-        self._recorder.begin(inspection, source)
-        return inspection.id
-
-    def _new_inspection(
-        self, name: str, rig: Rig, header: Mapping[str, Any], **source: Any
-    ) -> Inspection:
-        """Return a new inspection, whose header has what the register knows of its asset."""
-        return Inspection(
-            name=name,
-            rig=rig.model_dump(mode="json"),
-            header=self._register.completed(header),
-            frames_done=0,
-            created_at=datetime.now(UTC),
-            queued_at=datetime.now(UTC),
-            **source,
-        )
-
-    @contextmanager
-    def _removed_unless_added(self, inspection: Inspection) -> Iterator[None]:
-        """Remove the blobs of a new inspection again if the block fails."""
-        try:
-            yield
-        except (OSError, DiskFull, StoreUnavailable, NoLongerWanted):
-            with suppress(OSError, StoreUnavailable):
-                self._blobs.delete_all(keys.inspection(inspection.id))
-            raise
-
-    def _make_place(self, inspection_id: str) -> None:
-        """Make the folder in which a recording grows, unless it exists."""
-        place = self._folder.inspection(inspection_id)
-        place.mkdir(exist_ok=True)
-        sync_folder(place.parent)
-
-    def _keep_rig(self, inspection_id: str, rig: Mapping[str, Any]) -> None:
-        """Store the rig beside the film; the database has it too."""
-        self._blobs.put(keys.rig(inspection_id), json.dumps(rig, indent=2).encode())
-
-    def record_on(self, inspection_id: str, url: str, between: Between, who: str) -> None:
-        """Continue the recording of a camera as its next part; every frame keeps its number.
-
-        Args:
-            inspection_id: A live inspection that has ended.
-            url: The camera, possibly at a new address.
-            between: The robot's movement since then.
-            who: Name for the history.
-        Raises:
-            InspectionNotFound: No inspection has this id.
-            InspectionLocked: It is approved.
-            StillRunning: It is queued or running.
-            NothingRecorded: The inspection never was live, or has no film.
-            NotAllTracked: The track ends before the film.
-            LiveSourceRefused: The server does not open this source, or the source has an end.
-            DiskFull: There is no room for another part.
-            MediaFailed: The film cannot be converted into a recording.
-        """
-        with self._recording_on:  # the film becomes a recording once only
-            self._record_on(self._inspections.row(inspection_id), url, between, who)
-
-    def _record_on(self, row: Inspection, url: str, between: Between, who: str) -> None:
-        inspection_id = row.id
-        require_unlocked(row)
-        if row.status not in ENDED:
-            raise StillRunning(f"The inspection is {row.status}; stop it first.")
-        if row.source_kind != "live":
-            raise NothingRecorded("Only a recording of a camera can be continued.")
-        self._tracking.require_film(row)
-        track = self._tracks.get(inspection_id)
-        if not len(track) or len(track) != row.video.get("frames"):
-            raise NotAllTracked("The film was not tracked to its end; track it again first.")
-        size_wh = row.video["width"], row.video["height"]
-        source = self._sources.resolve(url, size_wh)
-        if source.camera.kind == "file":
-            raise LiveSourceRefused(
-                "A recorder's file is a separate film and cannot be the next part."
-            )
-        self._folder.require_room(_LEAST_ROOM_TO_RECORD)
-        recording = self._folder.recording(inspection_id)
-        film = self._film_files.of(row)
-        self._make_place(inspection_id)
-        with film.local() as video:
-            is_recording = video == recording
-            if not is_recording:
-                self._recorder.reopen(video, recording)
-        marks = [*self._tracks.marks(inspection_id)]
-        marks.append(Mark(len(track), float(track.time_s[-1]), between))
-        write_durably(self._folder.marks(inspection_id), parts.text_of(marks).encode())
-        values = {
-            "source_filename": source.shown,
-            "video_file": keys.RECORDING,
-            "video": unrecorded_columns(*size_wh),
-        }
-        try:
-            row = self._run_store.record_on(inspection_id, who, between, values)
-        except DiskFull:
-            if not is_recording:
-                recording.unlink()
-            raise
-        if not is_recording:
-            with suppress(StoreUnavailable):  # it stays until the recording replaces it
-                self._blobs.delete(film.key)
-        logger.info("Inspection %s is continued by %s.", inspection_id, who)
-        self._recorder.begin(row, source, between)
-
-    def finish(
-        self,
-        inspection_id: str,
-        who: str,
-        end_condition: str,
-        abandon_reason: str | None,
-        known_length_m: float | None,
-    ) -> None:
-        """State how the run ended; a live inspection ends and can then be reviewed.
-
-        Raises:
-            InspectionNotFound: No inspection has this id.
-            InspectionLocked: It is approved.
-            OpenStretches: A stretch has no finish; the text names it.
-        """
-        self._inspections.row(inspection_id)  # raises unless it exists
-        still_open = open_stretches(self._observations.listed(inspection_id))
-        if still_open:
-            raise OpenStretches(
-                f"Started and not finished: {', '.join(still_open)}. Finish them first."
-            )
-        stated: dict[str, Any] = {"end_condition": end_condition}
-        if abandon_reason is not None:
-            stated["abandon_reason"] = abandon_reason
-        if known_length_m is not None:
-            stated["known_length_m"] = known_length_m
-        self._inspections.finish(inspection_id, who, stated)
-        self._recorder.finish(inspection_id)
-
-    def track_with(self, inspection_id: str, rig: Mapping[str, Any], who: str) -> None:
-        """Track all frames again, with this rig; tags stay.
-
-        Raises:
-            InspectionNotFound: No inspection has this id.
-            InspectionLocked: It is approved.
-            StillRunning: It is queued or running.
-            NothingRecorded: There is no film.
-            InvalidRig: The text names field, value and the allowed values.
-            RigVideoMismatch: The rig's camera has another picture size.
-        """
-        row = self._inspections.row(inspection_id)
-        checked = _checked(rig)
-        checked.require_picture_size(row.video["width"], row.video["height"])
-        self._tracking.require_film(row)
-        stated = checked.model_dump(mode="json")
-        self._run_store.change_rig(inspection_id, who, stated)
-        self._keep_rig(inspection_id, stated)
-        self._corrections.forget(inspection_id)
-        self._tracking.queued(inspection_id)
-        logger.info("Inspection %s is tracked again for %s.", inspection_id, who)
-
-
-def _checked(rig: Mapping[str, Any]) -> Rig:
-    """Parse a stated rig; raise InvalidRig if its camera cannot see the wall."""
-    checked = Rig.parse(dict(rig))
-    require_wall_in_view(checked)
-    return checked

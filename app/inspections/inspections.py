@@ -1,4 +1,4 @@
-"""Inspections: listed with their measurements, renamed, deleted; their pictures and tracks."""
+"""Inspections: listed with their measurements, renamed, ended, tracked again, deleted."""
 
 from __future__ import annotations
 
@@ -7,35 +7,30 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from app.errors import FrameNotFound, NothingRecorded
+from app.errors import OpenStretches
 from app.inspections.corrections import Corrections
+from app.inspections.making import checked_rig, keep_rig
 from app.jobs.live.messages import CameraStatus
-from app.jobs.track.parts import NOT_RECORDED
 from app.storage.blobs import keys
-from app.storage.blobs.blobs import Blobs, StoredBlob
 from app.storage.database.tables import ENDED, Inspection
-from app.storage.folder.files import DataFolder, delete_tree
+from app.storage.folder.files import delete_tree
 from app.storage.index.inspection_list import Found, InspectionList
 from app.storage.records.inspections import InspectionStore, Summary, require_unlocked
 from app.storage.records.labels import LabelStore
+from app.storage.records.observations import ObservationStore
+from app.storage.records.runs import RunStore
+from app.storage.storage import Storage
 from app.survey.search_terms import InspectionFilter, InspectionSort, Page
-from app.survey.track_rows import estimate_at, since
+from app.survey.stretches import open_stretches
+from app.survey.track_rows import estimate_at
 from app.survey.versions import require_version, version_of
 from app.tracking.films.queue import Tracking
-from app.tracking.films.runs import Runs, track_metadata
+from app.tracking.films.runs import Runs
 from app.tracking.live import Live, Progress, Update
-from app.tracking.pictures.film_files import FilmFiles
-from app.tracking.pictures.media import Media
-from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks
-from vo_core import Estimate, Track
+from vo_core import Estimate
 
 logger = logging.getLogger(__name__)
-
-_FRAME_JPEG_QUALITY = 80
 
 
 @dataclass(frozen=True)
@@ -72,26 +67,20 @@ class Inspections:
 
     def __init__(
         self,
-        store: InspectionStore,
-        listed: InspectionList,
-        labels: LabelStore,
-        folder: DataFolder,
-        blobs: Blobs,
-        films: FilmFiles,
-        media: Media,
+        storage: Storage,
         tracks: Tracks,
         corrections: Corrections,
         runs: Runs,
         tracking: Tracking,
         live: Live,
     ) -> None:
-        self._store = store
-        self._list = listed
-        self._labels = labels
-        self._folder = folder
-        self._blobs = blobs
-        self._films = films
-        self._media = media
+        self._store = InspectionStore(storage.database)
+        self._observations = ObservationStore(storage.database)
+        self._run_store = RunStore(storage.database)
+        self._list = InspectionList(storage.database)
+        self._labels = LabelStore(storage.database)
+        self._folder = storage.folder
+        self._blobs = storage.blobs
         self._tracks = tracks
         self._corrections = corrections
         self._runs = runs
@@ -144,58 +133,10 @@ class Inspections:
         """
         return self._store.get(inspection_id)
 
-    def film(self, inspection: Inspection) -> StoredBlob:
-        """Return the original film, or the recording so far.
-
-        Raises:
-            NothingRecorded: The camera delivered no picture, or the survey was imported.
-        """
-        if not inspection.has_film:
-            raise NothingRecorded(NO_FILM)
-        film = self._films.of(inspection)
-        if not film.exists():
-            raise NothingRecorded("The camera delivered no picture, so there is no video.")
-        return film
-
-    def track_as(self, inspection_id: str, kind: str, first: int) -> tuple[str, str]:
-        """Return the corrected track from frame `first` on as csv, tum or json, with its media
-        type.
-        """
-        metadata = dict(track_metadata(self.row(inspection_id)))
-        metadata |= self._corrections.adjusted(inspection_id).metadata()
-        track = since(self._corrections.track(inspection_id), first)
-        raw_mm = since(self._tracks.get(inspection_id), first).distance_mm[: len(track)]
-        return _written(track, kind, metadata, distance_raw_mm=raw_mm)
-
-    def raw_track_as(self, inspection_id: str, kind: str, first: int) -> tuple[str, str]:
-        """Return the raw track from frame `first` on, in the same formats."""
-        metadata = track_metadata(self.row(inspection_id))
-        return _written(since(self._tracks.get(inspection_id), first), kind, metadata)
-
     def last_estimate(self, inspection_id: str) -> Estimate | None:
         """Return the corrected estimate of the newest tracked frame."""
         track = self._tracks.get(inspection_id)
         return estimate_at(track, len(track) - 1)
-
-    def picture(self, inspection_id: str, frame: int) -> bytes:
-        """Return a tracked frame as JPEG.
-
-        Raises:
-            FrameNotFound: The frame is not tracked, so its time is unknown.
-        """
-        row = self.row(inspection_id)
-        estimate = estimate_at(self._tracks.get(inspection_id), frame)
-        if estimate is None:
-            raise FrameNotFound(f"Frame {frame} is not tracked, so its picture cannot be found.")
-        if not self._tracks.is_recorded(inspection_id, frame):
-            raise FrameNotFound(NOT_RECORDED)
-        with self.film(row).local() as video:
-            return self._media.picture(
-                video,
-                estimate.time_s,
-                _FRAME_JPEG_QUALITY,
-                may_begin_anew=row.may_begin_anew,
-            )
 
     def change(
         self,
@@ -230,9 +171,38 @@ class Inspections:
         Raises:
             InspectionNotFound: No inspection has this id.
             InspectionLocked: It is approved.
+            OpenStretches: A stretch has no finish; the text names it.
         """
+        self.row(inspection_id)  # raises unless it exists
+        still_open = open_stretches(self._observations.listed(inspection_id))
+        if still_open:
+            raise OpenStretches(
+                f"Started and not finished: {', '.join(still_open)}. Finish them first."
+            )
         self._store.finish(inspection_id, who, stated)
         self._live.observations_changed(inspection_id)
+
+    def track_with(self, inspection_id: str, rig: Mapping[str, Any], who: str) -> None:
+        """Track all frames again, with this rig; tags stay.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            InspectionLocked: It is approved.
+            StillRunning: It is queued or running.
+            NothingRecorded: There is no film.
+            InvalidRig: The text names field, value and the allowed values.
+            RigVideoMismatch: The rig's camera has another picture size.
+        """
+        row = self.row(inspection_id)
+        checked = checked_rig(rig)
+        checked.require_picture_size(row.video["width"], row.video["height"])
+        self._tracking.require_film(row)
+        stated = checked.model_dump(mode="json")
+        self._run_store.change_rig(inspection_id, who, stated)
+        keep_rig(self._blobs, inspection_id, stated)
+        self._corrections.forget(inspection_id)
+        self._tracking.queued(inspection_id)
+        logger.info("Inspection %s is tracked again for %s.", inspection_id, who)
 
     def delete(self, inspection_id: str, who: str) -> None:
         """Stop an inspection and delete it with all its files; its events stay.
@@ -290,14 +260,3 @@ class Inspections:
             camera=running.camera if running else None,
             warning=hindrance or row.warning,
         )
-
-
-def _written(
-    track: Track, kind: str, metadata: Mapping[str, object], **lengths_mm: NDArray[np.float64]
-) -> tuple[str, str]:
-    """Write a track as csv, tum or json, with its media type; only json takes further columns."""
-    if kind == "tum":
-        return track.to_tum(), "text/plain; charset=utf-8"
-    if kind == "json":
-        return track.to_json(metadata, lengths_mm=lengths_mm), "application/json"
-    return track.to_csv(metadata), "text/csv; charset=utf-8"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import secrets
 from collections.abc import Iterator, Sequence
@@ -10,13 +9,12 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 from app.imports.survey import Caveat
+from app.inspections.making import keep_rig
 from app.jobs.track.batches import Batch
-from app.storage.blobs import keys
-from app.storage.blobs.blobs import Blobs
 from app.storage.database.tables import Inspection
-from app.storage.folder.files import DataFolder
 from app.storage.folder.unfinished import Unfinished
 from app.storage.records.imports import ImportStore, Rows
+from app.storage.storage import Storage
 from app.survey.track_rows import estimate_at
 from app.tracking.films.runs import track_metadata
 from app.tracking.tracks import Tracks
@@ -64,17 +62,10 @@ class Run:
 class Keeper:
     """Stores the inspections of a file, all of them or nothing."""
 
-    def __init__(
-        self,
-        store: ImportStore,
-        folder: DataFolder,
-        blobs: Blobs,
-        tracks: Tracks,
-        unfinished: Unfinished,
-    ) -> None:
-        self._store = store
-        self._folder = folder
-        self._blobs = blobs
+    def __init__(self, storage: Storage, tracks: Tracks, unfinished: Unfinished) -> None:
+        self._store = ImportStore(storage.database)
+        self._folder = storage.folder
+        self._blobs = storage.blobs
         self._tracks = tracks
         self._unfinished = unfinished
 
@@ -115,8 +106,7 @@ class Keeper:
             logger.info("Inspection %s (%s) imported.", rows.inspection.id, name)
 
     def _put(self, inspection: Inspection, run: Run) -> None:
-        rig = json.dumps(inspection.rig, indent=2)
-        self._blobs.put(keys.rig(inspection.id), rig.encode())
+        keep_rig(self._blobs, inspection.id, inspection.rig)
         self._tracks.begin(inspection.id)
         batch = Batch(
             list(run.estimates()),

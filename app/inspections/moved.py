@@ -36,12 +36,12 @@ from app.imports.whole_inspection import (
 from app.inspections.keeping import Imported, Keeper, Run
 from app.inspections.packs import Packs
 from app.storage.blobs import keys
-from app.storage.blobs.blobs import Blobs
 from app.storage.database.tables import ENDED, Base, CodePack, Inspection, RemarkRow
-from app.storage.folder.files import DataFolder, full_disk_reported
+from app.storage.folder.files import full_disk_reported
 from app.storage.folder.tokens import Role
 from app.storage.records.attachments import AttachmentRow
 from app.storage.records.imports import Rows
+from app.storage.storage import Storage
 from app.survey.attachments import VOICE_SUFFIXES, Attachment
 from app.survey.fields.header import project_of
 from app.survey.labels import distinct
@@ -75,17 +75,16 @@ class MovedInspections:
 
     def __init__(
         self,
+        storage: Storage,
         keeper: Keeper,
-        folder: DataFolder,
-        blobs: Blobs,
         media: Media,
         packs: Packs,
         templates: Templates,
         live: Live,
     ) -> None:
         self._keeper = keeper
-        self._folder = folder
-        self._blobs = blobs
+        self._folder = storage.folder
+        self._blobs = storage.blobs
         self._media = media
         self._packs = packs
         self._templates = templates

@@ -8,9 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.errors import NotReady
-from app.storage.blobs.blobs import Blobs
-from app.storage.database.database import Database
-from app.storage.folder.files import DataFolder
+from app.storage.storage import Storage
 from app.tracking.films.queue import Tracking
 from app.tracking.pictures.media import Media
 from app.watched import Watched
@@ -33,17 +31,15 @@ class Health:
 
     def __init__(
         self,
-        database: Database,
-        folder: DataFolder,
-        blobs: Blobs,
+        storage: Storage,
         media: Media,
         tracking: Tracking,
         threads: Sequence[Watched],
     ) -> None:
         """Store the parts; without one of `threads` the server would not do all that it should."""
-        self._database = database
-        self._folder = folder
-        self._blobs = blobs
+        self._database = storage.database
+        self._folder = storage.folder
+        self._blobs = storage.blobs
         self._media = media
         self._tracking = tracking
         self._threads = threads

@@ -26,9 +26,9 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metri
 from prometheus_client.registry import Collector
 
 from app.storage.database.tables import ENDED, STATES
-from app.storage.folder.files import DataFolder
 from app.storage.records.alerts import AlertStore
 from app.storage.records.inspections import InspectionStore
+from app.storage.storage import Storage
 from app.tracking.films.runs import Runs
 from app.tracking.live import Event, Update
 from app.tracking.pictures.media import Media
@@ -127,22 +127,15 @@ class WatchedServices(Collector):
     """Collects values from the services on request."""
 
     def __init__(
-        self,
-        inspections: InspectionStore,
-        folder: DataFolder,
-        runs: Runs,
-        media: Media,
-        recorder: Recorder,
-        scenes: Scenes,
-        alerts: AlertStore,
+        self, storage: Storage, runs: Runs, media: Media, recorder: Recorder, scenes: Scenes
     ) -> None:
-        self._inspections = inspections
-        self._folder = folder
+        self._inspections = InspectionStore(storage.database)
+        self._folder = storage.folder
         self._runs = runs
         self._media = media
         self._recorder = recorder
         self._scenes = scenes
-        self._alerts = alerts
+        self._alerts = AlertStore(storage.database)
 
     def describe(self) -> Iterator[Metric]:
         """Describe nothing in advance; else the registry would query services that are starting."""

@@ -30,11 +30,11 @@ from app.jobs.track.parts import Between, Mark
 from app.logs import about
 from app.settings import MIB
 from app.storage.blobs import keys
-from app.storage.blobs.blobs import Blobs
 from app.storage.database.tables import Inspection
-from app.storage.folder.files import DataFolder, sha256_of, sync_folder
+from app.storage.folder.files import sha256_of, sync_folder
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.runs import Outcome, RunStore
+from app.storage.storage import Storage
 from app.tracker import tracker
 from app.tracking.cameras import LiveSource
 from app.tracking.films.queue import Tracking
@@ -99,30 +99,25 @@ class Recorder:
 
     def __init__(
         self,
-        inspections: InspectionStore,
-        store: RunStore,
-        folder: DataFolder,
-        blobs: Blobs,
-        films: FilmFiles,
+        storage: Storage,
         tracks: Tracks,
         runs: Runs,
         live: Live,
         tracking: Tracking,
         *,
         memory_bytes: int,
-        reserve_bytes: int,
     ) -> None:
-        self._inspections = inspections
-        self._store = store
-        self._folder = folder
-        self._blobs = blobs
-        self._films = films
+        self._inspections = InspectionStore(storage.database)
+        self._store = RunStore(storage.database)
+        self._folder = storage.folder
+        self._blobs = storage.blobs
+        self._films = FilmFiles(storage.blobs, storage.folder)
         self._tracks = tracks
         self._runs = runs
         self._live = live
         self._tracking = tracking
         self._memory_bytes = memory_bytes
-        self._reserve_bytes = reserve_bytes
+        self._reserve_bytes = storage.folder.reserve_bytes
         self.restarts = 0
         """Number of camera processes that died."""
         self._lock = threading.Lock()

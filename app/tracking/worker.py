@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 
 from app.errors import Busy, DiskFull, InspectionNotFound, StoreUnavailable
 from app.logs import about
+from app.tracking.live import Event
 from app.watched import Watched
 
 logger = logging.getLogger(__name__)
@@ -27,6 +28,9 @@ class Worker(Watched, ABC):
         """Guards `_stopping` and the pending work; notified when either changes."""
         self._stopping = False
         self._is_woken = False
+
+    def on_event(self, event: Event) -> None:
+        """Follow what happens to inspections; most do."""
 
     def stop(self) -> None:
         """Finish the current work and stop."""

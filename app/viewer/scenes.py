@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.errors import NoScene
-from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
@@ -78,7 +77,6 @@ class Scenes:
     def __init__(
         self,
         inspections: Inspections,
-        corrections: Corrections,
         observations: Observations,
         unrolled: Unrolled,
         live: Live,
@@ -86,7 +84,7 @@ class Scenes:
         picking: Picking,
     ) -> None:
         self._picking = picking
-        self._parts = (inspections, corrections, observations, unrolled, live, packs)
+        self._parts = (inspections, picking.corrections, observations, unrolled, live, packs)
         # A socket's path is limited to 107 bytes, so it cannot be in the data folder; mkdtemp makes
         # the folder for its owner only, as the socket itself is open to all.
         self._sockets = Path(tempfile.mkdtemp(prefix="chainage-"))

@@ -1,13 +1,13 @@
 """Dependencies of the routers, and the roles of endpoints."""
 
 from collections.abc import Callable
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from fastapi import Depends, Path, Request
 from starlette.requests import HTTPConnection
 
 from app.access.access import Principal
-from app.container import Services
+from app.services import Kind, Services
 from app.storage.folder.tokens import Role
 from app.web.middleware import is_public
 
@@ -40,9 +40,19 @@ async def enforce_role(connection: HTTPConnection) -> None:
         principal.require(_NEEDED.get(connection.scope["endpoint"], Role.ADMIN))
 
 
-def _services(connection: HTTPConnection) -> Services:
-    services: Services = connection.app.state.services
-    return services
+if TYPE_CHECKING:
+    Service = Annotated[Kind, None]
+else:
+
+    class Service:
+        """`Service[Reviews]` is the dependency on the running service of this class."""
+
+        def __class_getitem__(cls, kind: type[Kind]) -> Any:
+            def running(connection: HTTPConnection) -> Kind:
+                services: Services = connection.app.state.services
+                return services[kind]
+
+            return Annotated[kind, Depends(running)]
 
 
 def _principal(request: Request) -> Principal:
@@ -70,7 +80,6 @@ def page_of(connection: HTTPConnection) -> str:
     return f"{browser_of(connection)} {page}"
 
 
-ServicesDep = Annotated[Services, Depends(_services)]
 PrincipalDep = Annotated[Principal, Depends(_principal)]
 
 CodePackId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]

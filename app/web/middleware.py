@@ -260,7 +260,7 @@ class Guard:
             )
 
     async def _principal(self, connection: HTTPConnection) -> Principal | None:
-        access: Access = connection.app.state.services.access
+        access: Access = connection.app.state.services[Access]
         if ticketed := _TICKETED.fullmatch(connection.scope["path"]):
             inspection_id, ticket = ticketed.groups()
             return await asyncio.to_thread(access.by_ticket, ticket, inspection_id)

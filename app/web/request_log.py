@@ -34,7 +34,7 @@ class RequestLog:
             await self._app(scope, receive, send)
             return
         request_id.set(secrets.token_hex(8))  # each request runs in its own context
-        metrics: Metrics = scope["app"].state.services.metrics
+        metrics: Metrics = scope["app"].state.services[Metrics]
         with about(_inspection_of(scope["path"])):
             if scope["type"] == "http":
                 await self._answer(scope, receive, send, metrics)

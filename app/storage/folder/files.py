@@ -100,7 +100,7 @@ class DataFolder(Places):
             DataFolderInUse: Another server uses it, which does not share it.
         """
         super().__init__(root)
-        self._reserve_bytes = reserve_bytes
+        self.reserve_bytes = reserve_bytes
         self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._keep_to_owner()
         self.uploads.mkdir(exist_ok=True)
@@ -136,7 +136,7 @@ class DataFolder(Places):
 
     def free_bytes(self) -> int:
         """Return the free space without the reserve; negative when short."""
-        return self.disk_free_bytes() - self._reserve_bytes
+        return self.disk_free_bytes() - self.reserve_bytes
 
     def disk_free_bytes(self) -> int:
         """Return the free space including the reserve."""

@@ -34,6 +34,7 @@ from app.storage.blobs import keys
 from app.storage.database.tables import ENDED, Inspection
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.runs import Outcome, RunStore
+from app.storage.storage import Storage
 from app.tracking.films.chunked import ChunkedTracking, Pieces
 from app.tracking.films.engines import Engine, EngineState
 from app.tracking.films.run_files import RunFiles
@@ -63,18 +64,16 @@ class Tracking:
 
     def __init__(
         self,
-        inspections: InspectionStore,
-        store: RunStore,
-        films: FilmFiles,
+        storage: Storage,
         tracks: Tracks,
         runs: Runs,
         live: Live,
         run_files: RunFiles,
         engine: Engine,
     ) -> None:
-        self._inspections = inspections
-        self._store = store
-        self._films = films
+        self._inspections = InspectionStore(storage.database)
+        self._store = RunStore(storage.database)
+        self._films = FilmFiles(storage.blobs, storage.folder)
         self._tracks = tracks
         self._runs = runs
         self._live = live

@@ -27,6 +27,7 @@ from app.storage.database.tables import ENDED, Inspection
 from app.storage.records.attachments import AttachmentStore
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.observations import ObservationStore
+from app.storage.storage import Storage
 from app.survey.attachments import Attachment
 from app.survey.records import Observation
 from app.survey.track_rows import estimate_at
@@ -74,21 +75,18 @@ class Photos(InspectionWorker):
 
     def __init__(
         self,
-        inspections: InspectionStore,
+        storage: Storage,
         observations: ObservationStore,
-        attachments: AttachmentStore,
-        blobs: Blobs,
-        films: FilmFiles,
         media: Media,
         tracks: Tracks,
         live: Live,
     ) -> None:
         super().__init__("photos", stop_timeout_s=_STOP_TIMEOUT_S)
-        self._inspections = inspections
+        self._inspections = InspectionStore(storage.database)
         self._observations = observations
-        self._attachments = attachments
-        self._blobs = blobs
-        self._films = films
+        self._attachments = AttachmentStore(storage.database)
+        self._blobs = storage.blobs
+        self._films = FilmFiles(storage.blobs, storage.folder)
         self._media = media
         self._tracks = tracks
         self._live = live

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 from app.errors import BlobNotFound, DiskFull, InspectionNotFound, PhotoNotFound
 from app.storage.blobs import keys
-from app.storage.blobs.blobs import Blobs
 from app.storage.database.tables import Inspection
 from app.storage.records.attachments import AttachmentStore
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.observations import ObservationStore
+from app.storage.storage import Storage
 from app.survey.attachments import Attachment
 from app.survey.records import Observation
 from app.tracking.pictures.film_files import FilmFiles
@@ -48,20 +48,12 @@ class Shown:
 class Thumbnails:
     """Makes thumbnails, and keeps them as blobs."""
 
-    def __init__(
-        self,
-        inspections: InspectionStore,
-        observations: ObservationStore,
-        attachments: AttachmentStore,
-        blobs: Blobs,
-        films: FilmFiles,
-        media: Media,
-    ) -> None:
-        self._inspections = inspections
+    def __init__(self, storage: Storage, observations: ObservationStore, media: Media) -> None:
+        self._inspections = InspectionStore(storage.database)
         self._observations = observations
-        self._attachments = attachments
-        self._blobs = blobs
-        self._films = films
+        self._attachments = AttachmentStore(storage.database)
+        self._blobs = storage.blobs
+        self._films = FilmFiles(storage.blobs, storage.folder)
         self._media = media
 
     def shown(self, inspection_id: str) -> Shown:

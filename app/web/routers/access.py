@@ -9,9 +9,9 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from starlette.responses import RedirectResponse
 
-from app.access.access import SESSION_LIFETIME
+from app.access.access import SESSION_LIFETIME, Access
 from app.errors import TooManyAttempts
-from app.web.deps import PrincipalDep, ServicesDep, viewer
+from app.web.deps import PrincipalDep, Service, viewer
 from app.web.middleware import address_of, cookie_name, cookie_of, is_encrypted
 from app.web.routers.pages import login_page
 from app.web.schemas.access import LoginIn, SessionOut
@@ -26,15 +26,15 @@ _OUR_PAGES = re.compile(
 
 
 @router.post("/api/login", status_code=204, responses=failures(TooManyAttempts))
-def log_in(body: LoginIn, request: Request, response: Response, services: ServicesDep) -> None:
+def log_in(body: LoginIn, request: Request, response: Response, access: Service[Access]) -> None:
     """Exchange the access token for a session cookie."""
-    _set_cookie(request, response, services.access.log_in(body.token, address_of(request)))
+    _set_cookie(request, response, access.log_in(body.token, address_of(request)))
 
 
 @router.get("/login", include_in_schema=False)
 async def log_in_page(
     request: Request,
-    services: ServicesDep,
+    access: Service[Access],
     token: Annotated[str | None, Query(max_length=500)] = None,
     next_page: Annotated[str, Query(alias="next", max_length=500)] = "/",
 ) -> Response:
@@ -46,16 +46,16 @@ async def log_in_page(
     """
     onward = RedirectResponse(next_page if _OUR_PAGES.fullmatch(next_page) else "/", 303)
     cookie, address = cookie_of(request), address_of(request)
-    current = None if cookie is None else await run_in_threadpool(services.access.by_cookie, cookie)
+    current = None if cookie is None else await run_in_threadpool(access.by_cookie, cookie)
     if token is None:
         return login_page(request) if current is None else onward
     if current is not None:
-        holder = await run_in_threadpool(services.access.by_token, token, address)
+        holder = await run_in_threadpool(access.by_token, token, address)
         is_same = holder is not None and holder.name == current.name
         return onward if is_same else login_page(request)
     if not _is_own_wish(request):
         return login_page(request)
-    _set_cookie(request, onward, await run_in_threadpool(services.access.log_in, token, address))
+    _set_cookie(request, onward, await run_in_threadpool(access.log_in, token, address))
     return onward
 
 
@@ -73,11 +73,11 @@ def _is_own_wish(request: Request) -> bool:
 
 @router.post("/api/logout", status_code=204)
 @viewer
-def log_out(request: Request, response: Response, services: ServicesDep) -> None:
+def log_out(request: Request, response: Response, access: Service[Access]) -> None:
     """End the session of the cookie, if there is one."""
     cookie = cookie_of(request)
     if cookie is not None:
-        services.access.log_out(cookie)
+        access.log_out(cookie)
     response.delete_cookie(
         cookie_name(request), secure=is_encrypted(request), httponly=True, samesite="strict"
     )

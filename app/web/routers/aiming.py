@@ -14,7 +14,9 @@ from app.errors import (
     UploadIncomplete,
     UploadNotFound,
 )
-from app.web.deps import ServicesDep, operator
+from app.inspections.aiming import Aiming
+from app.inspections.lenses import Lenses
+from app.web.deps import Service, operator
 from app.web.schemas.aiming import AimIn, AimOut, FirstPictureOut
 from app.web.schemas.counter import CounterFoundOut
 from app.web.schemas.failures import content, failures
@@ -36,48 +38,48 @@ _FAILURES = failures(
 )
 @operator
 @slow
-def picture(upload_id: str, services: ServicesDep) -> Response:
+def picture(upload_id: str, aiming: Service[Aiming]) -> Response:
     """Return the first picture of a complete upload."""
-    return Response(services.aiming.first_picture(upload_id).jpeg, media_type="image/jpeg")
+    return Response(aiming.first_picture(upload_id).jpeg, media_type="image/jpeg")
 
 
 @router.get("/uploads/{upload_id}/axis", responses=_FAILURES)
 @operator
 @slow
-def axis(upload_id: str, services: ServicesDep) -> FirstPictureOut:
+def axis(upload_id: str, aiming: Service[Aiming]) -> FirstPictureOut:
     """Find the axis of the pipe in the first picture of a complete upload."""
-    return FirstPictureOut.of(services.aiming.first_picture(upload_id))
+    return FirstPictureOut.of(aiming.first_picture(upload_id))
 
 
 @router.get("/uploads/{upload_id}/counter", responses=_FAILURES)
 @operator
 @slow
-def counter(upload_id: str, services: ServicesDep) -> CounterFoundOut:
+def counter(upload_id: str, aiming: Service[Aiming]) -> CounterFoundOut:
     """Find the burnt-in distance counter of a complete upload; it takes some seconds."""
-    return CounterFoundOut.of(services.aiming.counter(upload_id))
+    return CounterFoundOut.of(aiming.counter(upload_id))
 
 
 @router.post("/aim", responses=failures(InvalidRig, PixelOutsidePicture))
 @operator
-def aim(body: AimIn, services: ServicesDep) -> AimOut:
+def aim(body: AimIn, aiming: Service[Aiming]) -> AimOut:
     """Aim a rig's camera by the pixel of the pipe's axis; nothing is stored."""
     u, v = body.axis
-    return AimOut.of(services.aiming.aim(body.rig, (u, v)))
+    return AimOut.of(aiming.aim(body.rig, (u, v)))
 
 
 @router.post("/rig/ruling", responses=failures(InvalidRig))
 @operator
-def ruling(body: RigIn, services: ServicesDep) -> RulingOut:
+def ruling(body: RigIn, aiming: Service[Aiming]) -> RulingOut:
     """Rule the wall in the picture of a rig's camera; nothing is stored."""
-    return RulingOut.of(services.aiming.ruling(body.rig))
+    return RulingOut.of(aiming.ruling(body.rig))
 
 
 @router.post("/rig/advice", responses=failures(InvalidRig))
 @operator
 @slow
-def advice(body: RigIn, services: ServicesDep) -> AdviceOut:
+def advice(body: RigIn, aiming: Service[Aiming]) -> AdviceOut:
     """Judge a rig before any drive, as `chainage advise` does; nothing is stored."""
-    return AdviceOut.of(services.aiming.advice(body.rig))
+    return AdviceOut.of(aiming.advice(body.rig))
 
 
 @router.post(
@@ -94,6 +96,6 @@ def advice(body: RigIn, services: ServicesDep) -> AdviceOut:
 )
 @operator
 @slow
-def lens(upload_id: str, body: BoardIn, services: ServicesDep) -> CalibratedOut:
+def lens(upload_id: str, body: BoardIn, lenses: Service[Lenses]) -> CalibratedOut:
     """Measure the camera by a complete upload that is the film of a board; takes up to a minute."""
-    return CalibratedOut.model_validate(services.lenses.calibrate(upload_id, body.filmed()))
+    return CalibratedOut.model_validate(lenses.calibrate(upload_id, body.filmed()))

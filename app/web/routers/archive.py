@@ -6,10 +6,10 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Response
 
-from app.archive.archive import Where, version_of_rules
+from app.archive.archive import Archive, Where, version_of_rules
 from app.archive.rules import Rules
 from app.errors import ChangedMeanwhile, FolderNotAllowed, InvalidTable, NoSuchFilm
-from app.web.deps import PrincipalDep, ServicesDep, operator, viewer
+from app.web.deps import PrincipalDep, Service, operator, viewer
 from app.web.schemas.archive import (
     AdditionIn,
     AdditionOut,
@@ -63,7 +63,7 @@ Filters = Annotated[Where, Depends(_where)]
 @router.get("/films")
 @viewer
 def list_films(
-    services: ServicesDep,
+    archive: Service[Archive],
     where: Filters,
     sort: Annotated[Sort | None, Query(description="By path unless stated.")] = None,
     descending: bool = False,
@@ -71,92 +71,88 @@ def list_films(
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
 ) -> FilmsOut:
     """Return one page of the films."""
-    total, films = services.archive.films(
-        where, sort, descending=descending, offset=offset, limit=limit
-    )
+    total, films = archive.films(where, sort, descending=descending, offset=offset, limit=limit)
     return FilmsOut(total=total, films=[FilmOut.of(view) for view in films])
 
 
 @router.post("/films/preview", responses=failures(FolderNotAllowed, NoSuchFilm, InvalidTable))
 @heavy
-def preview(body: AdditionIn, services: ServicesDep) -> AdditionOut:
+def preview(body: AdditionIn, archive: Service[Archive]) -> AdditionOut:
     """Return what each film would get; nothing changes."""
-    archive = services.archive
     return AdditionOut.of(archive.preview(body.to_request(archive.rules())))
 
 
 @router.post("/films", responses=failures(FolderNotAllowed, NoSuchFilm, InvalidTable))
 @heavy
-def add(body: AdditionIn, services: ServicesDep, principal: PrincipalDep) -> AdditionOut:
+def add(body: AdditionIn, archive: Service[Archive], principal: PrincipalDep) -> AdditionOut:
     """Add films of the server's machine; those that are in the archive already stay as they are."""
-    archive = services.archive
     return AdditionOut.of(archive.add(body.to_request(archive.rules()), principal.name))
 
 
 @router.patch("/films", responses=failures(InvalidRig))
 @operator
 @slow
-def change(body: FilmsChangeIn, services: ServicesDep, principal: PrincipalDep) -> ChangedOut:
+def change(body: FilmsChangeIn, archive: Service[Archive], principal: PrincipalDep) -> ChangedOut:
     """Change films; a new rig counts from the next try on, project, asset and header at once."""
-    changed = services.archive.change(body.to_where(), principal.name, body.to_change())
+    changed = archive.change(body.to_where(), principal.name, body.to_change())
     return ChangedOut(changed=changed)
 
 
 @router.delete("/films")
 @operator
-def delete(body: FilmsMeant, services: ServicesDep, principal: PrincipalDep) -> ChangedOut:
+def delete(body: FilmsMeant, archive: Service[Archive], principal: PrincipalDep) -> ChangedOut:
     """Take films off the list; their inspections stay."""
-    return ChangedOut(changed=services.archive.delete(body.to_where(), principal.name))
+    return ChangedOut(changed=archive.delete(body.to_where(), principal.name))
 
 
 @router.post("/start")
 @operator
-def start(body: WishIn, services: ServicesDep, principal: PrincipalDep) -> ChangedOut:
+def start(body: WishIn, archive: Service[Archive], principal: PrincipalDep) -> ChangedOut:
     """Let ready and paused films wait for their turn."""
-    changed = services.archive.start(body.to_where(), principal.name, body.priority)
+    changed = archive.start(body.to_where(), principal.name, body.priority)
     return ChangedOut(changed=changed)
 
 
 @router.post("/pause")
 @operator
 @slow
-def pause(body: FilmsMeant, services: ServicesDep, principal: PrincipalDep) -> ChangedOut:
+def pause(body: FilmsMeant, archive: Service[Archive], principal: PrincipalDep) -> ChangedOut:
     """Stop films that wait, are queued or running, until they are resumed."""
-    return ChangedOut(changed=services.archive.pause(body.to_where(), principal.name))
+    return ChangedOut(changed=archive.pause(body.to_where(), principal.name))
 
 
 @router.post("/resume")
 @operator
-def resume(body: WishIn, services: ServicesDep, principal: PrincipalDep) -> ChangedOut:
+def resume(body: WishIn, archive: Service[Archive], principal: PrincipalDep) -> ChangedOut:
     """Let paused films wait for their turn again."""
-    changed = services.archive.resume(body.to_where(), principal.name, body.priority)
+    changed = archive.resume(body.to_where(), principal.name, body.priority)
     return ChangedOut(changed=changed)
 
 
 @router.post("/cancel")
 @operator
 @slow
-def cancel(body: FilmsMeant, services: ServicesDep, principal: PrincipalDep) -> ChangedOut:
+def cancel(body: FilmsMeant, archive: Service[Archive], principal: PrincipalDep) -> ChangedOut:
     """Stop films; those that were not begun are ready again."""
-    return ChangedOut(changed=services.archive.cancel(body.to_where(), principal.name))
+    return ChangedOut(changed=archive.cancel(body.to_where(), principal.name))
 
 
 @router.post("/retry")
 @operator
 @slow
-def retry(body: WishIn, services: ServicesDep, principal: PrincipalDep) -> ChangedOut:
+def retry(body: WishIn, archive: Service[Archive], principal: PrincipalDep) -> ChangedOut:
     """Let films that failed, were cancelled or refused wait for another try; films that an older
     program tracked are tracked again if they are named by their ids or by `outdated`.
     """
-    changed = services.archive.retry(body.to_where(), principal.name, body.priority)
+    changed = archive.retry(body.to_where(), principal.name, body.priority)
     return ChangedOut(changed=changed)
 
 
 @router.get("/rules")
 @viewer
-def rules(services: ServicesDep, response: Response) -> Rules:
+def rules(archive: Service[Archive], response: Response) -> Rules:
     """Return the rules; the first that fits a film wins."""
-    found = services.archive.rules()
+    found = archive.rules()
     tag_with(response, version_of_rules(found))
     return found
 
@@ -165,27 +161,27 @@ def rules(services: ServicesDep, response: Response) -> Rules:
 @operator
 def put_rules(
     body: Rules,
-    services: ServicesDep,
+    archive: Service[Archive],
     principal: PrincipalDep,
     replaced: Replaced,
     response: Response,
 ) -> Rules:
     """Replace the rules; films that are in the archive keep what they got."""
-    found = services.archive.put_rules(body, principal.name, replaced)
+    found = archive.put_rules(body, principal.name, replaced)
     tag_with(response, version_of_rules(found))
     return found
 
 
 @router.get("/progress")
 @viewer
-def progress(services: ServicesDep, where: Filters) -> ArchiveProgressOut:
+def progress(archive: Service[Archive], where: Filters) -> ArchiveProgressOut:
     """Return the progress of the films as a whole."""
-    return ArchiveProgressOut.model_validate(services.archive.progress(where))
+    return ArchiveProgressOut.model_validate(archive.progress(where))
 
 
 @router.get("/failures")
 @viewer
-def list_failures(services: ServicesDep, where: Filters) -> FailuresOut:
+def list_failures(archive: Service[Archive], where: Filters) -> FailuresOut:
     """Return the films that failed or were refused, grouped by reason."""
-    groups = services.archive.failures(where)
+    groups = archive.failures(where)
     return FailuresOut(groups=[GroupOut.model_validate(group) for group in groups])

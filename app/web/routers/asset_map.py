@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Response
 
-from app.search.asset_map import WantedAssets
-from app.web.deps import ServicesDep, viewer
+from app.search.asset_map import AssetMaps, WantedAssets
+from app.search.search import Search
+from app.web.deps import Service, viewer
 from app.web.queries import Name, SeverityFrom
 from app.web.schemas.asset_map import AssetMapOut
 from app.web.slow import heavy
@@ -17,7 +18,8 @@ router = APIRouter(tags=["search"])
 @viewer
 @heavy
 def asset_map(
-    services: ServicesDep,
+    asset_maps: Service[AssetMaps],
+    index: Service[Search],
     project: Name = None,
     asset: Name = None,
     severity_from: SeverityFrom = None,
@@ -28,9 +30,9 @@ def asset_map(
     of the newest inspection that states one, else that of an asset whose id is spelled alike, as
     CV-01 and cv 01 are. Of more than 20,000 assets the worst are returned.
     """
-    pending = services.search.pending()
+    pending = index.pending()
     wanted = WantedAssets(project=project, asset=asset, severity_from=severity_from)
-    maps = services.asset_maps
+    maps = asset_maps
     found = AssetMapOut.of(maps.map_of(wanted), maps.background, pending)
     # Written here: the thread that answers all requests would be busy with it for a second.
     return Response(found.model_dump_json(), media_type="application/json")

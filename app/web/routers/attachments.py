@@ -7,7 +7,6 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Header, Query, Request, Response
 from starlette.responses import StreamingResponse
 
-from app.container import Services
 from app.errors import (
     AttachmentNotFound,
     FrameNotFound,
@@ -19,15 +18,18 @@ from app.errors import (
     TooManyAttachments,
     WrongContentType,
 )
+from app.inspections.attachments import Attachments
 from app.reports.content.words import Language
 from app.reports.report import Units
+from app.reports.reports import Reports
 from app.survey.attachments import LONGEST_VOICE_S, VOICE_SUFFIXES, Picture
+from app.tracking.pictures.photos import Photos
 from app.web.deps import (
     AttachmentId,
     InspectionId,
     ObservationId,
     PrincipalDep,
-    ServicesDep,
+    Service,
     operator,
     viewer,
 )
@@ -43,9 +45,9 @@ _ONE = "/observations/{observation_id}/attachments/{attachment_id}"
 
 @router.get("/attachments", responses=failures(InspectionNotFound))
 @viewer
-def list_all(inspection_id: InspectionId, services: ServicesDep) -> AttachmentsOut:
+def list_all(inspection_id: InspectionId, attachments: Service[Attachments]) -> AttachmentsOut:
     """Return the attachments that are not deleted, those of deleted observations too."""
-    found = services.attachments.all(inspection_id)
+    found = attachments.all(inspection_id)
     return AttachmentsOut(attachments=[AttachmentOut.of(one) for one in found])
 
 
@@ -66,15 +68,14 @@ def put(
     observation_id: ObservationId,
     attachment_id: AttachmentId,
     body: Picture,
-    services: ServicesDep,
+    attachments: Service[Attachments],
+    photos: Service[Photos],
     principal: PrincipalDep,
 ) -> AttachmentOut:
     """Add a photo or a drawing, or change its place and strokes; synced. May be repeated."""
-    services.attachments.put_picture(
-        inspection_id, observation_id, attachment_id, body, principal.name
-    )
-    services.photos.wait_for_attached(inspection_id, attachment_id)
-    return _out(services, inspection_id, observation_id, attachment_id)
+    attachments.put_picture(inspection_id, observation_id, attachment_id, body, principal.name)
+    photos.wait_for_attached(inspection_id, attachment_id)
+    return _out(attachments, inspection_id, observation_id, attachment_id)
 
 
 @router.put(
@@ -101,11 +102,11 @@ def put_voice(
             description=f"The recording: {', '.join(VOICE_SUFFIXES)}, at most 1 MiB.",
         ),
     ],
-    services: ServicesDep,
+    attachments: Service[Attachments],
     principal: PrincipalDep,
 ) -> AttachmentOut:
     """Add a voice note; the answer comes when it is synced. May be repeated."""
-    services.attachments.put_voice(
+    attachments.put_voice(
         inspection_id,
         observation_id,
         attachment_id,
@@ -114,7 +115,7 @@ def put_voice(
         duration_s,
         principal.name,
     )
-    return _out(services, inspection_id, observation_id, attachment_id)
+    return _out(attachments, inspection_id, observation_id, attachment_id)
 
 
 @router.delete(
@@ -127,11 +128,11 @@ def delete(
     inspection_id: InspectionId,
     observation_id: ObservationId,
     attachment_id: AttachmentId,
-    services: ServicesDep,
+    attachments: Service[Attachments],
     principal: PrincipalDep,
 ) -> None:
     """Delete the attachment; `restore` undoes it. May be repeated."""
-    services.attachments.delete(inspection_id, observation_id, attachment_id, principal.name)
+    attachments.delete(inspection_id, observation_id, attachment_id, principal.name)
 
 
 @router.post(
@@ -143,12 +144,12 @@ def restore(
     inspection_id: InspectionId,
     observation_id: ObservationId,
     attachment_id: AttachmentId,
-    services: ServicesDep,
+    attachments: Service[Attachments],
     principal: PrincipalDep,
 ) -> AttachmentOut:
     """Undo a deletion."""
-    services.attachments.restore(inspection_id, observation_id, attachment_id, principal.name)
-    return _out(services, inspection_id, observation_id, attachment_id)
+    attachments.restore(inspection_id, observation_id, attachment_id, principal.name)
+    return _out(attachments, inspection_id, observation_id, attachment_id)
 
 
 @router.get(
@@ -161,12 +162,12 @@ def voice(
     inspection_id: InspectionId,
     observation_id: ObservationId,
     attachment_id: AttachmentId,
-    services: ServicesDep,
+    attachments: Service[Attachments],
     request: Request,
 ) -> Response:
     """Return the voice note, also in ranges."""
-    note = services.attachments.get(inspection_id, observation_id, attachment_id)
-    sound = services.attachments.voice(note)
+    note = attachments.get(inspection_id, observation_id, attachment_id)
+    sound = attachments.voice(note)
     return blob_response(request.headers, sound, note.media_type or "", PRIVATE)
 
 
@@ -181,11 +182,12 @@ def photo(
     inspection_id: InspectionId,
     observation_id: ObservationId,
     attachment_id: AttachmentId,
-    services: ServicesDep,
+    attachments: Service[Attachments],
+    photos: Service[Photos],
 ) -> Response:
     """Return the photo as it was taken; the strokes of a drawing are beside it, not in it."""
-    found = services.attachments.get(inspection_id, observation_id, attachment_id)
-    return Response(services.photos.jpeg(found), media_type="image/jpeg", headers=PRIVATE)
+    found = attachments.get(inspection_id, observation_id, attachment_id)
+    return Response(photos.jpeg(found), media_type="image/jpeg", headers=PRIVATE)
 
 
 @router.get(
@@ -198,7 +200,7 @@ def photo(
 def shown_photo(
     inspection_id: InspectionId,
     photo_of: AttachmentId,
-    services: ServicesDep,
+    reports: Service[Reports],
     lang: Language = "en",
     units: Units = "m",
     burnt_in: bool = False,
@@ -207,7 +209,7 @@ def shown_photo(
 
     A drawing is in it; `burnt_in` adds distance and code below the picture.
     """
-    name, jpeg = services.reports.photo(
+    name, jpeg = reports.photo(
         inspection_id, photo_of, language=lang, units=units, burnt_in=burnt_in
     )
     headers = PRIVATE | {"Content-Disposition": f'attachment; filename="{name}"'}
@@ -215,6 +217,6 @@ def shown_photo(
 
 
 def _out(
-    services: Services, inspection_id: str, observation_id: str, attachment_id: str
+    attachments: Attachments, inspection_id: str, observation_id: str, attachment_id: str
 ) -> AttachmentOut:
-    return AttachmentOut.of(services.attachments.get(inspection_id, observation_id, attachment_id))
+    return AttachmentOut.of(attachments.get(inspection_id, observation_id, attachment_id))

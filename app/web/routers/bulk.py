@@ -8,7 +8,8 @@ from fastapi import APIRouter, Path, Response
 from starlette.responses import StreamingResponse
 
 from app.errors import BulkExportNotFound, Busy
-from app.web.deps import PrincipalDep, ServicesDep, viewer
+from app.reports.bulk import BulkExports
+from app.web.deps import PrincipalDep, Service, viewer
 from app.web.downloads import attachment
 from app.web.schemas.bulk import BulkExportIn, BulkExportOut
 from app.web.schemas.failures import content, failures
@@ -21,7 +22,9 @@ BulkExportId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 
 @router.post("", status_code=202, responses=failures(Busy))
 @viewer
-def order(body: BulkExportIn, services: ServicesDep, principal: PrincipalDep) -> BulkExportOut:
+def order(
+    body: BulkExportIn, bulk_exports: Service[BulkExports], principal: PrincipalDep
+) -> BulkExportOut:
     """Have an archive made, with a folder for each inspection; its progress has its own address.
 
     `document` adds one PDF over all inspections: list with grades, statistics, plan sketch and
@@ -33,14 +36,14 @@ def order(body: BulkExportIn, services: ServicesDep, principal: PrincipalDep) ->
     An inspection that lacks what a format needs is listed as `not_made` and in `inspections.csv`
     of the archive; all others are in it.
     """
-    return BulkExportOut.of(services.bulk_exports.order(body.wanted(), principal.name))
+    return BulkExportOut.of(bulk_exports.order(body.wanted(), principal.name))
 
 
 @router.get("/{order_id}", responses=failures(BulkExportNotFound))
 @viewer
-def progress(order_id: BulkExportId, services: ServicesDep) -> BulkExportOut:
+def progress(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> BulkExportOut:
     """Return how far it is."""
-    return BulkExportOut.of(services.bulk_exports.find(order_id))
+    return BulkExportOut.of(bulk_exports.find(order_id))
 
 
 @router.get(
@@ -49,9 +52,9 @@ def progress(order_id: BulkExportId, services: ServicesDep) -> BulkExportOut:
     responses=content(*MEDIA_TYPES) | failures(BulkExportNotFound),
 )
 @viewer
-def archive(order_id: BulkExportId, services: ServicesDep) -> StreamingResponse:
+def archive(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> StreamingResponse:
     """Return the archive; the PDF itself where nothing but a document was ordered."""
-    blocks, size, made = services.bulk_exports.archive(order_id)
+    blocks, size, made = bulk_exports.archive(order_id)
     headers = {
         "Content-Disposition": attachment(made.filename),
         "Content-Length": str(size),
@@ -61,6 +64,6 @@ def archive(order_id: BulkExportId, services: ServicesDep) -> StreamingResponse:
 
 @router.delete("/{order_id}", status_code=204, responses=failures(BulkExportNotFound))
 @viewer
-def cancel(order_id: BulkExportId, services: ServicesDep) -> None:
+def cancel(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> None:
     """Stop it, and delete the archive."""
-    services.bulk_exports.cancel(order_id)
+    bulk_exports.cancel(order_id)

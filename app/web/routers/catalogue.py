@@ -7,10 +7,11 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from app.errors import PackNotFound
+from app.inspections.packs import Packs
 from app.survey.catalogue.presets import PRESETS
 from app.survey.fields.header import FIELDS
 from app.survey.given import PackId
-from app.web.deps import ServicesDep, viewer
+from app.web.deps import Service, viewer
 from app.web.schemas.catalogue import (
     CodeOut,
     HeaderFieldOut,
@@ -26,13 +27,13 @@ router = APIRouter(prefix="/api", tags=["catalogue"])
 @router.get("/codes", responses=failures(PackNotFound))
 @viewer
 def all_codes(
-    services: ServicesDep,
+    packs: Service[Packs],
     pack: Annotated[
         PackId | None, Query(description="Id of an imported pack; the built-in one without it.")
     ] = None,
 ) -> list[CodeOut]:
     """Return the codes of a pack, in its order."""
-    return [CodeOut.model_validate(code) for code in services.packs.table(pack).rows]
+    return [CodeOut.model_validate(code) for code in packs.table(pack).rows]
 
 
 @router.get("/header-fields")

@@ -6,9 +6,13 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
+from app.alerts.webhook import Webhook
 from app.errors import ChangedMeanwhile, InspectionLocked, InspectionNotFound
+from app.inspections.checks import Checks
+from app.inspections.corrections import Corrections
+from app.inspections.observations import Observations
 from app.survey.stated import StatedIn
-from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
+from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.corrections import CorrectionsIn, CorrectionsOut, IntervalOut
 from app.web.schemas.failures import failures
 from app.web.schemas.records import AlertOut, AlertsOut, EventOut, EventsOut, IssuesOut
@@ -20,9 +24,11 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["corrections
 
 @router.get("/corrections", responses=failures(InspectionNotFound))
 @viewer
-def get(inspection_id: InspectionId, services: ServicesDep, response: Response) -> CorrectionsOut:
+def get(
+    inspection_id: InspectionId, corrections: Service[Corrections], response: Response
+) -> CorrectionsOut:
     """Return the current statements and their result."""
-    corrected = services.corrections.get(inspection_id)
+    corrected = corrections.get(inspection_id)
     tag_with(response, corrected.version)
     return CorrectionsOut.of(corrected)
 
@@ -35,13 +41,13 @@ def get(inspection_id: InspectionId, services: ServicesDep, response: Response) 
 def put(
     inspection_id: InspectionId,
     body: CorrectionsIn,
-    services: ServicesDep,
+    corrections: Service[Corrections],
     principal: PrincipalDep,
     replaced: Replaced,
     response: Response,
 ) -> CorrectionsOut:
     """Replace all statements; to undo, send the earlier ones."""
-    corrected = services.corrections.put(
+    corrected = corrections.put(
         inspection_id, body.to_stated(), body.remark, principal.name, replaced=replaced
     )
     tag_with(response, corrected.version)
@@ -50,48 +56,50 @@ def put(
 
 @router.post("/corrections/preview", responses=failures(InspectionNotFound))
 @viewer
-def preview(inspection_id: InspectionId, body: StatedIn, services: ServicesDep) -> CorrectionsOut:
+def preview(
+    inspection_id: InspectionId, body: StatedIn, corrections: Service[Corrections]
+) -> CorrectionsOut:
     """Return the result of other statements without storing them."""
-    return CorrectionsOut.of(services.corrections.preview(inspection_id, body.to_stated()))
+    return CorrectionsOut.of(corrections.preview(inspection_id, body.to_stated()))
 
 
 @router.get("/interval", responses=failures(InspectionNotFound))
 @viewer
 def interval(
     inspection_id: InspectionId,
-    services: ServicesDep,
+    corrections: Service[Corrections],
     frame: Annotated[int | None, Query(ge=0, le=2**31)] = None,
 ) -> IntervalOut:
     """Return the sources of the interval of a frame, by default the furthest."""
-    budget = services.corrections.budget(inspection_id, frame)
+    budget = corrections.budget(inspection_id, frame)
     return IntervalOut.model_validate({"interval": budget})
 
 
 @router.get("/checks", responses=failures(InspectionNotFound))
 @viewer
-def checks(inspection_id: InspectionId, services: ServicesDep) -> IssuesOut:
+def checks(inspection_id: InspectionId, checks: Service[Checks]) -> IssuesOut:
     """Return the issues to resolve before a report is issued."""
-    return IssuesOut.model_validate({"checks": services.checks.run(inspection_id)})
+    return IssuesOut.model_validate({"checks": checks.run(inspection_id)})
 
 
 @router.get("/events", responses=failures(InspectionNotFound))
 @viewer
 def events(
     inspection_id: InspectionId,
-    services: ServicesDep,
+    observations: Service[Observations],
     observation: Annotated[str | None, Query(pattern=OBSERVATION_ID)] = None,
 ) -> EventsOut:
     """Return who changed what, the newest first."""
-    found = services.observations.events(inspection_id, observation)
+    found = observations.events(inspection_id, observation)
     return EventsOut(events=[EventOut.of(event) for event in reversed(found)])
 
 
 @router.get("/alerts", responses=failures(InspectionNotFound))
 @viewer
-def alerts(inspection_id: InspectionId, services: ServicesDep) -> AlertsOut:
+def alerts(inspection_id: InspectionId, webhook: Service[Webhook]) -> AlertsOut:
     """Return whether the client was notified of each severity 5, the oldest first."""
-    found = services.webhook.alerts(inspection_id)
+    found = webhook.alerts(inspection_id)
     return AlertsOut(
-        is_configured=services.webhook.is_configured,
+        is_configured=webhook.is_configured,
         alerts=[AlertOut.of(alert) for alert in found],
     )

@@ -6,7 +6,6 @@ from typing import Literal
 
 from fastapi import APIRouter, Response
 
-from app.container import Services
 from app.errors import (
     InspectionLocked,
     InspectionNotFound,
@@ -14,8 +13,10 @@ from app.errors import (
     NotRunning,
     PixelOutsidePicture,
 )
+from app.inspections.counters import Counters
+from app.tracking.pictures.counter_queue import CounterQueue
 from app.web import columns
-from app.web.deps import InspectionId, ServicesDep, operator, viewer
+from app.web.deps import InspectionId, Service, operator, viewer
 from app.web.schemas.counter import CounterIn, CounterOut
 from app.web.schemas.failures import content, failures
 from app.web.slow import slow
@@ -26,9 +27,11 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["counter"])
 @router.get("/counter", responses=failures(InspectionNotFound))
 @viewer
 @slow
-def get(inspection_id: InspectionId, services: ServicesDep) -> CounterOut:
+def get(
+    inspection_id: InspectionId, counter_queue: Service[CounterQueue], counters: Service[Counters]
+) -> CounterOut:
     """Return what is known of the counter, and what it and the raw track say about each other."""
-    return _shown(inspection_id, services)
+    return _shown(inspection_id, counter_queue, counters)
 
 
 @router.put(
@@ -37,12 +40,17 @@ def get(inspection_id: InspectionId, services: ServicesDep) -> CounterOut:
 )
 @operator
 @slow
-def put(inspection_id: InspectionId, body: CounterIn, services: ServicesDep) -> CounterOut:
+def put(
+    inspection_id: InspectionId,
+    body: CounterIn,
+    counter_queue: Service[CounterQueue],
+    counters: Service[Counters],
+) -> CounterOut:
     """State where the counter is, its unit, or that there is none; it is read once the film is
     tracked.
     """
-    services.counter_queue.state(inspection_id, body.to_kept())
-    return _shown(inspection_id, services)
+    counter_queue.state(inspection_id, body.to_kept())
+    return _shown(inspection_id, counter_queue, counters)
 
 
 @router.post(
@@ -50,10 +58,12 @@ def put(inspection_id: InspectionId, body: CounterIn, services: ServicesDep) -> 
 )
 @operator
 @slow
-def cancel(inspection_id: InspectionId, services: ServicesDep) -> CounterOut:
+def cancel(
+    inspection_id: InspectionId, counter_queue: Service[CounterQueue], counters: Service[Counters]
+) -> CounterOut:
     """Stop reading the counter; it is not read unless somebody asks for it again."""
-    services.counter_queue.cancel(inspection_id)
-    return _shown(inspection_id, services)
+    counter_queue.cancel(inspection_id)
+    return _shown(inspection_id, counter_queue, counters)
 
 
 @router.get(
@@ -65,13 +75,13 @@ def cancel(inspection_id: InspectionId, services: ServicesDep) -> CounterOut:
 @slow
 def readings(
     inspection_id: InspectionId,
-    services: ServicesDep,
+    counters: Service[Counters],
     format: Literal["csv", "columns"] = "csv",  # noqa: A002  (as that of the track)
 ) -> Response:
     """Return the reading of each frame: in its own unit as csv; in m, NaN where it is not legible,
     as `columns`, see `app.web.columns`. Without a reading there are no rows.
     """
-    view = services.counters.get(inspection_id)
+    view = counters.get(inspection_id)
     if format == "csv":
         return Response(view.csv, media_type="text/csv; charset=utf-8")
     metres = view.reading_m
@@ -79,7 +89,7 @@ def readings(
     return Response(packed, media_type=columns.MEDIA_TYPE)
 
 
-def _shown(inspection_id: str, services: Services) -> CounterOut:
+def _shown(inspection_id: str, counter_queue: CounterQueue, counters: Counters) -> CounterOut:
     # Before the rest: if reading ends in between, the answer is of the state after it.
-    progress = services.counter_queue.progress(inspection_id)
-    return CounterOut.of(services.counters.get(inspection_id), progress)
+    progress = counter_queue.progress(inspection_id)
+    return CounterOut.of(counters.get(inspection_id), progress)

@@ -4,7 +4,8 @@ from dataclasses import asdict
 
 from fastapi import APIRouter
 
-from app.web.deps import ServicesDep
+from app.ops.health import Health
+from app.web.deps import Service
 from app.web.schemas.server import AliveOut, CheckOut, ReadyOut
 
 router = APIRouter(tags=["health"])
@@ -17,7 +18,7 @@ def alive() -> AliveOut:
 
 
 @router.get("/readyz")
-def ready(services: ServicesDep) -> ReadyOut:
+def ready(health: Service[Health]) -> ReadyOut:
     """Check that the database accepts writes, the disk has room and the workers run; else 503."""
-    checks = [CheckOut(**asdict(check)) for check in services.health.ready()]
+    checks = [CheckOut(**asdict(check)) for check in health.ready()]
     return ReadyOut(status="ready", checks=checks)

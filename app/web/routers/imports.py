@@ -6,12 +6,13 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Query
 
-from app.container import Services
 from app.errors import InvalidImport, UploadBusy, UploadIncomplete, UploadNotFound
+from app.inspections.imports import Imports
+from app.inspections.inspections import Inspections
 from app.inspections.keeping import Imported
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
-from app.web.deps import PrincipalDep, ServicesDep, operator
+from app.web.deps import PrincipalDep, Service, operator
 from app.web.schemas.failures import failures
 from app.web.schemas.inspections import ArchiveIn, ImportedOut, InspectionOut
 from app.web.slow import heavy
@@ -33,17 +34,18 @@ def add(
             "JSON report; the content determines the format.",
         ),
     ],
-    services: ServicesDep,
+    inspections: Service[Inspections],
+    imports: Service[Imports],
     principal: PrincipalDep,
     lang: Language = "en",
 ) -> ImportedOut:
     """Make an inspection, without a film, of every survey in the file, or of none if one cannot be
     stored; `lang` is the language of the warnings.
     """
-    imported = services.imports.add(content, filename, principal)
+    imported = imports.add(content, filename, principal)
     if not imported.inspection_ids:
         raise InvalidImport(Translator(lang, "m").nothing_imported(imported.warnings))
-    return _made(services, imported, lang)
+    return _made(inspections, imported, lang)
 
 
 @router.post(
@@ -61,15 +63,19 @@ def add(
 @operator
 @heavy
 def add_archive(
-    body: ArchiveIn, services: ServicesDep, principal: PrincipalDep, lang: Language = "en"
+    body: ArchiveIn,
+    inspections: Service[Inspections],
+    imports: Service[Imports],
+    principal: PrincipalDep,
+    lang: Language = "en",
 ) -> ImportedOut:
     """Make an inspection of an uploaded archive file, with its photos and its film."""
-    return _made(services, services.imports.add_archive(body.upload_id, principal), lang)
+    return _made(inspections, imports.add_archive(body.upload_id, principal), lang)
 
 
-def _made(services: Services, imported: Imported, language: Language) -> ImportedOut:
+def _made(inspections: Inspections, imported: Imported, language: Language) -> ImportedOut:
     t = Translator(language, "m")
-    views = [services.inspections.get(made) for made in imported.inspection_ids]
+    views = [inspections.get(made) for made in imported.inspection_ids]
     return ImportedOut(
         inspections=[InspectionOut.of(view) for view in views],
         warnings=[t.caveat(caveat) for caveat in imported.warnings],

@@ -26,12 +26,23 @@ from app.errors import (
     UploadIncomplete,
     UploadNotFound,
 )
+from app.inspections.corrections import Corrections
+from app.inspections.filmed import Filmed
+from app.inspections.films import Films
+from app.inspections.inspections import Inspections
+from app.inspections.observations import Observations
+from app.inspections.packs import Packs
+from app.inspections.recordings import Recordings
 from app.survey.given import LINE
 from app.survey.labels import distinct
 from app.survey.review import ReviewState
 from app.survey.search_terms import InspectionFilter, InspectionSort, Page, ProjectFilter
+from app.tracking.films.queue import Tracking
+from app.tracking.recorder import Recorder
+from app.tracking.tracks import Tracks
+from app.viewer.scenes import Scenes
 from app.web import columns
-from app.web.deps import InspectionId, PrincipalDep, ServicesDep, operator, viewer
+from app.web.deps import InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.queries import Descending, Name, NoProject, SeverityFrom
 from app.web.schemas.failures import content, failures
 from app.web.schemas.frames import track_columns
@@ -74,18 +85,24 @@ _MOST_IDS = 10_000
 @operator
 @slow
 def create(
-    body: InspectionIn, response: Response, services: ServicesDep, principal: PrincipalDep
+    body: InspectionIn,
+    response: Response,
+    packs: Service[Packs],
+    films: Service[Films],
+    recordings: Service[Recordings],
+    inspections: Service[Inspections],
+    principal: PrincipalDep,
 ) -> InspectionOut:
     """Make an inspection of a complete upload, which is queued for tracking, or of a live source,
     which is recorded and tracked at once.
     """
-    services.packs.require(body.header)
+    packs.require(body.header)
     if isinstance(body.source, LiveSource):
-        inspection_id = services.films.create_live(
+        inspection_id = recordings.create_live(
             body.name, body.source.url, body.rig, body.header, principal.name
         )
     else:
-        inspection_id = services.films.create_from_upload(
+        inspection_id = films.create_from_upload(
             body.name,
             body.source.upload_id,
             body.rig,
@@ -94,7 +111,7 @@ def create(
             body.counter.to_kept(),
         )
     response.headers["Location"] = f"/api/inspections/{inspection_id}"
-    return InspectionOut.of(services.inspections.get(inspection_id))
+    return InspectionOut.of(inspections.get(inspection_id))
 
 
 def _wanted(
@@ -139,7 +156,7 @@ _PARAMETERS = signature(_wanted).parameters.keys() | {"sort", "descending", "off
 @slow
 def list_some(
     request: Request,
-    services: ServicesDep,
+    inspections: Service[Inspections],
     wanted: Wanted,
     sort: InspectionSort = "created_at",
     descending: Descending = True,
@@ -152,59 +169,64 @@ def list_some(
     Project, asset and label are whole names; what the index does not hold yet comes last.
     """
     if not request.query_params.keys() & _PARAMETERS:
-        views = services.inspections.all()
+        views = inspections.all()
         return InspectionsOut(inspections=[InspectionOut.of(view) for view in views])
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
-    return FoundOut.of(*services.inspections.found(wanted, page))
+    return FoundOut.of(*inspections.found(wanted, page))
 
 
 @router.get("/ids")
 @viewer
 @slow
 def list_ids(
-    services: ServicesDep,
+    inspections: Service[Inspections],
     wanted: Wanted,
     sort: InspectionSort = "created_at",
     descending: Descending = True,
 ) -> IdsOut:
     """Return the ids of the inspections that fit, at most ten thousand, for work on all of them."""
     page = Page(sort=sort, descending=descending, offset=0, limit=_MOST_IDS)
-    return IdsOut(ids=services.inspections.ids(wanted, page))
+    return IdsOut(ids=inspections.ids(wanted, page))
 
 
 @router.post("/retry")
 @operator
 @slow
-def retry_some(body: InspectionsMeant, services: ServicesDep) -> QueuedOut:
+def retry_some(body: InspectionsMeant, tracking: Service[Tracking]) -> QueuedOut:
     """Track inspections again; those that are approved, running or without a film stay."""
-    return QueuedOut(queued=services.tracking.track_again(body.ids))
+    return QueuedOut(queued=tracking.track_again(body.ids))
 
 
 @router.get("/labels")
 @viewer
-def labels_in_use(services: ServicesDep) -> LabelsInUseOut:
+def labels_in_use(inspections: Service[Inspections]) -> LabelsInUseOut:
     """Return all labels that are in use."""
-    found = services.inspections.labels_in_use()
+    found = inspections.labels_in_use()
     return LabelsInUseOut(labels=[LabelOut(label=label, inspections=n) for label, n in found])
 
 
 @router.put("/{inspection_id}/labels", responses=failures(InspectionNotFound))
 @operator
 def label(
-    inspection_id: InspectionId, body: LabelsIn, services: ServicesDep, principal: PrincipalDep
+    inspection_id: InspectionId,
+    body: LabelsIn,
+    inspections: Service[Inspections],
+    principal: PrincipalDep,
 ) -> LabelsOut:
     """Replace the labels, also of an approved inspection: they sort the list, and nobody approves
     them.
     """
-    labels = services.inspections.label(inspection_id, distinct(body.labels), principal.name)
+    labels = inspections.label(inspection_id, distinct(body.labels), principal.name)
     return LabelsOut(labels=list(labels))
 
 
 @router.get("/{inspection_id}", responses=failures(InspectionNotFound))
 @viewer
-def get(inspection_id: InspectionId, services: ServicesDep, response: Response) -> InspectionOut:
+def get(
+    inspection_id: InspectionId, inspections: Service[Inspections], response: Response
+) -> InspectionOut:
     """Return the inspection."""
-    view = services.inspections.get(inspection_id)
+    view = inspections.get(inspection_id)
     tag_with(response, view.version)
     return InspectionOut.of(view)
 
@@ -217,13 +239,13 @@ def get(inspection_id: InspectionId, services: ServicesDep, response: Response) 
 def change(
     inspection_id: InspectionId,
     body: InspectionChange,
-    services: ServicesDep,
+    inspections: Service[Inspections],
     principal: PrincipalDep,
     replaced: Replaced,
     response: Response,
 ) -> InspectionOut:
     """Change the name or the header."""
-    view = services.inspections.change(
+    view = inspections.change(
         inspection_id, principal.name, body.name, body.header, replaced=replaced
     )
     tag_with(response, view.version)
@@ -236,18 +258,22 @@ def change(
     responses=failures(InspectionNotFound, InspectionLocked),
 )
 @slow
-def delete(inspection_id: InspectionId, services: ServicesDep, principal: PrincipalDep) -> None:
+def delete(
+    inspection_id: InspectionId, inspections: Service[Inspections], principal: PrincipalDep
+) -> None:
     """Stop the inspection and delete it with all its files."""
-    services.inspections.delete(inspection_id, principal.name)
+    inspections.delete(inspection_id, principal.name)
 
 
 @router.post("/{inspection_id}/cancel", responses=failures(InspectionNotFound, NotRunning))
 @operator
 @slow
-def cancel(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
+def cancel(
+    inspection_id: InspectionId, tracking: Service[Tracking], inspections: Service[Inspections]
+) -> InspectionOut:
     """Stop tracking and keep the track so far."""
-    services.tracking.cancel(inspection_id)
-    return InspectionOut.of(services.inspections.get(inspection_id))
+    tracking.cancel(inspection_id)
+    return InspectionOut.of(inspections.get(inspection_id))
 
 
 @router.post(
@@ -255,10 +281,12 @@ def cancel(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
     responses=failures(InspectionNotFound, InspectionLocked, StillRunning, NothingRecorded),
 )
 @operator
-def retry(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
+def retry(
+    inspection_id: InspectionId, tracking: Service[Tracking], inspections: Service[Inspections]
+) -> InspectionOut:
     """Track again; an inspection that was cancelled continues at its last checkpoint."""
-    services.tracking.retry(inspection_id)
-    return InspectionOut.of(services.inspections.get(inspection_id))
+    tracking.retry(inspection_id)
+    return InspectionOut.of(inspections.get(inspection_id))
 
 
 @router.put(
@@ -272,14 +300,15 @@ def retry(inspection_id: InspectionId, services: ServicesDep) -> InspectionOut:
 def track_with(
     inspection_id: InspectionId,
     body: RigIn,
-    services: ServicesDep,
+    scenes: Service[Scenes],
+    inspections: Service[Inspections],
     principal: PrincipalDep,
     tasks: BackgroundTasks,
 ) -> InspectionOut:
     """Track all frames again with this rig; tags, photos and corrections stay at their frames."""
-    services.films.track_with(inspection_id, body.rig, principal.name)
-    tasks.add_task(services.scenes.redraw, inspection_id)
-    return InspectionOut.of(services.inspections.get(inspection_id))
+    inspections.track_with(inspection_id, body.rig, principal.name)
+    tasks.add_task(scenes.redraw, inspection_id)
+    return InspectionOut.of(inspections.get(inspection_id))
 
 
 @router.post(
@@ -292,11 +321,15 @@ def track_with(
 @operator
 @slow
 def record_on(
-    inspection_id: InspectionId, body: ContinueIn, services: ServicesDep, principal: PrincipalDep
+    inspection_id: InspectionId,
+    body: ContinueIn,
+    recordings: Service[Recordings],
+    inspections: Service[Inspections],
+    principal: PrincipalDep,
 ) -> InspectionOut:
     """Continue the recording of a camera as the next part of the same inspection."""
-    services.films.record_on(inspection_id, body.url, body.robot, principal.name)
-    return InspectionOut.of(services.inspections.get(inspection_id))
+    recordings.record_on(inspection_id, body.url, body.robot, principal.name)
+    return InspectionOut.of(inspections.get(inspection_id))
 
 
 @router.post(
@@ -306,13 +339,17 @@ def record_on(
 @operator
 @slow
 def finish(
-    inspection_id: InspectionId, body: FinishIn, services: ServicesDep, principal: PrincipalDep
+    inspection_id: InspectionId,
+    body: FinishIn,
+    recorder: Service[Recorder],
+    inspections: Service[Inspections],
+    principal: PrincipalDep,
 ) -> InspectionOut:
     """State how the survey ended; a live inspection ends with this request."""
-    services.films.finish(
-        inspection_id, principal.name, body.end_condition, body.abandon_reason, body.known_length_m
-    )
-    return InspectionOut.of(services.inspections.get(inspection_id))
+    stated = body.model_dump(exclude_none=True)
+    inspections.finish(inspection_id, principal.name, stated)
+    recorder.finish(inspection_id)
+    return InspectionOut.of(inspections.get(inspection_id))
 
 
 @router.get(
@@ -325,21 +362,23 @@ def finish(
 @slow
 def track(
     inspection_id: InspectionId,
-    services: ServicesDep,
+    inspections: Service[Inspections],
+    filmed: Service[Filmed],
+    tracks: Service[Tracks],
+    corrections: Service[Corrections],
     format: Literal["csv", "tum", "json", "columns"] = "csv",  # noqa: A002  (the contract's name)
     since: Annotated[int, Query(ge=0, description="Only rows from this frame on.")] = 0,
     raw: Annotated[bool, Query(description="The raw track, without corrections.")] = False,
 ) -> Response:
     """Return the corrected track of the frames so far; `app.web.columns` describes `columns`."""
     if format == "columns":
-        services.inspections.row(inspection_id)
-        tracks = services.tracks.get if raw else services.corrections.track
+        inspections.row(inspection_id)
         # Read before the rows: if another run begins in between, the next answer shows it.
-        run = services.tracks.run_id(inspection_id)
-        found = tracks(inspection_id)
+        run = tracks.run_id(inspection_id)
+        found = (tracks.get if raw else corrections.track)(inspection_id)
         packed = columns.packed(track_columns(found, since), run=run, total=len(found))
         return Response(packed, media_type=columns.MEDIA_TYPE)
-    written = services.inspections.raw_track_as if raw else services.inspections.track_as
+    written = filmed.raw_track_as if raw else filmed.track_as
     content, media_type = written(inspection_id, format, since)
     return Response(content, media_type=media_type)
 
@@ -351,17 +390,17 @@ def track(
 @viewer
 def wall(
     inspection_id: InspectionId,
-    services: ServicesDep,
+    observations: Service[Observations],
     u: Annotated[float, Query(allow_inf_nan=False)],
     v: Annotated[float, Query(allow_inf_nan=False)],
     frame: Annotated[int, Query(ge=0)],
 ) -> WallPointOut:
     """Return the wall point under a pixel of a frame."""
-    return WallPointOut.of(services.observations.wall_at(inspection_id, frame, (u, v)))
+    return WallPointOut.of(observations.wall_at(inspection_id, frame, (u, v)))
 
 
 @router.get("/{inspection_id}/wallgrid", responses=failures(InspectionNotFound))
 @viewer
-def wall_grid(inspection_id: InspectionId, services: ServicesDep) -> WallGridOut:
+def wall_grid(inspection_id: InspectionId, observations: Service[Observations]) -> WallGridOut:
     """Return the rays of a grid of pixels, from which the page derives the wall under a pixel."""
-    return WallGridOut.of(services.observations.wall_grid(inspection_id))
+    return WallGridOut.of(observations.wall_grid(inspection_id))

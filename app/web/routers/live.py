@@ -12,20 +12,20 @@ import msgspec
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 
 from app.access.access import Principal
-from app.container import Services
 from app.errors import DamagedTrack, InspectionNotFound
 from app.inspections.corrections import Corrections
-from app.inspections.presence import Seat
+from app.inspections.inspections import Inspections
+from app.inspections.presence import Presence, Seat
 from app.reports.content.words import LANGUAGE
 from app.survey.notices import Notice
-from app.tracking.live import Event, Update
-from app.viewer.clicks import Click
+from app.tracking.live import Event, Live, Update
+from app.viewer.clicks import Click, Clicks
 from app.viewer.geometry import Cut
-from app.viewer.scenes import PageView
+from app.viewer.scenes import PageView, Scenes
 from app.viewer.wording import Units, Wording
 from app.web.answers import body_of
 from app.web.changes import EVERY_S, Changes
-from app.web.deps import PAGE_ID, InspectionId, ServicesDep, page_of, viewer
+from app.web.deps import PAGE_ID, InspectionId, Service, page_of, viewer
 from app.web.schemas.live import click_message, live_header, people_message
 from vo_core.track import Estimate
 
@@ -143,7 +143,12 @@ class _Outbox:
 async def live(
     socket: WebSocket,
     inspection_id: InspectionId,
-    services: ServicesDep,
+    inspections: Service[Inspections],
+    live: Service[Live],
+    presence: Service[Presence],
+    clicks: Service[Clicks],
+    corrections: Service[Corrections],
+    scenes: Service[Scenes],
     page: Annotated[str | None, Query(pattern=PAGE_ID)] = None,
 ) -> None:
     """Send updates of an inspection; receive acknowledgements and commands.
@@ -154,23 +159,23 @@ async def live(
     """
     await socket.accept()
     try:
-        current = await asyncio.to_thread(_current, services, inspection_id)
+        current = await asyncio.to_thread(_current, inspections, live, inspection_id)
     except InspectionNotFound as error:
         await _refuse(socket, error, CLOSE_NOT_FOUND)
         return
     outbox, changes = _Outbox(), Changes()
     principal: Principal = socket.state.principal
     async with AsyncExitStack() as stack:
-        stack.enter_context(services.live.listening(inspection_id, outbox.listen))
-        stack.enter_context(services.live.listening(inspection_id, changes.listen))
-        seat = stack.enter_context(services.presence.seat(inspection_id, principal))
+        stack.enter_context(live.listening(inspection_id, outbox.listen))
+        stack.enter_context(live.listening(inspection_id, changes.listen))
+        seat = stack.enter_context(presence.seat(inspection_id, principal))
         of_page = page_of(socket)
-        clicks = stack.enter_context(services.clicks.listening(inspection_id, of_page))
+        own_clicks = stack.enter_context(clicks.listening(inspection_id, of_page))
         outbox.put(current)
-        view = await stack.enter_async_context(services.scenes.page(inspection_id, of_page))
+        view = await stack.enter_async_context(scenes.page(inspection_id, of_page))
         tasks = {
-            asyncio.create_task(_send(socket, outbox, services.corrections)),
-            asyncio.create_task(_send_clicks(socket, clicks)),
+            asyncio.create_task(_send(socket, outbox, corrections)),
+            asyncio.create_task(_send_clicks(socket, own_clicks)),
             asyncio.create_task(_receive(socket, outbox, view, seat)),
         }
         if page is not None:
@@ -261,14 +266,14 @@ async def _next_command(socket: WebSocket) -> _Command:
     return _commands.decode(message.get("text") or message.get("bytes") or b"")
 
 
-def _current(services: Services, inspection_id: str) -> Update:
+def _current(inspections: Inspections, live: Live, inspection_id: str) -> Update:
     """Return the first update for a browser that has just connected."""
-    newest = services.live.newest(inspection_id)
+    newest = live.newest(inspection_id)
     if newest is not None:
         return newest
-    view = services.inspections.get(inspection_id)
+    view = inspections.get(inspection_id)
     try:
-        last = services.inspections.last_estimate(inspection_id)
+        last = inspections.last_estimate(inspection_id)
     except DamagedTrack:
         last = None
     return Update(inspection_id, view.row.status, view.progress, (last,) if last else ())

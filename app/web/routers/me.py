@@ -5,7 +5,8 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from app.errors import PackNotFound
-from app.web.deps import PrincipalDep, ServicesDep, viewer
+from app.inspections.preferences import Preferences
+from app.web.deps import PrincipalDep, Service, viewer
 from app.web.schemas.access import MeOut, PreferencesIn
 from app.web.schemas.failures import failures
 
@@ -14,15 +15,17 @@ router = APIRouter(prefix="/api/me", tags=["access"])
 
 @router.get("")
 @viewer
-def me(services: ServicesDep, principal: PrincipalDep) -> MeOut:
+def me(preferences: Service[Preferences], principal: PrincipalDep) -> MeOut:
     """Return name, role and preferences; people are distinguished by the names of their tokens."""
-    chosen = PreferencesIn.model_validate(services.preferences.of(principal.name))
+    chosen = PreferencesIn.model_validate(preferences.of(principal.name))
     return MeOut(name=principal.name, role=principal.role, preferences=chosen)
 
 
 @router.put("/preferences", responses=failures(PackNotFound))
 @viewer
-def choose(body: PreferencesIn, services: ServicesDep, principal: PrincipalDep) -> PreferencesIn:
+def choose(
+    body: PreferencesIn, preferences: Service[Preferences], principal: PrincipalDep
+) -> PreferencesIn:
     """Replace all preferences."""
-    services.preferences.replace(principal.name, body.model_dump())
+    preferences.replace(principal.name, body.model_dump())
     return body

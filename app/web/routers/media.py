@@ -18,11 +18,16 @@ from app.errors import (
     StoreUnavailable,
     UnreadableKey,
 )
+from app.inspections.filmed import Filmed
+from app.inspections.inspections import Inspections
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.reports.formats import FORMATS
 from app.reports.report import CsvStyle, Extras, Units
-from app.web.deps import InspectionId, ServicesDep, viewer
+from app.reports.reports import Reports
+from app.tracking.pictures.clips import Clips
+from app.tracking.pictures.thumbnails import Thumbnails
+from app.web.deps import InspectionId, Service, viewer
 from app.web.downloads import attachment
 from app.web.ranges import PRIVATE, blob_response
 from app.web.schemas.bulk import ExchangeKind
@@ -41,10 +46,15 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
     | failures(InspectionNotFound, NothingRecorded, StoreUnavailable),
 )
 @viewer
-def video(inspection_id: InspectionId, services: ServicesDep, request: Request) -> Response:
+def video(
+    inspection_id: InspectionId,
+    inspections: Service[Inspections],
+    filmed: Service[Filmed],
+    request: Request,
+) -> Response:
     """Return the original film, also in ranges."""
-    inspection = services.inspections.row(inspection_id)
-    film = services.inspections.film(inspection)
+    inspection = inspections.row(inspection_id)
+    film = filmed.film(inspection)
     return blob_response(request.headers, film, inspection.video["media_type"], PRIVATE)
 
 
@@ -62,10 +72,10 @@ def video(inspection_id: InspectionId, services: ServicesDep, request: Request) 
 def frame(
     inspection_id: InspectionId,
     frame: Annotated[int, Path(ge=0, le=2**31)],
-    services: ServicesDep,
+    filmed: Service[Filmed],
 ) -> Response:
     """Return a tracked frame as a picture, for videos that a browser cannot play."""
-    jpeg = services.inspections.picture(inspection_id, frame)
+    jpeg = filmed.picture(inspection_id, frame)
     return Response(jpeg, media_type="image/jpeg", headers=PRIVATE)
 
 
@@ -78,13 +88,15 @@ def frame(
 )
 @viewer
 @for_lists
-def thumbnail(inspection_id: InspectionId, services: ServicesDep, request: Request) -> Response:
+def thumbnail(
+    inspection_id: InspectionId, thumbnails: Service[Thumbnails], request: Request
+) -> Response:
     """Return a small picture: the photo of the worst defect, else a frame of the film."""
-    shown = services.thumbnails.shown(inspection_id)
+    shown = thumbnails.shown(inspection_id)
     headers = PRIVATE | {"ETag": etag(shown.name)}
     if request.headers.get("if-none-match") == headers["ETag"]:
         return Response(status_code=304, headers=headers)
-    return Response(services.thumbnails.jpeg(shown), media_type="image/jpeg", headers=headers)
+    return Response(thumbnails.jpeg(shown), media_type="image/jpeg", headers=headers)
 
 
 ExportKind = Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")]
@@ -101,7 +113,8 @@ ExportKind = Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")]
 def export(
     inspection_id: InspectionId,
     kind: ExportKind,
-    services: ServicesDep,
+    reports: Service[Reports],
+    film_clips: Service[Clips],
     lang: Language = "en",
     units: Units = "m",
     burnt_in: bool = False,
@@ -121,13 +134,13 @@ def export(
     """
     extras = Extras(
         burnt_in=burnt_in,
-        clip_of=partial(services.clips.content_of, inspection_id) if clips else None,
+        clip_of=partial(film_clips.content_of, inspection_id) if clips else None,
         exchange=exchange,
         film=film,
         photos=photos == "embedded",
         csv_style=csv,
     )
-    export = services.reports.export(inspection_id, kind, language=lang, units=units, extras=extras)
+    export = reports.export(inspection_id, kind, language=lang, units=units, extras=extras)
     return StreamingResponse(
         export.written.blocks(),
         media_type=export.media_type,
@@ -145,10 +158,10 @@ def export(
 def losses(
     inspection_id: InspectionId,
     kind: ExportKind,
-    services: ServicesDep,
+    reports: Service[Reports],
     lang: Language = "en",
     units: Units = "m",
 ) -> LossesOut:
     """Return what the format cannot hold, to be shown before the file is sent to anybody."""
-    losses = services.reports.losses(inspection_id, kind, language=lang, units=units)
+    losses = reports.losses(inspection_id, kind, language=lang, units=units)
     return LossesOut.of(losses, Translator(lang, units))

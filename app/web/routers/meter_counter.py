@@ -2,7 +2,8 @@
 
 from fastapi import APIRouter
 
-from app.web.deps import ServicesDep, viewer
+from app.meter_counter.line import MeterCounter
+from app.web.deps import Service, viewer
 from app.web.schemas.server import MeterCounterOut
 
 router = APIRouter(prefix="/api/meter-counter", tags=["sources"])
@@ -10,6 +11,6 @@ router = APIRouter(prefix="/api/meter-counter", tags=["sources"])
 
 @router.get("")
 @viewer
-def connection(services: ServicesDep) -> MeterCounterOut:
+def connection(meter_counter: Service[MeterCounter]) -> MeterCounterOut:
     """Return the state of the connection."""
-    return MeterCounterOut.model_validate(services.meter_counter.connection())
+    return MeterCounterOut.model_validate(meter_counter.connection())

@@ -5,7 +5,6 @@ from __future__ import annotations
 from fastapi import APIRouter, Request, Response
 from starlette.responses import StreamingResponse
 
-from app.container import Services
 from app.errors import (
     ChangedMeanwhile,
     FrameOutsideVideo,
@@ -15,8 +14,11 @@ from app.errors import (
     PhotoNotFound,
     PixelOutsidePicture,
 )
+from app.inspections.observations import Observations
 from app.survey.tag import Tag
-from app.web.deps import InspectionId, ObservationId, PrincipalDep, ServicesDep, operator, viewer
+from app.tracking.pictures.clips import Clips
+from app.tracking.pictures.photos import Photos
+from app.web.deps import InspectionId, ObservationId, PrincipalDep, Service, operator, viewer
 from app.web.ranges import PRIVATE, blob_response
 from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.observations import ObservationOut, ObservationsOut
@@ -28,12 +30,12 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}/observations", tags=
 
 @router.get("", responses=failures(InspectionNotFound))
 @viewer
-def list_all(inspection_id: InspectionId, services: ServicesDep) -> ObservationsOut:
+def list_all(inspection_id: InspectionId, observations: Service[Observations]) -> ObservationsOut:
     """Return the observations that are not deleted, in the order of their numbers."""
-    views = services.observations.all(inspection_id)
+    views = observations.all(inspection_id)
     return ObservationsOut(
         observations=[ObservationOut.of(view) for view in views],
-        next_stretch=services.observations.next_stretch(inspection_id),
+        next_stretch=observations.next_stretch(inspection_id),
     )
 
 
@@ -49,17 +51,16 @@ def put(
     inspection_id: InspectionId,
     observation_id: ObservationId,
     body: Tag,
-    services: ServicesDep,
+    observations: Service[Observations],
+    photos: Service[Photos],
     principal: PrincipalDep,
     replaced: Replaced,
     response: Response,
 ) -> ObservationOut:
     """Create or replace the observation; the answer comes when it is synced. May be repeated."""
-    services.observations.put(
-        inspection_id, observation_id, body, principal.name, replaced=replaced
-    )
-    services.photos.wait_for(inspection_id, observation_id)
-    return _tagged(services, inspection_id, observation_id, response)
+    observations.put(inspection_id, observation_id, body, principal.name, replaced=replaced)
+    photos.wait_for(inspection_id, observation_id)
+    return _tagged(observations, inspection_id, observation_id, response)
 
 
 @router.get("/{observation_id}", responses=failures(InspectionNotFound, ObservationNotFound))
@@ -67,11 +68,11 @@ def put(
 def get(
     inspection_id: InspectionId,
     observation_id: ObservationId,
-    services: ServicesDep,
+    observations: Service[Observations],
     response: Response,
 ) -> ObservationOut:
     """Return the observation."""
-    return _tagged(services, inspection_id, observation_id, response)
+    return _tagged(observations, inspection_id, observation_id, response)
 
 
 @router.delete(
@@ -83,12 +84,12 @@ def get(
 def delete(
     inspection_id: InspectionId,
     observation_id: ObservationId,
-    services: ServicesDep,
+    observations: Service[Observations],
     principal: PrincipalDep,
     replaced: Replaced,
 ) -> None:
     """Delete the observation; `restore` undoes it. May be repeated."""
-    services.observations.delete(inspection_id, observation_id, principal.name, replaced=replaced)
+    observations.delete(inspection_id, observation_id, principal.name, replaced=replaced)
 
 
 @router.post(
@@ -99,19 +100,19 @@ def delete(
 def restore(
     inspection_id: InspectionId,
     observation_id: ObservationId,
-    services: ServicesDep,
+    observations: Service[Observations],
     principal: PrincipalDep,
     response: Response,
 ) -> ObservationOut:
     """Undo a deletion."""
-    services.observations.restore(inspection_id, observation_id, principal.name)
-    return _tagged(services, inspection_id, observation_id, response)
+    observations.restore(inspection_id, observation_id, principal.name)
+    return _tagged(observations, inspection_id, observation_id, response)
 
 
 def _tagged(
-    services: Services, inspection_id: str, observation_id: str, response: Response
+    observations: Observations, inspection_id: str, observation_id: str, response: Response
 ) -> ObservationOut:
-    view = services.observations.get(inspection_id, observation_id)
+    view = observations.get(inspection_id, observation_id)
     tag_with(response, view.row.version)
     return ObservationOut.of(view)
 
@@ -124,11 +125,14 @@ def _tagged(
 )
 @viewer
 def photo(
-    inspection_id: InspectionId, observation_id: ObservationId, services: ServicesDep
+    inspection_id: InspectionId,
+    observation_id: ObservationId,
+    observations: Service[Observations],
+    photos: Service[Photos],
 ) -> Response:
     """Return the photo: the original picture of the observation's frame."""
-    view = services.observations.get(inspection_id, observation_id)
-    return Response(services.photos.jpeg(view.row), media_type="image/jpeg", headers=PRIVATE)
+    view = observations.get(inspection_id, observation_id)
+    return Response(photos.jpeg(view.row), media_type="image/jpeg", headers=PRIVATE)
 
 
 @router.get(
@@ -146,9 +150,9 @@ def photo(
 def clip(
     inspection_id: InspectionId,
     observation_id: ObservationId,
-    services: ServicesDep,
+    clips: Service[Clips],
     request: Request,
 ) -> Response:
     """Return the seconds of film around the observation as MP4, also in ranges."""
-    found = services.clips.of(inspection_id, observation_id)
+    found = clips.of(inspection_id, observation_id)
     return blob_response(request.headers, found, "video/mp4", PRIVATE)

@@ -7,8 +7,9 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Response
 
 from app.errors import InvalidPack, PackInUse, PackNameTaken, PackNotFound
+from app.inspections.packs import Packs
 from app.survey.given import PackName
-from app.web.deps import CodePackId, PrincipalDep, ServicesDep, viewer
+from app.web.deps import CodePackId, PrincipalDep, Service, viewer
 from app.web.schemas.catalogue import PackOut, PacksOut
 from app.web.schemas.failures import failures
 
@@ -17,9 +18,9 @@ router = APIRouter(prefix="/api/packs", tags=["catalogue"])
 
 @router.get("")
 @viewer
-def list_all(services: ServicesDep) -> PacksOut:
+def list_all(packs: Service[Packs]) -> PacksOut:
     """Return the imported packs, sorted by name."""
-    return PacksOut(packs=[PackOut.of(view) for view in services.packs.all()])
+    return PacksOut(packs=[PackOut.of(view) for view in packs.all()])
 
 
 @router.post("", status_code=201, responses=failures(InvalidPack, PackNameTaken))
@@ -27,16 +28,16 @@ def add(
     name: Annotated[PackName, Query(description="Name of the pack, which must be unique.")],
     content: Annotated[bytes, Body(media_type="text/csv", description="The table, in UTF-8.")],
     response: Response,
-    services: ServicesDep,
+    packs: Service[Packs],
     principal: PrincipalDep,
 ) -> PackOut:
     """Import a table of codes, separated by commas or semicolons; it is checked row by row."""
-    view = services.packs.add(name, content, principal.name)
+    view = packs.add(name, content, principal.name)
     response.headers["Location"] = f"/api/packs/{view.row.id}"
     return PackOut.of(view)
 
 
 @router.delete("/{pack_id}", status_code=204, responses=failures(PackNotFound, PackInUse))
-def delete(pack_id: CodePackId, services: ServicesDep) -> None:
+def delete(pack_id: CodePackId, packs: Service[Packs]) -> None:
     """Delete a pack that no inspection uses."""
-    services.packs.delete(pack_id)
+    packs.delete(pack_id)

@@ -13,9 +13,10 @@ from app.errors import (
     InspectionNotFound,
     PixelOutsidePicture,
 )
-from app.inspections.picking import WallPlace
+from app.inspections.observations import Observations
+from app.inspections.picking import Picking, WallPlace
 from app.survey.measure import Measure
-from app.web.deps import InspectionId, ServicesDep, viewer
+from app.web.deps import InspectionId, Service, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.observations import FrameAtOut, MeasuredOut
 
@@ -26,7 +27,7 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["observation
 @viewer
 def frame_at(
     inspection_id: InspectionId,
-    services: ServicesDep,
+    picking: Service[Picking],
     distance_m: Annotated[float, Query(ge=-1e5, le=1e5, allow_inf_nan=False)],
     clock: Annotated[float | None, Query(ge=0, le=12, description="Clock, in a pipe.")] = None,
     y_mm: Annotated[
@@ -41,7 +42,7 @@ def frame_at(
     its chainage.
     """
     place = WallPlace(1000 * distance_m, clock, y_mm)
-    seen = services.picking.frame_at(inspection_id, place, near_frame)
+    seen = picking.frame_at(inspection_id, place, near_frame)
     if seen is None:
         return FrameAtOut(frame=None, pixel=None)
     return FrameAtOut(frame=seen.frame, pixel=list(seen.pixel))
@@ -52,6 +53,8 @@ def frame_at(
     responses=failures(InspectionNotFound, FrameNotFound, FrameOutsideVideo, PixelOutsidePicture),
 )
 @viewer
-def measure(inspection_id: InspectionId, body: Measure, services: ServicesDep) -> MeasuredOut:
+def measure(
+    inspection_id: InspectionId, body: Measure, observations: Service[Observations]
+) -> MeasuredOut:
     """Return the size of a measure on the wall, with its interval; nothing is stored."""
-    return MeasuredOut.of(services.observations.measured(inspection_id, body))
+    return MeasuredOut.of(observations.measured(inspection_id, body))

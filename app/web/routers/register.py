@@ -8,11 +8,11 @@ from fastapi import APIRouter, Body, Path, Query, Response
 from starlette.responses import StreamingResponse
 
 from app.errors import AssetNotFound, ChangedMeanwhile, InvalidTable
-from app.inspections.register import version_of_asset
+from app.inspections.register import Register, version_of_asset
 from app.survey.given import LINE
 from app.survey.register import LONGEST_ID
 from app.survey.register_table import MEDIA_TYPE, template
-from app.web.deps import PrincipalDep, ServicesDep, operator, viewer
+from app.web.deps import PrincipalDep, Service, operator, viewer
 from app.web.queries import Limit, Offset, Text
 from app.web.schemas.failures import content, failures
 from app.web.schemas.register import (
@@ -33,21 +33,21 @@ AssetId = Annotated[str, Path(min_length=1, max_length=LONGEST_ID, pattern=LINE)
 @router.get("/assets")
 @viewer
 def page(
-    services: ServicesDep,
+    register: Service[Register],
     search: Text = "",
     offset: Offset = 0,
     limit: Limit = 50,
 ) -> RegisterOut:
     """Return a page of the registered assets, inspected or not, sorted by id."""
-    total, rows = services.register.page(search, offset, limit)
+    total, rows = register.page(search, offset, limit)
     return RegisterOut(total=total, assets=[RegisteredAssetOut.of(row) for row in rows])
 
 
 @router.get("/assets.csv", response_class=Response, responses=content(MEDIA_TYPE))
 @viewer
-def export(services: ServicesDep) -> StreamingResponse:
+def export(register: Service[Register]) -> StreamingResponse:
     """Return the register as a table, which an import takes again."""
-    pieces = (piece.encode() for piece in services.register.table())
+    pieces = (piece.encode() for piece in register.table())
     return StreamingResponse(pieces, media_type=MEDIA_TYPE, headers=_named("assets.csv"))
 
 
@@ -61,11 +61,11 @@ def template_of_imports() -> Response:
 @router.get("/like")
 @viewer
 def like(
-    services: ServicesDep,
+    register: Service[Register],
     asset_id: Annotated[str, Query(max_length=20_000, pattern=LINE)],
 ) -> AlikeOut:
     """Return the other spellings of an id, and what the register holds under it."""
-    return AlikeOut.model_validate(services.register.alike(asset_id))
+    return AlikeOut.model_validate(register.alike(asset_id))
 
 
 @router.post("/import", responses=failures(InvalidTable))
@@ -75,21 +75,21 @@ def import_table(
     content: Annotated[
         bytes, Body(media_type="text/csv", description="The table, in UTF-8 or Windows-1252.")
     ],
-    services: ServicesDep,
+    register: Service[Register],
     principal: PrincipalDep,
     dry_run: Annotated[bool, Query(description="Only say what it would do.")] = False,
 ) -> RegisterImportOut:
     """Add and change the assets of a table; if a row has a fault, nothing is stored."""
-    register = services.register
+    register = register
     found = register.preview(content) if dry_run else register.take(content, principal.name)
     return RegisterImportOut.of(found)
 
 
 @router.get("/assets/{asset_id:path}", responses=failures(AssetNotFound))
 @viewer
-def get(asset_id: AssetId, services: ServicesDep, response: Response) -> RegisteredAssetOut:
+def get(asset_id: AssetId, register: Service[Register], response: Response) -> RegisteredAssetOut:
     """Return an asset."""
-    row = services.register.get(asset_id)
+    row = register.get(asset_id)
     tag_with(response, version_of_asset(row))
     return RegisteredAssetOut.of(row)
 
@@ -99,13 +99,13 @@ def get(asset_id: AssetId, services: ServicesDep, response: Response) -> Registe
 def put(
     asset_id: AssetId,
     body: AssetIn,
-    services: ServicesDep,
+    register: Service[Register],
     principal: PrincipalDep,
     replaced: Replaced,
     response: Response,
 ) -> RegisteredAssetOut:
     """Add an asset, or replace the one with this id."""
-    row = services.register.put(body.to_asset(asset_id), principal.name, replaced)
+    row = register.put(body.to_asset(asset_id), principal.name, replaced)
     tag_with(response, version_of_asset(row))
     return RegisteredAssetOut.of(row)
 
@@ -117,10 +117,10 @@ def put(
 )
 @operator
 def delete(
-    asset_id: AssetId, services: ServicesDep, principal: PrincipalDep, replaced: Replaced
+    asset_id: AssetId, register: Service[Register], principal: PrincipalDep, replaced: Replaced
 ) -> None:
     """Take an asset off the register; its inspections stay."""
-    services.register.delete(asset_id, principal.name, replaced)
+    register.delete(asset_id, principal.name, replaced)
 
 
 def _named(filename: str) -> dict[str, str]:

@@ -8,8 +8,9 @@ from fastapi import APIRouter, Path, Response
 
 from app.errors import ChangedMeanwhile, InspectionNotFound
 from app.reports.template import ReportTemplate
+from app.reports.templates import ReportTemplates
 from app.survey.given import LINE
-from app.web.deps import InspectionId, PrincipalDep, ServicesDep, operator, viewer
+from app.web.deps import InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.report_templates import (
     ListedTemplateOut,
@@ -32,25 +33,27 @@ Project = Annotated[
 
 @router.get("/report-templates")
 @viewer
-def every(services: ServicesDep) -> ReportTemplatesOut:
+def every(report_templates: Service[ReportTemplates]) -> ReportTemplatesOut:
     """Return who has a template."""
     return ReportTemplatesOut(
         templates=[
             ListedTemplateOut(
                 project=row.project, changed_at=row.changed_at, changed_by=row.changed_by
             )
-            for row in services.report_templates.listed()
+            for row in report_templates.listed()
         ]
     )
 
 
 @router.get("/report-templates/{project:path}")
 @viewer
-def get(project: Project, services: ServicesDep, response: Response) -> ReportTemplateOut:
+def get(
+    project: Project, report_templates: Service[ReportTemplates], response: Response
+) -> ReportTemplateOut:
     """Return the template that the reports of a project use: its own, or else the one in whose
     `project` it is.
     """
-    used = services.report_templates.of_project(project)
+    used = report_templates.of_project(project)
     tag_with(response, used.version)
     return ReportTemplateOut.model_validate(used)
 
@@ -60,13 +63,13 @@ def get(project: Project, services: ServicesDep, response: Response) -> ReportTe
 def put(
     project: Project,
     body: ReportTemplate,
-    services: ServicesDep,
+    report_templates: Service[ReportTemplates],
     principal: PrincipalDep,
     replaced: Replaced,
     response: Response,
 ) -> ReportTemplateOut:
     """Give a project its own template, or replace it."""
-    used = services.report_templates.put(project, body, principal.name, replaced)
+    used = report_templates.put(project, body, principal.name, replaced)
     tag_with(response, used.version)
     return ReportTemplateOut.model_validate(used)
 
@@ -76,18 +79,21 @@ def put(
 )
 @operator
 def delete(
-    project: Project, services: ServicesDep, principal: PrincipalDep, replaced: Replaced
+    project: Project,
+    report_templates: Service[ReportTemplates],
+    principal: PrincipalDep,
+    replaced: Replaced,
 ) -> None:
     """Take a project's own template away, if it has one."""
-    services.report_templates.delete(project, principal.name, replaced)
+    report_templates.delete(project, principal.name, replaced)
 
 
 @router.get("/inspections/{inspection_id}/report-template", responses=failures(InspectionNotFound))
 @viewer
 def of_inspection(
-    inspection_id: InspectionId, services: ServicesDep, response: Response
+    inspection_id: InspectionId, report_templates: Service[ReportTemplates], response: Response
 ) -> ReportTemplateOut:
     """Return the template that the reports of an inspection use."""
-    used = services.report_templates.of_inspection(inspection_id)
+    used = report_templates.of_inspection(inspection_id)
     tag_with(response, used.version)
     return ReportTemplateOut.model_validate(used)

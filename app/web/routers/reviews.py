@@ -16,7 +16,8 @@ from app.errors import (
     StillRunning,
     WrongReviewState,
 )
-from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, ServicesDep, operator, viewer
+from app.inspections.reviews import Reviews
+from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.reviews import RemarkIn, ReviewIn, ReviewOut, SettledIn
 
@@ -27,9 +28,9 @@ RemarkId = Annotated[str, Path(pattern=OBSERVATION_ID)]
 
 @router.get("", responses=failures(InspectionNotFound))
 @viewer
-def get(inspection_id: InspectionId, services: ServicesDep) -> ReviewOut:
+def get(inspection_id: InspectionId, reviews: Service[Reviews]) -> ReviewOut:
     """Return the state of the review, how it was reached, and the remarks."""
-    return ReviewOut.whole(services.reviews.get(inspection_id))
+    return ReviewOut.whole(reviews.get(inspection_id))
 
 
 @router.post(
@@ -38,11 +39,11 @@ def get(inspection_id: InspectionId, services: ServicesDep) -> ReviewOut:
 )
 @operator
 def move(
-    inspection_id: InspectionId, body: ReviewIn, services: ServicesDep, principal: PrincipalDep
+    inspection_id: InspectionId, body: ReviewIn, reviews: Service[Reviews], principal: PrincipalDep
 ) -> ReviewOut:
     """Set the state; only admins approve, and reopen what is approved. May be repeated."""
-    services.reviews.move(inspection_id, body.state, principal, body.reason)
-    return ReviewOut.whole(services.reviews.get(inspection_id))
+    reviews.move(inspection_id, body.state, principal, body.reason)
+    return ReviewOut.whole(reviews.get(inspection_id))
 
 
 @router.put(
@@ -54,11 +55,11 @@ def remark(
     inspection_id: InspectionId,
     remark_id: RemarkId,
     body: RemarkIn,
-    services: ServicesDep,
+    reviews: Service[Reviews],
     principal: PrincipalDep,
 ) -> ReviewOut:
     """Add a remark on an observation. May be repeated: one that exists stays as it is."""
-    services.reviews.remark(
+    reviews.remark(
         inspection_id,
         remark_id,
         body.observation,
@@ -67,7 +68,7 @@ def remark(
         principal.name,
         seen=body.version,
     )
-    return ReviewOut.whole(services.reviews.get(inspection_id))
+    return ReviewOut.whole(reviews.get(inspection_id))
 
 
 @router.put(
@@ -79,12 +80,12 @@ def settle(
     inspection_id: InspectionId,
     remark_id: RemarkId,
     body: SettledIn,
-    services: ServicesDep,
+    reviews: Service[Reviews],
     principal: PrincipalDep,
 ) -> ReviewOut:
     """Settle a question, or open it again."""
-    services.reviews.settle(inspection_id, remark_id, principal.name, is_settled=body.settled)
-    return ReviewOut.whole(services.reviews.get(inspection_id))
+    reviews.settle(inspection_id, remark_id, principal.name, is_settled=body.settled)
+    return ReviewOut.whole(reviews.get(inspection_id))
 
 
 @router.delete("/remarks/{remark_id}", responses=failures(InspectionNotFound, InspectionLocked))
@@ -92,9 +93,9 @@ def settle(
 def withdraw(
     inspection_id: InspectionId,
     remark_id: RemarkId,
-    services: ServicesDep,
+    reviews: Service[Reviews],
     principal: PrincipalDep,
 ) -> ReviewOut:
     """Remove a remark; only its author or an admin may. May be repeated."""
-    services.reviews.withdraw(inspection_id, remark_id, principal)
-    return ReviewOut.whole(services.reviews.get(inspection_id))
+    reviews.withdraw(inspection_id, remark_id, principal)
+    return ReviewOut.whole(reviews.get(inspection_id))

@@ -5,7 +5,8 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from app.errors import RigNameTaken, RigNotFound
-from app.web.deps import LibraryRigId, PrincipalDep, ServicesDep, operator, viewer
+from app.inspections.rigs import Rigs
+from app.web.deps import LibraryRigId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.rigs import LibraryOut, LibraryRigIn, LibraryRigOut
 from vo_core.errors import InvalidRig
@@ -15,22 +16,22 @@ router = APIRouter(prefix="/api/rigs", tags=["catalogue"])
 
 @router.get("")
 @viewer
-def list_all(services: ServicesDep) -> LibraryOut:
+def list_all(rigs: Service[Rigs]) -> LibraryOut:
     """Return the rigs by name, each with the inspections whose header names it."""
-    return LibraryOut(rigs=[LibraryRigOut.of(*each) for each in services.rigs.all()])
+    return LibraryOut(rigs=[LibraryRigOut.of(*each) for each in rigs.all()])
 
 
 @router.put("/{rig_id}", status_code=204, responses=failures(InvalidRig, RigNameTaken))
 @operator
 def put(
-    rig_id: LibraryRigId, body: LibraryRigIn, services: ServicesDep, principal: PrincipalDep
+    rig_id: LibraryRigId, body: LibraryRigIn, rigs: Service[Rigs], principal: PrincipalDep
 ) -> None:
     """Keep a rig under a name, or change or rename the one with this id."""
-    services.rigs.put(rig_id, body.name, body.rig, principal.name)
+    rigs.put(rig_id, body.name, body.rig, principal.name)
 
 
 @router.delete("/{rig_id}", status_code=204, responses=failures(RigNotFound))
 @operator
-def delete(rig_id: LibraryRigId, services: ServicesDep) -> None:
+def delete(rig_id: LibraryRigId, rigs: Service[Rigs]) -> None:
     """Take a rig off the library; inspections keep their own copies."""
-    services.rigs.delete(rig_id)
+    rigs.delete(rig_id)

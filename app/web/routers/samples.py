@@ -5,7 +5,8 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from app.errors import SampleBeingMade
-from app.web.deps import ServicesDep, operator, viewer
+from app.inspections.samples import Samples
+from app.web.deps import Service, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.sources import SampleOut
 
@@ -14,13 +15,13 @@ router = APIRouter(prefix="/api/samples", tags=["inspections"])
 
 @router.get("")
 @viewer
-def state(services: ServicesDep) -> SampleOut:
+def state(samples: Service[Samples]) -> SampleOut:
     """Return the progress."""
-    return SampleOut.of(services.samples.state())
+    return SampleOut.of(samples.state())
 
 
 @router.post("", status_code=202, responses=failures(SampleBeingMade))
 @operator
-def start(services: ServicesDep) -> SampleOut:
+def start(samples: Service[Samples]) -> SampleOut:
     """Start rendering in the background; an existing sample is `ready` at once."""
-    return SampleOut.of(services.samples.start())
+    return SampleOut.of(samples.start())

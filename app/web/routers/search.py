@@ -11,7 +11,8 @@ from fastapi import APIRouter, Path, Query, Response
 from starlette.responses import StreamingResponse
 
 from app.errors import ExportNotAvailable
-from app.search.export import MEDIA_TYPE, Format
+from app.search.export import MEDIA_TYPE, ArchiveExport, Format
+from app.search.search import Search
 from app.survey.clock_hours import hour_bits
 from app.survey.given import LINE
 from app.survey.search_terms import (
@@ -24,7 +25,7 @@ from app.survey.search_terms import (
     ProjectSort,
     QualitySort,
 )
-from app.web.deps import ServicesDep, viewer
+from app.web.deps import Service, viewer
 from app.web.queries import Descending, Limit, Name, Offset, OfProject, SeverityFrom, Text
 from app.web.schemas.failures import content, failures
 from app.web.schemas.search import (
@@ -48,7 +49,7 @@ Distance = Annotated[float | None, Query(ge=-1e6, le=1e6, allow_inf_nan=False)]
 @viewer
 @slow
 def defects(
-    services: ServicesDep,
+    index: Service[Search],
     code: Annotated[
         str,
         Query(pattern=r"^([A-Z][A-Z0-9]{0,7})?$", description="The code or how it begins."),
@@ -87,8 +88,8 @@ def defects(
         before=before,
     )
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
-    pending = services.search.pending()
-    total, found = services.search.defects(wanted, page)
+    pending = index.pending()
+    total, found = index.defects(wanted, page)
     return FoundDefectsOut(
         total=total, pending=pending, defects=[FoundDefectOut.of(defect) for defect in found]
     )
@@ -98,7 +99,7 @@ def defects(
 @viewer
 @slow
 def projects(
-    services: ServicesDep,
+    index: Service[Search],
     of: OfProject,
     search: Text = "",
     sort: ProjectSort = "project",
@@ -111,8 +112,8 @@ def projects(
     `project` is a whole name; `search` finds parts of it and of its inspections and assets.
     """
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
-    pending = services.search.pending()
-    total, found = services.search.projects(search, of, page)
+    pending = index.pending()
+    total, found = index.projects(search, of, page)
     return ProjectsOut(total=total, pending=pending, projects=found)
 
 
@@ -120,7 +121,7 @@ def projects(
 @viewer
 @slow
 def assets(
-    services: ServicesDep,
+    index: Service[Search],
     of: OfProject,
     search: Text = "",
     sort: AssetSort = "asset",
@@ -130,8 +131,8 @@ def assets(
 ) -> AssetsOut:
     """Return the assets that were inspected or are in the register."""
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
-    pending = services.search.pending()
-    total, found = services.search.assets(AssetFilter(text=search, of=of), page)
+    pending = index.pending()
+    total, found = index.assets(AssetFilter(text=search, of=of), page)
     return AssetsOut(total=total, pending=pending, assets=found)
 
 
@@ -140,21 +141,21 @@ def assets(
 @slow
 def asset_history(
     asset: Annotated[str, Path(min_length=1, max_length=20_000, pattern=LINE)],
-    services: ServicesDep,
+    index: Service[Search],
 ) -> HistoryOut:
     """Return the inspections of an asset, oldest first, and what became of its defects.
 
     An asset that was never inspected has an empty history.
     """
-    pending = services.search.pending()
-    return HistoryOut.of(asset, services.search.history(asset), pending)
+    pending = index.pending()
+    return HistoryOut.of(asset, index.history(asset), pending)
 
 
 @router.get("/quality")
 @viewer
 @slow
 def quality(
-    services: ServicesDep,
+    index: Service[Search],
     problem: Annotated[
         Problem | None, Query(description="Only films in which too many frames have it.")
     ] = None,
@@ -165,8 +166,8 @@ def quality(
 ) -> FilmsOut:
     """Return how suitable the films were for measuring, the worst first."""
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
-    pending = services.search.pending()
-    total, found = services.search.films(problem, page)
+    pending = index.pending()
+    total, found = index.films(problem, page)
     return FilmsOut(total=total, pending=pending, films=[FilmOut.of(row) for row in found])
 
 
@@ -177,7 +178,7 @@ def quality(
 )
 @viewer
 def export(
-    services: ServicesDep,
+    archive_export: Service[ArchiveExport],
     person: PersonDep,
     format: Annotated[  # noqa: A002
         Format, Query(description="Of the tables; Parquet needs `chainage[archive]` installed.")
@@ -189,6 +190,6 @@ def export(
     It is made while it is sent, from the index; `pending` in its `schema.json` says how many
     inspections are not indexed in their present state.
     """
-    blocks = services.archive_export.blocks(format, with_tracks=tracks)
+    blocks = archive_export.blocks(format, with_tracks=tracks)
     headers = {"Content-Disposition": 'attachment; filename="chainage-archive.zip"'}
     return StreamingResponse(streamed(blocks, person), media_type=MEDIA_TYPE, headers=headers)

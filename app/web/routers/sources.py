@@ -2,7 +2,8 @@
 
 from fastapi import APIRouter
 
-from app.web.deps import ServicesDep, viewer
+from app.tracking.cameras import Sources
+from app.web.deps import Service, viewer
 from app.web.schemas.sources import SourcesOut
 
 router = APIRouter(prefix="/api/sources", tags=["sources"])
@@ -10,6 +11,6 @@ router = APIRouter(prefix="/api/sources", tags=["sources"])
 
 @router.get("")
 @viewer
-def sources(services: ServicesDep) -> SourcesOut:
+def sources(sources: Service[Sources]) -> SourcesOut:
     """Return the sources that can be opened besides network cameras."""
-    return SourcesOut.model_validate({"sources": services.sources.listed()})
+    return SourcesOut.model_validate({"sources": sources.listed()})

@@ -6,8 +6,9 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path
 
+from app.access.holders import Holders
 from app.errors import TokenNameTaken, TokenNotFound
-from app.web.deps import PrincipalDep, ServicesDep
+from app.web.deps import PrincipalDep, Service
 from app.web.schemas.access import RoleIn, TokenIn, TokenMadeOut, TokensOut
 from app.web.schemas.failures import failures
 
@@ -17,26 +18,26 @@ TokenName = Annotated[str, Path(max_length=100)]
 
 
 @router.get("")
-def list_all(services: ServicesDep) -> TokensOut:
+def list_all(holders: Service[Holders]) -> TokensOut:
     """Return all tokens without their secrets, including revoked ones."""
-    return TokensOut.model_validate({"tokens": services.holders.all()})
+    return TokensOut.model_validate({"tokens": holders.all()})
 
 
 @router.post("", status_code=201, responses=failures(TokenNameTaken))
-def create(body: TokenIn, services: ServicesDep, principal: PrincipalDep) -> TokenMadeOut:
+def create(body: TokenIn, holders: Service[Holders], principal: PrincipalDep) -> TokenMadeOut:
     """Make a token; the answer is the only place where its secret is shown."""
-    return TokenMadeOut(secret=services.holders.create(body.name, body.to_role(), principal.name))
+    return TokenMadeOut(secret=holders.create(body.name, body.to_role(), principal.name))
 
 
 @router.put("/{name:path}/role", status_code=204, responses=failures(TokenNotFound))
 def change_role(
-    name: TokenName, body: RoleIn, services: ServicesDep, principal: PrincipalDep
+    name: TokenName, body: RoleIn, holders: Service[Holders], principal: PrincipalDep
 ) -> None:
     """Give the valid token of this name another role."""
-    services.holders.change_role(name, body.to_role(), principal.name)
+    holders.change_role(name, body.to_role(), principal.name)
 
 
 @router.delete("/{name:path}", status_code=204, responses=failures(TokenNotFound))
-def revoke(name: TokenName, services: ServicesDep, principal: PrincipalDep) -> None:
+def revoke(name: TokenName, holders: Service[Holders], principal: PrincipalDep) -> None:
     """End the valid token of this name and all of its sessions."""
-    services.holders.revoke(name, principal.name)
+    holders.revoke(name, principal.name)

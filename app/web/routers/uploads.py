@@ -23,10 +23,11 @@ from app.inspections.uploads import (
     CHECKSUMS,
     MAX_CHECKED_PIECE,
     Checksum,
+    Uploads,
     UploadState,
     checksum_from,
 )
-from app.web.deps import PrincipalDep, ServicesDep, operator
+from app.web.deps import PrincipalDep, Service, operator
 from app.web.schemas.failures import failures
 
 TUS_VERSION = "1.0.0"
@@ -48,14 +49,14 @@ _tus = Depends(_require_version)
 @router.options("", status_code=204)
 @router.options("/{upload_id}", status_code=204)
 @operator
-def options(services: ServicesDep) -> Response:
+def options(uploads: Service[Uploads]) -> Response:
     """Return the tus features of this server."""
     return Response(
         status_code=204,
         headers={
             "Tus-Version": TUS_VERSION,
             "Tus-Extension": EXTENSIONS,
-            "Tus-Max-Size": str(services.uploads.max_bytes),
+            "Tus-Max-Size": str(uploads.max_bytes),
             "Tus-Checksum-Algorithm": ",".join(CHECKSUMS),
         },
     )
@@ -69,16 +70,16 @@ def options(services: ServicesDep) -> Response:
     responses=failures(UnsupportedTusVersion, InvalidUpload, UploadTooLarge, TooManyUploads),
 )
 @operator
-def create(request: Request, services: ServicesDep, principal: PrincipalDep) -> Response:
+def create(request: Request, uploads: Service[Uploads], principal: PrincipalDep) -> Response:
     """Announce a file: Upload-Length, and Upload-Metadata with its `filename`."""
     metadata = request.headers.get("upload-metadata", "")
     length = _number(request, "upload-length")
-    upload_id = services.uploads.create(length, _file_name(metadata), metadata, principal.name)
+    upload_id = uploads.create(length, _file_name(metadata), metadata, principal.name)
     return Response(
         status_code=201,
         headers={
             "Location": f"/api/uploads/{upload_id}",
-            **_expiry(services.uploads.state(upload_id)),
+            **_expiry(uploads.state(upload_id)),
         },
     )
 
@@ -91,9 +92,9 @@ def create(request: Request, services: ServicesDep, principal: PrincipalDep) -> 
     responses=failures(UnsupportedTusVersion, UploadNotFound),
 )
 @operator
-def look_up(upload_id: str, services: ServicesDep) -> Response:
+def look_up(upload_id: str, uploads: Service[Uploads]) -> Response:
     """Return the number of bytes on the disk."""
-    state = services.uploads.state(upload_id)
+    state = uploads.state(upload_id)
     headers = {
         "Upload-Offset": str(state.offset),
         "Upload-Length": str(state.info.length),
@@ -115,7 +116,7 @@ def look_up(upload_id: str, services: ServicesDep) -> Response:
     ),
 )  # fmt: skip
 @operator
-async def append(upload_id: str, request: Request, services: ServicesDep) -> Response:
+async def append(upload_id: str, request: Request, uploads: Service[Uploads]) -> Response:
     """Append bytes at Upload-Offset; the answer comes when they are on the disk."""
     kind = request.headers.get("content-type")
     if kind != "application/offset+octet-stream":
@@ -126,7 +127,7 @@ async def append(upload_id: str, request: Request, services: ServicesDep) -> Res
     if checksum and int(request.headers.get("content-length") or 0) > MAX_CHECKED_PIECE:
         raise UploadTooLarge(f"A piece with a checksum may have {MAX_CHECKED_PIECE} bytes at most.")
     offset = _number(request, "upload-offset")
-    state = await services.uploads.append(upload_id, offset, request.stream(), checksum)
+    state = await uploads.append(upload_id, offset, request.stream(), checksum)
     return Response(status_code=204, headers={"Upload-Offset": str(state.offset), **_expiry(state)})
 
 
@@ -137,9 +138,9 @@ async def append(upload_id: str, request: Request, services: ServicesDep) -> Res
     responses=failures(UnsupportedTusVersion, UploadNotFound, UploadBusy),
 )
 @operator
-def terminate(upload_id: str, services: ServicesDep) -> Response:
+def terminate(upload_id: str, uploads: Service[Uploads]) -> Response:
     """Delete an upload and its bytes."""
-    services.uploads.delete(upload_id)
+    uploads.delete(upload_id)
     return Response(status_code=204)
 
 

@@ -13,10 +13,13 @@ from fastapi import APIRouter, Path, Query, Request, Response, WebSocket
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.responses import RedirectResponse
 
-from app.viewer.clicks import Click
+from app.access.access import Access
+from app.inspections.inspections import Inspections
+from app.viewer.clicks import Click, Clicks
 from app.viewer.geometry import WallHit
 from app.viewer.pump import pump
-from app.web.deps import PAGE_ID, InspectionId, PrincipalDep, ServicesDep, page_of, viewer
+from app.viewer.scenes import Scenes
+from app.web.deps import PAGE_ID, InspectionId, PrincipalDep, Service, page_of, viewer
 
 router = APIRouter(prefix="/viewer", include_in_schema=False)
 
@@ -45,11 +48,12 @@ def door(
     query: Annotated[DoorQuery, Query()],
     request: Request,
     principal: PrincipalDep,
-    services: ServicesDep,
+    inspections: Service[Inspections],
+    access: Service[Access],
 ) -> Response:
     """Redirect to the page, with a ticket."""
-    services.inspections.row(inspection_id)  # raises unless it exists
-    ticket = services.access.ticket(principal, inspection_id)
+    inspections.row(inspection_id)  # raises unless it exists
+    ticket = access.ticket(principal, inspection_id)
     place = f"{ticket}/{query.page}" if query.page else ticket
     asked = urlencode(query.model_dump(exclude={"page"}, exclude_none=True))
     return RedirectResponse(f"/viewer/{inspection_id}/{place}/{asked and '?'}{asked}", 303)
@@ -63,12 +67,12 @@ def page(
     ticket: Ticket,
     query: Annotated[ViewerQuery, Query()],
     request: Request,
-    services: ServicesDep,
+    inspections: Service[Inspections],
 ) -> Response:
     """Return viser's page with our head and its own policy."""
     from app.viewer.page import ETAG, HEADERS, PAGE  # makes the page, of viser's client
 
-    services.inspections.row(inspection_id)  # raises unless it exists
+    inspections.row(inspection_id)  # raises unless it exists
     if request.headers.get("if-none-match") == ETAG:
         return Response(status_code=304, headers=HEADERS)
     return Response(PAGE, headers=HEADERS)
@@ -79,17 +83,21 @@ def page(
 @router.websocket("/{inspection_id}/{ticket}/{page}")
 @viewer
 async def connect(
-    socket: WebSocket, inspection_id: InspectionId, ticket: Ticket, services: ServicesDep
+    socket: WebSocket,
+    inspection_id: InspectionId,
+    ticket: Ticket,
+    scenes: Service[Scenes],
+    clicks: Service[Clicks],
 ) -> None:
     """Forward bytes as the role allows; clicks go to the surrounding page."""
     page = page_of(socket)
 
-    async with services.scenes.use(inspection_id, page) as scene:
+    async with scenes.use(inspection_id, page) as scene:
 
         async def on_click(click: Click) -> None:
             if not scene.is_measuring:
-                services.clicks.publish(inspection_id, page, click)
+                clicks.publish(inspection_id, page, click)
             elif isinstance(click, WallHit):
-                await services.scenes.measure_to(inspection_id, scene, click)
+                await scenes.measure_to(inspection_id, scene, click)
 
         await pump(socket, scene, socket.state.principal.role, on_click)

@@ -5,6 +5,8 @@ from pathlib import Path
 from builders import Client, assert_error, serving, wait_until
 from small_disk import small_disk
 
+from app.ops.health import Health
+
 
 def test_alive_and_ready_need_no_token(shared: Client) -> None:
     stranger = shared.anonymous()
@@ -60,6 +62,6 @@ def test_a_thread_that_fails_begins_again_and_one_that_fails_on_and_on_is_named(
 
 
 def test_a_server_that_is_asked_to_stop_reports_it_before_it_does(server: Client) -> None:
-    server.server.app.state.services.health.stop()
+    server.server.app.state.services[Health].stop()
     assert "shutting down" in assert_error(server.get("/readyz"), 503, "not_ready")
     assert server.get("/api/inspections").status_code == 200

@@ -20,6 +20,7 @@ from sqlalchemy.orm import Session
 from surveys import Survey
 
 from app.errors import DataFolderInUse
+from app.inspections.films import Films
 from app.storage.database.database import Database, stored_at
 from app.storage.database.tables import Base, EventRow, LoginSession
 from app.storage.folder.files import DataFolder, write_durably
@@ -194,7 +195,7 @@ def test_an_operator_can_import_a_file_of_the_machine(tmp_path: Path) -> None:
 
     video = make_clip(tmp_path / "sample.mp4", 12)
     with serving(tmp_path / "data") as client:
-        films = client.server.app.state.services.films
+        films = client.server.app.state.services[Films]
         name = films.import_video(video, Rig.parse(clip_rig()), "Sample", {"asset_id": "S"})
         client.state_no_counter(name)
         inspection = client.wait(name)

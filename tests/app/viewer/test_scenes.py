@@ -18,11 +18,15 @@ from websockets.sync.client import ClientConnection, connect
 
 from app.access.access import create_token
 from app.errors import Busy
+from app.inspections.corrections import Corrections
+from app.inspections.observations import Observations
 from app.storage.folder.tokens import Role, TokenFile
 from app.survey.rounding import metres
 from app.survey.track_rows import estimate_at
-from app.tracking.live import Progress, Update
+from app.tracking.live import Live, Progress, Update
 from app.viewer import scenes
+from app.viewer.scene_feed import SceneFeed
+from app.viewer.scenes import Scenes
 
 OURS, THEIRS = "a" * 32, "b" * 32
 """Numbers of two pages."""
@@ -213,11 +217,11 @@ def test_labels_are_in_the_language_and_unit_of_the_page(server: Client, done: s
 def test_each_update_stands_on_the_page_and_in_its_view_at_once(server: Client, done: str) -> None:
     """While a film is tracked: nothing of an update waits for the next."""
     services = server.server.app.state.services
-    track = services.corrections.track(done)
+    track = services[Corrections].track(done)
     with page(server, done) as live, look(server, done) as socket:
         for frame in (12, 24, 36):
             estimate = estimate_at(track, frame)
-            services.live.publish(
+            services[Live].publish(
                 Update(done, "running", Progress(40, 40, None, None), (estimate,))
             )
             until(socket, says(f"'text': '{metres(estimate.distance_mm):.3f} m"))
@@ -252,7 +256,7 @@ def test_a_view_that_nobody_looks_at_is_closed(
     def look_and_leave(number: int) -> None:
         with look(server, done, f"{number:032x}") as socket:
             messages(socket)
-        wait_until(lambda: server.server.app.state.services.scenes.count() == 0)
+        wait_until(lambda: server.server.app.state.services[Scenes].count() == 0)
         wait_until(lambda: viewer_threads() == [])
 
     with serving(survey.copied_to(tmp_path / "data")) as server, page(server, done):
@@ -322,7 +326,7 @@ def test_a_correction_moves_robot_path_wall_and_tags(server: Client, done: str) 
 def test_a_tag_does_not_wait_for_its_pin_and_the_newest_pins_stay(
     server: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    observations = server.server.app.state.services.observations
+    observations = server.server.app.state.services[Observations]
     read_all, is_read, may_go_on = observations.all, threading.Event(), threading.Event()
 
     def slowly(done: str) -> list[Any]:
@@ -346,7 +350,7 @@ def test_a_tag_does_not_wait_for_its_pin_and_the_newest_pins_stay(
 def test_a_drawing_that_failed_is_drawn_again(
     server: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    observations = server.server.app.state.services.observations
+    observations = server.server.app.state.services[Observations]
     read_all, failed = observations.all, threading.Event()
 
     def fail_once(inspection_id: str) -> list[Any]:
@@ -366,10 +370,10 @@ def test_a_drawing_that_failed_is_drawn_again(
 def test_a_page_that_comes_while_a_rig_changes_leaves_no_old_view(
     server: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    services, close = server.server.app.state.services, scenes.SceneFeed.close
+    services, close = server.server.app.state.services, SceneFeed.close
 
-    def close_when_another_page_has_come(feed: scenes.SceneFeed) -> None:
-        monkeypatch.setattr(scenes.SceneFeed, "close", close)
+    def close_when_another_page_has_come(feed: SceneFeed) -> None:
+        monkeypatch.setattr(SceneFeed, "close", close)
         with page(server, done, "c" * 32):
             close(feed)
 
@@ -377,7 +381,7 @@ def test_a_page_that_comes_while_a_rig_changes_leaves_no_old_view(
     with look(server, done) as mine, look(server, done, THEIRS) as theirs:
         messages(mine)
         messages(theirs)
-        monkeypatch.setattr(scenes.SceneFeed, "close", close_when_another_page_has_come)
+        monkeypatch.setattr(SceneFeed, "close", close_when_another_page_has_come)
         answer = server.put(f"/api/inspections/{done}/rig", json={"rig": rig})
         assert answer.status_code == 200, answer.text
-        wait_until(lambda: services.scenes.count() == 0)  # in the background, after the answer
+        wait_until(lambda: services[Scenes].count() == 0)  # in the background, after the answer

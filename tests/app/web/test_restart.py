@@ -13,6 +13,7 @@ from doors import log_in
 from reports import DEFECTS, report
 from surveys import Survey
 
+from app.access.access import Access
 from app.reports.formats import FORMATS
 from app.storage.database.backup import back_up, restore
 
@@ -89,7 +90,7 @@ def test_the_server_makes_a_token_once_and_keeps_it_to_itself(tmp_path: Path) ->
     tmp_path.chmod(0o755)
     for _ in range(2):
         with serving(tmp_path, token=None) as client:
-            tokens.append(client.server.app.state.services.access.server_token)
+            tokens.append(client.server.app.state.services[Access].server_token)
             bearer = {"Authorization": f"Bearer {tokens[-1]}"}
             assert client.get("/api/session", headers=bearer).status_code == 200
     assert tokens[0] == tokens[1]

@@ -12,6 +12,9 @@ import pytest
 from builders import PATIENCE_S, Client, wait_until
 
 from app.errors import InvalidTable
+from app.inspections.register import Register
+from app.reports.reports import Reports
+from app.tracking.pictures.thumbnails import Thumbnails
 from app.web.slow import streamed
 from app.web.turns import Turns
 
@@ -22,7 +25,7 @@ MANY = 44
 def test_a_tag_does_not_wait_for_reports_that_are_being_written(
     shared: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reports = shared.server.app.state.services.reports
+    reports = shared.server.app.state.services[Reports]
     write, is_begun, may_end = reports.export, threading.Event(), threading.Event()
 
     def slowly(*positional: Any, **named: Any) -> Any:
@@ -44,7 +47,7 @@ def test_a_tag_does_not_wait_for_reports_that_are_being_written(
 def test_a_report_does_not_wait_for_the_thumbnails_of_a_long_list(
     shared: Client, done: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    thumbnails = shared.server.app.state.services.thumbnails
+    thumbnails = shared.server.app.state.services[Thumbnails]
     make, is_begun, may_end = thumbnails.jpeg, threading.Event(), threading.Event()
 
     def slowly(shown: Any) -> Any:
@@ -66,7 +69,7 @@ def test_a_report_does_not_wait_for_the_thumbnails_of_a_long_list(
 def test_a_report_is_written_once_for_its_losses_and_for_itself(
     shared: Client, own: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reports = shared.server.app.state.services.reports
+    reports = shared.server.app.state.services[Reports]
     make, made = reports.report, []
 
     def counted(*positional: Any, **named: Any) -> Any:
@@ -136,7 +139,7 @@ def test_a_large_body_is_not_read_before_its_turn(
     shared: Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One of a person at a time, so that not all of them are in memory at once."""
-    register = shared.server.app.state.services.register
+    register = shared.server.app.state.services[Register]
     is_begun, may_end, at_once, most = threading.Event(), threading.Event(), [0], [0]
 
     def slowly(content: bytes) -> Any:

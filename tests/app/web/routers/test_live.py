@@ -11,7 +11,7 @@ from builders import PATIENCE_S, Client, assert_error, frame_number, serving, wa
 from websockets.exceptions import ConnectionClosedError, InvalidStatus
 from websockets.sync.client import ClientConnection
 
-from app.tracking.live import Progress, Update
+from app.tracking.live import Live, Progress, Update
 from app.web import middleware
 from app.web.routers import live as live_route
 from vo_core import Estimate
@@ -85,7 +85,7 @@ def frames_done(client: Client, inspection_id: str) -> int:
 
 
 def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(shared: Client, own: str) -> None:
-    published = shared.server.app.state.services.live.publish
+    published = shared.server.app.state.services[Live].publish
     noise = np.random.default_rng(3).integers(0, 256, (480, 640), np.uint8)
     jpeg = cv2.imencode(".jpg", noise, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes()
     pose = Estimate(39, 1.56, 62.4, 0.0, 0.0, 62.4, 0.1, 1.0, "ok", 0.1)

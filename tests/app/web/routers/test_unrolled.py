@@ -15,7 +15,7 @@ from app.lab.simulation import SCENARIOS
 from app.lab.simulation.write import simulate
 from app.storage.blobs.folder import FolderBlobs
 from app.tracking.live import Live, WallChanged
-from app.tracking.tracks import HealthColumns
+from app.tracking.tracks import HealthColumns, Tracks
 from app.tracking.unrolled import Unrolled
 from vo_core.image.health import Health, complaints
 from vo_core.mosaic.mosaic import Layout
@@ -85,7 +85,7 @@ def test_a_second_run_begins_the_wall_anew_and_who_watches_hears_of_its_end(
     stale.write_bytes(b"of the run before")
     heard = []
     with (
-        shared.server.app.state.services.live.listening(own, heard.append),
+        shared.server.app.state.services[Live].listening(own, heard.append),
         shared.socket(f"{path}/live") as socket,
     ):
         shared.post(f"{path}/retry")
@@ -127,7 +127,7 @@ def test_joints_are_found_while_tracking(shared: Client, tmp_path: Path) -> None
     video = simulate(scenario, tmp_path).video
     inspection_id = shared.inspect(video, rig=scenario.rig.model_dump(mode="json"))
     assert shared.wait(inspection_id)["status"] == "done"
-    tracks = shared.server.app.state.services.tracks
+    tracks = shared.server.app.state.services[Tracks]
     (sighting,) = tracks.sightings(inspection_id)
     track = tracks.get(inspection_id)
     assert track.distance_mm[sighting.frame] + sighting.ahead_mm == pytest.approx(150, abs=2)
@@ -161,4 +161,4 @@ def test_a_deleted_inspection_gets_no_more_tiles(tmp_path: Path) -> None:
 def test_the_layout_is_that_of_the_rig(shared: Client, done: str) -> None:
     services = shared.server.app.state.services
     rig = SCENARIOS["forward_wide"].rig
-    assert services.unrolled.layout(rig) == Layout.of(rig)
+    assert services[Unrolled].layout(rig) == Layout.of(rig)
