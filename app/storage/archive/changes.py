@@ -18,17 +18,14 @@ from app.storage.archive.selection import (
     ids_of,
     portions,
 )
-from app.storage.database.database import Database
+from app.storage.database.store import Store, writing
 from app.storage.database.tables import ENDED, ArchiveFilm, EventRow, Inspection
 from app.storage.records.inspections import require_unlocked
 from app.survey.review import APPROVED
 
 
-class ArchiveChanges:
+class ArchiveChanges(Store):
     """Changes any number of films at once."""
-
-    def __init__(self, database: Database) -> None:
-        self._database = database
 
     def add(self, films: Sequence[Mapping[str, Any]]) -> set[str]:
         """Add films, given by their columns; return the ids of those whose path was not known.
@@ -37,18 +34,18 @@ class ArchiveChanges:
         """
         added = set[str]()
         for some in portions(films):
-            added |= self._database.write(_adding(some))
+            added |= self.database.write(_adding(some))
         return added
 
     def assign(self, given: Callable[[str, str], Mapping[str, Any] | None]) -> int:
         """Give unassigned films what `given` returns for their path and relative path: columns, or
         None to leave a film; return the number of those that were given something.
         """
-        with self._database.read() as session:
+        with self.database.read() as session:
             unassigned = session.scalars(ids_of(Selection(), "unassigned")).all()
         assigned = 0
         for some in portions(unassigned):
-            assigned += self._database.write(_assigning(some, given))
+            assigned += self.database.write(_assigning(some, given))
         return assigned
 
     def set_state(
@@ -105,7 +102,7 @@ class ArchiveChanges:
         """
         stated = {**header, **header_of(values)}
         if stated:
-            with self._database.read() as session:
+            with self.database.read() as session:
                 for some in portions(ids):
                     query = select(Inspection).where(Inspection.id.in_(some))
                     for row in session.scalars(query.where(Inspection.review_state == APPROVED)):
@@ -113,7 +110,7 @@ class ArchiveChanges:
                             require_unlocked(row)
         changed = 0
         for some in portions(ids):
-            changed += self._database.write(_changing(some, who, values, header))
+            changed += self.database.write(_changing(some, who, values, header))
         return changed
 
     def delete(self, selection: Selection) -> int:
@@ -124,11 +121,9 @@ class ArchiveChanges:
             .execution_options(synchronize_session=False)
         )
 
-    def _changed(self, statement: Any) -> int:
-        def apply(session: Session) -> int:
-            return cast("CursorResult[Any]", session.execute(statement)).rowcount
-
-        return self._database.write(apply)
+    @writing
+    def _changed(self, session: Session, statement: Any) -> int:
+        return cast("CursorResult[Any]", session.execute(statement)).rowcount
 
 
 def _adding(films: Sequence[Mapping[str, Any]]) -> Callable[[Session], set[str]]:

@@ -8,7 +8,7 @@ from datetime import datetime
 from typing import Any
 
 from sqlalchemy import case, func, select
-from sqlalchemy.orm import defer
+from sqlalchemy.orm import Session, defer
 
 from app.storage.archive.selection import (
     FILMS,
@@ -22,7 +22,7 @@ from app.storage.archive.selection import (
     matching,
     portions,
 )
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading
 from app.storage.database.tables import ArchiveFilm, Inspection
 
 
@@ -84,14 +84,19 @@ SORTABLE: Mapping[str, Any] = {
 """What a list of films may be sorted by."""
 
 
-class ArchiveFilms:
+class ArchiveFilms(Store):
     """Returns detached rows: changing them does not change the database."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
+    @reading
     def listed(
-        self, selection: Selection, sort: str | None, *, descending: bool, offset: int, limit: int
+        self,
+        session: Session,
+        selection: Selection,
+        sort: str | None,
+        *,
+        descending: bool,
+        offset: int,
+        limit: int,
     ) -> tuple[int, list[FilmRow]]:
         """Return the number of selected films, and one page of them."""
         column = SORTABLE[sort or "path"]
@@ -105,28 +110,28 @@ class ArchiveFilms:
             .limit(limit)
         )
         count = select(func.count()).select_from(FILMS).where(*conditions)
-        with self._database.read() as session:
-            total = session.scalar(count) or 0
-            return total, [FilmRow(*found) for found in session.execute(page)]
+        total = session.scalar(count) or 0
+        return total, [FilmRow(*found) for found in session.execute(page)]
 
-    def ids(self, selection: Selection, *states: FilmState) -> tuple[str, ...]:
+    @reading
+    def ids(self, session: Session, selection: Selection, *states: FilmState) -> tuple[str, ...]:
         """Return the ids of the selected films that are in one of the states, of all if none is
         given.
         """
-        with self._database.read() as session:
-            return tuple(session.scalars(ids_of(selection, *states)))
+        return tuple(session.scalars(ids_of(selection, *states)))
 
-    def running(self, selection: Selection) -> dict[str, int]:
+    @reading
+    def running(self, session: Session, selection: Selection) -> dict[str, int]:
         """Return the stored number of frames done of each selected film that is running."""
         query = (
             select(ArchiveFilm.id, Inspection.frames_done)
             .select_from(FILMS)
             .where(*matching(selection), STATE == "running")
         )
-        with self._database.read() as session:
-            return {film: frames for film, frames in session.execute(query)}  # noqa: C416
+        return {film: frames for film, frames in session.execute(query)}  # noqa: C416
 
-    def tallies(self, selection: Selection) -> dict[FilmState, Tally]:
+    @reading
+    def tallies(self, session: Session, selection: Selection) -> dict[FilmState, Tally]:
         """Return sums over the selected films of each state."""
         query = (
             select(
@@ -140,13 +145,13 @@ class ArchiveFilms:
             .where(*matching(selection))
             .group_by("shown")
         )
-        with self._database.read() as session:
-            return {
-                state: Tally(films, int(size or 0), int(done or 0), int(total or 0))
-                for state, films, size, done, total in session.execute(query)
-            }
+        return {
+            state: Tally(films, int(size or 0), int(done or 0), int(total or 0))
+            for state, films, size, done, total in session.execute(query)
+        }
 
-    def last_ended(self, selection: Selection, limit: int) -> list[Ended]:
+    @reading
+    def last_ended(self, session: Session, selection: Selection, limit: int) -> list[Ended]:
         """Return the films whose tracking ended last, the newest first."""
         query = (
             select(Inspection.finished_at, ArchiveFilm.size, Inspection.frames_done)
@@ -158,14 +163,12 @@ class ArchiveFilms:
             .order_by(Inspection.finished_at.desc())
             .limit(limit)
         )
-        with self._database.read() as session:
-            return [
-                Ended(at, size, frames)
-                for at, size, frames in session.execute(query)
-                if at is not None
-            ]
+        return [
+            Ended(at, size, frames) for at, size, frames in session.execute(query) if at is not None
+        ]
 
-    def failures(self, selection: Selection) -> list[Failure]:
+    @reading
+    def failures(self, session: Session, selection: Selection) -> list[Failure]:
         """Return the selected films that failed or were refused, in the order of their paths."""
         is_refused = STATE == "refused"
         query = (
@@ -180,20 +183,19 @@ class ArchiveFilms:
             .where(*matching(selection), STATE.in_(("failed", "refused")))
             .order_by(ArchiveFilm.path)
         )
-        with self._database.read() as session:
-            return [
-                Failure(film, name, path, code or "tracking_failed", detail or "")
-                for film, name, path, code, detail in session.execute(query)
-            ]
+        return [
+            Failure(film, name, path, code or "tracking_failed", detail or "")
+            for film, name, path, code, detail in session.execute(query)
+        ]
 
-    def known(self, paths: Iterable[str]) -> set[str]:
+    @reading
+    def known(self, session: Session, paths: Iterable[str]) -> set[str]:
         """Return those of the paths that a film of the archive has."""
         found = set[str]()
-        with self._database.read() as session:
-            for some in portions(list(paths)):
-                digests = {digest_of(path): path for path in some}
-                query = select(ArchiveFilm.path_sha256).where(
-                    ArchiveFilm.path_sha256.in_(digests.keys())
-                )
-                found |= {digests[digest] for digest in session.scalars(query)}
+        for some in portions(list(paths)):
+            digests = {digest_of(path): path for path in some}
+            query = select(ArchiveFilm.path_sha256).where(
+                ArchiveFilm.path_sha256.in_(digests.keys())
+            )
+            found |= {digests[digest] for digest in session.scalars(query)}
         return found

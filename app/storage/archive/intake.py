@@ -10,18 +10,16 @@ from sqlalchemy.orm import Session
 
 from app.errors import NoLongerWanted
 from app.storage.archive.selection import ROW, FilmRow, StoredState
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ArchiveFilm, EventRow, Inspection
 from app.storage.records.inspections import existing
 
 
-class IntakeStore:
+class IntakeStore(Store):
     """Finds the next film, and stores what became of it."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def ahead(self) -> int:
+    @reading
+    def ahead(self, session: Session) -> int:
         """Return the number of films that wait in the queue of inspections."""
         query = (
             select(func.count())
@@ -29,53 +27,47 @@ class IntakeStore:
             .join(ArchiveFilm, ArchiveFilm.id == Inspection.id)
             .where(Inspection.status == "queued")
         )
-        with self._database.read() as session:
-            return session.scalar(query) or 0
+        return session.scalar(query) or 0
 
-    def next_waiting(self) -> FilmRow | None:
+    @reading
+    def next_waiting(self, session: Session) -> FilmRow | None:
         """Return the waiting film that is next; None if there is none."""
         query = (
             ROW.where(ArchiveFilm.state == "waiting", ArchiveFilm.rig.is_not(None))
             .order_by(ArchiveFilm.priority.desc(), ArchiveFilm.wanted_at, ArchiveFilm.path)
             .limit(1)
         )
-        with self._database.read() as session:
-            found = session.execute(query).first()
+        found = session.execute(query).first()
         return None if found is None else FilmRow(*found)
 
-    def require_wanted(self, film_id: str) -> None:
+    @reading
+    def require_wanted(self, session: Session, film_id: str) -> None:
         """Raise NoLongerWanted if a film was paused, cancelled or deleted."""
-        with self._database.read() as session:
-            _waiting(session, film_id)
+        _waiting(session, film_id)
 
-    def take(self, film_id: str, inspection: Inspection, who: str) -> None:
+    @writing
+    def take(self, session: Session, film_id: str, inspection: Inspection, who: str) -> None:
         """Add the inspection of a film, in the transaction that ends its waiting.
 
         Raises:
             NoLongerWanted: The film was paused, cancelled or deleted.
         """
+        _end_waiting(session, film_id, "idle")
+        session.add(inspection)
+        session.add(EventRow.now(inspection, "created", who, None, inspection.editable()))
 
-        def apply(session: Session) -> None:
-            _end_waiting(session, film_id, "idle")
-            session.add(inspection)
-            session.add(EventRow.now(inspection, "created", who, None, inspection.editable()))
-
-        self._database.write(apply)
-
-    def note_taken(self, film_id: str) -> None:
+    @writing
+    def note_taken(self, session: Session, film_id: str) -> None:
         """End the waiting of a film whose inspection is under way, which gets its priority.
 
         Raises:
             NoLongerWanted: The film was paused, cancelled or deleted.
         """
+        film = _end_waiting(session, film_id, "idle")
+        existing(session, film_id).priority = film.priority
 
-        def apply(session: Session) -> None:
-            film = _end_waiting(session, film_id, "idle")
-            existing(session, film_id).priority = film.priority
-
-        self._database.write(apply)
-
-    def refuse(self, film_id: str, values: Mapping[str, Any]) -> None:
+    @writing
+    def refuse(self, session: Session, film_id: str, values: Mapping[str, Any]) -> None:
         """End the waiting of a film that cannot be taken in.
 
         Args:
@@ -84,13 +76,9 @@ class IntakeStore:
         Raises:
             NoLongerWanted: The film was paused, cancelled or deleted.
         """
-
-        def apply(session: Session) -> None:
-            film = _end_waiting(session, film_id, "refused")
-            for name, value in values.items():
-                setattr(film, name, value)
-
-        self._database.write(apply)
+        film = _end_waiting(session, film_id, "refused")
+        for name, value in values.items():
+            setattr(film, name, value)
 
 
 def _waiting(session: Session, film_id: str) -> ArchiveFilm:

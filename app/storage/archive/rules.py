@@ -7,35 +7,29 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ArchiveRules
 from app.survey.versions import Require
 
 
-class RuleStore:
+class RuleStore(Store):
     """Keeps the rules as people stated them last."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def get(self) -> dict[str, Any] | None:
+    @reading
+    def get(self, session: Session) -> dict[str, Any] | None:
         """Return the stored rules; None if there never were any."""
-        with self._database.read() as session:
-            row = session.get(ArchiveRules, 1)
-            return None if row is None else row.content
+        row = session.get(ArchiveRules, 1)
+        return None if row is None else row.content
 
-    def put(self, content: dict[str, Any], who: str, require: Require) -> None:
+    @writing
+    def put(self, session: Session, content: dict[str, Any], who: str, require: Require) -> None:
         """Replace the rules.
 
         Raises:
             Exception: Whatever `require` raises for the stored content, None if there is none.
         """
-
-        def apply(session: Session) -> None:
-            row = session.get(ArchiveRules, 1)
-            require(None if row is None else row.content)
-            session.merge(
-                ArchiveRules(id=1, content=content, changed_at=datetime.now(UTC), changed_by=who)
-            )
-
-        self._database.write(apply)
+        row = session.get(ArchiveRules, 1)
+        require(None if row is None else row.content)
+        session.merge(
+            ArchiveRules(id=1, content=content, changed_at=datetime.now(UTC), changed_by=who)
+        )

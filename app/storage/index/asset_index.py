@@ -21,8 +21,9 @@ from sqlalchemy import (
     select,
     union,
 )
+from sqlalchemy.orm import Session
 
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading
 from app.storage.database.tables import IndexedInspection, Inspection, RegisteredAsset
 from app.storage.index.queries import (
     NEWEST_LAST,
@@ -74,25 +75,24 @@ class Project:
     """Of the newest survey of each of its assets."""
 
 
-class AssetIndex:
+class AssetIndex(Store):
     """Answers questions about projects and assets."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-        self._register = AssetStore(database)
-
-    def assets(self, wanted: AssetFilter, page: Page[AssetSort]) -> tuple[int, list[Asset]]:
+    @reading
+    def assets(
+        self, session: Session, wanted: AssetFilter, page: Page[AssetSort]
+    ) -> tuple[int, list[Asset]]:
         """Return the number of assets that fit, and a page of them."""
         rows = _ASSETS
         query = select(rows).where(*_fitting_assets(rows.c.asset, wanted))
         order = (unknown_last(_column_of(rows, page.sort), page), rows.c.asset)
-        with self._database.read() as session:
-            total, found = a_page(session, query, order, page)
-        alike = self._register.spelt_alike(row[0] for row in found)
+        total, found = a_page(session, query, order, page)
+        alike = AssetStore(self.database).spelt_alike(row[0] for row in found)
         return total, [Asset(*(*row, _others(alike, row[0]))) for row in found]
 
+    @reading
     def projects(
-        self, text: str, wanted: ProjectFilter, page: Page[ProjectSort]
+        self, session: Session, text: str, wanted: ProjectFilter, page: Page[ProjectSort]
     ) -> tuple[int, list[Project]]:
         """Return the number of projects that fit, and a page of them.
 
@@ -106,15 +106,17 @@ class AssetIndex:
         if text:
             query = query.where(or_(*_projects_with_words(rows.c.project, text)))
         order = (unknown_last(_column_of(rows, page.sort), page), rows.c.project.asc().nulls_last())
-        with self._database.read() as session:
-            total, found = a_page(session, query, order, page)
-            return total, [Project(*row) for row in found]
+        total, found = a_page(session, query, order, page)
+        return total, [Project(*row) for row in found]
 
     def also_written(self, asset: str) -> tuple[str, ...]:
         """Return other ids with the same letters and digits: probably the same asset."""
-        return _others(self._register.spelt_alike([asset]), asset)
+        return _others(AssetStore(self.database).spelt_alike([asset]), asset)
 
-    def inspections_of(self, asset: str, limit: int) -> tuple[int, list[FoundInspection]]:
+    @reading
+    def inspections_of(
+        self, session: Session, asset: str, limit: int
+    ) -> tuple[int, list[FoundInspection]]:
         """Return the number of inspections of an asset, and the newest of them, oldest first."""
         conditions = (IndexedInspection.asset == asset,)
         query = (
@@ -122,9 +124,8 @@ class AssetIndex:
             .order_by(IndexedInspection.surveyed_on.desc(), Inspection.created_at.desc())
             .limit(limit)
         )
-        with self._database.read() as session:
-            total = counted(session, select(IndexedInspection.inspection_id).where(*conditions))
-            found = [FoundInspection(*row) for row in session.execute(query)]
+        total = counted(session, select(IndexedInspection.inspection_id).where(*conditions))
+        found = [FoundInspection(*row) for row in session.execute(query)]
         return total, found[::-1]
 
 

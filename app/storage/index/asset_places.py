@@ -6,8 +6,9 @@ from datetime import date
 from typing import NamedTuple
 
 from sqlalchemy import select
+from sqlalchemy.orm import Session
 
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading
 from app.storage.database.tables import IndexedInspection, Inspection, RegisteredAsset
 from app.storage.index.queries import HAS_RUN, NEWEST_LAST
 
@@ -43,13 +44,13 @@ class SurveyedPlace(NamedTuple):
         return [[lon, lat] for lon, lat in ends if lon is not None and lat is not None]
 
 
-class AssetPlaces:
+class AssetPlaces(Store):
     """Reads the register and the index for the map."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def read(self, spelling: str | None) -> tuple[list[RegisteredPlace], list[SurveyedPlace]]:
+    @reading
+    def read(
+        self, session: Session, spelling: str | None
+    ) -> tuple[list[RegisteredPlace], list[SurveyedPlace]]:
         """Return the register by id, and the inspections from the oldest to the newest; those that
         were not tracked yet come before all others.
 
@@ -82,8 +83,7 @@ class AssetPlaces:
         if spelling is not None:
             registered = registered.where(RegisteredAsset.spelling == spelling)
             surveyed = surveyed.where(IndexedInspection.asset_spelling == spelling)
-        with self._database.read() as session:
-            return (
-                [RegisteredPlace._make(row) for row in session.execute(registered)],
-                [SurveyedPlace._make(row) for row in session.execute(surveyed)],
-            )
+        return (
+            [RegisteredPlace._make(row) for row in session.execute(registered)],
+            [SurveyedPlace._make(row) for row in session.execute(surveyed)],
+        )

@@ -15,7 +15,7 @@ from datetime import date, datetime
 from sqlalchemy import ColumnElement, Select, and_, delete, func, or_, select, tuple_
 from sqlalchemy.orm import Session
 
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import (
     Base,
     EventRow,
@@ -112,31 +112,30 @@ class FoundDefect:
     has_photo: bool
 
 
-class DefectIndex:
+class DefectIndex(Store):
     """Writes the index of one inspection at a time, and answers from all of it."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def token(self, inspection_id: str) -> Token | None:
+    @reading
+    def token(self, session: Session, inspection_id: str) -> Token | None:
         """Return the present state of an inspection; None if there is none."""
-        with self._database.read() as session:
-            found = session.execute(_TOKEN.where(Inspection.id == inspection_id)).one_or_none()
+        found = session.execute(_TOKEN.where(Inspection.id == inspection_id)).one_or_none()
         return None if found is None else Token(*found[1:])
 
-    def stale(self, limit: int) -> dict[str, Token]:
+    @reading
+    def stale(self, session: Session, limit: int) -> dict[str, Token]:
         """Return inspections that are not indexed in their present state, the oldest."""
         query = _STALE.order_by(Inspection.created_at, Inspection.id).limit(limit)
-        with self._database.read() as session:
-            return {found[0]: Token(*found[1:]) for found in session.execute(query)}
+        return {found[0]: Token(*found[1:]) for found in session.execute(query)}
 
-    def pending(self) -> int:
+    @reading
+    def pending(self, session: Session) -> int:
         """Return how many inspections are not indexed in their present state."""
-        with self._database.read() as session:
-            return counted(session, _STALE)
+        return counted(session, _STALE)
 
+    @writing
     def put(
         self,
+        session: Session,
         inspection_id: str,
         token: Token,
         facts: InspectionFacts,
@@ -194,22 +193,19 @@ class DefectIndex:
             )
             for defect in defects
         ]
+        # The lock orders two servers that index the same inspection; SQLite has one writer.
+        held = select(Inspection.id).where(Inspection.id == inspection_id).with_for_update()
+        if session.scalar(held) is None:
+            return
+        for table in (IndexedDefect, IndexedInspection):
+            session.execute(delete(table).where(table.inspection_id == inspection_id))
+        session.add(inspection)
+        session.flush()
+        session.add_all(rows)
 
-        def replace(session: Session) -> None:
-            # The lock orders two servers that index the same inspection; SQLite has one writer.
-            held = select(Inspection.id).where(Inspection.id == inspection_id).with_for_update()
-            if session.scalar(held) is None:
-                return
-            for table in (IndexedDefect, IndexedInspection):
-                session.execute(delete(table).where(table.inspection_id == inspection_id))
-            session.add(inspection)
-            session.flush()
-            session.add_all(rows)
-
-        self._database.write(replace)
-
+    @reading
     def defects(
-        self, wanted: DefectFilter, page: Page[DefectSort]
+        self, session: Session, wanted: DefectFilter, page: Page[DefectSort]
     ) -> tuple[int, list[FoundDefect]]:
         """Return the number of defects that fit, and a page of them."""
         conditions = list(_conditions(wanted))
@@ -226,22 +222,22 @@ class DefectIndex:
             .subquery()
         )
         is_wanted = and_(*(column == keys.c[column.key] for column in _KEY))
-        with self._database.read() as session:
-            total = counted(session, select(IndexedDefect.inspection_id).where(*conditions))
-            if total <= page.offset:
-                return total, []  # without a second search through all of them
-            return total, _found(session, _WITH_PHOTO.join(keys, is_wanted).order_by(*order))
+        total = counted(session, select(IndexedDefect.inspection_id).where(*conditions))
+        if total <= page.offset:
+            return total, []  # without a second search through all of them
+        return total, _found(session, _WITH_PHOTO.join(keys, is_wanted).order_by(*order))
 
-    def defects_of(self, inspection_ids: Sequence[str]) -> list[FoundDefect]:
+    @reading
+    def defects_of(self, session: Session, inspection_ids: Sequence[str]) -> list[FoundDefect]:
         """Return the defects of some inspections, each in the order of its numbers."""
         query = _WITH_PHOTO.where(IndexedDefect.inspection_id.in_(inspection_ids)).order_by(
             IndexedDefect.inspection_id, IndexedDefect.seq
         )
-        with self._database.read() as session:
-            return _found(session, query)
+        return _found(session, query)
 
+    @reading
     def films(
-        self, problem: Problem | None, page: Page[QualitySort]
+        self, session: Session, problem: Problem | None, page: Page[QualitySort]
     ) -> tuple[int, list[IndexedInspection]]:
         """Return the number of measured films, or of those with a problem, and a page of them."""
         conditions: list[ColumnElement[bool]] = [IndexedInspection.frames.is_not(None)]
@@ -253,9 +249,8 @@ class DefectIndex:
             .where(*conditions)
             .order_by(ordered(_INSPECTIONS.c[page.sort], page), IndexedInspection.inspection_id)
         )
-        with self._database.read() as session:
-            total = counted(session, select(IndexedInspection.inspection_id).where(*conditions))
-            return total, list(session.scalars(query.offset(page.offset).limit(page.limit)))
+        total = counted(session, select(IndexedInspection.inspection_id).where(*conditions))
+        return total, list(session.scalars(query.offset(page.offset).limit(page.limit)))
 
     def every_inspection(self) -> Iterator[list[FoundInspection]]:
         """Yield all indexed inspections, by id, some at a time."""
@@ -266,7 +261,7 @@ class DefectIndex:
                 .order_by(IndexedInspection.inspection_id)
                 .limit(_PAGE)
             )
-            with self._database.read() as session:
+            with self.database.read() as session:
                 found = [FoundInspection(*row) for row in session.execute(query)]
             if not found:
                 return
@@ -278,7 +273,7 @@ class DefectIndex:
         last = ("", "")
         while True:
             query = _WITH_PHOTO.where(tuple_(*_KEY) > last).order_by(*_KEY).limit(_PAGE)
-            with self._database.read() as session:
+            with self.database.read() as session:
                 found = _found(session, query)
             if not found:
                 return

@@ -9,8 +9,9 @@ from functools import reduce
 from typing import Any
 
 from sqlalchemy import ColumnElement, Select, exists, func, select
+from sqlalchemy.orm import Session
 
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading
 from app.storage.database.tables import (
     Base,
     IndexedInspection,
@@ -48,35 +49,36 @@ class Found:
     """The inspections with the newest grave defects, newest first, whether they fit or not."""
 
 
-class InspectionList:
+class InspectionList(Store):
     """Finds inspections by what they are, and by what the index knows of them."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def found(self, wanted: InspectionFilter, page: Page[InspectionSort]) -> Found:
+    @reading
+    def found(
+        self, session: Session, wanted: InspectionFilter, page: Page[InspectionSort]
+    ) -> Found:
         """Return one page of the inspections that fit."""
         query = _with_index(select(Inspection.id)).where(*_conditions(wanted))
         number = select(func.count()).select_from(Inspection)
-        with self._database.read() as session:
-            # Two steps: counting the observations of all inspections takes seconds.
-            total, shown = a_page(session, query, _order(page), page)
-            ids = [inspection_id for (inspection_id,) in shown]
-            rows = session.execute(SUMMARY.where(Inspection.id.in_(ids)))
-            by_id = {row[0].id: Summary(*row) for row in rows}
-            return Found(
-                summaries=[by_id[one] for one in ids],
-                total=total,
-                stored=session.scalar(number) or 0,
-                grave=[Grave(*row) for row in session.execute(_GRAVE)],
-            )
+        # Two steps: counting the observations of all inspections takes seconds.
+        total, shown = a_page(session, query, _order(page), page)
+        ids = [inspection_id for (inspection_id,) in shown]
+        rows = session.execute(SUMMARY.where(Inspection.id.in_(ids)))
+        by_id = {row[0].id: Summary(*row) for row in rows}
+        return Found(
+            summaries=[by_id[one] for one in ids],
+            total=total,
+            stored=session.scalar(number) or 0,
+            grave=[Grave(*row) for row in session.execute(_GRAVE)],
+        )
 
-    def ids(self, wanted: InspectionFilter, page: Page[InspectionSort]) -> list[str]:
+    @reading
+    def ids(
+        self, session: Session, wanted: InspectionFilter, page: Page[InspectionSort]
+    ) -> list[str]:
         """Return the ids of the inspections of a page."""
         query = _with_index(select(Inspection.id)).where(*_conditions(wanted))
         query = query.order_by(*_order(page))
-        with self._database.read() as session:
-            return list(session.scalars(query.offset(page.offset).limit(page.limit)))
+        return list(session.scalars(query.offset(page.offset).limit(page.limit)))
 
 
 def _with_index(query: Select[*tuple[Any, ...]]) -> Select[*tuple[Any, ...]]:

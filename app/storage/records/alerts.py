@@ -10,7 +10,7 @@ from uuid import uuid4
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ALERT_STATES, Alert, EventRow, ObservationRow
 from app.survey.records import NOT_NOTIFIED
 from app.survey.undelivered import Undelivered
@@ -62,35 +62,32 @@ def note_emergency(
     )
 
 
-class AlertStore:
+class AlertStore(Store):
     """Returns detached rows: changing them does not change the database."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def of(self, inspection_id: str) -> list[Alert]:
+    @reading
+    def of(self, session: Session, inspection_id: str) -> list[Alert]:
         """Return all alerts of an inspection, the oldest first."""
         query = (
             select(Alert)
             .where(Alert.inspection_id == inspection_id)
             .order_by(Alert.created_at, Alert.id)
         )
-        with self._database.read() as session:
-            return list(session.scalars(query))
+        return list(session.scalars(query))
 
-    def next_waiting(self) -> Alert | None:
+    @reading
+    def next_waiting(self, session: Session) -> Alert | None:
         """Return the alert with the earliest next try, due or not."""
         query = (
             select(Alert).where(Alert.state == "waiting").order_by(Alert.next_at, Alert.id).limit(1)
         )
-        with self._database.read() as session:
-            return session.scalar(query)
+        return session.scalar(query)
 
-    def counts(self) -> dict[str, int]:
+    @reading
+    def counts(self, session: Session) -> dict[str, int]:
         """Return the number of alerts in each state."""
         query = select(Alert.state, func.count()).group_by(Alert.state)
-        with self._database.read() as session:
-            found = {state: number for state, number in session.execute(query)}  # noqa: C416
+        found = {state: number for state, number in session.execute(query)}  # noqa: C416
         return {state: found.get(state, 0) for state in ALERT_STATES}
 
     def record_sent(self, alert_id: str) -> None:
@@ -129,16 +126,16 @@ class AlertStore:
 
         self._change(alert_id, record)
 
-    def _change(self, alert_id: str, record: Callable[[Alert, datetime], EventRow | None]) -> None:
-        def apply(session: Session) -> None:
-            row = session.get(Alert, alert_id)
-            if row is None:
-                return  # its inspection was deleted meanwhile
-            event = record(row, datetime.now(UTC))
-            if event is not None:
-                session.add(event)
-
-        self._database.write(apply)
+    @writing
+    def _change(
+        self, session: Session, alert_id: str, record: Callable[[Alert, datetime], EventRow | None]
+    ) -> None:
+        row = session.get(Alert, alert_id)
+        if row is None:
+            return  # its inspection was deleted meanwhile
+        event = record(row, datetime.now(UTC))
+        if event is not None:
+            session.add(event)
 
 
 def _event(row: Alert, action: str, at: datetime, remark: str | None = None) -> EventRow:

@@ -11,7 +11,8 @@ from sqlalchemy import Executable, func, insert, select, union, update
 from sqlalchemy.orm import Session
 
 from app.errors import AssetNotFound, Busy
-from app.storage.database.database import Database, batches
+from app.storage.database.database import batches
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import IndexedInspection, RegisteredAsset
 from app.storage.index.queries import a_page, with_words
 from app.survey.folding import folded, spelling
@@ -25,28 +26,27 @@ _TRIES = 5
 """How often an import is planned anew because somebody has changed the register meanwhile."""
 
 
-class AssetStore:
+class AssetStore(Store):
     """Returns detached rows."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def state(self) -> Hashable:
+    @reading
+    def state(self, session: Session) -> Hashable:
         """Return what differs after every change of the register."""
-        with self._database.read() as session:
-            return _state(session)
+        return _state(session)
 
-    def find(self, asset_id: str) -> RegisteredAsset | None:
+    @reading
+    def find(self, session: Session, asset_id: str) -> RegisteredAsset | None:
         """Return the asset of this id, None if the register does not have it."""
-        with self._database.read() as session:
-            return session.get(RegisteredAsset, asset_id)
+        return session.get(RegisteredAsset, asset_id)
 
-    def page(self, text: str, offset: int, limit: int) -> tuple[int, list[RegisteredAsset]]:
+    @reading
+    def page(
+        self, session: Session, text: str, offset: int, limit: int
+    ) -> tuple[int, list[RegisteredAsset]]:
         """Return the number of assets with these words, and some of them, sorted by id."""
         query = select(RegisteredAsset).where(*with_words(RegisteredAsset.folded, text))
         page = Page(sort="asset_id", descending=False, offset=offset, limit=limit)
-        with self._database.read() as session:
-            total, found = a_page(session, query, (RegisteredAsset.asset_id.asc(),), page)
+        total, found = a_page(session, query, (RegisteredAsset.asset_id.asc(),), page)
         return total, [row for (row,) in found]
 
     def every(self) -> Iterator[Asset]:
@@ -59,48 +59,42 @@ class AssetStore:
                 .order_by(RegisteredAsset.asset_id)
                 .limit(_AT_ONCE)
             )
-            with self._database.read() as session:
+            with self.database.read() as session:
                 rows = list(session.scalars(query))
             if not rows:
                 return
             yield from map(asset_of, rows)
             last = rows[-1].asset_id
 
-    def put(self, asset: Asset, who: str, require: Require) -> RegisteredAsset:
+    @writing
+    def put(self, session: Session, asset: Asset, who: str, require: Require) -> RegisteredAsset:
         """Add an asset, or replace the one with its id; return its row.
 
         Raises:
             Exception: Whatever `require` raises for the stored asset, None if there is none.
         """
+        row = session.get(RegisteredAsset, asset.asset_id)
+        require(None if row is None else asset_of(row))
+        return session.merge(RegisteredAsset(**_columns(asset, who, datetime.now(UTC))))
 
-        def replace(session: Session) -> RegisteredAsset:
-            row = session.get(RegisteredAsset, asset.asset_id)
-            require(None if row is None else asset_of(row))
-            return session.merge(RegisteredAsset(**_columns(asset, who, datetime.now(UTC))))
-
-        return self._database.write(replace)
-
-    def delete(self, asset_id: str, require: Require) -> None:
+    @writing
+    def delete(self, session: Session, asset_id: str, require: Require) -> None:
         """Take an asset off the register; its inspections stay.
 
         Raises:
             AssetNotFound: The register has no asset with this id.
             Exception: Whatever `require` raises for the stored asset.
         """
+        row = session.get(RegisteredAsset, asset_id)
+        if row is None:
+            raise AssetNotFound("There is no such asset in the register.")
+        require(asset_of(row))
+        session.delete(row)
 
-        def remove(session: Session) -> None:
-            row = session.get(RegisteredAsset, asset_id)
-            if row is None:
-                raise AssetNotFound("There is no such asset in the register.")
-            require(asset_of(row))
-            session.delete(row)
-
-        self._database.write(remove)
-
-    def steps(self, stated: Sequence[Stated]) -> list[Step]:
+    @reading
+    def steps(self, session: Session, stated: Sequence[Stated]) -> list[Step]:
         """Return what an import would do; nothing changes."""
-        with self._database.read() as session:
-            return steps(stated, _known(session, stated))
+        return steps(stated, _known(session, stated))
 
     def take(self, stated: Sequence[Stated], who: str) -> list[Step]:
         """Add and change assets in one transaction; return what was done.
@@ -110,33 +104,33 @@ class AssetStore:
         """
         for _ in range(_TRIES):
             # Planned before the transaction: other writes, such as tags, wait for its end.
-            with self._database.read() as session:
+            with self.database.read() as session:
                 state, done = _state(session), steps(stated, _known(session, stated))
             now = datetime.now(UTC)
             added, changed = (
                 [_columns(step.asset, who, now) for step in done if step.action == action]
                 for action in ("add", "change")
             )
-            if self._database.write(partial(_applied, state, added, changed)):
+            if self.database.write(partial(_applied, state, added, changed)):
                 return done
         raise Busy("Others keep changing the register; import the table again in a moment.")
 
-    def spelt_alike(self, asset_ids: Iterable[str]) -> dict[str, list[str]]:
+    @reading
+    def spelt_alike(self, session: Session, asset_ids: Iterable[str]) -> dict[str, list[str]]:
         """Return the ids in the register, and of inspected assets, that have one of the spellings
         of these ids, by spelling.
         """
         found: dict[str, list[str]] = {}
-        with self._database.read() as session:
-            for some in batches({spelling(asset_id) for asset_id in asset_ids}):
-                known = select(RegisteredAsset.spelling, RegisteredAsset.asset_id).where(
-                    RegisteredAsset.spelling.in_(some)
-                )
-                inspected = select(IndexedInspection.asset_spelling, IndexedInspection.asset).where(
-                    IndexedInspection.asset_spelling.in_(some)
-                )
-                both: Executable = union(known, inspected).order_by("asset_id")
-                for spelt, asset_id in session.execute(both):
-                    found.setdefault(spelt, []).append(asset_id)
+        for some in batches({spelling(asset_id) for asset_id in asset_ids}):
+            known = select(RegisteredAsset.spelling, RegisteredAsset.asset_id).where(
+                RegisteredAsset.spelling.in_(some)
+            )
+            inspected = select(IndexedInspection.asset_spelling, IndexedInspection.asset).where(
+                IndexedInspection.asset_spelling.in_(some)
+            )
+            both: Executable = union(known, inspected).order_by("asset_id")
+            for spelt, asset_id in session.execute(both):
+                found.setdefault(spelt, []).append(asset_id)
         return found
 
 

@@ -10,7 +10,7 @@ from sqlalchemy import Float, ForeignKey, Index, String, Text, func, select
 from sqlalchemy.orm import Mapped, Session, mapped_column
 
 from app.errors import AttachmentNotFound, ObservationNotFound, TooManyAttachments
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import Base, EventRow, ObservationRow
 from app.storage.records.inspections import unlocked
 from app.survey.attachments import MOST, Attachment, Kind, Stroke, in_order
@@ -87,37 +87,35 @@ Key = tuple[str, str]
 """Ids of inspection and attachment."""
 
 
-class AttachmentStore:
+class AttachmentStore(Store):
     """Reads and writes attachments; returned records are independent of the database."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def get(self, inspection_id: str, attachment_id: str) -> Attachment:
+    @reading
+    def get(self, session: Session, inspection_id: str, attachment_id: str) -> Attachment:
         """Return an attachment, deleted or not.
 
         Raises:
             AttachmentNotFound: No attachment ever had this id.
         """
-        with self._database.read() as session:
-            return _existing(session, (inspection_id, attachment_id)).record()
+        return _existing(session, (inspection_id, attachment_id)).record()
 
-    def listed(self, inspection_id: str) -> list[Attachment]:
+    @reading
+    def listed(self, session: Session, inspection_id: str) -> list[Attachment]:
         """Return the attachments of an inspection that are not deleted, in their order."""
         query = select(AttachmentRow).where(
             AttachmentRow.inspection_id == inspection_id, AttachmentRow.deleted_at.is_(None)
         )
-        with self._database.read() as session:
-            return in_order([row.record() for row in session.scalars(query)])
+        return in_order([row.record() for row in session.scalars(query)])
 
-    def state(self, inspection_id: str) -> Hashable:
+    @reading
+    def state(self, session: Session, inspection_id: str) -> Hashable:
         """Return what differs once another picture is made; all other changes are events."""
         query = select(func.count(AttachmentRow.sha256), func.count(AttachmentRow.photo_error))
-        with self._database.read() as session:
-            made = session.execute(query.where(AttachmentRow.inspection_id == inspection_id))
-            return tuple(made.one())
+        made = session.execute(query.where(AttachmentRow.inspection_id == inspection_id))
+        return tuple(made.one())
 
-    def put(self, attachment: Attachment, who: str) -> bool:
+    @writing
+    def put(self, session: Session, attachment: Attachment, who: str) -> bool:
         """Create, change or restore an attachment; return whether anything changed.
 
         Raises:
@@ -125,25 +123,21 @@ class AttachmentStore:
             ObservationNotFound: No observation ever had this id.
             TooManyAttachments: The observation has as many as it may have.
         """
-
-        def apply(session: Session) -> bool:
-            unlocked(session, attachment.inspection_id)
-            key = (attachment.inspection_id, attachment.id)
-            row = session.get(AttachmentRow, key)
-            drawing = _drawing_of(attachment)
-            if row is None:
-                _require_room(session, attachment)
-                session.add(AttachmentRow.of(attachment))
-                _log(session, attachment, "attached", who)
-                return True
-            stored = (row.rank, row.drawing, row.deleted_at)
-            if stored == (attachment.rank, drawing, None):
-                return False
-            row.rank, row.drawing, row.deleted_at = attachment.rank, drawing, None
-            _log(session, row.record(), "attached", who)
+        unlocked(session, attachment.inspection_id)
+        key = (attachment.inspection_id, attachment.id)
+        row = session.get(AttachmentRow, key)
+        drawing = _drawing_of(attachment)
+        if row is None:
+            _require_room(session, attachment)
+            session.add(AttachmentRow.of(attachment))
+            _log(session, attachment, "attached", who)
             return True
-
-        return self._database.write(apply)
+        stored = (row.rank, row.drawing, row.deleted_at)
+        if stored == (attachment.rank, drawing, None):
+            return False
+        row.rank, row.drawing, row.deleted_at = attachment.rank, drawing, None
+        _log(session, row.record(), "attached", who)
+        return True
 
     def delete(self, inspection_id: str, attachment_id: str, who: str) -> bool:
         """Mark an attachment as deleted; return whether it was listed.
@@ -163,45 +157,37 @@ class AttachmentStore:
         """
         return self._mark((inspection_id, attachment_id), who, is_deleted=False)
 
-    def _mark(self, key: Key, who: str, *, is_deleted: bool) -> bool:
-        def mark(session: Session) -> bool:
-            unlocked(session, key[0])
-            row = _existing(session, key)
-            if (row.deleted_at is not None) == is_deleted:
-                return False
-            row.deleted_at = datetime.now(UTC) if is_deleted else None
-            _log(session, row.record(), "detached" if is_deleted else "attached", who)
-            return True
+    @writing
+    def _mark(self, session: Session, key: Key, who: str, *, is_deleted: bool) -> bool:
+        unlocked(session, key[0])
+        row = _existing(session, key)
+        if (row.deleted_at is not None) == is_deleted:
+            return False
+        row.deleted_at = datetime.now(UTC) if is_deleted else None
+        _log(session, row.record(), "detached" if is_deleted else "attached", who)
+        return True
 
-        return self._database.write(mark)
-
-    def inspections_without_photos(self) -> list[str]:
+    @reading
+    def inspections_without_photos(self, session: Session) -> list[str]:
         """Return the ids of inspections that lack a picture."""
-        with self._database.read() as session:
-            query = _WITHOUT_PHOTO.with_only_columns(AttachmentRow.inspection_id).distinct()
-            return list(session.scalars(query))
+        query = _WITHOUT_PHOTO.with_only_columns(AttachmentRow.inspection_id).distinct()
+        return list(session.scalars(query))
 
-    def without_photo(self, inspection_id: str) -> list[Attachment]:
+    @reading
+    def without_photo(self, session: Session, inspection_id: str) -> list[Attachment]:
         """Return the attachments whose picture is neither made nor given up."""
-        with self._database.read() as session:
-            query = _WITHOUT_PHOTO.where(AttachmentRow.inspection_id == inspection_id)
-            return [row.record() for row in session.scalars(query)]
+        query = _WITHOUT_PHOTO.where(AttachmentRow.inspection_id == inspection_id)
+        return [row.record() for row in session.scalars(query)]
 
-    def record_photo(self, shown: Attachment, sha256: str) -> None:
+    @writing
+    def record_photo(self, session: Session, shown: Attachment, sha256: str) -> None:
         """Record that the picture is stored."""
+        _existing(session, (shown.inspection_id, shown.id)).sha256 = sha256
 
-        def record(session: Session) -> None:
-            _existing(session, (shown.inspection_id, shown.id)).sha256 = sha256
-
-        self._database.write(record)
-
-    def record_photo_error(self, shown: Attachment, error: str) -> None:
+    @writing
+    def record_photo_error(self, session: Session, shown: Attachment, error: str) -> None:
         """Record why there is no picture."""
-
-        def record(session: Session) -> None:
-            _existing(session, (shown.inspection_id, shown.id)).photo_error = error
-
-        self._database.write(record)
+        _existing(session, (shown.inspection_id, shown.id)).photo_error = error
 
 
 _WITHOUT_PHOTO = select(AttachmentRow).where(

@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ENDED, EventRow, Inspection
 from app.storage.records.inspections import existing, unlocked
 from app.survey.records import RESCALED
@@ -29,14 +29,13 @@ class Rescaling:
     remark: str
 
 
-class CorrectionStore:
+class CorrectionStore(Store):
     """Replaces what was stated; every change raises the revision of its inspection."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
+    @writing
     def correct(
         self,
+        session: Session,
         inspection_id: str,
         who: str,
         corrections: Mapping[str, Any],
@@ -54,22 +53,21 @@ class CorrectionStore:
             InspectionLocked: It is approved.
             Exception: Whatever `require` raises for what is stored.
         """
+        row = unlocked(session, inspection_id)
+        before, after = row.corrections or dict(unstated), dict(corrections)
+        if require is not None:
+            require(before)
+        if after != before:
+            row.corrections = after
+            row.revision += 1
+            row.corrected_mm = row.sigma_corrected_mm = None
+            session.add(EventRow.now(row, "corrected", who, before, after, remark))
+        return row.revision
 
-        def apply(session: Session) -> int:
-            row = unlocked(session, inspection_id)
-            before, after = row.corrections or dict(unstated), dict(corrections)
-            if require is not None:
-                require(before)
-            if after != before:
-                row.corrections = after
-                row.revision += 1
-                row.corrected_mm = row.sigma_corrected_mm = None
-                session.add(EventRow.now(row, "corrected", who, before, after, remark))
-            return row.revision
-
-        return self._database.write(apply)
-
-    def rescale(self, inspection_id: str, change: Rescaling, revision: int) -> int | None:
+    @writing
+    def rescale(
+        self, session: Session, inspection_id: str, change: Rescaling, revision: int
+    ) -> int | None:
         """Record that the run changed the distance scale; return the new revision.
 
         Return None and record nothing if the revision is no longer `revision`, or if the inspection
@@ -78,48 +76,46 @@ class CorrectionStore:
         Raises:
             InspectionNotFound: No inspection has this id.
         """
+        row = existing(session, inspection_id)
+        if row.revision != revision or row.review_state == APPROVED:
+            return None
+        row.revision += 1
+        row.corrected_mm = row.sigma_corrected_mm = None
+        session.add(
+            EventRow.now(row, RESCALED, change.who, change.before, change.after, change.remark)
+        )
+        return row.revision
 
-        def apply(session: Session) -> int | None:
-            row = existing(session, inspection_id)
-            if row.revision != revision or row.review_state == APPROVED:
-                return None
-            row.revision += 1
-            row.corrected_mm = row.sigma_corrected_mm = None
-            session.add(
-                EventRow.now(row, RESCALED, change.who, change.before, change.after, change.remark)
-            )
-            return row.revision
-
-        return self._database.write(apply)
-
-    def last_rescaled(self, inspection_id: str) -> Mapping[str, Any] | None:
+    @reading
+    def last_rescaled(self, session: Session, inspection_id: str) -> Mapping[str, Any] | None:
         """Return the scale of the last such record; None without one, or if it no longer
         applies.
         """
-        with self._database.read() as session:
-            newest = session.scalars(
-                select(EventRow)
-                .where(
-                    EventRow.inspection_id == inspection_id,
-                    EventRow.action.in_(("corrected", RESCALED)),
-                )
-                .order_by(EventRow.id.desc())
-                .limit(1)
-            ).first()
-            if newest is None or newest.action != RESCALED:
-                return None
-            return newest.after if newest.after and "scale" in newest.after else None
+        newest = session.scalars(
+            select(EventRow)
+            .where(
+                EventRow.inspection_id == inspection_id,
+                EventRow.action.in_(("corrected", RESCALED)),
+            )
+            .order_by(EventRow.id.desc())
+            .limit(1)
+        ).first()
+        if newest is None or newest.action != RESCALED:
+            return None
+        return newest.after if newest.after and "scale" in newest.after else None
 
+    @writing
     def record_corrected_end(
-        self, inspection_id: str, revision: int, distance_mm: float, sigma_mm: float
+        self,
+        session: Session,
+        inspection_id: str,
+        revision: int,
+        distance_mm: float,
+        sigma_mm: float,
     ) -> None:
         """Store the corrected distance of the end, unless the track was corrected or queued
         since.
         """
-
-        def record(session: Session) -> None:
-            row = session.get(Inspection, inspection_id)
-            if row is not None and row.revision == revision and row.status in ENDED:
-                row.corrected_mm, row.sigma_corrected_mm = distance_mm, sigma_mm
-
-        self._database.write(record)
+        row = session.get(Inspection, inspection_id)
+        if row is not None and row.revision == revision and row.status in ENDED:
+            row.corrected_mm, row.sigma_corrected_mm = distance_mm, sigma_mm

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import Base, EventRow, Inspection, ObservationRow
 from app.storage.records.labels import labelled
 from app.survey.records import Event, Observation
@@ -30,32 +30,26 @@ class Rows:
     """Rows of its attachments and remarks, and of the code pack that it brings along."""
 
 
-class ImportStore:
+class ImportStore(Store):
     """Adds imported inspections; after that they are treated like others."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def has_known(self, inspection_id: str) -> bool:
+    @reading
+    def has_known(self, session: Session, inspection_id: str) -> bool:
         """Return whether an inspection of this id exists or ever existed: its events stay."""
-        with self._database.read() as session:
-            event = select(EventRow.id).where(EventRow.inspection_id == inspection_id).limit(1)
-            is_deleted = session.scalar(event) is not None
-            return is_deleted or session.get(Inspection, inspection_id) is not None
+        event = select(EventRow.id).where(EventRow.inspection_id == inspection_id).limit(1)
+        is_deleted = session.scalar(event) is not None
+        return is_deleted or session.get(Inspection, inspection_id) is not None
 
-    def add(self, made: Sequence[Rows]) -> None:
+    @writing
+    def add(self, session: Session, made: Sequence[Rows]) -> None:
         """Commit new inspections, all or none; return when they are synced."""
         # Made here and added in bulk, as others wait for the writer: a file may have 20 000.
         observations = [ObservationRow.of(one) for rows in made for one in rows.observations]
         events = [EventRow.of(event) for rows in made for event in rows.events]
-
-        def insert(session: Session) -> None:
-            session.add_all([rows.inspection for rows in made])
-            session.flush()
-            session.bulk_save_objects(observations)
-            session.bulk_save_objects(events)
-            for rows in made:
-                session.add_all(labelled(rows.inspection.id, rows.labels))
-                session.add_all(rows.more)
-
-        self._database.write(insert)
+        session.add_all([rows.inspection for rows in made])
+        session.flush()
+        session.bulk_save_objects(observations)
+        session.bulk_save_objects(events)
+        for rows in made:
+            session.add_all(labelled(rows.inspection.id, rows.labels))
+            session.add_all(rows.more)

@@ -10,7 +10,7 @@ from sqlalchemy import Integer, Select, and_, cast, func, or_, select
 from sqlalchemy.orm import InstrumentedAttribute, Session, aliased
 
 from app.errors import InspectionLocked, InspectionNotFound
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
 from app.storage.records.packs import require_pack_of
 from app.survey.defects import NO_DEFECTS
@@ -33,56 +33,54 @@ class Summary:
     """Questions of reviewers that are not settled."""
 
 
-class InspectionStore:
+class InspectionStore(Store):
     """Returns detached rows: changing them does not change the database."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def get(self, inspection_id: str) -> Inspection:
+    @reading
+    def get(self, session: Session, inspection_id: str) -> Inspection:
         """Return the inspection with this id.
 
         Raises:
             InspectionNotFound: No inspection has this id.
         """
-        with self._database.read() as session:
-            return existing(session, inspection_id)
+        return existing(session, inspection_id)
 
-    def summary(self, inspection_id: str) -> Summary:
+    @reading
+    def summary(self, session: Session, inspection_id: str) -> Summary:
         """Return the inspection with this id and its counts.
 
         Raises:
             InspectionNotFound: No inspection has this id.
         """
-        with self._database.read() as session:
-            found = session.execute(SUMMARY.where(Inspection.id == inspection_id)).one_or_none()
+        found = session.execute(SUMMARY.where(Inspection.id == inspection_id)).one_or_none()
         if found is None:
             raise InspectionNotFound(_NOT_FOUND)
         return Summary(*found)
 
-    def summaries(self) -> list[Summary]:
+    @reading
+    def summaries(self, session: Session) -> list[Summary]:
         """Return all inspections with their counts, the newest first."""
-        with self._database.read() as session:
-            query = SUMMARY.order_by(Inspection.created_at.desc(), Inspection.id)
-            return [Summary(*found) for found in session.execute(query)]
+        query = SUMMARY.order_by(Inspection.created_at.desc(), Inspection.id)
+        return [Summary(*found) for found in session.execute(query)]
 
-    def ended(self) -> list[str]:
+    @reading
+    def ended(self, session: Session) -> list[str]:
         """Return the ids of the ended inspections, the newest first."""
         query = (
             select(Inspection.id)
             .where(Inspection.status.in_(ENDED))
             .order_by(Inspection.created_at.desc())
         )
-        with self._database.read() as session:
-            return list(session.scalars(query))
+        return list(session.scalars(query))
 
-    def has_project(self, project: str) -> bool:
+    @reading
+    def has_project(self, session: Session, project: str) -> bool:
         """Return whether an inspection belongs to this project."""
-        with self._database.read() as session:
-            headers = session.scalars(select(Inspection.header))
-            return any(project_of(header) == project for header in headers)
+        headers = session.scalars(select(Inspection.header))
+        return any(project_of(header) == project for header in headers)
 
-    def state(self, inspection_id: str) -> tuple[Hashable, ...]:
+    @reading
+    def state(self, session: Session, inspection_id: str) -> tuple[Hashable, ...]:
         """Return a state that differs after every change to the report of an ended inspection.
 
         Raises:
@@ -93,38 +91,38 @@ class InspectionStore:
             func.count(ObservationRow.photo_error),
             func.sum(cast(ObservationRow.photo_frame == ObservationRow.frame, Integer)),
         ).where(ObservationRow.inspection_id == inspection_id)
-        with self._database.read() as session:
-            row = existing(session, inspection_id)
-            made = tuple(session.execute(photos).one())
-            return (row.revision, row.status, row.finished_at, session.scalar(newest), *made)
+        row = existing(session, inspection_id)
+        made = tuple(session.execute(photos).one())
+        return (row.revision, row.status, row.finished_at, session.scalar(newest), *made)
 
-    def counts(self) -> dict[str, int]:
+    @reading
+    def counts(self, session: Session) -> dict[str, int]:
         """Return the number of inspections of each status."""
         query = select(Inspection.status, func.count()).group_by(Inspection.status)
-        with self._database.read() as session:
-            return {status: number for status, number in session.execute(query)}  # noqa: C416
+        return {status: number for status, number in session.execute(query)}  # noqa: C416
 
-    def events(self, inspection_id: str, observation_id: str | None = None) -> list[Event]:
+    @reading
+    def events(
+        self, session: Session, inspection_id: str, observation_id: str | None = None
+    ) -> list[Event]:
         """Return every event of the inspection or of one observation, oldest first."""
         query = (
             select(EventRow).where(EventRow.inspection_id == inspection_id).order_by(EventRow.id)
         )
         if observation_id is not None:
             query = query.where(EventRow.observation_id == observation_id)
-        with self._database.read() as session:
-            return [row.record() for row in session.scalars(query.order_by(EventRow.id))]
+        return [row.record() for row in session.scalars(query.order_by(EventRow.id))]
 
-    def add(self, inspection: Inspection, who: str) -> None:
+    @writing
+    def add(self, session: Session, inspection: Inspection, who: str) -> None:
         """Add a new inspection; `inspection` can then be used like a result of get()."""
+        session.add(inspection)
+        session.add(EventRow.now(inspection, "created", who, None, inspection.editable()))
 
-        def insert(session: Session) -> None:
-            session.add(inspection)
-            session.add(EventRow.now(inspection, "created", who, None, inspection.editable()))
-
-        self._database.write(insert)
-
+    @writing
     def change(
         self,
+        session: Session,
         inspection_id: str,
         who: str,
         name: str | None,
@@ -139,52 +137,44 @@ class InspectionStore:
             PackNotFound: The header names a code pack that does not exist.
             Exception: Whatever `require` raises for the name and header that are stored.
         """
+        row = unlocked(session, inspection_id)
+        before = row.editable()
+        if require is not None:
+            require(before)
+        if header is not None and header.get("code_pack") != row.header.get("code_pack"):
+            require_pack_of(session, header)
+        row.name = row.name if name is None else name
+        row.header = row.header if header is None else dict(header)
+        after = row.editable()
+        if after != before:
+            session.add(EventRow.now(row, "changed", who, before, after))
 
-        def apply(session: Session) -> None:
-            row = unlocked(session, inspection_id)
-            before = row.editable()
-            if require is not None:
-                require(before)
-            if header is not None and header.get("code_pack") != row.header.get("code_pack"):
-                require_pack_of(session, header)
-            row.name = row.name if name is None else name
-            row.header = row.header if header is None else dict(header)
-            after = row.editable()
-            if after != before:
-                session.add(EventRow.now(row, "changed", who, before, after))
-
-        self._database.write(apply)
-
-    def delete(self, inspection_id: str, who: str) -> None:
+    @writing
+    def delete(self, session: Session, inspection_id: str, who: str) -> None:
         """Delete an inspection with its observations; its events stay.
 
         Raises:
             InspectionNotFound: No inspection has this id.
             InspectionLocked: It is approved.
         """
+        row = unlocked(session, inspection_id)
+        session.delete(row)
+        session.add(EventRow.now(row, "deleted", who, row.editable(), None))
 
-        def remove(session: Session) -> None:
-            row = unlocked(session, inspection_id)
-            session.delete(row)
-            session.add(EventRow.now(row, "deleted", who, row.editable(), None))
-
-        self._database.write(remove)
-
-    def finish(self, inspection_id: str, who: str, stated: Mapping[str, Any]) -> None:
+    @writing
+    def finish(
+        self, session: Session, inspection_id: str, who: str, stated: Mapping[str, Any]
+    ) -> None:
         """Add the end of the run to the header, as the event "finished".
 
         Raises:
             InspectionNotFound: No inspection has this id.
             InspectionLocked: It is approved.
         """
-
-        def apply(session: Session) -> None:
-            row = unlocked(session, inspection_id)
-            before = row.editable()
-            row.header = {**row.header, **stated}
-            session.add(EventRow.now(row, "finished", who, before, row.editable()))
-
-        self._database.write(apply)
+        row = unlocked(session, inspection_id)
+        before = row.editable()
+        row.header = {**row.header, **stated}
+        session.add(EventRow.now(row, "finished", who, before, row.editable()))
 
 
 def open_questions(inspection_id: str | InstrumentedAttribute[str]) -> Select[int]:

@@ -10,24 +10,23 @@ from collections.abc import Sequence
 from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
-from app.storage.database.database import Database, batches
+from app.storage.database.database import batches
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import EventRow, InspectionLabel
 from app.storage.records.inspections import existing
 from app.survey.records import LABELLED
 
 
-class LabelStore:
+class LabelStore(Store):
     """Reads and replaces the labels of inspections."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def of(self, inspection_ids: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    @reading
+    def of(self, session: Session, inspection_ids: Sequence[str]) -> dict[str, tuple[str, ...]]:
         """Return the sorted labels of these inspections that have any."""
-        with self._database.read() as session:
-            return labels_of(session, inspection_ids)
+        return labels_of(session, inspection_ids)
 
-    def in_use(self) -> list[tuple[str, int]]:
+    @reading
+    def in_use(self, session: Session) -> list[tuple[str, int]]:
         """Return all labels with the number of their inspections, the most used first."""
         number = func.count().label("number")
         query = (
@@ -35,29 +34,25 @@ class LabelStore:
             .group_by(InspectionLabel.label)
             .order_by(number.desc(), InspectionLabel.label)
         )
-        with self._database.read() as session:
-            return [(label, n) for label, n in session.execute(query)]
+        return [(label, n) for label, n in session.execute(query)]
 
-    def put(self, inspection_id: str, labels: Sequence[str], who: str) -> None:
+    @writing
+    def put(self, session: Session, inspection_id: str, labels: Sequence[str], who: str) -> None:
         """Replace the labels of an inspection, approved or not; return when it is synced.
 
         Raises:
             InspectionNotFound: No inspection has this id.
         """
-
-        def apply(session: Session) -> None:
-            row = existing(session, inspection_id)
-            before = labels_of(session, [inspection_id]).get(inspection_id, ())
-            after = tuple(sorted(labels))
-            if after == before:
-                return
-            mine = InspectionLabel.inspection_id == inspection_id
-            session.execute(delete(InspectionLabel).where(mine))
-            session.add_all(labelled(inspection_id, after))
-            changed = ({"labels": list(before)}, {"labels": list(after)})
-            session.add(EventRow.now(row, LABELLED, who, *changed))
-
-        self._database.write(apply)
+        row = existing(session, inspection_id)
+        before = labels_of(session, [inspection_id]).get(inspection_id, ())
+        after = tuple(sorted(labels))
+        if after == before:
+            return
+        mine = InspectionLabel.inspection_id == inspection_id
+        session.execute(delete(InspectionLabel).where(mine))
+        session.add_all(labelled(inspection_id, after))
+        changed = ({"labels": list(before)}, {"labels": list(after)})
+        session.add(EventRow.now(row, LABELLED, who, *changed))
 
 
 def labels_of(session: Session, inspection_ids: Sequence[str]) -> dict[str, tuple[str, ...]]:

@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import ObservationNotFound
 from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import EventRow, ObservationRow
 from app.storage.records.alerts import note_emergency
 from app.storage.records.inspections import unlocked
@@ -24,12 +25,12 @@ _RECORDS_KEPT = 20_000
 """Records held in memory, some 2 kB each."""
 
 
-class ObservationStore:
+class ObservationStore(Store):
     """Reads and writes observations; returned records are independent of the database."""
 
     def __init__(self, database: Database, *, has_webhook: bool = False) -> None:
         """Store the database; with a webhook, severe observations are put into its outbox."""
-        self._database = database
+        super().__init__(database)
         self._has_webhook = has_webhook
         self._lock = threading.Lock()
         """Guards the next field."""
@@ -38,16 +39,17 @@ class ObservationStore:
         )
         """The record of each listed row, cached until the row changes."""
 
-    def get(self, inspection_id: str, observation_id: str) -> Observation:
+    @reading
+    def get(self, session: Session, inspection_id: str, observation_id: str) -> Observation:
         """Return an observation, deleted or not.
 
         Raises:
             ObservationNotFound: No observation ever had this id.
         """
-        with self._database.read() as session:
-            return _existing(session, inspection_id, observation_id).record()
+        return _existing(session, inspection_id, observation_id).record()
 
-    def listed(self, inspection_id: str) -> list[Observation]:
+    @reading
+    def listed(self, session: Session, inspection_id: str) -> list[Observation]:
         """Return the observations that are not deleted, in the order of their numbers."""
         query = (
             select(*_COLUMNS)
@@ -56,8 +58,7 @@ class ObservationStore:
             )
             .order_by(ObservationRow.seq)
         )
-        with self._database.read() as session:
-            rows = session.execute(query).all()
+        rows = session.execute(query).all()
         with self._lock:
             return [self._record(row) for row in rows]
 
@@ -71,15 +72,17 @@ class ObservationStore:
         self._records[key] = (row, record)
         return record
 
-    def stretch_marks(self, inspection_id: str) -> list[str]:
+    @reading
+    def stretch_marks(self, session: Session, inspection_id: str) -> list[str]:
         """Return the stretch marks, such as "A1", of all observations, also of deleted ones."""
         mark = ObservationRow.fields["continuous"].as_string()
         query = select(mark).where(ObservationRow.inspection_id == inspection_id, mark.is_not(None))
-        with self._database.read() as session:
-            return [found for found in session.scalars(query) if found]
+        return [found for found in session.scalars(query) if found]
 
+    @writing
     def put(
         self,
+        session: Session,
         inspection_id: str,
         observation_id: str,
         tag: StatedTag,
@@ -93,24 +96,26 @@ class ObservationStore:
             InspectionLocked: The inspection is approved.
             Exception: Whatever `require` raises for the stored fields (None if there are none).
         """
+        unlocked(session, inspection_id)
+        row = session.get(ObservationRow, (inspection_id, observation_id))
+        before = None if row is None else row.fields
+        was_deleted = row is not None and row.deleted_at is not None
+        if require is not None:
+            require(None if was_deleted else before)
+        is_changed = _put(session, inspection_id, observation_id, tag.to_json(), who)
+        if is_changed and self._has_webhook:
+            row = _existing(session, inspection_id, observation_id)
+            note_emergency(session, row, before, was_deleted=was_deleted)
+        return is_changed
 
-        def apply(session: Session) -> bool:
-            unlocked(session, inspection_id)
-            row = session.get(ObservationRow, (inspection_id, observation_id))
-            before = None if row is None else row.fields
-            was_deleted = row is not None and row.deleted_at is not None
-            if require is not None:
-                require(None if was_deleted else before)
-            is_changed = _put(session, inspection_id, observation_id, tag.to_json(), who)
-            if is_changed and self._has_webhook:
-                row = _existing(session, inspection_id, observation_id)
-                note_emergency(session, row, before, was_deleted=was_deleted)
-            return is_changed
-
-        return self._database.write(apply)
-
+    @writing
     def delete(
-        self, inspection_id: str, observation_id: str, who: str, require: Require | None = None
+        self,
+        session: Session,
+        inspection_id: str,
+        observation_id: str,
+        who: str,
+        require: Require | None = None,
     ) -> bool:
         """Mark an observation as deleted; return whether it was listed.
 
@@ -119,73 +124,60 @@ class ObservationStore:
             InspectionLocked: The inspection is approved.
             Exception: Whatever `require` raises for the stored fields (None if it is deleted).
         """
+        unlocked(session, inspection_id)
+        row = _existing(session, inspection_id, observation_id)
+        if require is not None:
+            require(None if row.deleted_at is not None else row.fields)
+        if row.deleted_at is not None:
+            return False
+        row.deleted_at = datetime.now(UTC)
+        _log(session, row, "deleted", who, row.fields)
+        return True
 
-        def mark(session: Session) -> bool:
-            unlocked(session, inspection_id)
-            row = _existing(session, inspection_id, observation_id)
-            if require is not None:
-                require(None if row.deleted_at is not None else row.fields)
-            if row.deleted_at is not None:
-                return False
-            row.deleted_at = datetime.now(UTC)
-            _log(session, row, "deleted", who, row.fields)
-            return True
-
-        return self._database.write(mark)
-
-    def restore(self, inspection_id: str, observation_id: str, who: str) -> bool:
+    @writing
+    def restore(self, session: Session, inspection_id: str, observation_id: str, who: str) -> bool:
         """Undo a deletion; return whether there was one.
 
         Raises:
             ObservationNotFound: No observation ever had this id.
             InspectionLocked: The inspection is approved.
         """
+        unlocked(session, inspection_id)
+        row = _existing(session, inspection_id, observation_id)
+        if row.deleted_at is None:
+            return False
+        row.deleted_at = None
+        _log(session, row, "restored", who, None)
+        if self._has_webhook:
+            note_emergency(session, row, row.fields, was_deleted=True)
+        return True
 
-        def unmark(session: Session) -> bool:
-            unlocked(session, inspection_id)
-            row = _existing(session, inspection_id, observation_id)
-            if row.deleted_at is None:
-                return False
-            row.deleted_at = None
-            _log(session, row, "restored", who, None)
-            if self._has_webhook:
-                note_emergency(session, row, row.fields, was_deleted=True)
-            return True
-
-        return self._database.write(unmark)
-
-    def inspections_without_photos(self) -> list[str]:
+    @reading
+    def inspections_without_photos(self, session: Session) -> list[str]:
         """Return the ids of inspections that lack a photo."""
-        with self._database.read() as session:
-            query = _WITHOUT_PHOTO.with_only_columns(ObservationRow.inspection_id).distinct()
-            return list(session.scalars(query))
+        query = _WITHOUT_PHOTO.with_only_columns(ObservationRow.inspection_id).distinct()
+        return list(session.scalars(query))
 
-    def without_photo(self, inspection_id: str) -> list[Observation]:
+    @reading
+    def without_photo(self, session: Session, inspection_id: str) -> list[Observation]:
         """Return the observations whose photo is neither made nor given up."""
-        with self._database.read() as session:
-            query = _WITHOUT_PHOTO.where(ObservationRow.inspection_id == inspection_id)
-            return [row.record() for row in session.scalars(query)]
+        query = _WITHOUT_PHOTO.where(ObservationRow.inspection_id == inspection_id)
+        return [row.record() for row in session.scalars(query)]
 
-    def record_photo(self, shown: Observation, sha256: str) -> None:
+    @writing
+    def record_photo(self, session: Session, shown: Observation, sha256: str) -> None:
         """Record the photo of `shown`, unless its frame was changed meanwhile."""
+        row = _unchanged(session, shown)
+        if row is not None:
+            row.photo_error = None
+            row.photo_frame, row.photo_sha256 = row.frame, sha256
 
-        def record(session: Session) -> None:
-            row = _unchanged(session, shown)
-            if row is not None:
-                row.photo_error = None
-                row.photo_frame, row.photo_sha256 = row.frame, sha256
-
-        self._database.write(record)
-
-    def record_photo_error(self, shown: Observation, error: str) -> None:
+    @writing
+    def record_photo_error(self, session: Session, shown: Observation, error: str) -> None:
         """Record why `shown` has no photo, unless its frame was changed meanwhile."""
-
-        def record(session: Session) -> None:
-            row = _unchanged(session, shown)
-            if row is not None:
-                row.photo_error = error
-
-        self._database.write(record)
+        row = _unchanged(session, shown)
+        if row is not None:
+            row.photo_error = error
 
 
 _COLUMNS = tuple(

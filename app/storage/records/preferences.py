@@ -7,37 +7,31 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import CodePack, Preference
 from app.storage.records.packs import existing
 
 
-class PreferenceStore:
+class PreferenceStore(Store):
     """Holds one row for each person, by the name of the token."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def get(self, who: str) -> dict[str, Any]:
+    @reading
+    def get(self, session: Session, who: str) -> dict[str, Any]:
         """Return the choices; empty before the first one, and without a pack that was deleted."""
-        with self._database.read() as session:
-            row = session.get(Preference, who)
-            chosen = {} if row is None else dict(row.chosen)
-            pack_id = chosen.get("pack")
-            if pack_id and session.get(CodePack, pack_id) is None:
-                chosen["pack"] = None
-            return chosen
+        row = session.get(Preference, who)
+        chosen = {} if row is None else dict(row.chosen)
+        pack_id = chosen.get("pack")
+        if pack_id and session.get(CodePack, pack_id) is None:
+            chosen["pack"] = None
+        return chosen
 
-    def put(self, who: str, chosen: Mapping[str, Any]) -> None:
+    @writing
+    def put(self, session: Session, who: str, chosen: Mapping[str, Any]) -> None:
         """Replace all choices.
 
         Raises:
             PackNotFound: The chosen pack does not exist.
         """
-
-        def replace(session: Session) -> None:
-            if chosen["pack"]:
-                existing(session, chosen["pack"])
-            session.merge(Preference(who=who, chosen=dict(chosen)))
-
-        self._database.write(replace)
+        if chosen["pack"]:
+            existing(session, chosen["pack"])
+        session.merge(Preference(who=who, chosen=dict(chosen)))

@@ -11,7 +11,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session, load_only
 
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ReportTemplateRow
 from app.survey.versions import Require
 
@@ -19,13 +19,11 @@ EVERY_OTHER = ""
 """The project of the template of all projects without their own."""
 
 
-class ReportTemplateStore:
+class ReportTemplateStore(Store):
     """Returns detached rows."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def listed(self) -> list[ReportTemplateRow]:
+    @reading
+    def listed(self, session: Session) -> list[ReportTemplateRow]:
         """Return all rows by project, without their contents, which may hold logos."""
         rows = ReportTemplateRow
         query = (
@@ -33,50 +31,43 @@ class ReportTemplateStore:
             .options(load_only(rows.project, rows.changed_at, rows.changed_by, raiseload=True))
             .order_by(rows.project)
         )
-        with self._database.read() as session:
-            return list(session.scalars(query))
+        return list(session.scalars(query))
 
-    def best(self, projects: Sequence[str]) -> ReportTemplateRow | None:
+    @reading
+    def best(self, session: Session, projects: Sequence[str]) -> ReportTemplateRow | None:
         """Return the first of these projects' templates that is there."""
         query = select(ReportTemplateRow).where(ReportTemplateRow.project.in_(projects))
-        with self._database.read() as session:
-            found = {row.project: row for row in session.scalars(query)}
+        found = {row.project: row for row in session.scalars(query)}
         return next((found[project] for project in projects if project in found), None)
 
+    @writing
     def put(
-        self, project: str, content: Mapping[str, Any], who: str, require: Require
+        self, session: Session, project: str, content: Mapping[str, Any], who: str, require: Require
     ) -> ReportTemplateRow:
         """Add the template of a project, or replace it.
 
         Raises:
             Exception: Whatever `require` raises for the stored content, None if there is none.
         """
-
-        def replace(session: Session) -> ReportTemplateRow:
-            row = session.get(ReportTemplateRow, project)
-            require(None if row is None else row.content)
-            return session.merge(
-                ReportTemplateRow(
-                    project=project,
-                    content=dict(content),
-                    changed_at=datetime.now(UTC),
-                    changed_by=who,
-                )
+        row = session.get(ReportTemplateRow, project)
+        require(None if row is None else row.content)
+        return session.merge(
+            ReportTemplateRow(
+                project=project,
+                content=dict(content),
+                changed_at=datetime.now(UTC),
+                changed_by=who,
             )
+        )
 
-        return self._database.write(replace)
-
-    def delete(self, project: str, require: Require) -> None:
+    @writing
+    def delete(self, session: Session, project: str, require: Require) -> None:
         """Delete the template of a project, if it has one.
 
         Raises:
             Exception: Whatever `require` raises for the stored content, None if there is none.
         """
-
-        def remove(session: Session) -> None:
-            row = session.get(ReportTemplateRow, project)
-            require(None if row is None else row.content)
-            if row is not None:
-                session.delete(row)
-
-        self._database.write(remove)
+        row = session.get(ReportTemplateRow, project)
+        require(None if row is None else row.content)
+        if row is not None:
+            session.delete(row)

@@ -15,7 +15,7 @@ from app.errors import (
     StillRunning,
     WrongReviewState,
 )
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
 from app.storage.records.inspections import existing, open_questions, unlocked
 from app.survey.records import BROUGHT_IN, REVIEWED, Event
@@ -24,36 +24,34 @@ from app.survey.tag import StatedTag, entered
 from app.survey.versions import require_version, version_of
 
 
-class ReviewStore:
+class ReviewStore(Store):
     """Moves inspections through their review; returned rows are detached."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def remarks(self, inspection_id: str) -> list[RemarkRow]:
+    @reading
+    def remarks(self, session: Session, inspection_id: str) -> list[RemarkRow]:
         """Return the remarks on all observations that are not deleted, oldest first.
 
         Raises:
             InspectionNotFound: No inspection has this id.
         """
-        with self._database.read() as session:
-            existing(session, inspection_id)
-            query = (
-                select(RemarkRow)
-                .join(
-                    ObservationRow,
-                    and_(
-                        ObservationRow.inspection_id == RemarkRow.inspection_id,
-                        ObservationRow.id == RemarkRow.observation_id,
-                        ObservationRow.deleted_at.is_(None),
-                    ),
-                )
-                .where(RemarkRow.inspection_id == inspection_id)
-                .order_by(RemarkRow.made_at, RemarkRow.id)
+        existing(session, inspection_id)
+        query = (
+            select(RemarkRow)
+            .join(
+                ObservationRow,
+                and_(
+                    ObservationRow.inspection_id == RemarkRow.inspection_id,
+                    ObservationRow.id == RemarkRow.observation_id,
+                    ObservationRow.deleted_at.is_(None),
+                ),
             )
-            return list(session.scalars(query))
+            .where(RemarkRow.inspection_id == inspection_id)
+            .order_by(RemarkRow.made_at, RemarkRow.id)
+        )
+        return list(session.scalars(query))
 
-    def steps(self, inspection_id: str) -> list[Event]:
+    @reading
+    def steps(self, session: Session, inspection_id: str) -> list[Event]:
         """Return every change of the state, oldest first; those before an import that began the
         review anew are not of this review.
         """
@@ -71,11 +69,12 @@ class ReviewStore:
             )
             .order_by(EventRow.id)
         )
-        with self._database.read() as session:
-            return [row.record() for row in session.scalars(query)]
+        return [row.record() for row in session.scalars(query)]
 
+    @writing
     def move(
         self,
+        session: Session,
         inspection_id: str,
         state: ReviewState,
         who: str,
@@ -92,24 +91,22 @@ class ReviewStore:
             WrongReviewState: The state cannot directly follow the present one.
             OpenQuestions: It is to be approved, and a question is not settled.
         """
+        row = existing(session, inspection_id)
+        if row.review_state == state:
+            return False
+        if is_for_admins(row.review_state, state) and not is_admin:
+            raise Forbidden(f"Only an admin may set {row.review_state!r} to {state!r}.")
+        _require_step(session, row, state)
+        before, after = {"review": row.review_state}, {"review": state}
+        row.review_state = state
+        row.reviewed_at, row.reviewed_by = datetime.now(UTC), who
+        session.add(EventRow.now(row, REVIEWED, who, before, after, reason))
+        return True
 
-        def apply(session: Session) -> bool:
-            row = existing(session, inspection_id)
-            if row.review_state == state:
-                return False
-            if is_for_admins(row.review_state, state) and not is_admin:
-                raise Forbidden(f"Only an admin may set {row.review_state!r} to {state!r}.")
-            _require_step(session, row, state)
-            before, after = {"review": row.review_state}, {"review": state}
-            row.review_state = state
-            row.reviewed_at, row.reviewed_by = datetime.now(UTC), who
-            session.add(EventRow.now(row, REVIEWED, who, before, after, reason))
-            return True
-
-        return self._database.write(apply)
-
+    @writing
     def remark(
         self,
+        session: Session,
         inspection_id: str,
         remark_id: str,
         observation_id: str,
@@ -132,32 +129,31 @@ class ReviewStore:
             ObservationNotFound: The inspection has no such observation.
             ChangedMeanwhile: Another version of it is stored by now.
         """
+        unlocked(session, inspection_id)
+        if session.get(RemarkRow, (inspection_id, remark_id)) is not None:
+            return
+        observation = session.get(ObservationRow, (inspection_id, observation_id))
+        if observation is None or observation.deleted_at is not None:
+            raise ObservationNotFound("There is no such observation.")
+        fields = entered(StatedTag.kept(observation.fields).to_json())
+        require_version(fields, None, seen)
+        row = RemarkRow(
+            inspection_id=inspection_id,
+            id=remark_id,
+            observation_id=observation_id,
+            kind=kind,
+            text=text,
+            version=version_of(fields),
+            made_at=datetime.now(UTC),
+            made_by=who,
+        )
+        session.add(row)
+        session.add(_event(row, kind, who))
 
-        def insert(session: Session) -> None:
-            unlocked(session, inspection_id)
-            if session.get(RemarkRow, (inspection_id, remark_id)) is not None:
-                return
-            observation = session.get(ObservationRow, (inspection_id, observation_id))
-            if observation is None or observation.deleted_at is not None:
-                raise ObservationNotFound("There is no such observation.")
-            fields = entered(StatedTag.kept(observation.fields).to_json())
-            require_version(fields, None, seen)
-            row = RemarkRow(
-                inspection_id=inspection_id,
-                id=remark_id,
-                observation_id=observation_id,
-                kind=kind,
-                text=text,
-                version=version_of(fields),
-                made_at=datetime.now(UTC),
-                made_by=who,
-            )
-            session.add(row)
-            session.add(_event(row, kind, who))
-
-        self._database.write(insert)
-
-    def settle(self, inspection_id: str, remark_id: str, who: str, *, is_settled: bool) -> None:
+    @writing
+    def settle(
+        self, session: Session, inspection_id: str, remark_id: str, who: str, *, is_settled: bool
+    ) -> None:
         """Settle a question, or open it again.
 
         Raises:
@@ -165,18 +161,17 @@ class ReviewStore:
             InspectionLocked: It is approved.
             RemarkNotFound: It has no such remark.
         """
+        row = _remark(session, inspection_id, remark_id)
+        if (row.settled_at is not None) == is_settled:
+            return
+        row.settled_at = datetime.now(UTC) if is_settled else None
+        row.settled_by = who if is_settled else None
+        session.add(_event(row, "settled" if is_settled else "unsettled", who))
 
-        def apply(session: Session) -> None:
-            row = _remark(session, inspection_id, remark_id)
-            if (row.settled_at is not None) == is_settled:
-                return
-            row.settled_at = datetime.now(UTC) if is_settled else None
-            row.settled_by = who if is_settled else None
-            session.add(_event(row, "settled" if is_settled else "unsettled", who))
-
-        self._database.write(apply)
-
-    def withdraw(self, inspection_id: str, remark_id: str, who: str, *, is_admin: bool) -> None:
+    @writing
+    def withdraw(
+        self, session: Session, inspection_id: str, remark_id: str, who: str, *, is_admin: bool
+    ) -> None:
         """Remove a remark, if it is there.
 
         Raises:
@@ -184,20 +179,16 @@ class ReviewStore:
             InspectionLocked: It is approved.
             Forbidden: Somebody else has made it, and `who` is no admin.
         """
-
-        def remove(session: Session) -> None:
-            unlocked(session, inspection_id)
-            row = session.get(RemarkRow, (inspection_id, remark_id))
-            if row is None:
-                return
-            if row.made_by != who and not is_admin:
-                raise Forbidden(
-                    f"{row.made_by} has made this remark, so only they or an admin may remove it."
-                )
-            session.delete(row)
-            session.add(_event(row, "withdrawn", who))
-
-        self._database.write(remove)
+        unlocked(session, inspection_id)
+        row = session.get(RemarkRow, (inspection_id, remark_id))
+        if row is None:
+            return
+        if row.made_by != who and not is_admin:
+            raise Forbidden(
+                f"{row.made_by} has made this remark, so only they or an admin may remove it."
+            )
+        session.delete(row)
+        session.add(_event(row, "withdrawn", who))
 
 
 def _require_step(session: Session, row: Inspection, state: ReviewState) -> None:

@@ -11,7 +11,7 @@ from sqlalchemy import and_, select, update
 from sqlalchemy.orm import Session
 
 from app.errors import ClaimLost, StillRunning
-from app.storage.database.database import Database
+from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ENDED, ArchiveFilm, EventRow, Inspection, ObservationRow
 from app.storage.records.attachments import AttachmentRow
 from app.storage.records.inspections import existing, require_unlocked, unlocked
@@ -30,38 +30,32 @@ class Outcome:
     warning: str | None = None
 
 
-class RunStore:
+class RunStore(Store):
     """Queues, claims and ends runs; it returns detached rows."""
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
-
-    def queue_interrupted(self) -> int:
+    @writing
+    def queue_interrupted(self, session: Session) -> int:
         """Queue again the inspections whose tracking was interrupted; return their number.
 
         Recordings must be finalised first: see `open_recordings`.
         """
+        rows = session.scalars(select(Inspection).where(_IS_TRACKED)).all()
+        for row in rows:
+            row.status = "queued"
+        return len(rows)
 
-        def queue(session: Session) -> int:
-            rows = session.scalars(select(Inspection).where(_IS_TRACKED)).all()
-            for row in rows:
-                row.status = "queued"
-            return len(rows)
-
-        return self._database.write(queue)
-
-    def open_recordings(self) -> list[Inspection]:
+    @reading
+    def open_recordings(self, session: Session) -> list[Inspection]:
         """Return the recordings that have not ended."""
         query = select(Inspection).where(
             Inspection.status == "running", Inspection.source_sha256 == ""
         )
-        with self._database.read() as session:
-            return list(session.scalars(query))
+        return list(session.scalars(query))
 
-    def are_queued(self) -> bool:
+    @reading
+    def are_queued(self, session: Session) -> bool:
         """Return whether inspections wait to be tracked."""
-        with self._database.read() as session:
-            return session.scalar(_FIRST_QUEUED) is not None
+        return session.scalar(_FIRST_QUEUED) is not None
 
     def claim_next(self, with_run: Collection[str]) -> Inspection | None:
         """Begin an attempt of the queued inspection that is first in order; return it, `running`,
@@ -74,7 +68,7 @@ class RunStore:
             interrupted = select(Inspection.id).where(_IS_TRACKED, Inspection.id.not_in(with_run))
             return session.scalar(interrupted.limit(1)) or session.scalar(_FIRST_QUEUED)
 
-        with self._database.read() as session:
+        with self.database.read() as session:
             if next_id(session) is None:
                 return None  # read first, as a write costs a sync of the disk
 
@@ -85,47 +79,44 @@ class RunStore:
                 row.attempt += 1
             return row
 
-        return self._database.write(claim)
+        return self.database.write(claim)
 
-    def give_back(self, inspection_id: str) -> None:
+    @writing
+    def give_back(self, session: Session, inspection_id: str) -> None:
         """Queue an inspection again that nobody could begin to track."""
+        row = session.get(Inspection, inspection_id)
+        if row is not None and row.status == "running":
+            row.status = "queued"
 
-        def queue(session: Session) -> None:
-            row = session.get(Inspection, inspection_id)
-            if row is not None and row.status == "running":
-                row.status = "queued"
-
-        self._database.write(queue)
-
-    def has_outcome(self, inspection_id: str, attempt: int | None, outcome: Outcome) -> bool:
+    @reading
+    def has_outcome(
+        self, session: Session, inspection_id: str, attempt: int | None, outcome: Outcome
+    ) -> bool:
         """Return whether this outcome of an attempt is stored already."""
-        with self._database.read() as session:
-            row = existing(session, inspection_id)
-            return (row.attempt, row.status) == (attempt, outcome.status)
+        row = existing(session, inspection_id)
+        return (row.attempt, row.status) == (attempt, outcome.status)
 
-    def require_claim(self, inspection_id: str, attempt: int | None) -> None:
+    @reading
+    def require_claim(self, session: Session, inspection_id: str, attempt: int | None) -> None:
         """Raise ClaimLost unless this attempt is the newest; InspectionNotFound without a row."""
-        with self._database.read() as session:
-            _require_claim(existing(session, inspection_id), attempt)
+        _require_claim(existing(session, inspection_id), attempt)
 
-    def cancel_unless_ended(self, inspection_id: str) -> str:
+    @writing
+    def cancel_unless_ended(self, session: Session, inspection_id: str) -> str:
         """Set an inspection that is not running to `cancelled`; return its previous status.
 
         Raises:
             InspectionNotFound: No inspection has this id.
         """
+        row = existing(session, inspection_id)
+        before = row.status
+        if before not in ENDED:
+            row.status = "cancelled"
+            row.finished_at = datetime.now(UTC)
+        return before
 
-        def cancel(session: Session) -> str:
-            row = existing(session, inspection_id)
-            before = row.status
-            if before not in ENDED:
-                row.status = "cancelled"
-                row.finished_at = datetime.now(UTC)
-            return before
-
-        return self._database.write(cancel)
-
-    def queue_again(self, inspection_id: str) -> None:
+    @writing
+    def queue_again(self, session: Session, inspection_id: str) -> None:
         """Queue an ended inspection as if it were new.
 
         Raises:
@@ -133,14 +124,13 @@ class RunStore:
             InspectionLocked: It is approved.
             StillRunning: The inspection is queued or running.
         """
+        row = existing(session, inspection_id)
+        _queue_again(session, row)
 
-        def queue(session: Session) -> None:
-            row = existing(session, inspection_id)
-            _queue_again(session, row)
-
-        self._database.write(queue)
-
-    def change_rig(self, inspection_id: str, who: str, rig: Mapping[str, Any]) -> None:
+    @writing
+    def change_rig(
+        self, session: Session, inspection_id: str, who: str, rig: Mapping[str, Any]
+    ) -> None:
         """Queue an ended inspection again with this rig; record the differences as event
         "rig_changed".
 
@@ -149,34 +139,33 @@ class RunStore:
             InspectionLocked: It is approved.
             StillRunning: The inspection is queued or running.
         """
+        row = existing(session, inspection_id)
+        _queue_again(session, row)
+        before, after = _differences(_flat(row.rig), _flat(rig))
+        if after != before:
+            row.rig = dict(rig)
+            row.revision += 1
+            session.add(EventRow.now(row, RIG_CHANGED, who, before, after))
 
-        def apply(session: Session) -> None:
-            row = existing(session, inspection_id)
-            _queue_again(session, row)
-            before, after = _differences(_flat(row.rig), _flat(rig))
-            if after != before:
-                row.rig = dict(rig)
-                row.revision += 1
-                session.add(EventRow.now(row, RIG_CHANGED, who, before, after))
-
-        self._database.write(apply)
-
-    def queue_recording(self, inspection_id: str, warning: str) -> None:
+    @writing
+    def queue_recording(self, session: Session, inspection_id: str, warning: str) -> None:
         """Queue a finalised recording to be tracked as a file; `warning` says why.
 
         Raises:
             InspectionNotFound: No inspection has this id.
         """
+        row = existing(session, inspection_id)
+        row.status, row.warning = "queued", warning
+        row.queued_at = datetime.now(UTC)
 
-        def queue(session: Session) -> None:
-            row = existing(session, inspection_id)
-            row.status, row.warning = "queued", warning
-            row.queued_at = datetime.now(UTC)
-
-        self._database.write(queue)
-
+    @writing
     def record_on(
-        self, inspection_id: str, who: str, between: str, values: Mapping[str, Any]
+        self,
+        session: Session,
+        inspection_id: str,
+        who: str,
+        between: str,
+        values: Mapping[str, Any],
     ) -> Inspection:
         """Continue an ended recording as the event "continued"; its end is withdrawn.
 
@@ -190,47 +179,48 @@ class RunStore:
             InspectionLocked: It is approved.
             StillRunning: The inspection is queued or running.
         """
+        row = unlocked(session, inspection_id)
+        _require_ended(row)
+        before = row.editable()
+        row.header = {
+            name: value
+            for name, value in row.header.items()
+            if name not in ("end_condition", "abandon_reason")
+        }
+        for name, value in values.items():
+            setattr(row, name, value)
+        row.status = "running"
+        row.source_sha256 = ""
+        row.finished_at = None
+        row.error_code = row.error_detail = row.warning = None
+        row.corrected_mm = row.sigma_corrected_mm = None
+        after = {**row.editable(), "robot": between}
+        session.add(EventRow.now(row, "continued", who, before, after))
+        return row
 
-        def apply(session: Session) -> Inspection:
-            row = unlocked(session, inspection_id)
-            _require_ended(row)
-            before = row.editable()
-            row.header = {
-                name: value
-                for name, value in row.header.items()
-                if name not in ("end_condition", "abandon_reason")
-            }
-            for name, value in values.items():
-                setattr(row, name, value)
-            row.status = "running"
-            row.source_sha256 = ""
-            row.finished_at = None
-            row.error_code = row.error_detail = row.warning = None
-            row.corrected_mm = row.sigma_corrected_mm = None
-            after = {**row.editable(), "robot": between}
-            session.add(EventRow.now(row, "continued", who, before, after))
-            return row
-
-        return self._database.write(apply)
-
+    @writing
     def record_video(
-        self, inspection_id: str, video_file: str, video: Mapping[str, Any], size: int, sha256: str
+        self,
+        session: Session,
+        inspection_id: str,
+        video_file: str,
+        video: Mapping[str, Any],
+        size: int,
+        sha256: str,
     ) -> None:
         """Store the video that a recording became.
 
         Raises:
             InspectionNotFound: No inspection has this id.
         """
+        row = existing(session, inspection_id)
+        row.video_file, row.video = video_file, dict(video)
+        row.source_size, row.source_sha256 = size, sha256
 
-        def record(session: Session) -> None:
-            row = existing(session, inspection_id)
-            row.video_file, row.video = video_file, dict(video)
-            row.source_size, row.source_sha256 = size, sha256
-
-        self._database.write(record)
-
+    @writing
     def record_outcome(
         self,
+        session: Session,
         inspection_id: str,
         outcome: Outcome,
         *,
@@ -252,25 +242,21 @@ class RunStore:
             InspectionNotFound: No inspection has this id.
             ClaimLost: The inspection has been claimed again since.
         """
-
-        def record(session: Session) -> None:
-            row = existing(session, inspection_id)
-            if attempt is not None:
-                _require_claim(row, attempt)
-            row.status = outcome.status
-            row.error_code = outcome.error_code
-            row.error_detail = outcome.error_detail
-            # A queued recording keeps the warning that says why it was queued.
-            row.warning = " ".join(filter(None, (row.warning, outcome.warning))) or None
-            row.frames_done = frames_done
-            row.fps = fps
-            row.tracked_with = tracked_with
-            row.finished_at = datetime.now(UTC)
-            if last is not None:
-                row.distance_mm = last.distance_mm
-                row.sigma_distance_mm = last.sigma_distance_mm
-
-        self._database.write(record)
+        row = existing(session, inspection_id)
+        if attempt is not None:
+            _require_claim(row, attempt)
+        row.status = outcome.status
+        row.error_code = outcome.error_code
+        row.error_detail = outcome.error_detail
+        # A queued recording keeps the warning that says why it was queued.
+        row.warning = " ".join(filter(None, (row.warning, outcome.warning))) or None
+        row.frames_done = frames_done
+        row.fps = fps
+        row.tracked_with = tracked_with
+        row.finished_at = datetime.now(UTC)
+        if last is not None:
+            row.distance_mm = last.distance_mm
+            row.sigma_distance_mm = last.sigma_distance_mm
 
 
 _IS_TRACKED = and_(Inspection.status == "running", Inspection.source_sha256 != "")
