@@ -1,6 +1,6 @@
 """Measures the archive on this machine and writes the tables of docs/archive_measured.md; no test.
 
-    python tests/measure archive [equal throughput queue kills users million]
+    python tests/measure archive [equal throughput queue kills]
 
 `equal`: a folder of short films of mixed quality, some broken, is processed by `chainage archive`
 on this machine, and on a cluster of two workers with PostgreSQL and an S3 store, where a worker
@@ -9,9 +9,6 @@ and the database are killed on the way; the results are compared to the byte.
 in a plain loop.
 `queue`: 10,000 films in the list: memory and time of the server's side.
 `kills`: worker, scheduler, server and database are killed by turns while films are tracked.
-`users`: twenty people with a page each, beside a running batch.
-`million`: what a million films need, computed from the results of `throughput` in the same --folder
-and from assumed prices.
 """
 
 # ruff: noqa: T201
@@ -19,14 +16,12 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-import itertools
 import json
 import os
 import random
 import re
 import resource
 import signal
-import sqlite3
 import statistics
 import subprocess
 import sys
@@ -36,7 +31,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing import get_context
@@ -54,7 +49,6 @@ from app.jobs.track.follow import Follower
 from app.lab.markdown_figures import write_figures
 from app.lab.simulation import SCENARIOS
 from app.settings import Settings
-from measure.chromium import chromium
 from vo_core import Rig, VideoFile
 
 PAGE = Path(__file__).parents[2] / "docs" / "archive_measured.md"
@@ -62,14 +56,6 @@ TOKEN = "measured-by-a-script"  # noqa: S105
 CHAINAGE = [str(Path(sys.executable).with_name("chainage"))]
 SHORT_MM, LONG_MM = 600.0, 15_000.0
 PATIENCE_S = 1800.0
-USERS, USING_S, SEARCH_EVERY_S = 20, 60.0, 5.0
-FILM_BYTES, FILM_FRAMES, FILM_M = 1e9, 22_500, 90.0
-"""A film as it is assumed for a million of them: 15 minutes, 100 mm/s."""
-PART_BYTES = 8 * 2**20
-EURO_CORE_H, EURO_GB_MONTH, EURO_MILLION_PUTS, EURO_MILLION_GETS = 0.04, 0.02, 5.0, 0.4
-"""Assumed prices."""
-TIMINGS = """performance.getEntriesByType("resource")
-    .filter(entry => entry.name.includes("/api/archive/")).map(entry => entry.duration)"""
 Rows = list[tuple[str, ...]]
 
 
@@ -352,84 +338,6 @@ def kills(folder: Path, count: int, rounds: int) -> Rows:
     ]
 
 
-def users(folder: Path, count: int) -> Rows:
-    """Let twenty people use the list of films while others are tracked."""
-    films = folder / "films"
-    rules = json.loads(make_films(films, count, SHORT_MM).read_text())
-    site = Site(Path(tempfile.mkdtemp(dir=folder)), {"CHAINAGE_ARCHIVE_FOLDERS": str(films)})
-    with serving(site) as server, chromium() as browser:
-        server.ask("POST", "/api/archive/films", json={"paths": [str(films)], "rules": rules})
-        server.post("start", {})
-        pages = []
-        for _ in range(USERS):
-            page = browser.new_context().new_page()
-            page.goto(f"{server.url}/login?token={TOKEN}&next=/archive")
-            page.get_by_role("searchbox").wait_for()
-            page.evaluate("performance.clearResourceTimings()")
-            pages.append(page)
-        found_ms: list[float] = []
-        ends_s = time.monotonic() + USING_S
-        words = itertools.cycle(("C-000", "nominal", "dim", ""))
-        while time.monotonic() < ends_s:
-            for page in pages:
-                page.get_by_role("searchbox").fill(next(words))
-                time.sleep(SEARCH_EVERY_S / USERS)
-        tracked = server.ask("GET", "/api/archive/progress").json()
-        for page in pages:
-            found_ms += page.evaluate(TIMINGS)
-    return [
-        ("people, each with a page of the list and a search every 5 s", str(USERS)),
-        ("answers of the archive that their pages waited for", str(len(found_ms))),
-        (
-            "until the answer is there, as the browser measures it: median, p95",
-            quantiles_ms(found_ms),
-        ),
-        ("films tracked meanwhile", str(tracked["states"].get("done", 0))),
-    ]
-
-
-def million(folder: Path, frames_per_core_s: float) -> Rows:
-    """Compute what a million films need, from the results of `throughput` and stated prices."""
-    site = Site(folder / "pool-1")
-    frames = tiles = track_bytes = tile_bytes = 0
-    with reading(Settings(data=site.data)) as records:
-        rows = [summary.row for summary in records.inspection_store.summaries()]
-        way_m = sum((row.distance_mm or 0) / 1000 for row in rows)
-        for row in rows:
-            frames += row.frames_done
-            place = site.data / "inspections" / row.id
-            track_bytes += sum(path.stat().st_size for path in place.glob("*.csv"))
-            found = [path.stat().st_size for path in place.glob("wall/*.jpg")]
-            tiles, tile_bytes = tiles + len(found), tile_bytes + sum(found)
-    with closing(sqlite3.connect(site.data / "chainage.db")) as database:
-        rows_bytes = sum(map(len, database.iterdump()))
-    own = FILM_FRAMES * track_bytes / frames + FILM_M * tile_bytes / way_m
-    film_tiles = FILM_M * tiles / way_m
-    core_h = FILM_FRAMES / frames_per_core_s / 3600
-    parts = FILM_BYTES / PART_BYTES
-    checkpoints = core_h * 3600 / 15
-    puts = parts + 2 + 2 + 3 * checkpoints + 2 * (4 + film_tiles) + 2
-    gets = 2 * parts + 4 + film_tiles + 4
-    million_tb = (FILM_BYTES + own) * 1e6 / 1e12
-    euros = (
-        core_h * 1e6 * EURO_CORE_H,
-        1000 * million_tb * EURO_GB_MONTH,
-        puts * EURO_MILLION_PUTS + gets * EURO_MILLION_GETS,
-    )
-    return [
-        ("films", f"{million_tb:,.0f} TB, of which results {own * 1e6 / 1e12:.1f} TB"),
-        (
-            "tracking",
-            f"{core_h * 1e6:,.0f} core-hours: {core_h * 1e6 / 1000 / 24:.0f} days of 1000 cores",
-        ),
-        ("object requests", f"{puts:,.0f} million to write, {gets:,.0f} million to read"),
-        ("database, without defects", f"{rows_bytes / len(rows) * 1e6 / 1e9:.0f} GB as text"),
-        ("computing, once", f"EUR {euros[0]:,.0f}"),
-        ("storage, each month", f"EUR {euros[1]:,.0f}"),
-        ("requests, once", f"EUR {euros[2]:,.0f}"),
-    ]
-
-
 def progress_of(server: Server) -> dict[str, int]:
     """Return the number of films in each state; wait while the database is away."""
     found: dict[str, int] = server.ask("GET", "/api/archive/progress", patience_s=120).json()[
@@ -546,8 +454,6 @@ HEADS = {
     "throughput": ("", "speed", "for each second of processor time", "efficiency"),
     "queue": ("", "measured"),
     "kills": ("", "measured"),
-    "users": ("", "measured"),
-    "million": ("", "a million films"),
 }
 
 
@@ -557,7 +463,6 @@ def main() -> int:
     arguments.add_argument("parts", nargs="*", choices=[*HEADS, []], default=list(HEADS))
     arguments.add_argument("--films", type=int, default=200)
     arguments.add_argument("--kills", type=int, default=200)
-    arguments.add_argument("--frames-per-core-s", type=float, default=100.0, help="for `million`")
     arguments.add_argument("--rows", type=int, default=10_000)
     arguments.add_argument("--write", action="store_true", help=f"put the tables into {PAGE.name}")
     arguments.add_argument("--folder", type=Path, help="keep films and data here")
@@ -571,8 +476,6 @@ def main() -> int:
                 "throughput": lambda: throughput(folder),
                 "queue": lambda: queue(folder, asked.rows),
                 "kills": lambda: kills(folder, min(asked.films, 40), asked.kills),
-                "users": lambda: users(folder, asked.films),
-                "million": lambda: million(folder, asked.frames_per_core_s),
             }[part]()
             lines = (HEADS[part], ("---",) * len(rows[0]), *rows)
             table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
