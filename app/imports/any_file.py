@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from app.errors import InvalidImport
@@ -18,14 +19,7 @@ from app.imports.survey import ImportedFile
 from app.imports.whole_inspection import WholeInspection
 
 MIB = 2**20
-_MOST_TEXT_BYTES = 16 * MIB
-"""A survey of 2000 defects has 0.5 MB of EN 13508-2 text, and a file of 200 surveys 6 MB."""
-_MOST_XML_BYTES = 32 * MIB
-"""ISYBAU needs some 700 bytes for each observation: 14 MB for 20 000."""
 _OF_XML = "EN 13508-2 XML, RIBX, ISYBAU XML, DWA-M 150 XML"
-_MOST_JSON_BYTES = _MOST_DATABASE_BYTES = 64 * MIB
-"""An export of 2000 defects in a film of three hours at 30 Hz has some 60 MB, most of it track. A
-WinCan project with as many defects has 2 MB, but may contain catalogues and small pictures too."""
 
 
 def read(content: bytes) -> ImportedFile | WholeInspection:
@@ -35,18 +29,14 @@ def read(content: bytes) -> ImportedFile | WholeInspection:
         InvalidImport: The format is unknown, or the file is damaged or too large; the text says why
         and where.
     """
-    if chainage_json.is_chainage_json(content):
-        _require_size(content, _MOST_JSON_BYTES)
-        return chainage_json.read(content)
-    if wincan.looks_like(content):
-        _require_size(content, _MOST_DATABASE_BYTES)
-        return wincan.read(content)
-    if en13508_text.looks_like(content):
-        _require_size(content, _MOST_TEXT_BYTES)
-        return en13508_text.read(content)
-    if xml_file.looks_like(content):
-        _require_size(content, _MOST_XML_BYTES)
-        return _xml(content)
+    for looks_like, most_mib, read_it in _FORMATS:
+        if not looks_like(content):
+            continue
+        if len(content) > most_mib * MIB:
+            raise InvalidImport(
+                f"The file has {len(content) / MIB:.1f} MiB; one of its kind may have {most_mib}."
+            )
+        return read_it(content)
     raise InvalidImport(
         "The file has none of the known formats: EN 13508-2 text (its first line begins with "
         f"#A1 or #B01), {_OF_XML}, WinCan .db3, or the JSON report of Chainage."
@@ -55,22 +45,29 @@ def read(content: bytes) -> ImportedFile | WholeInspection:
 
 def _xml(content: bytes) -> ImportedFile:
     root, said = xml_file.parsed(content)
-    if en13508_xml.looks_like(root):
-        file = en13508_xml.read(root)
-    elif isybau.looks_like(root):
-        file = isybau.read(root)
-    elif m150.looks_like(root):
-        file = m150.read(root)
-    else:
-        raise InvalidImport(
-            f"The XML file begins with {root.name:.40}, which is none of the known formats: "
-            f"{_OF_XML}."
-        )
-    return replace(file, warnings=(*said, *file.warnings))
+    for looks_like, read_it in (
+        (en13508_xml.looks_like, en13508_xml.read),
+        (isybau.looks_like, isybau.read),
+        (m150.looks_like, m150.read),
+    ):
+        if looks_like(root):
+            file = read_it(root)
+            return replace(file, warnings=(*said, *file.warnings))
+    raise InvalidImport(
+        f"The XML file begins with {root.name:.40}, which is none of the known formats: {_OF_XML}."
+    )
 
 
-def _require_size(content: bytes, most: int) -> None:
-    if len(content) > most:
-        raise InvalidImport(
-            f"The file has {len(content) / MIB:.1f} MiB; one of its kind may have {most // MIB}."
-        )
+_FORMATS: tuple[
+    tuple[Callable[[bytes], bool], int, Callable[[bytes], ImportedFile | WholeInspection]], ...
+] = (
+    # An export of 2000 defects in a film of three hours at 30 Hz has some 60 MB, most of it track.
+    (chainage_json.is_chainage_json, 64, chainage_json.read),
+    # A project with as many defects has 2 MB, but may contain catalogues and small pictures too.
+    (wincan.looks_like, 64, wincan.read),
+    # A survey of 2000 defects has 0.5 MB, and a file of 200 surveys 6 MB.
+    (en13508_text.looks_like, 16, en13508_text.read),
+    # ISYBAU needs some 700 bytes for each observation: 14 MB for 20 000.
+    (xml_file.looks_like, 32, _xml),
+)
+"""How a format is known, how many MiB a file may have, and its reader."""

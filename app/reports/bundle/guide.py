@@ -65,8 +65,8 @@ class Delivered:
     @property
     def title(self) -> str:
         """Asset and inspection, on one line."""
-        return one_line(legible(self.asset if self.asset == self.name else
-                                f"{self.asset} · {self.name}"))  # fmt: skip
+        names = dict.fromkeys((self.asset, self.name))
+        return one_line(legible(" · ".join(names)))
 
 
 _TEMPLATES = Environment(

@@ -7,7 +7,6 @@ Nothing is unpacked to the disk, and only members that the manifest names are re
 from __future__ import annotations
 
 import base64
-import binascii
 import hashlib
 import re
 import stat
@@ -73,11 +72,12 @@ def verify(bundle: Path, *, key: str | None = None, video: Path | None = None) -
             if sum(info.compress_size for info in infos_of(archive)) > bundle.stat().st_size:
                 raise UnusableBundle(f"{bundle} is not an evidence bundle: its files overlap.")
             _require_own_methods(archive)
-            content = _manifest_content(archive)
+            content = _only_member(archive, MANIFEST, _MOST_MANIFEST_BYTES)
+            if content is None:
+                raise UnusableBundle(f"It is not an evidence bundle: it must have one {MANIFEST}.")
             manifest = _manifest_of(content)
             findings = (
                 *_signature(archive, manifest, content, key),
-                *_names(archive, manifest),
                 *_files(archive, manifest),
                 *_missing(manifest),
                 *_videos(manifest, video),
@@ -105,10 +105,11 @@ def _require_own_methods(archive: zipfile.ZipFile) -> None:
             )
 
 
-def _manifest_content(archive: zipfile.ZipFile) -> bytes:
-    infos = [info for info in archive.infolist() if info.filename == MANIFEST]
-    if len(infos) != 1 or infos[0].file_size > _MOST_MANIFEST_BYTES:
-        raise UnusableBundle(f"It is not an evidence bundle: it must have one {MANIFEST}.")
+def _only_member(archive: zipfile.ZipFile, name: str, most_bytes: int) -> bytes | None:
+    """Return a member that is there once and not too large, else None."""
+    infos = [info for info in archive.infolist() if info.filename == name]
+    if len(infos) != 1 or infos[0].file_size > most_bytes:
+        return None
     return archive.read(infos[0])
 
 
@@ -131,7 +132,7 @@ def _signature(
     archive: zipfile.ZipFile, manifest: Manifest, content: bytes, wanted: str | None
 ) -> Iterator[Finding]:
     public_key = _decoded(manifest.public_key)
-    signature = _decoded(_small(archive, SIGNATURE))
+    signature = _decoded(_only_member(archive, SIGNATURE, 1000) or b"")
     own = fingerprint(public_key)
     if not is_signed_by(public_key, signature, content):
         yield Finding("signature", False, f"{MANIFEST} is not the file that its key has signed")
@@ -146,27 +147,21 @@ def _signature(
         yield Finding("key", own == wanted, words)
 
 
-def _names(archive: zipfile.ZipFile, manifest: Manifest) -> Iterator[Finding]:
-    """Report members that should not be in the archive."""
+def _files(archive: zipfile.ZipFile, manifest: Manifest) -> Iterator[Finding]:
+    """Report members that should not be in the archive, and check every listed file."""
     counts = Counter(info.filename for info in archive.infolist())
-    listed = {*manifest.files, MANIFEST, SIGNATURE}
+    infos = {info.filename: info for info in archive.infolist()}
+    unlisted = [name for name in counts if name not in {*manifest.files, MANIFEST, SIGNATURE}]
     for name, count in counts.items():
-        if not _NAME.fullmatch(name):
-            yield Finding(_shown(name), False, "its name could lead out of a folder, or is odd")
-        elif name not in listed:
-            yield Finding(name, False, f"is in the archive, but not in {MANIFEST}")
         if count > 1:
             yield Finding(_shown(name), False, f"is {count} times in the archive")
-
-
-def _files(archive: zipfile.ZipFile, manifest: Manifest) -> Iterator[Finding]:
-    """Check every listed file."""
-    infos = {info.filename: info for info in archive.infolist()}
     room = _MOST_BYTES
-    for name, listed in manifest.files.items():
-        info = infos.get(name)
+    for name in (*unlisted, *manifest.files):
+        info, listed = infos.get(name), manifest.files.get(name)
         if not _NAME.fullmatch(name):
             yield Finding(_shown(name), False, "its name could lead out of a folder, or is odd")
+        elif listed is None:
+            yield Finding(name, False, f"is in the archive, but not in {MANIFEST}")
         elif info is None:
             yield Finding(name, False, "is missing in the archive")
         elif (fault := _fault_of(info)) is not None:
@@ -231,18 +226,10 @@ def _video(listed: Video, name: str | None, given: str | None) -> Finding:
     return Finding(what, False, f"{name} is another film: its SHA-256 differs")
 
 
-def _small(archive: zipfile.ZipFile, name: str) -> str:
-    """Return a short text; empty if it is missing."""
-    infos = [info for info in archive.infolist() if info.filename == name]
-    if len(infos) != 1 or infos[0].file_size > 1000:
-        return ""
-    return archive.read(infos[0]).decode("ascii", "replace")
-
-
-def _decoded(text: str) -> bytes:
+def _decoded(text: str | bytes) -> bytes:
     try:
         return base64.b64decode(text.strip(), validate=True)
-    except (binascii.Error, ValueError):
+    except ValueError:
         return b""
 
 

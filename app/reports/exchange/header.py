@@ -6,18 +6,13 @@ column nor words can hold is a loss. So losses follow from the table of columns.
 
 from __future__ import annotations
 
-import re
-from datetime import date
-
 from app.reports.content.ascii import one_line
 from app.reports.report import Loss, Phrase, Report
 from app.survey.fields.declaration import AS_IT_IS, Column, Family, Field, ValueList, kept_name
-from app.survey.fields.header import FIELDS, is_empty, number_of
+from app.survey.fields.header import FIELDS, faults, is_empty, number_of
 from app.survey.fields.in_words import TECHNICAL, in_words
 from app.survey.rounding import decimals
 
-_DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
-_TIME = re.compile(r"((?:[01][0-9]|2[0-3]):[0-5][0-9])(:[0-5][0-9])?")
 _NEVER_SAID = frozenset({"standard", "end_condition", "abandon_reason"})
 """Fields that other sentences and the rows cover."""
 _WRITTEN_APART = frozenset({"asset_id", "start_node", "standard", "video_files", "remarks"})
@@ -175,20 +170,14 @@ class Header:
 
     def _moment(self, name: str) -> str:
         """Return a day, or a time with its seconds."""
-        value = str(self._stated.get(name))
-        found = (_DATE if name == "date" else _TIME).fullmatch(value)
-        if name == "date" and found:
-            try:
-                date.fromisoformat(value)
-            except ValueError:
-                found = None
-        if found is None:
+        value = self._stated.get(name)
+        if not isinstance(value, str) or is_empty(value) or faults({name: value}):
             assumed = str(self._assumed.get(name) or "")
             if assumed:
                 self._losses.append(Loss("no_date", day=assumed))
             return assumed
         self._written.add(name)
-        return value if name == "date" else found[1] + (found[2] or ":00")
+        return f"{value}:00" if name == "time" and value.count(":") == 1 else value
 
 
 def _assumed_of(report: Report) -> dict[str, object]:

@@ -17,53 +17,38 @@ class Preset:
 
 
 def _looking_down(
-    size_wh: tuple[int, int], view_deg: float, height_mm: float, pipe: dict[str, object]
-) -> Rig:
+    name: str, size_wh: tuple[int, int], view_deg: float, height_mm: float, **pipe: object
+) -> Preset:
     """Build a centred pinhole camera: focal length = (width / 2) / tan(horizontal field of view /
     2).
     """
     width, height = size_wh
     focal_px = round(width / 2 / math.tan(math.radians(view_deg / 2)), 1)
-    return Rig.parse(
-        {
-            "camera": {
-                "model": "pinhole",
-                "width": width,
-                "height": height,
-                "fx": focal_px,
-                "fy": focal_px,
-                "cx": (width - 1) / 2,
-                "cy": (height - 1) / 2,
-            },
-            "mount": {"view": "down", "height_mm": height_mm, "rotation_deg": 0.0},
-            "pipe": pipe,
-        }
-    )
+    centre = {"cx": (width - 1) / 2, "cy": (height - 1) / 2}
+    size = {"width": width, "height": height}
+    camera = {"model": "pinhole", **size, "fx": focal_px, "fy": focal_px, **centre}
+    mount = {"view": "down", "height_mm": height_mm, "rotation_deg": 0.0}
+    title = f"{name}, {width} x {height}, {view_deg:g}° lens"
+    return Preset(title, Rig.parse({"camera": camera, "mount": mount, "pipe": pipe}))
 
 
-def _circular(diameter_mm: float, segment_length_mm: float) -> dict[str, object]:
-    return {
-        "shape": "circular",
-        "diameter_mm": diameter_mm,
-        "segment_length_mm": segment_length_mm,
-    }
+def _in_culvert(
+    diameter_mm: float,
+    segment_mm: float,
+    size_wh: tuple[int, int],
+    view_deg: float,
+    height_mm: float,
+) -> Preset:
+    pipe = {"diameter_mm": diameter_mm, "segment_length_mm": segment_mm}
+    name = f"{diameter_mm:g} mm culvert, camera looking down"
+    return _looking_down(name, size_wh, view_deg, height_mm, shape="circular", **pipe)
 
 
 PRESETS = (
-    Preset(
-        "300 mm culvert, camera looking down, 640 x 480, 30° lens",
-        _looking_down((640, 480), 30, 230, _circular(300, 1500)),
-    ),
-    Preset(
-        "600 mm culvert, camera looking down, 1280 x 720, 60° lens",
-        _looking_down((1280, 720), 60, 400, _circular(600, 2400)),
-    ),
-    Preset(
-        "1200 mm culvert, camera looking down, 1920 x 1080, 60° lens",
-        _looking_down((1920, 1080), 60, 600, _circular(1200, 2400)),
-    ),
-    Preset(
-        "Box culvert or floor, camera 500 mm above it, 1280 x 720, 60° lens",
-        _looking_down((1280, 720), 60, 500, {"shape": "flat"}),
+    _in_culvert(300, 1500, (640, 480), 30, 230),
+    _in_culvert(600, 2400, (1280, 720), 60, 400),
+    _in_culvert(1200, 2400, (1920, 1080), 60, 600),
+    _looking_down(
+        "Box culvert or floor, camera 500 mm above it", (1280, 720), 60, 500, shape="flat"
     ),
 )

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import resources
-from typing import Literal, cast
+from typing import Any, Literal
 
 from app.errors import InvalidPack
 from vo_core.csv_rows import Record, decoded, records
@@ -40,6 +40,7 @@ _LABELS = tuple(f"label_{language}" for language in LABEL_LANGUAGES)
 OPTIONAL = (*_LABELS, "grade_s", "grade_o", "hotkey", "icon")
 UNITS = ("mm", "%", "deg", "ppm", "count")
 MAX_GRADE = 100
+_NEEDS, _UNITS = ("needs_clock", "needs_q1", "needs_q2"), ("unit_q1", "unit_q2")
 
 _CODE = re.compile(r"[A-Z][A-Z0-9]{0,7}")
 _LETTER = re.compile(r"[A-Z][A-Z0-9]{0,3}")
@@ -218,18 +219,12 @@ def _repeated(row: Mapping[str, str], line: int, line_of: dict[object, int]) -> 
 
 def _code(row: Mapping[str, str]) -> Code:
     """Convert cells that have been checked."""
+    cells: dict[str, Any] = {name: row[name] for name in NEEDED}
+    cells |= {name: cells[name].lower() for name in _NEEDS}
+    cells |= {name: cells[name] or None for name in _UNITS}
+    cells["continuous_allowed"] = cells["continuous_allowed"].lower() == "yes"
     return Code(
-        code=row["code"],
-        char1=row["char1"],
-        char2=row["char2"],
-        label=row["label"],
-        group=row["group"],
-        needs_clock=cast(Need, row["needs_clock"].lower()),
-        needs_q1=cast(Need, row["needs_q1"].lower()),
-        needs_q2=cast(Need, row["needs_q2"].lower()),
-        unit_q1=row["unit_q1"] or None,
-        unit_q2=row["unit_q2"] or None,
-        continuous_allowed=row["continuous_allowed"].lower() == "yes",
+        **cells,
         grade_s=_grade(row.get("grade_s", "")),
         grade_o=_grade(row.get("grade_o", "")),
         hotkey=row.get("hotkey") or None,
@@ -249,24 +244,22 @@ def _grade(text: str) -> float | None:
     return float(text) if float(text) <= MAX_GRADE else None
 
 
-def _one_of(*words: str) -> re.Pattern[str]:
-    return re.compile("|".join(map(re.escape, words)))
-
-
+_LINE, _EMPTY_LINE = "a line of 1 to 200 characters", "empty or a line of at most 200 characters"
+_CHARACTER = "empty, a capital letter, or one with up to 3 letters or digits"
 _NEED = re.compile("yes|no|opt", re.IGNORECASE)
+_UNIT = re.compile("|".join(UNITS))
 _RULES: tuple[tuple[str, re.Pattern[str], bool, str], ...] = (
     # column, pattern, may it be empty, what is expected
     ("code", _CODE, False, "1 to 8 capital letters and digits, a letter first"),
-    ("char1", _LETTER, True, "empty, a capital letter, or one with up to 3 letters or digits"),
-    ("char2", _LETTER, True, "empty, a capital letter, or one with up to 3 letters or digits"),
-    ("label", _TEXT, False, "a line of 1 to 200 characters"),
-    *((name, _TEXT, True, "empty or a line of at most 200 characters") for name in _LABELS),
-    ("group", _one_of("S", "O", "C", "M"), False, "S, O, C or M"),
-    ("needs_clock", _NEED, False, "yes, no or opt"),
-    ("needs_q1", _NEED, False, "yes, no or opt"),
-    ("needs_q2", _NEED, False, "yes, no or opt"),
-    ("unit_q1", _one_of(*UNITS), True, f"empty or one of {', '.join(UNITS)}"),
-    ("unit_q2", _one_of(*UNITS), True, f"empty or one of {', '.join(UNITS)}"),
+    *((name, _LETTER, True, _CHARACTER) for name in ("char1", "char2")),
+    ("label", _TEXT, False, _LINE),
+    *((name, _TEXT, True, _EMPTY_LINE) for name in _LABELS),
+    ("group", re.compile("[SOCM]"), False, "S, O, C or M"),
+    *((name, _NEED, False, "yes, no or opt") for name in _NEEDS),
+    *(
+        (name, _UNIT, True, f"empty or one of {', '.join(UNITS)}")
+        for name in ("unit_q1", "unit_q2")
+    ),
     ("continuous_allowed", re.compile("yes|no", re.IGNORECASE), False, "yes or no"),
     ("hotkey", _HOTKEY, True, "empty or a key such as b or Shift+B"),
     ("icon", _ICON, True, "empty or a name of small letters, digits and dashes"),

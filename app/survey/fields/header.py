@@ -248,42 +248,23 @@ def _is_needed(field: HeaderField, header: Mapping[str, Value]) -> bool:
 
 
 def _fault(field: HeaderField, value: Value) -> str | None:
-    if _fits(field, value):
-        return None
-    return f"{field.name} must be {_wanted(field)} (found {value!r:.60})"
-
-
-def _wanted(field: HeaderField) -> str:
     match field.kind:
         case "number":
             unit = f" {field.unit}" if field.unit else ""
-            return f"a number (not text) from {field.minimum:g} to {field.maximum:g}{unit}"
+            wanted = f"a number (not text) from {field.minimum:g} to {field.maximum:g}{unit}"
+            is_right = _is_number_within(value, field.minimum, field.maximum)
         case "choice":
-            return f"one of {', '.join(field.choices)}"
+            wanted, is_right = f"one of {', '.join(field.choices)}", value in field.choices
         case "date":
-            return "a date such as 2026-03-31"
+            wanted, is_right = "a date such as 2026-03-31", _is_date(value)
         case "time":
-            return "a time of day such as 14:05 or 14:05:30"
+            wanted = "a time of day such as 14:05 or 14:05:30"
+            is_right = isinstance(value, str) and _TIME.fullmatch(value) is not None
         case "bool":
-            return "true or false"
+            wanted, is_right = "true or false", isinstance(value, bool)
         case "text":
-            return "text"
-
-
-def _fits(field: HeaderField, value: Value) -> bool:
-    match field.kind:
-        case "number":
-            return _is_number_within(value, field.minimum, field.maximum)
-        case "choice":
-            return value in field.choices
-        case "date":
-            return isinstance(value, str) and _is_date(value)
-        case "time":
-            return isinstance(value, str) and _TIME.fullmatch(value) is not None
-        case "bool":
-            return isinstance(value, bool)
-        case "text":
-            return isinstance(value, str)
+            wanted, is_right = "text", isinstance(value, str)
+    return None if is_right else f"{field.name} must be {wanted} (found {value!r:.60})"
 
 
 def _is_number_within(value: Value, minimum: float | None, maximum: float | None) -> bool:
@@ -293,11 +274,11 @@ def _is_number_within(value: Value, minimum: float | None, maximum: float | None
     return low <= value <= (math.inf if maximum is None else maximum)
 
 
-def _is_date(text: str) -> bool:
-    if not _DATE.fullmatch(text):
+def _is_date(value: Value) -> bool:
+    if not isinstance(value, str) or not _DATE.fullmatch(value):
         return False  # Python also reads 20260331 and 2026-W14-2
     try:
-        date.fromisoformat(text)
+        date.fromisoformat(value)
     except ValueError:
         return False
     return True
