@@ -199,7 +199,6 @@ def _require_form(info: zipfile.ZipInfo) -> None:
 
 
 def _require_apart(taken: list[tuple[int, int]]) -> None:
-    """Require that no byte belongs to two files."""
     end = 0
     for first, last in sorted(taken):
         if first < end:

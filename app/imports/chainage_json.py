@@ -93,11 +93,6 @@ def _track(columns: Any) -> Track:
 
 
 def _embedded(path: str, text: str) -> MovedFile:
-    """Return a file that is in the text.
-
-    Raises:
-        InvalidImport: It is not what its path says.
-    """
     try:
         content = base64.b64decode(text, validate=True)
     except ValueError as error:
@@ -200,7 +195,6 @@ def _reason(fault: ErrorDetails) -> str:
 
 
 def _require(reasons: Sequence[str]) -> None:
-    """Raise InvalidImport if there are any reasons."""
     if not reasons:
         return
     more = len(reasons) - _SHOWN_FAULTS
@@ -226,7 +220,6 @@ def _require_few_parts(file: Parts) -> None:
 
 
 def _beyond_the_track(file: Parts, rows: int) -> list[str]:
-    """Report frames of other measurements that lie beyond the track."""
     reasons = [
         f"sightings.{n}.frame: the track has no frame {sighting.frame}"
         for n, sighting in enumerate(file.sightings)

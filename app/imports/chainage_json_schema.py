@@ -54,7 +54,6 @@ def _type_of(name: str) -> Any:
 
 
 def _row_of(kind: type) -> Any:
-    """Return the schema of one measurement."""
     types: dict[str, Any] = {field.name: (_type_of(field.name), ...) for field in fields(kind)}
     return create_model(kind.__name__, __base__=Part, **types)
 

@@ -175,6 +175,5 @@ def _row(cells: Coded, line: int, notes: Notes) -> tuple[dict[str, str], list[st
 
 
 def _film_of(position: str) -> str:
-    """Return the film of a position such as file|hh:mm:ss; empty if it names none."""
     name, separator, _ = position.rpartition("|")
     return name.strip() if separator else ""

@@ -43,8 +43,6 @@ class _Part:
 
 @dataclass
 class _Block:
-    """The lists of one inspection."""
-
     line: int
     header: list[_Part] = field(default_factory=list)
     rows: list[_Part] = field(default_factory=list)
@@ -185,7 +183,6 @@ def _survey(block: _Block, form: _Form, room: int) -> ImportedSurvey | Caveat:
 
 
 def _stated(block: _Block, form: _Form, notes: Notes) -> Coded:
-    """Return the values of the header with their codes."""
     stated: list[tuple[str, str]] = []
     for part in block.header:
         names = form.cells(part.codes)
@@ -211,7 +208,6 @@ def _cells(names: Sequence[str], values: Sequence[str]) -> Coded:
 
 
 def _rows(block: _Block, form: _Form, notes: Notes, room: int) -> Iterator[tuple[int, Coded]]:
-    """Yield the cells of the observations, each with its line."""
     if not block.rows:
         notes.add("no_columns", block.line)
     count = 0

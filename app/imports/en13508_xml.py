@@ -46,7 +46,6 @@ def _survey(block: Element, room: int) -> ImportedSurvey | Caveat:
 
 
 def _cells(parent: Element) -> Coded:
-    """Return the texts of the children without children."""
     return [
         (child.name.upper(), clean(child.own_text(), len(child.text)))
         for child in parent.children

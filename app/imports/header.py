@@ -62,7 +62,6 @@ def header_of(
 def _coded(
     field: Field, column: Column, family: Family, code: str, explained: dict[str, str] | None
 ) -> tuple[str, Any]:
-    """Return the name of the header field and the value that stand for a code."""
     words = (explained or {}).get(column.code)
     if explained and words and code.upper() == OTHER and not faults({field.name: words}):
         del explained[column.code]

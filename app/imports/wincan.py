@@ -44,11 +44,9 @@ _LONGEST_VALUE = 2**20
 _LONGEST_TEXT_BYTES = 8 * LONGEST_TEXT
 """Longest remark, which may be twice as long as other texts, in letters of four bytes."""
 
-_SECTION = "SECTION"
-_INSPECTION = "SECINSP"
-_OBSERVATION = "SECOBS"
-_NODE = "NODE"
-_MEDIA = "SECOBSMM"
+_SECTION, _INSPECTION, _OBSERVATION, _NODE, _MEDIA = (
+    "SECTION", "SECINSP", "SECOBS", "NODE", "SECOBSMM",
+)  # fmt: skip
 
 _GRADES: Mapping[str, str] = {
     "structural grade": "OBS_GradeS", "operational grade": "OBS_GradeO",
@@ -129,8 +127,6 @@ class _Row:
 
 @dataclass
 class _Media:
-    """The files of an observation."""
-
     pictures: list[str] = field(default_factory=list)
     films: list[str] = field(default_factory=list)
     others: list[str] = field(default_factory=list)
@@ -138,14 +134,12 @@ class _Media:
     def add(self, row: _Row) -> None:
         """Add one by its kind; without a known one it is a picture if WinCan says so."""
         name = row.text("OMM_FileName")
-        kinds = (name.rpartition(".")[2].lower(), row.text("OMM_FileType").lower().lstrip("."))
+        kinds = {name.rpartition(".")[2].lower(), row.text("OMM_FileType").lower().lstrip(".")}
         is_picture = row.text("OMM_Type").upper().startswith("PI") or "." not in name
-        if any(kind in _FILMS for kind in kinds):
+        if kinds & _FILMS:
             found = self.films
-        elif is_picture or any(kind in _PICTURES for kind in kinds):
-            found = self.pictures
         else:
-            found = self.others
+            found = self.pictures if is_picture or kinds & _PICTURES else self.others
         if name and name not in found:
             found.append(name)
 
@@ -161,8 +155,6 @@ def read(content: bytes) -> ImportedFile:
     Raises:
         InvalidImport: The file is not SQLite, is damaged, or has no table of inspections.
     """
-    if not looks_like(content):
-        raise InvalidImport("The file is not an SQLite database, and so not a WinCan .db3.")
     try:
         with closing(_opened(content)) as database:
             return _file(database)
@@ -213,17 +205,13 @@ def _authorize(action: int, first: str | None, *_: str | None) -> int:
 
 
 def _tables(database: sqlite3.Connection) -> dict[str, str]:
-    """Return the names of the real tables, by their capitals."""
     rows = database.execute("SELECT name, type, sql FROM sqlite_master").fetchmany(_MOST_TABLES)
     return {
         name.upper(): name
         for name, kind, sql in rows
-        if kind == "table" and isinstance(name, str) and not _is_virtual(sql)
+        if kind == "table" and isinstance(name, str) and isinstance(sql, str)
+        if sql.upper().split()[1:2] != ["VIRTUAL"]
     }
-
-
-def _is_virtual(sql: object) -> bool:
-    return not isinstance(sql, str) or sql.upper().split()[1:2] == ["VIRTUAL"]
 
 
 def _rows(database: sqlite3.Connection, table: str, notes: Notes) -> Iterator[_Row]:
@@ -248,25 +236,20 @@ def _rows(database: sqlite3.Connection, table: str, notes: Notes) -> Iterator[_R
 def _columns(database: sqlite3.Connection, table: str, notes: Notes) -> list[str]:
     """Return the columns to read; a generated column may have any size, and WinCan has none."""
     columns = database.execute(f"PRAGMA table_xinfo({_quoted(table)})").fetchall()
-    read = [
-        (str(name), hidden)
-        for _, name, *_, hidden in columns
-        if str(name).upper() in _READ or str(name).upper().endswith("_DELETED")
-    ]
-    worked_out = [name for name, hidden in read if hidden]
-    if worked_out:
-        names = ", ".join(worked_out)
-        notes.add("computed_columns", table=table[:40], names=names[:_MOST_NAMED])
-    left = [
-        str(name)
-        for _, name, *_, hidden in columns
-        if str(name).upper() not in _READ
-        and not hidden
-        and not _TECHNICAL.search(str(name).upper())
-    ]
-    if filled := [name for name in left[:_MOST_NAMED] if _is_filled(database, table, name)]:
-        notes.add("columns_not_read", table=table[:40], names=", ".join(filled)[:_MOST_NAMED])
-    return [name for name, hidden in read if not hidden]
+    read: list[str] = []
+    computed: list[str] = []
+    left: list[str] = []
+    for _, column, *_, hidden in columns:
+        name = str(column)
+        if name.upper() in _READ or name.upper().endswith("_DELETED"):
+            (computed if hidden else read).append(name)
+        elif not hidden and not _TECHNICAL.search(name.upper()):
+            left.append(name)
+    filled = [name for name in left[:_MOST_NAMED] if _is_filled(database, table, name)]
+    for key, named in (("computed_columns", computed), ("columns_not_read", filled)):
+        if named:
+            notes.add(key, table=table[:40], names=", ".join(named)[:_MOST_NAMED])
+    return read
 
 
 def _is_filled(database: sqlite3.Connection, table: str, column: str) -> bool:
@@ -346,10 +329,7 @@ def _survey(
 
 
 def _order(row: _Row) -> tuple[float, float]:
-    """Return the sort key: WinCan's order, else the distance."""
-    place = row.number("OBS_SortOrder")
-    distance_m = row.number("OBS_Distance")
-    return place if place is not None else 0.0, distance_m if distance_m is not None else 0.0
+    return row.number("OBS_SortOrder") or 0.0, row.number("OBS_Distance") or 0.0
 
 
 def _header(

@@ -5,7 +5,6 @@ Nothing is unpickled, as the process has read an untrusted file (`app.jobs.messa
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
 from typing import Any, get_args
 
@@ -32,24 +31,6 @@ class Found(msgspec.Struct, frozen=True):
     """Columns of health in single precision, one after the other."""
 
 
-class HealthRows(Sequence[Health]):
-    """`Health` of each frame, built on access."""
-
-    def __init__(self, columns: bytes) -> None:
-        self._columns = np.frombuffer(columns, np.float32).reshape(len(_HEALTH), -1)
-
-    def __len__(self) -> int:
-        return int(self._columns.shape[1])
-
-    def __getitem__(self, place: Any) -> Any:
-        if isinstance(place, slice):
-            return [self[n] for n in range(*place.indices(len(self)))]
-        return Health(*self._columns[:, place].tolist())
-
-    def __iter__(self) -> Iterator[Health]:
-        return (self[n] for n in range(len(self)))
-
-
 def pack(found: ImportedFile | WholeInspection) -> bytes:
     """Encode as a message."""
     if isinstance(found, ImportedFile):
@@ -73,7 +54,8 @@ def unpack(packed: bytes) -> ImportedFile | WholeInspection:
     track = found.whole.track
     if len({len(getattr(track, field.name)) for field in fields(Track)}) != 1:
         raise ValueError("the columns of the track differ in length")
-    return replace(found.whole, health=HealthRows(found.health))
+    columns = np.frombuffer(found.health, np.float32).reshape(len(_HEALTH), -1)
+    return replace(found.whole, health=[Health(*row) for row in columns.T.tolist()])
 
 
 def _packed(value: object) -> object:

@@ -157,8 +157,6 @@ def parsed(content: bytes) -> tuple[Element, tuple[Caveat, ...]]:
 
 
 class _Builder:
-    """Builds the tree from what the parser meets."""
-
     def __init__(self) -> None:
         self.root: Element | None = None
         self.line_of: Callable[[], int] = lambda: 0

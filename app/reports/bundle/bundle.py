@@ -146,7 +146,6 @@ class _Bundle:
 
 
 def _severest(report: Report) -> list[Entry]:
-    """Return as many entries as may have a clip, the severest, in their order."""
     ranked = sorted(report.entries, key=lambda entry: -(entry.tag.severity or 0))
     kept = {entry.id for entry in ranked[:MOST_CLIPS]}
     return [entry for entry in report.entries if entry.id in kept]

@@ -72,7 +72,6 @@ def losses(report: Report, forms: Mapping[str, Format]) -> tuple[Loss, ...]:
 
 
 def _missing(report: Report) -> list[Loss]:
-    """Return the photos, voice notes and film that should be beside the exchange file."""
     found = []
     for entry, photo in _photos(report):
         if photo.original is None:
@@ -203,7 +202,6 @@ def wanted_film(report: Report) -> StoredBlob | None:
 
 
 def _without_changed_film(report: Report, go_on: Callable[[], None]) -> tuple[Report, list[Loss]]:
-    """Return the report without a film that is not the one that was stored, and that loss."""
     film, source = wanted_film(report), report.source
     if film is None or film.has(source.size, source.sha256, go_on):
         return report, []
@@ -212,7 +210,6 @@ def _without_changed_film(report: Report, go_on: Callable[[], None]) -> tuple[Re
 
 
 def _kind_of(report: Report) -> str:
-    """Return the name of the exchange format."""
     return report.extras.exchange or _FIRST
 
 
@@ -223,7 +220,6 @@ def _begun(form: Format) -> SurveyFile:
 
 
 def _linked_to_film(report: Report, folder: str) -> Report:
-    """Return the report with the path of the film at the top, if the film is there."""
     name = report.extras.film_called
     if not name or wanted_film(report) is None:
         return report

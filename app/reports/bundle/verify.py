@@ -204,7 +204,6 @@ def _missing(manifest: Manifest) -> Iterator[Finding]:
 
 
 def _videos(manifest: Manifest, video: Path | None) -> Iterator[Finding]:
-    """Compare the film with the one of the inspection, or with all of several inspections."""
     given = None
     if video is not None:
         with video.open("rb") as file:

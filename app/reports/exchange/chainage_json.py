@@ -191,7 +191,6 @@ def _exactly(at: datetime | None) -> str | None:
 
 
 def _embedded(media: Mapping[str, MediaFile], losses: list[Loss]) -> Mapping[str, str]:
-    """Return the files in base64, by their paths; add those that are gone to the losses."""
     found, size = {}, 0
     for file in media.values():
         content = read_stored(file.stored)

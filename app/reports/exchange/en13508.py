@@ -210,7 +210,6 @@ def columns(row: Row, names: Names) -> dict[str, str]:
 
 
 def _in_ascii(values: Mapping[str, str]) -> dict[str, str]:
-    """Return values by their codes in ASCII, except for names."""
     return {
         code: value if code in _NAMES else transliterate(value) for code, value in values.items()
     }

@@ -109,7 +109,6 @@ def _alignment(report: Report) -> Alignment:
 
 
 def _assumed(course: _Course) -> list[Loss]:
-    """Return what is assumed about places and about the road."""
     alignment = course.alignment
     if alignment.is_straight:
         losses = [Loss("straight_line")]
@@ -185,6 +184,5 @@ def _line(points: Sequence[Point]) -> dict[str, Any]:
 def _feature(
     name: str, geometry: Mapping[str, Any] | None, properties: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Build a feature without unknown properties."""
     known = {key: value for key, value in properties.items() if value is not None}
     return {"type": "Feature", "id": name, "geometry": geometry, "properties": known}

@@ -169,7 +169,6 @@ class Header:
         return written if column.is_fixed else plain_number(value, column.digits or 0)
 
     def _moment(self, name: str) -> str:
-        """Return a day, or a time with its seconds."""
         value = self._stated.get(name)
         if not isinstance(value, str) or is_empty(value) or faults({name: value}):
             assumed = str(self._assumed.get(name) or "")
@@ -181,7 +180,6 @@ class Header:
 
 
 def _assumed_of(report: Report) -> dict[str, object]:
-    """Return what stands for fields that are not stated."""
     segment_mm = report.rig.pipe.segment_length_mm
     assumed: dict[str, object] = {
         "known_length_m": report.distance_m,

@@ -141,8 +141,6 @@ _ROOT = """
 
 @dataclass(frozen=True)
 class _Version:
-    """An edition of the format."""
-
     name: str
     rules: str
     """Of the list of rules that a collection follows."""

@@ -95,7 +95,6 @@ def _zone(ends: Ends) -> str:
 
 
 def _group(name: str, values: Mapping[str, str]) -> Element:
-    """Return an element with those whose names begin with its name."""
     own = {code: values[code] for code in sorted(values) if code.startswith(name)}
     return children(Element(name), own)
 
@@ -118,7 +117,6 @@ def _add_geometry(
 
 
 def _station(row: Row) -> str:
-    """Format the distance as HZ001 holds it."""
     return decimals(float(decimals(row.distance_m, 2)), _DIGITS)
 
 

@@ -170,7 +170,6 @@ def _column_faults(columns: Sequence[str]) -> list[str]:
 
 
 def _rows(columns: Sequence[str], below: Iterator[Record]) -> tuple[list[Code], list[str]]:
-    """Return the rows without a fault, and the faults of the others."""
     rows: list[Code] = []
     faults: list[str] = []
     line_of: dict[object, int] = {}
@@ -187,7 +186,6 @@ def _rows(columns: Sequence[str], below: Iterator[Record]) -> tuple[list[Code], 
 
 
 def _row_faults(row: Mapping[str, str]) -> list[str]:
-    """Describe faults of single cells, and of a quantity without a unit."""
     faults = [
         f"{name} must be {wanted} (found {row[name]!r:.40})"
         for name, pattern, may_be_empty, wanted in _RULES
@@ -218,7 +216,6 @@ def _repeated(row: Mapping[str, str], line: int, line_of: dict[object, int]) -> 
 
 
 def _code(row: Mapping[str, str]) -> Code:
-    """Convert cells that have been checked."""
     cells: dict[str, Any] = {name: row[name] for name in NEEDED}
     cells |= {name: cells[name].lower() for name in _NEEDS}
     cells |= {name: cells[name] or None for name in _UNITS}
@@ -238,7 +235,6 @@ def _code(row: Mapping[str, str]) -> Code:
 
 
 def _grade(text: str) -> float | None:
-    """Return None for text that is not a number from 0 to MAX_GRADE."""
     if not re.fullmatch(r"[0-9]{1,3}([.][0-9]{1,3})?", text, re.ASCII):
         return None
     return float(text) if float(text) <= MAX_GRADE else None
@@ -267,7 +263,6 @@ _RULES: tuple[tuple[str, re.Pattern[str], bool, str], ...] = (
 
 
 def _refuse(faults: Sequence[str]) -> None:
-    """Raise InvalidPack if there are any faults."""
     if not faults:
         return
     more = len(faults) - SHOWN_FAULTS
