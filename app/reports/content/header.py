@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from app.reports.content.translator import Translator
 from app.reports.report import Report
-from app.survey.fields.header import is_empty
+from app.survey.fields.header import is_empty, required_to_issue
 
 GROUPS: Sequence[tuple[str, Sequence[str]]] = (
     ("asset", (
@@ -35,11 +35,21 @@ GROUPS: Sequence[tuple[str, Sequence[str]]] = (
 """Every field of the header, and the project, grouped under headings."""
 
 
-def header_row(
-    report: Report, t: Translator, name: str, is_missing: bool
-) -> tuple[str, str] | None:
-    """Return name and value of a field; None for an optional empty one."""
-    value = report.header.get(name)
-    if not is_empty(value):
-        return t.field(name), t.value(name, value)
-    return (t.field(name), t("header.missing")) if is_missing else None
+def header_groups(report: Report, t: Translator) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Return the groups that have a field, each with its title; of empty fields those that a report
+    must have to be issued.
+    """
+    missing = set(required_to_issue(dict(report.header)))
+    others = [name for name in report.header if all(name not in names for _, names in GROUPS)]
+    groups = []
+    for group, names in (*GROUPS, ("others", others)):
+        rows = []
+        for name in names:
+            value = report.header.get(name)
+            if not is_empty(value):
+                rows.append((t.field(name), t.value(name, value)))
+            elif name in missing:
+                rows.append((t.field(name), t("header.missing")))
+        if rows:
+            groups.append((t(f"header.{group}"), rows))
+    return groups

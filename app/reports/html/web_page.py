@@ -25,7 +25,7 @@ from app.reports.content import (
     shown_photos,
     summary,
 )
-from app.reports.content.header import GROUPS, header_row
+from app.reports.content.header import header_groups
 from app.reports.content.text import iso, legible
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.content.wall import remarks_on, wall_of
@@ -33,7 +33,6 @@ from app.reports.drawings import along, glance, pipe_graphic, survey_plan, svg
 from app.reports.drawings.unrolled_wall import wall_scale, wall_strips
 from app.reports.report import Loss, Report, Written, failure
 from app.reports.template import Section
-from app.survey.fields.header import is_empty, required_to_issue
 from vo_core.errors import ChainageError
 
 ENOUGH_PX = 1280
@@ -110,7 +109,7 @@ def write(report: Report) -> Written:
         photos_of=shown_photos.photos_by_entry(shown),
         jpeg_base64=lambda photo: _jpeg_base64(pictures.jpeg_of(photo, ENOUGH_PX)),
         scene=scene,
-        header=_header(report, t),
+        header=header_groups(report, t),
         measured=_measured(report, t),
         entry_of={entry.id: entry for entry in report.entries},
     )
@@ -134,25 +133,6 @@ def _base64(content: bytes) -> Markup:
 def _jpeg_base64(jpeg: pictures.Jpeg | None) -> Markup | None:
     """Encode a photo or a logo; None if it is missing."""
     return None if jpeg is None else _base64(jpeg.content)
-
-
-def _header(report: Report, t: Translator) -> list[tuple[str, Rows]]:
-    """Return the groups that have a field, each with its title."""
-    missing = set(required_to_issue(dict(report.header)))
-    known = {name for _, names in GROUPS for name in names}
-    groups = [
-        (
-            t(f"header.{group}"),
-            [row for name in names if (row := header_row(report, t, name, name in missing))],
-        )
-        for group, names in GROUPS
-    ]
-    others = [
-        (t.field(name), t.value(name, value))
-        for name, value in report.header.items()
-        if name not in known and not is_empty(value)
-    ]
-    return [(title, rows) for title, rows in (*groups, (t("header.others"), others)) if rows]
 
 
 def _measured(report: Report, t: Translator) -> list[tuple[str, Rows]]:

@@ -12,7 +12,7 @@ from app.reports.content.condition import SEVERITIES, condition_of, worst_first
 from app.reports.content.cover import cover_rows, warnings_of
 from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
 from app.reports.content.grades import Grade, Input, grade_of
-from app.reports.content.header import GROUPS, header_row
+from app.reports.content.header import header_groups
 from app.reports.content.measurement import (
     correction_rows,
     counter_rows,
@@ -29,8 +29,8 @@ from app.reports.content.recommendations import (
     recommended,
 )
 from app.reports.content.shown_photos import photos_by_entry, shown_photos
-from app.reports.content.summary import opening
-from app.reports.content.translator import NOTHING, Translator
+from app.reports.content.summary import key_figures, opening
+from app.reports.content.translator import Translator
 from app.reports.content.typesetting import one_line
 from app.reports.content.wall import remarks_on, wall_of
 from app.reports.drawings.along import along_the_run
@@ -43,7 +43,6 @@ from app.reports.pdf.photos import photo_data
 from app.reports.pdf.typesetter import About, Workshop
 from app.reports.report import Company, Entry, Report
 from app.reports.template import Section
-from app.survey.fields.header import is_empty, required_to_issue
 
 Data = dict[str, Any]
 
@@ -118,7 +117,7 @@ def running(report: Report, t: Translator, title: str) -> Data:
     foot = t(
         "page.foot",
         asset=report.asset,
-        date=report.date,
+        date=t.date(report.date),
         report=report.id,
         revision=report.revision,
     )
@@ -188,25 +187,9 @@ def _order(report: Report) -> dict[str, int]:
 
 def _summary(report: Report, t: Translator, shop: Workshop) -> Data:
     worst, order = worst_first(report), _order(report)
-    condition, grade = condition_of(report), grade_of(report)
-    met = report.adjusted.distance_class() if report.adjusted else None
-    if met is None:
-        distance_class = NOTHING
-    else:
-        distance_class = (
-            t("summary.not_met") if met.percent is None else f"{t.figure(met.percent)} %"
-        )
-    share = condition.stretch_percent
     return {
         "opening": opening(report, t),
-        "figures": [
-            (t.length(report.distance_m), t("summary.surveyed")),
-            (str(len(report.entries)), t("summary.observations")),
-            (str(condition.counts[5]), t("summary.act_now")),
-            *([(t(grade.word), t("summary.overall"))] if grade else []),
-            (distance_class, t("summary.distance_class")),
-            (NOTHING if share is None else f"{share:.0f} %", t("summary.stretches")),
-        ],
+        "figures": [(value, name) for name, value in key_figures(report, t)],
         "glance": shop.add_drawing(pipe_at_a_glance(report, t)),
         "worst": [order[entry.id] for entry in worst[:_WORST]],
         "more": t("summary.more", n=len(worst) - _WORST) if len(worst) > _WORST else "",
@@ -214,24 +197,9 @@ def _summary(report: Report, t: Translator, shop: Workshop) -> Data:
 
 
 def _header(report: Report, t: Translator, shop: Workshop) -> Data:
-    missing = set(required_to_issue(dict(report.header)))
-    groups = [
-        (
-            t(f"header.{group}"),
-            [row for name in names if (row := header_row(report, t, name, name in missing))],
-        )
-        for group, names in GROUPS
-    ]
-    known = {name for _, names in GROUPS for name in names}
-    others = [
-        (t.field(name), t.value(name, value))
-        for name, value in report.header.items()
-        if name not in known and not is_empty(value)
-    ]
-    groups.append((t("header.others"), others))
     return {
         "plan": shop.add_drawing(survey_plan(report, t)),
-        "groups": [{"title": title, "rows": rows} for title, rows in groups if rows],
+        "groups": [{"title": title, "rows": rows} for title, rows in header_groups(report, t)],
     }
 
 
