@@ -9,8 +9,8 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from starlette.responses import RedirectResponse
 
+from app import errors
 from app.access.access import SESSION_LIFETIME, Access
-from app.errors import TooManyAttempts
 from app.web.deps import PrincipalDep, Service, viewer
 from app.web.middleware import address_of, cookie_name, cookie_of, is_encrypted
 from app.web.routers.pages import login_page
@@ -25,7 +25,7 @@ _OUR_PAGES = re.compile(
 """Pages to which a log-in may lead, never another site."""
 
 
-@router.post("/api/login", status_code=204, responses=failures(TooManyAttempts))
+@router.post("/api/login", status_code=204, responses=failures(errors.TooManyAttempts))
 def log_in(body: LoginIn, request: Request, response: Response, access: Service[Access]) -> None:
     """Exchange the access token for a session cookie."""
     _set_cookie(request, response, access.log_in(body.token, address_of(request)))

@@ -4,16 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Response
 
-from app.errors import (
-    Busy,
-    InvalidCalibration,
-    MediaFailed,
-    MediaTimeout,
-    PixelOutsidePicture,
-    UploadBusy,
-    UploadIncomplete,
-    UploadNotFound,
-)
+from app import errors
 from app.inspections.aiming import Aiming
 from app.inspections.lenses import Lenses
 from app.web.deps import Service, operator
@@ -27,7 +18,12 @@ from vo_core.errors import InvalidRig, UnreadableVideo
 router = APIRouter(prefix="/api", tags=["uploads"])
 
 _FAILURES = failures(
-    UploadNotFound, UploadIncomplete, UploadBusy, UnreadableVideo, MediaFailed, MediaTimeout
+    errors.UploadNotFound,
+    errors.UploadIncomplete,
+    errors.UploadBusy,
+    UnreadableVideo,
+    errors.MediaFailed,
+    errors.MediaTimeout,
 )
 
 
@@ -59,7 +55,7 @@ def counter(upload_id: str, aiming: Service[Aiming]) -> CounterFoundOut:
     return CounterFoundOut.of(aiming.counter(upload_id))
 
 
-@router.post("/aim", responses=failures(InvalidRig, PixelOutsidePicture))
+@router.post("/aim", responses=failures(InvalidRig, errors.PixelOutsidePicture))
 @operator
 def aim(body: AimIn, aiming: Service[Aiming]) -> AimOut:
     """Aim a rig's camera by the pixel of the pipe's axis; nothing is stored."""
@@ -85,13 +81,13 @@ def advice(body: RigIn, aiming: Service[Aiming]) -> AdviceOut:
 @router.post(
     "/uploads/{upload_id}/lens",
     responses=failures(
-        UploadNotFound,
-        UploadIncomplete,
-        UploadBusy,
-        InvalidCalibration,
-        MediaFailed,
-        MediaTimeout,
-        Busy,
+        errors.UploadNotFound,
+        errors.UploadIncomplete,
+        errors.UploadBusy,
+        errors.InvalidCalibration,
+        errors.MediaFailed,
+        errors.MediaTimeout,
+        errors.Busy,
     ),
 )
 @operator

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query, Response
 
+from app import errors
 from app.archive.archive import Archive, Where, version_of_rules
 from app.archive.rules import Rules
-from app.errors import ChangedMeanwhile, FolderNotAllowed, InvalidTable, NoSuchFilm
 from app.web.deps import PrincipalDep, Service, operator, viewer
 from app.web.schemas.archive import (
     AdditionIn,
@@ -75,14 +75,19 @@ def list_films(
     return FilmsOut(total=total, films=[FilmOut.of(view) for view in films])
 
 
-@router.post("/films/preview", responses=failures(FolderNotAllowed, NoSuchFilm, InvalidTable))
+@router.post(
+    "/films/preview",
+    responses=failures(errors.FolderNotAllowed, errors.NoSuchFilm, errors.InvalidTable),
+)
 @heavy
 def preview(body: AdditionIn, archive: Service[Archive]) -> AdditionOut:
     """Return what each film would get; nothing changes."""
     return AdditionOut.of(archive.preview(body.to_request(archive.rules())))
 
 
-@router.post("/films", responses=failures(FolderNotAllowed, NoSuchFilm, InvalidTable))
+@router.post(
+    "/films", responses=failures(errors.FolderNotAllowed, errors.NoSuchFilm, errors.InvalidTable)
+)
 @heavy
 def add(body: AdditionIn, archive: Service[Archive], principal: PrincipalDep) -> AdditionOut:
     """Add films of the server's machine; those that are in the archive already stay as they are."""
@@ -157,7 +162,7 @@ def rules(archive: Service[Archive], response: Response) -> Rules:
     return found
 
 
-@router.put("/rules", responses=failures(InvalidRig, ChangedMeanwhile))
+@router.put("/rules", responses=failures(InvalidRig, errors.ChangedMeanwhile))
 @operator
 def put_rules(
     body: Rules,

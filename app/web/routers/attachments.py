@@ -7,17 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Header, Query, Request, Response
 from starlette.responses import StreamingResponse
 
-from app.errors import (
-    AttachmentNotFound,
-    FrameNotFound,
-    FrameOutsideVideo,
-    InspectionLocked,
-    InspectionNotFound,
-    ObservationNotFound,
-    PhotoNotFound,
-    TooManyAttachments,
-    WrongContentType,
-)
+from app import errors
 from app.inspections.attachments import Attachments
 from app.reports.content.words import Language
 from app.reports.report import Units
@@ -43,7 +33,7 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["attachments
 _ONE = "/observations/{observation_id}/attachments/{attachment_id}"
 
 
-@router.get("/attachments", responses=failures(InspectionNotFound))
+@router.get("/attachments")
 @viewer
 def list_all(inspection_id: InspectionId, attachments: Service[Attachments]) -> AttachmentsOut:
     """Return the attachments that are not deleted, those of deleted observations too."""
@@ -54,12 +44,11 @@ def list_all(inspection_id: InspectionId, attachments: Service[Attachments]) -> 
 @router.put(
     _ONE,
     responses=failures(
-        InspectionLocked,
-        InspectionNotFound,
-        ObservationNotFound,
-        FrameNotFound,
-        FrameOutsideVideo,
-        TooManyAttachments,
+        errors.InspectionLocked,
+        errors.ObservationNotFound,
+        errors.FrameNotFound,
+        errors.FrameOutsideVideo,
+        errors.TooManyAttachments,
     ),
 )
 @operator
@@ -81,11 +70,10 @@ def put(
 @router.put(
     f"{_ONE}/voice",
     responses=failures(
-        InspectionLocked,
-        InspectionNotFound,
-        ObservationNotFound,
-        WrongContentType,
-        TooManyAttachments,
+        errors.InspectionLocked,
+        errors.ObservationNotFound,
+        errors.WrongContentType,
+        errors.TooManyAttachments,
     ),
 )
 @operator
@@ -121,7 +109,7 @@ def put_voice(
 @router.delete(
     _ONE,
     status_code=204,
-    responses=failures(InspectionLocked, InspectionNotFound, AttachmentNotFound),
+    responses=failures(errors.InspectionLocked, errors.AttachmentNotFound),
 )
 @operator
 def delete(
@@ -137,7 +125,7 @@ def delete(
 
 @router.post(
     f"{_ONE}/restore",
-    responses=failures(InspectionLocked, InspectionNotFound, AttachmentNotFound),
+    responses=failures(errors.InspectionLocked, errors.AttachmentNotFound),
 )
 @operator
 def restore(
@@ -155,7 +143,7 @@ def restore(
 @router.get(
     f"{_ONE}/voice",
     response_class=StreamingResponse,
-    responses=content(*VOICE_SUFFIXES) | failures(InspectionNotFound, AttachmentNotFound),
+    responses=content(*VOICE_SUFFIXES) | failures(errors.AttachmentNotFound),
 )
 @viewer
 def voice(
@@ -174,8 +162,7 @@ def voice(
 @router.get(
     f"{_ONE}/photo",
     response_class=Response,
-    responses=content("image/jpeg")
-    | failures(InspectionNotFound, AttachmentNotFound, PhotoNotFound),
+    responses=content("image/jpeg") | failures(errors.AttachmentNotFound, errors.PhotoNotFound),
 )
 @viewer
 def photo(
@@ -193,7 +180,7 @@ def photo(
 @router.get(
     "/photos/{photo_of}",
     response_class=Response,
-    responses=content("image/jpeg") | failures(InspectionNotFound, PhotoNotFound),
+    responses=content("image/jpeg") | failures(errors.PhotoNotFound),
 )
 @viewer
 @heavy

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Response
 from starlette.responses import StreamingResponse
 
-from app.errors import BulkExportNotFound, Busy
+from app import errors
 from app.reports.bulk import BulkExports
 from app.web.deps import PrincipalDep, Service, viewer
 from app.web.downloads import attachment
@@ -20,7 +20,7 @@ MEDIA_TYPES = ("application/zip", "application/pdf")
 BulkExportId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 
 
-@router.post("", status_code=202, responses=failures(Busy))
+@router.post("", status_code=202, responses=failures(errors.Busy))
 @viewer
 def order(
     body: BulkExportIn, bulk_exports: Service[BulkExports], principal: PrincipalDep
@@ -39,7 +39,7 @@ def order(
     return BulkExportOut.of(bulk_exports.order(body.wanted(), principal.name))
 
 
-@router.get("/{order_id}", responses=failures(BulkExportNotFound))
+@router.get("/{order_id}", responses=failures(errors.BulkExportNotFound))
 @viewer
 def progress(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> BulkExportOut:
     """Return how far it is."""
@@ -49,7 +49,7 @@ def progress(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> Bulk
 @router.get(
     "/{order_id}/archive",
     response_class=Response,
-    responses=content(*MEDIA_TYPES) | failures(BulkExportNotFound),
+    responses=content(*MEDIA_TYPES) | failures(errors.BulkExportNotFound),
 )
 @viewer
 def archive(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> StreamingResponse:
@@ -62,7 +62,7 @@ def archive(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> Strea
     return StreamingResponse(blocks, media_type=made.media_type, headers=headers)
 
 
-@router.delete("/{order_id}", status_code=204, responses=failures(BulkExportNotFound))
+@router.delete("/{order_id}", status_code=204, responses=failures(errors.BulkExportNotFound))
 @viewer
 def cancel(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> None:
     """Stop it, and delete the archive."""

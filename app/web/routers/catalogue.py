@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from app.errors import PackNotFound
+from app import errors
 from app.inspections.packs import Packs
 from app.survey.catalogue.presets import PRESETS
 from app.survey.fields.header import FIELDS
@@ -24,7 +24,7 @@ from app.web.schemas.failures import failures
 router = APIRouter(prefix="/api", tags=["catalogue"])
 
 
-@router.get("/codes", responses=failures(PackNotFound))
+@router.get("/codes", responses=failures(errors.PackNotFound))
 @viewer
 def all_codes(
     packs: Service[Packs],

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
 
+from app import errors
 from app.alerts.webhook import Webhook
-from app.errors import ChangedMeanwhile, InspectionLocked, InspectionNotFound
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
@@ -22,7 +22,7 @@ from vo_core.errors import InvalidCorrection
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["corrections"])
 
 
-@router.get("/corrections", responses=failures(InspectionNotFound))
+@router.get("/corrections")
 @viewer
 def get(
     inspection_id: InspectionId, corrections: Service[Corrections], response: Response
@@ -35,7 +35,7 @@ def get(
 
 @router.put(
     "/corrections",
-    responses=failures(InspectionNotFound, InspectionLocked, InvalidCorrection, ChangedMeanwhile),
+    responses=failures(errors.InspectionLocked, InvalidCorrection, errors.ChangedMeanwhile),
 )
 @operator
 def put(
@@ -54,7 +54,7 @@ def put(
     return CorrectionsOut.of(corrected)
 
 
-@router.post("/corrections/preview", responses=failures(InspectionNotFound))
+@router.post("/corrections/preview")
 @viewer
 def preview(
     inspection_id: InspectionId, body: StatedIn, corrections: Service[Corrections]
@@ -63,7 +63,7 @@ def preview(
     return CorrectionsOut.of(corrections.preview(inspection_id, body.to_stated()))
 
 
-@router.get("/interval", responses=failures(InspectionNotFound))
+@router.get("/interval")
 @viewer
 def interval(
     inspection_id: InspectionId,
@@ -75,14 +75,14 @@ def interval(
     return IntervalOut.model_validate({"interval": budget})
 
 
-@router.get("/checks", responses=failures(InspectionNotFound))
+@router.get("/checks")
 @viewer
 def checks(inspection_id: InspectionId, checks: Service[Checks]) -> IssuesOut:
     """Return the issues to resolve before a report is issued."""
     return IssuesOut.model_validate({"checks": checks.run(inspection_id)})
 
 
-@router.get("/events", responses=failures(InspectionNotFound))
+@router.get("/events")
 @viewer
 def events(
     inspection_id: InspectionId,
@@ -94,7 +94,7 @@ def events(
     return EventsOut(events=[EventOut.of(event) for event in reversed(found)])
 
 
-@router.get("/alerts", responses=failures(InspectionNotFound))
+@router.get("/alerts")
 @viewer
 def alerts(inspection_id: InspectionId, webhook: Service[Webhook]) -> AlertsOut:
     """Return whether the client was notified of each severity 5, the oldest first."""

@@ -6,13 +6,7 @@ from typing import Literal
 
 from fastapi import APIRouter, Response
 
-from app.errors import (
-    InspectionLocked,
-    InspectionNotFound,
-    NothingRecorded,
-    NotRunning,
-    PixelOutsidePicture,
-)
+from app import errors
 from app.inspections.counters import Counters
 from app.tracking.pictures.counter_queue import CounterQueue
 from app.web import columns
@@ -24,7 +18,7 @@ from app.web.slow import slow
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["counter"])
 
 
-@router.get("/counter", responses=failures(InspectionNotFound))
+@router.get("/counter")
 @viewer
 @slow
 def get(
@@ -36,7 +30,7 @@ def get(
 
 @router.put(
     "/counter",
-    responses=failures(InspectionNotFound, InspectionLocked, NothingRecorded, PixelOutsidePicture),
+    responses=failures(errors.InspectionLocked, errors.NothingRecorded, errors.PixelOutsidePicture),
 )
 @operator
 @slow
@@ -53,9 +47,7 @@ def put(
     return _shown(inspection_id, counter_queue, counters)
 
 
-@router.post(
-    "/counter/cancel", responses=failures(InspectionNotFound, InspectionLocked, NotRunning)
-)
+@router.post("/counter/cancel", responses=failures(errors.InspectionLocked, errors.NotRunning))
 @operator
 @slow
 def cancel(
@@ -69,7 +61,7 @@ def cancel(
 @router.get(
     "/counter/readings",
     response_class=Response,
-    responses=content("text/csv", columns.MEDIA_TYPE) | failures(InspectionNotFound),
+    responses=content("text/csv", columns.MEDIA_TYPE),
 )
 @viewer
 @slow

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Query
 
-from app.errors import InvalidImport, UploadBusy, UploadIncomplete, UploadNotFound
+from app import errors
 from app.inspections.imports import Imports
 from app.inspections.inspections import Inspections
 from app.inspections.keeping import Imported
@@ -21,7 +21,7 @@ from vo_core.errors import RigVideoMismatch, UnreadableVideo
 router = APIRouter(prefix="/api/imports", tags=["inspections"])
 
 
-@router.post("", status_code=201, responses=failures(InvalidImport))
+@router.post("", status_code=201, responses=failures(errors.InvalidImport))
 @operator
 @heavy
 def add(
@@ -44,7 +44,7 @@ def add(
     """
     imported = imports.add(content, filename, principal)
     if not imported.inspection_ids:
-        raise InvalidImport(Translator(lang, "m").nothing_imported(imported.warnings))
+        raise errors.InvalidImport(Translator(lang, "m").nothing_imported(imported.warnings))
     return _made(inspections, imported, lang)
 
 
@@ -52,10 +52,10 @@ def add(
     "/archive",
     status_code=201,
     responses=failures(
-        InvalidImport,
-        UploadNotFound,
-        UploadIncomplete,
-        UploadBusy,
+        errors.InvalidImport,
+        errors.UploadNotFound,
+        errors.UploadIncomplete,
+        errors.UploadBusy,
         UnreadableVideo,
         RigVideoMismatch,
     ),

@@ -7,25 +7,7 @@ from typing import Annotated, Literal
 
 from fastapi import APIRouter, BackgroundTasks, Depends, Query, Request, Response
 
-from app.errors import (
-    ChangedMeanwhile,
-    FrameNotFound,
-    InspectionLocked,
-    InspectionNotFound,
-    LiveSourceRefused,
-    MediaFailed,
-    MediaTimeout,
-    NotAllTracked,
-    NothingRecorded,
-    NotRunning,
-    OpenStretches,
-    PackNotFound,
-    PixelOutsidePicture,
-    StillRunning,
-    UploadBusy,
-    UploadIncomplete,
-    UploadNotFound,
-)
+from app import errors
 from app.inspections.corrections import Corrections
 from app.inspections.filmed import Filmed
 from app.inspections.films import Films
@@ -78,10 +60,19 @@ _MOST_IDS = 10_000
     "",
     status_code=201,
     responses=failures(
-        PackNotFound, UploadNotFound, UploadIncomplete, UploadBusy, LiveSourceRefused, InvalidRig,
-        UnreadableVideo, RigVideoMismatch, PixelOutsidePicture, MediaFailed, MediaTimeout,
+        errors.PackNotFound,
+        errors.UploadNotFound,
+        errors.UploadIncomplete,
+        errors.UploadBusy,
+        errors.LiveSourceRefused,
+        InvalidRig,
+        UnreadableVideo,
+        RigVideoMismatch,
+        errors.PixelOutsidePicture,
+        errors.MediaFailed,
+        errors.MediaTimeout,
     ),
-)  # fmt: skip
+)
 @operator
 @slow
 def create(
@@ -205,7 +196,7 @@ def labels_in_use(inspections: Service[Inspections]) -> LabelsInUseOut:
     return LabelsInUseOut(labels=[LabelOut(label=label, inspections=n) for label, n in found])
 
 
-@router.put("/{inspection_id}/labels", responses=failures(InspectionNotFound))
+@router.put("/{inspection_id}/labels")
 @operator
 def label(
     inspection_id: InspectionId,
@@ -220,7 +211,7 @@ def label(
     return LabelsOut(labels=list(labels))
 
 
-@router.get("/{inspection_id}", responses=failures(InspectionNotFound))
+@router.get("/{inspection_id}")
 @viewer
 def get(
     inspection_id: InspectionId, inspections: Service[Inspections], response: Response
@@ -233,7 +224,7 @@ def get(
 
 @router.patch(
     "/{inspection_id}",
-    responses=failures(InspectionNotFound, InspectionLocked, PackNotFound, ChangedMeanwhile),
+    responses=failures(errors.InspectionLocked, errors.PackNotFound, errors.ChangedMeanwhile),
 )
 @operator
 def change(
@@ -255,7 +246,7 @@ def change(
 @router.delete(
     "/{inspection_id}",
     status_code=204,
-    responses=failures(InspectionNotFound, InspectionLocked),
+    responses=failures(errors.InspectionLocked),
 )
 @slow
 def delete(
@@ -265,7 +256,7 @@ def delete(
     inspections.delete(inspection_id, principal.name)
 
 
-@router.post("/{inspection_id}/cancel", responses=failures(InspectionNotFound, NotRunning))
+@router.post("/{inspection_id}/cancel", responses=failures(errors.NotRunning))
 @operator
 @slow
 def cancel(
@@ -278,7 +269,7 @@ def cancel(
 
 @router.post(
     "/{inspection_id}/retry",
-    responses=failures(InspectionNotFound, InspectionLocked, StillRunning, NothingRecorded),
+    responses=failures(errors.InspectionLocked, errors.StillRunning, errors.NothingRecorded),
 )
 @operator
 def retry(
@@ -292,10 +283,13 @@ def retry(
 @router.put(
     "/{inspection_id}/rig",
     responses=failures(
-        InspectionNotFound, InspectionLocked, StillRunning, NothingRecorded, InvalidRig,
+        errors.InspectionLocked,
+        errors.StillRunning,
+        errors.NothingRecorded,
+        InvalidRig,
         RigVideoMismatch,
     ),
-)  # fmt: skip
+)
 @operator
 def track_with(
     inspection_id: InspectionId,
@@ -314,10 +308,14 @@ def track_with(
 @router.post(
     "/{inspection_id}/continue",
     responses=failures(
-        InspectionNotFound, InspectionLocked, StillRunning, NothingRecorded, NotAllTracked,
-        LiveSourceRefused, MediaFailed,
+        errors.InspectionLocked,
+        errors.StillRunning,
+        errors.NothingRecorded,
+        errors.NotAllTracked,
+        errors.LiveSourceRefused,
+        errors.MediaFailed,
     ),
-)  # fmt: skip
+)
 @operator
 @slow
 def record_on(
@@ -334,7 +332,7 @@ def record_on(
 
 @router.post(
     "/{inspection_id}/finish",
-    responses=failures(InspectionNotFound, InspectionLocked, OpenStretches),
+    responses=failures(errors.InspectionLocked, errors.OpenStretches),
 )
 @operator
 @slow
@@ -355,8 +353,7 @@ def finish(
 @router.get(
     "/{inspection_id}/track",
     response_class=Response,
-    responses=content("text/csv", "text/plain", "application/json", columns.MEDIA_TYPE)
-    | failures(InspectionNotFound),
+    responses=content("text/csv", "text/plain", "application/json", columns.MEDIA_TYPE),
 )
 @viewer
 @slow
@@ -385,7 +382,7 @@ def track(
 
 @router.get(
     "/{inspection_id}/wall",
-    responses=failures(InspectionNotFound, FrameNotFound, PixelOutsidePicture),
+    responses=failures(errors.FrameNotFound, errors.PixelOutsidePicture),
 )
 @viewer
 def wall(
@@ -399,7 +396,7 @@ def wall(
     return WallPointOut.of(observations.wall_at(inspection_id, frame, (u, v)))
 
 
-@router.get("/{inspection_id}/wallgrid", responses=failures(InspectionNotFound))
+@router.get("/{inspection_id}/wallgrid")
 @viewer
 def wall_grid(inspection_id: InspectionId, observations: Service[Observations]) -> WallGridOut:
     """Return the rays of a grid of pixels, from which the page derives the wall under a pixel."""

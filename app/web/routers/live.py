@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 import msgspec
 from fastapi import APIRouter, Query, WebSocket, WebSocketDisconnect
 
+from app import errors
 from app.access.access import Principal
-from app.errors import DamagedTrack, InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
 from app.inspections.presence import Presence, Seat
@@ -160,7 +160,7 @@ async def live(
     await socket.accept()
     try:
         current = await asyncio.to_thread(_current, inspections, live, inspection_id)
-    except InspectionNotFound as error:
+    except errors.InspectionNotFound as error:
         await _refuse(socket, error, CLOSE_NOT_FOUND)
         return
     outbox, changes = _Outbox(), Changes()
@@ -211,7 +211,10 @@ def _corrected(
         last = update.estimates[-1] if update.estimates else None
         corrected = None if last is None else corrections.estimate(update.inspection_id, last)
         notices = corrections.notices(update.inspection_id)
-    except (InspectionNotFound, DamagedTrack):  # the update, or what the page asks for, says so
+    except (
+        errors.InspectionNotFound,
+        errors.DamagedTrack,
+    ):  # the update, or what the page asks for, says so
         return None, None, None, []
     return corrected, revision, joints, notices
 
@@ -274,7 +277,7 @@ def _current(inspections: Inspections, live: Live, inspection_id: str) -> Update
     view = inspections.get(inspection_id)
     try:
         last = inspections.last_estimate(inspection_id)
-    except DamagedTrack:
+    except errors.DamagedTrack:
         last = None
     return Update(inspection_id, view.row.status, view.progress, (last,) if last else ())
 

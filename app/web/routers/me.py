@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from app.errors import PackNotFound
+from app import errors
 from app.inspections.preferences import Preferences
 from app.web.deps import PrincipalDep, Service, viewer
 from app.web.schemas.access import MeOut, PreferencesIn
@@ -21,7 +21,7 @@ def me(preferences: Service[Preferences], principal: PrincipalDep) -> MeOut:
     return MeOut(name=principal.name, role=principal.role, preferences=chosen)
 
 
-@router.put("/preferences", responses=failures(PackNotFound))
+@router.put("/preferences", responses=failures(errors.PackNotFound))
 @viewer
 def choose(
     body: PreferencesIn, preferences: Service[Preferences], principal: PrincipalDep

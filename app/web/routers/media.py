@@ -10,14 +10,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Path, Request, Response
 from starlette.responses import StreamingResponse
 
-from app.errors import (
-    ExportNotAvailable,
-    InspectionNotFound,
-    NothingRecorded,
-    PhotoNotFound,
-    StoreUnavailable,
-    UnreadableKey,
-)
+from app import errors
 from app.inspections.filmed import Filmed
 from app.inspections.inspections import Inspections
 from app.reports.content.translator import Translator
@@ -43,7 +36,7 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["media"])
     "/video",
     response_class=StreamingResponse,
     responses=content("video/*", "application/octet-stream")
-    | failures(InspectionNotFound, NothingRecorded, StoreUnavailable),
+    | failures(errors.NothingRecorded, errors.StoreUnavailable),
 )
 @viewer
 def video(
@@ -63,7 +56,6 @@ def video(
     response_class=Response,
     responses=content("image/jpeg")
     | failures(
-        InspectionNotFound,
         *READING_A_FILM,
     ),
 )
@@ -84,7 +76,7 @@ def frame(
     response_class=Response,
     responses=content("image/jpeg")
     | {304: {"description": "The picture is still the one that `If-None-Match` names."}}
-    | failures(InspectionNotFound, PhotoNotFound, *READING_A_FILM),
+    | failures(errors.PhotoNotFound, *READING_A_FILM),
 )
 @viewer
 @for_lists
@@ -106,7 +98,7 @@ ExportKind = Annotated[str, Path(pattern=f"^({'|'.join(FORMATS)})$")]
     "/exports/{kind}",
     response_class=Response,
     responses=content(*sorted({form.media_type.split(";")[0] for form in FORMATS.values()}))
-    | failures(InspectionNotFound, ExportNotAvailable, UnreadableKey),
+    | failures(errors.ExportNotAvailable, errors.UnreadableKey),
 )
 @viewer
 @heavy
@@ -152,7 +144,7 @@ def export(
     )
 
 
-@router.get("/exports/{kind}/losses", responses=failures(InspectionNotFound, ExportNotAvailable))
+@router.get("/exports/{kind}/losses", responses=failures(errors.ExportNotAvailable))
 @viewer
 @heavy
 def losses(

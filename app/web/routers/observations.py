@@ -5,15 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter, Request, Response
 from starlette.responses import StreamingResponse
 
-from app.errors import (
-    ChangedMeanwhile,
-    FrameOutsideVideo,
-    InspectionLocked,
-    InspectionNotFound,
-    ObservationNotFound,
-    PhotoNotFound,
-    PixelOutsidePicture,
-)
+from app import errors
 from app.inspections.observations import Observations
 from app.survey.tag import Tag
 from app.tracking.pictures.clips import Clips
@@ -28,7 +20,7 @@ from app.web.versions import Replaced, tag_with
 router = APIRouter(prefix="/api/inspections/{inspection_id}/observations", tags=["observations"])
 
 
-@router.get("", responses=failures(InspectionNotFound))
+@router.get("")
 @viewer
 def list_all(inspection_id: InspectionId, observations: Service[Observations]) -> ObservationsOut:
     """Return the observations that are not deleted, in the order of their numbers."""
@@ -42,10 +34,12 @@ def list_all(inspection_id: InspectionId, observations: Service[Observations]) -
 @router.put(
     "/{observation_id}",
     responses=failures(
-        InspectionNotFound, InspectionLocked, FrameOutsideVideo, PixelOutsidePicture,
-        ChangedMeanwhile,
+        errors.InspectionLocked,
+        errors.FrameOutsideVideo,
+        errors.PixelOutsidePicture,
+        errors.ChangedMeanwhile,
     ),
-)  # fmt: skip
+)
 @operator
 def put(
     inspection_id: InspectionId,
@@ -63,7 +57,7 @@ def put(
     return _tagged(observations, inspection_id, observation_id, response)
 
 
-@router.get("/{observation_id}", responses=failures(InspectionNotFound, ObservationNotFound))
+@router.get("/{observation_id}", responses=failures(errors.ObservationNotFound))
 @viewer
 def get(
     inspection_id: InspectionId,
@@ -78,7 +72,9 @@ def get(
 @router.delete(
     "/{observation_id}",
     status_code=204,
-    responses=failures(InspectionNotFound, ObservationNotFound, InspectionLocked, ChangedMeanwhile),
+    responses=failures(
+        errors.ObservationNotFound, errors.InspectionLocked, errors.ChangedMeanwhile
+    ),
 )
 @operator
 def delete(
@@ -94,7 +90,7 @@ def delete(
 
 @router.post(
     "/{observation_id}/restore",
-    responses=failures(InspectionNotFound, ObservationNotFound, InspectionLocked),
+    responses=failures(errors.ObservationNotFound, errors.InspectionLocked),
 )
 @operator
 def restore(
@@ -120,8 +116,7 @@ def _tagged(
 @router.get(
     "/{observation_id}/photo",
     response_class=Response,
-    responses=content("image/jpeg")
-    | failures(InspectionNotFound, ObservationNotFound, PhotoNotFound),
+    responses=content("image/jpeg") | failures(errors.ObservationNotFound, errors.PhotoNotFound),
 )
 @viewer
 def photo(
@@ -140,8 +135,7 @@ def photo(
     response_class=StreamingResponse,
     responses=content("video/mp4")
     | failures(
-        InspectionNotFound,
-        ObservationNotFound,
+        errors.ObservationNotFound,
         *READING_A_FILM,
     ),
 )

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Response
 
-from app.errors import InvalidPack, PackInUse, PackNameTaken, PackNotFound
+from app import errors
 from app.inspections.packs import Packs
 from app.survey.given import PackName
 from app.web.deps import CodePackId, PrincipalDep, Service, viewer
@@ -23,7 +23,7 @@ def list_all(packs: Service[Packs]) -> PacksOut:
     return PacksOut(packs=[PackOut.of(view) for view in packs.all()])
 
 
-@router.post("", status_code=201, responses=failures(InvalidPack, PackNameTaken))
+@router.post("", status_code=201, responses=failures(errors.InvalidPack, errors.PackNameTaken))
 def add(
     name: Annotated[PackName, Query(description="Name of the pack, which must be unique.")],
     content: Annotated[bytes, Body(media_type="text/csv", description="The table, in UTF-8.")],
@@ -37,7 +37,9 @@ def add(
     return PackOut.of(view)
 
 
-@router.delete("/{pack_id}", status_code=204, responses=failures(PackNotFound, PackInUse))
+@router.delete(
+    "/{pack_id}", status_code=204, responses=failures(errors.PackNotFound, errors.PackInUse)
+)
 def delete(pack_id: CodePackId, packs: Service[Packs]) -> None:
     """Delete a pack that no inspection uses."""
     packs.delete(pack_id)

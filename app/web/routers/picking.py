@@ -6,13 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from app.errors import (
-    FrameNotFound,
-    FrameOutsideVideo,
-    IncompleteWallPoint,
-    InspectionNotFound,
-    PixelOutsidePicture,
-)
+from app import errors
 from app.inspections.observations import Observations
 from app.inspections.picking import Picking, WallPlace
 from app.survey.measure import Measure
@@ -23,7 +17,7 @@ from app.web.schemas.observations import FrameAtOut, MeasuredOut
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["observations"])
 
 
-@router.get("/frame-at", responses=failures(InspectionNotFound, IncompleteWallPoint))
+@router.get("/frame-at", responses=failures(errors.IncompleteWallPoint))
 @viewer
 def frame_at(
     inspection_id: InspectionId,
@@ -50,7 +44,7 @@ def frame_at(
 
 @router.post(
     "/measure",
-    responses=failures(InspectionNotFound, FrameNotFound, FrameOutsideVideo, PixelOutsidePicture),
+    responses=failures(errors.FrameNotFound, errors.FrameOutsideVideo, errors.PixelOutsidePicture),
 )
 @viewer
 def measure(

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Path, Query, Response
 from starlette.responses import StreamingResponse
 
-from app.errors import AssetNotFound, ChangedMeanwhile, InvalidTable
+from app import errors
 from app.inspections.register import Register, version_of_asset
 from app.survey.given import LINE
 from app.survey.register import LONGEST_ID
@@ -68,7 +68,7 @@ def like(
     return AlikeOut.model_validate(register.alike(asset_id))
 
 
-@router.post("/import", responses=failures(InvalidTable))
+@router.post("/import", responses=failures(errors.InvalidTable))
 @operator
 @heavy
 def import_table(
@@ -85,7 +85,7 @@ def import_table(
     return RegisterImportOut.of(found)
 
 
-@router.get("/assets/{asset_id:path}", responses=failures(AssetNotFound))
+@router.get("/assets/{asset_id:path}", responses=failures(errors.AssetNotFound))
 @viewer
 def get(asset_id: AssetId, register: Service[Register], response: Response) -> RegisteredAssetOut:
     """Return an asset."""
@@ -94,7 +94,7 @@ def get(asset_id: AssetId, register: Service[Register], response: Response) -> R
     return RegisteredAssetOut.of(row)
 
 
-@router.put("/assets/{asset_id:path}", responses=failures(ChangedMeanwhile))
+@router.put("/assets/{asset_id:path}", responses=failures(errors.ChangedMeanwhile))
 @operator
 def put(
     asset_id: AssetId,
@@ -113,7 +113,7 @@ def put(
 @router.delete(
     "/assets/{asset_id:path}",
     status_code=204,
-    responses=failures(AssetNotFound, ChangedMeanwhile),
+    responses=failures(errors.AssetNotFound, errors.ChangedMeanwhile),
 )
 @operator
 def delete(

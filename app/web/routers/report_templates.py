@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Response
 
-from app.errors import ChangedMeanwhile, InspectionNotFound
+from app import errors
 from app.reports.template import ReportTemplate
 from app.reports.templates import ReportTemplates
 from app.survey.given import LINE
@@ -58,7 +58,7 @@ def get(
     return ReportTemplateOut.model_validate(used)
 
 
-@router.put("/report-templates/{project:path}", responses=failures(ChangedMeanwhile))
+@router.put("/report-templates/{project:path}", responses=failures(errors.ChangedMeanwhile))
 @operator
 def put(
     project: Project,
@@ -75,7 +75,7 @@ def put(
 
 
 @router.delete(
-    "/report-templates/{project:path}", status_code=204, responses=failures(ChangedMeanwhile)
+    "/report-templates/{project:path}", status_code=204, responses=failures(errors.ChangedMeanwhile)
 )
 @operator
 def delete(
@@ -88,7 +88,7 @@ def delete(
     report_templates.delete(project, principal.name, replaced)
 
 
-@router.get("/inspections/{inspection_id}/report-template", responses=failures(InspectionNotFound))
+@router.get("/inspections/{inspection_id}/report-template")
 @viewer
 def of_inspection(
     inspection_id: InspectionId, report_templates: Service[ReportTemplates], response: Response

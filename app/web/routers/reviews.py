@@ -6,16 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path
 
-from app.errors import (
-    ChangedMeanwhile,
-    InspectionLocked,
-    InspectionNotFound,
-    ObservationNotFound,
-    OpenQuestions,
-    RemarkNotFound,
-    StillRunning,
-    WrongReviewState,
-)
+from app import errors
 from app.inspections.reviews import Reviews
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
@@ -26,7 +17,7 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}/review", tags=["revi
 RemarkId = Annotated[str, Path(pattern=OBSERVATION_ID)]
 
 
-@router.get("", responses=failures(InspectionNotFound))
+@router.get("")
 @viewer
 def get(inspection_id: InspectionId, reviews: Service[Reviews]) -> ReviewOut:
     """Return the state of the review, how it was reached, and the remarks."""
@@ -35,7 +26,7 @@ def get(inspection_id: InspectionId, reviews: Service[Reviews]) -> ReviewOut:
 
 @router.post(
     "",
-    responses=failures(InspectionNotFound, StillRunning, WrongReviewState, OpenQuestions),
+    responses=failures(errors.StillRunning, errors.WrongReviewState, errors.OpenQuestions),
 )
 @operator
 def move(
@@ -48,7 +39,9 @@ def move(
 
 @router.put(
     "/remarks/{remark_id}",
-    responses=failures(InspectionNotFound, ObservationNotFound, InspectionLocked, ChangedMeanwhile),
+    responses=failures(
+        errors.ObservationNotFound, errors.InspectionLocked, errors.ChangedMeanwhile
+    ),
 )
 @operator
 def remark(
@@ -73,7 +66,7 @@ def remark(
 
 @router.put(
     "/remarks/{remark_id}/settled",
-    responses=failures(InspectionNotFound, RemarkNotFound, InspectionLocked),
+    responses=failures(errors.RemarkNotFound, errors.InspectionLocked),
 )
 @operator
 def settle(
@@ -88,7 +81,7 @@ def settle(
     return ReviewOut.whole(reviews.get(inspection_id))
 
 
-@router.delete("/remarks/{remark_id}", responses=failures(InspectionNotFound, InspectionLocked))
+@router.delete("/remarks/{remark_id}", responses=failures(errors.InspectionLocked))
 @operator
 def withdraw(
     inspection_id: InspectionId,

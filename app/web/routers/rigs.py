@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from app.errors import RigNameTaken, RigNotFound
+from app import errors
 from app.inspections.rigs import Rigs
 from app.web.deps import LibraryRigId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
@@ -21,7 +21,7 @@ def list_all(rigs: Service[Rigs]) -> LibraryOut:
     return LibraryOut(rigs=[LibraryRigOut.of(*each) for each in rigs.all()])
 
 
-@router.put("/{rig_id}", status_code=204, responses=failures(InvalidRig, RigNameTaken))
+@router.put("/{rig_id}", status_code=204, responses=failures(InvalidRig, errors.RigNameTaken))
 @operator
 def put(
     rig_id: LibraryRigId, body: LibraryRigIn, rigs: Service[Rigs], principal: PrincipalDep
@@ -30,7 +30,7 @@ def put(
     rigs.put(rig_id, body.name, body.rig, principal.name)
 
 
-@router.delete("/{rig_id}", status_code=204, responses=failures(RigNotFound))
+@router.delete("/{rig_id}", status_code=204, responses=failures(errors.RigNotFound))
 @operator
 def delete(rig_id: LibraryRigId, rigs: Service[Rigs]) -> None:
     """Take a rig off the library; inspections keep their own copies."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from app.errors import SampleBeingMade
+from app import errors
 from app.inspections.samples import Samples
 from app.web.deps import Service, operator, viewer
 from app.web.schemas.failures import failures
@@ -20,7 +20,7 @@ def state(samples: Service[Samples]) -> SampleOut:
     return SampleOut.of(samples.state())
 
 
-@router.post("", status_code=202, responses=failures(SampleBeingMade))
+@router.post("", status_code=202, responses=failures(errors.SampleBeingMade))
 @operator
 def start(samples: Service[Samples]) -> SampleOut:
     """Start rendering in the background; an existing sample is `ready` at once."""

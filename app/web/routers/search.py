@@ -10,7 +10,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Response
 from starlette.responses import StreamingResponse
 
-from app.errors import ExportNotAvailable
+from app import errors
 from app.search.export import MEDIA_TYPE, ArchiveExport, Format
 from app.search.search import Search
 from app.survey.clock_hours import hour_bits
@@ -174,7 +174,7 @@ def quality(
 @router.get(
     "/export",
     response_class=Response,
-    responses=content(MEDIA_TYPE) | failures(ExportNotAvailable),
+    responses=content(MEDIA_TYPE) | failures(errors.ExportNotAvailable),
 )
 @viewer
 def export(

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path
 
+from app import errors
 from app.access.holders import Holders
-from app.errors import TokenNameTaken, TokenNotFound
 from app.web.deps import PrincipalDep, Service
 from app.web.schemas.access import RoleIn, TokenIn, TokenMadeOut, TokensOut
 from app.web.schemas.failures import failures
@@ -23,13 +23,13 @@ def list_all(holders: Service[Holders]) -> TokensOut:
     return TokensOut.model_validate({"tokens": holders.all()})
 
 
-@router.post("", status_code=201, responses=failures(TokenNameTaken))
+@router.post("", status_code=201, responses=failures(errors.TokenNameTaken))
 def create(body: TokenIn, holders: Service[Holders], principal: PrincipalDep) -> TokenMadeOut:
     """Make a token; the answer is the only place where its secret is shown."""
     return TokenMadeOut(secret=holders.create(body.name, body.to_role(), principal.name))
 
 
-@router.put("/{name:path}/role", status_code=204, responses=failures(TokenNotFound))
+@router.put("/{name:path}/role", status_code=204, responses=failures(errors.TokenNotFound))
 def change_role(
     name: TokenName, body: RoleIn, holders: Service[Holders], principal: PrincipalDep
 ) -> None:
@@ -37,7 +37,7 @@ def change_role(
     holders.change_role(name, body.to_role(), principal.name)
 
 
-@router.delete("/{name:path}", status_code=204, responses=failures(TokenNotFound))
+@router.delete("/{name:path}", status_code=204, responses=failures(errors.TokenNotFound))
 def revoke(name: TokenName, holders: Service[Holders], principal: PrincipalDep) -> None:
     """End the valid token of this name and all of its sessions."""
     holders.revoke(name, principal.name)

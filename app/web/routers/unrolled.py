@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Query, Request, Response
 
-from app.errors import InspectionNotFound, TileNotFound
+from app import errors
 from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
 from app.inspections.observations import rig_of
@@ -25,7 +25,7 @@ from app.web.versions import etag
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["unrolled"])
 
 
-@router.get("/unrolled", responses=failures(InspectionNotFound))
+@router.get("/unrolled")
 @viewer
 def unrolled(
     inspection_id: InspectionId,
@@ -47,7 +47,7 @@ def unrolled(
     response_class=Response,
     responses=content("image/jpeg")
     | {304: {"description": "The picture is still the one that `If-None-Match` names."}}
-    | failures(InspectionNotFound, TileNotFound),
+    | failures(errors.TileNotFound),
 )
 @viewer
 def tile(
@@ -73,7 +73,7 @@ def tile(
 @router.get(
     "/health",
     response_model=HealthOut,
-    responses=content(columns.MEDIA_TYPE) | failures(InspectionNotFound),
+    responses=content(columns.MEDIA_TYPE),
 )
 @viewer
 def health(

@@ -8,17 +8,7 @@ from pathlib import PurePosixPath
 
 from fastapi import APIRouter, Depends, Request, Response
 
-from app.errors import (
-    ChecksumMismatch,
-    InvalidUpload,
-    OffsetConflict,
-    TooManyUploads,
-    UnsupportedTusVersion,
-    UploadBusy,
-    UploadNotFound,
-    UploadTooLarge,
-    WrongContentType,
-)
+from app import errors
 from app.inspections.uploads import (
     CHECKSUMS,
     MAX_CHECKED_PIECE,
@@ -37,7 +27,7 @@ EXTENSIONS = "creation,expiration,termination,checksum"
 def _require_version(request: Request) -> None:
     version = request.headers.get("tus-resumable")
     if version != TUS_VERSION:
-        raise UnsupportedTusVersion(
+        raise errors.UnsupportedTusVersion(
             f"Tus-Resumable must be {TUS_VERSION}; the request says {version or 'nothing'}."
         )
 
@@ -67,7 +57,12 @@ def options(uploads: Service[Uploads]) -> Response:
     status_code=201,
     response_class=Response,
     dependencies=[_tus],
-    responses=failures(UnsupportedTusVersion, InvalidUpload, UploadTooLarge, TooManyUploads),
+    responses=failures(
+        errors.UnsupportedTusVersion,
+        errors.InvalidUpload,
+        errors.UploadTooLarge,
+        errors.TooManyUploads,
+    ),
 )
 @operator
 def create(request: Request, uploads: Service[Uploads], principal: PrincipalDep) -> Response:
@@ -89,7 +84,7 @@ def create(request: Request, uploads: Service[Uploads], principal: PrincipalDep)
     status_code=200,
     response_class=Response,
     dependencies=[_tus],
-    responses=failures(UnsupportedTusVersion, UploadNotFound),
+    responses=failures(errors.UnsupportedTusVersion, errors.UploadNotFound),
 )
 @operator
 def look_up(upload_id: str, uploads: Service[Uploads]) -> Response:
@@ -111,21 +106,29 @@ def look_up(upload_id: str, uploads: Service[Uploads]) -> Response:
     status_code=204,
     dependencies=[_tus],
     responses=failures(
-        UnsupportedTusVersion, InvalidUpload, UploadNotFound, WrongContentType, UploadTooLarge,
-        OffsetConflict, UploadBusy, ChecksumMismatch,
+        errors.UnsupportedTusVersion,
+        errors.InvalidUpload,
+        errors.UploadNotFound,
+        errors.WrongContentType,
+        errors.UploadTooLarge,
+        errors.OffsetConflict,
+        errors.UploadBusy,
+        errors.ChecksumMismatch,
     ),
-)  # fmt: skip
+)
 @operator
 async def append(upload_id: str, request: Request, uploads: Service[Uploads]) -> Response:
     """Append bytes at Upload-Offset; the answer comes when they are on the disk."""
     kind = request.headers.get("content-type")
     if kind != "application/offset+octet-stream":
-        raise WrongContentType(
+        raise errors.WrongContentType(
             f"The content type must be application/offset+octet-stream, not {kind or 'nothing'}."
         )
     checksum = _checksum(request)
     if checksum and int(request.headers.get("content-length") or 0) > MAX_CHECKED_PIECE:
-        raise UploadTooLarge(f"A piece with a checksum may have {MAX_CHECKED_PIECE} bytes at most.")
+        raise errors.UploadTooLarge(
+            f"A piece with a checksum may have {MAX_CHECKED_PIECE} bytes at most."
+        )
     offset = _number(request, "upload-offset")
     state = await uploads.append(upload_id, offset, request.stream(), checksum)
     return Response(status_code=204, headers={"Upload-Offset": str(state.offset), **_expiry(state)})
@@ -135,7 +138,7 @@ async def append(upload_id: str, request: Request, uploads: Service[Uploads]) ->
     "/{upload_id}",
     status_code=204,
     dependencies=[_tus],
-    responses=failures(UnsupportedTusVersion, UploadNotFound, UploadBusy),
+    responses=failures(errors.UnsupportedTusVersion, errors.UploadNotFound, errors.UploadBusy),
 )
 @operator
 def terminate(upload_id: str, uploads: Service[Uploads]) -> Response:
@@ -148,7 +151,7 @@ def _number(request: Request, name: str) -> int:
     text = request.headers.get(name)
     if text is None or not (text.isascii() and text.isdigit() and len(text) <= 18):
         found = "is missing" if text is None else f"is {text[:40]!r}"
-        raise InvalidUpload(
+        raise errors.InvalidUpload(
             f"The header {name.title()} must be a whole number of bytes; it {found}."
         )
     return int(text)
@@ -168,7 +171,7 @@ def _checksum(request: Request) -> Checksum | None:
     try:
         return checksum_from(algorithm, base64.b64decode(digest, validate=True))
     except ValueError as error:
-        raise InvalidUpload("Upload-Checksum must be `algorithm base64-digest`.") from error
+        raise errors.InvalidUpload("Upload-Checksum must be `algorithm base64-digest`.") from error
 
 
 def _file_name(metadata: str) -> str:
@@ -180,7 +183,7 @@ def _file_name(metadata: str) -> str:
         try:
             name = base64.b64decode(value, validate=True).decode("utf-8")
         except ValueError as error:
-            raise InvalidUpload(
+            raise errors.InvalidUpload(
                 "The filename of Upload-Metadata is not base64 of UTF-8."
             ) from error
         printable = "".join(c for c in name.replace("\\", "/") if c.isprintable())

@@ -12,6 +12,7 @@ from app.errors import (
     STATUS,
     ChangedMeanwhile,
     FrameNotFound,
+    InspectionNotFound,
     MediaFailed,
     MediaTimeout,
     NothingRecorded,
@@ -46,7 +47,8 @@ _SCHEMAS = "#/components/schemas/"
 
 
 def failures(*kinds: type[Exception]) -> Responses:
-    """Build `responses=` of a route: how it may refuse, beyond what every route may.
+    """Build `responses=` of a route: how it may refuse, beyond what every route may, and every
+    route of an inspection, which may not exist.
 
     It refers to the bodies, which `describe` adds to the document. For each `model` FastAPI would
     make a validator that nobody uses: more than a thousand, which delayed the first answer of a
@@ -77,6 +79,10 @@ def describe(app: FastAPI) -> None:
             ref_template=f"{_SCHEMAS}{{model}}",
         )
         document["components"]["schemas"] |= schema["$defs"]
+        for path, operations in document["paths"].items():
+            for operation in operations.values() if "{inspection_id}" in path else ():
+                answer = operation["responses"]["404"]
+                answer["description"] += f", `{code_of(InspectionNotFound)}`"
         return document
 
     app.openapi = with_failures  # type: ignore[method-assign]
