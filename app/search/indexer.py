@@ -18,6 +18,7 @@ from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.storage.database.tables import ENDED, Inspection
 from app.storage.index.defect_index import (
+    STATED,
     DefectFacts,
     DefectIndex,
     InspectionFacts,
@@ -145,39 +146,27 @@ def surveyed_on(header: Mapping[str, Any], created_at: datetime) -> date:
 def _defect(view: ObservationView, table: CodeTable) -> DefectFacts:
     row, tag, place = view.row, view.row.tag, view.place
     kind = table.named(tag.code, tag.char1, tag.char2)
-    return DefectFacts(
-        observation_id=row.id,
-        seq=row.seq,
-        frame=row.frame,
-        code=tag.code,
-        char1=tag.char1,
-        char2=tag.char2,
-        label=kind.label if kind else None,
-        label_ms=kind.label_ms if kind else None,
-        labels=(kind.label, *kind.labels.values()) if kind else (),
-        quant1=tag.quant1,
-        unit1=kind.unit_q1 if kind and tag.quant1 is not None else None,
-        quant2=tag.quant2,
-        unit2=kind.unit_q2 if kind and tag.quant2 is not None else None,
-        severity=tag.severity,
-        continuous=tag.continuous,
-        distance_m=metres(place.distance_mm) if place else None,
-        distance_u95_m=place.u95_m if place else None,
-        clock=view.clock,
-        clock_to=tag.clock_to,
-        clock_hours=hour_bits(view.clock, tag.clock_to),
-        remark=_stored(tag.remark),
-        created_at=row.created_at,
-    )
+    stated = {name: getattr(tag, name) for name in STATED}
+    derived = {
+        "observation_id": row.id,
+        "seq": row.seq,
+        "created_at": row.created_at,
+        "label": kind.label if kind else None,
+        "label_ms": kind.label_ms if kind else None,
+        "unit1": kind.unit_q1 if kind and tag.quant1 is not None else None,
+        "unit2": kind.unit_q2 if kind and tag.quant2 is not None else None,
+        "distance_m": metres(place.distance_mm) if place else None,
+        "distance_u95_m": place.u95_m if place else None,
+        "clock": view.clock,
+        "clock_hours": hour_bits(view.clock, tag.clock_to),
+        "remark": None if tag.remark is None else storable(tag.remark),
+    }
+    return DefectFacts(stated | derived, (kind.label, *kind.labels.values()) if kind else ())
 
 
 def _named(text: str | None) -> str | None:
     """Return a name that a database can index: PostgreSQL refuses more than some 2,700 bytes."""
     return None if text is None else storable(text)[:_LONGEST_NAME]
-
-
-def _stored(text: str | None) -> str | None:
-    return None if text is None else storable(text)
 
 
 class IndexWorker(Worker):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from app.search.indexer import IndexWorker
 from app.storage.database.tables import IndexedInspection
@@ -37,6 +37,7 @@ from app.survey.search_terms import (
 _MOST_SURVEYS = 50
 """Newest inspections in the history of an asset."""
 _UNKNOWN = "unknown"
+_AS_INDEXED = {one.name for one in fields(Seen)} - {"u95_m", "role"}
 
 
 @dataclass(frozen=True)
@@ -143,17 +144,9 @@ class Search:
 def _survey(found: FoundInspection, defects: Sequence[FoundDefect]) -> Survey:
     seen = [
         Seen(
-            one.row.inspection_id,
-            one.row.observation_id,
-            one.row.code,
-            one.row.distance_m,
-            one.row.distance_u95_m,
-            one.row.clock,
-            one.row.severity,
-            one.row.clock_to,
-            one.row.continuous and one.row.continuous[0],
-            one.row.quant1,
-            one.row.quant2,
+            **{name: getattr(one.row, name) for name in _AS_INDEXED},
+            u95_m=one.row.distance_u95_m,
+            role=one.row.continuous and one.row.continuous[0],
         )
         for one in defects
         if one.row.code is not None

@@ -8,9 +8,10 @@ again.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import date, datetime
+from typing import Any
 
 from sqlalchemy import ColumnElement, Select, and_, delete, func, or_, select, tuple_
 from sqlalchemy.orm import Session
@@ -35,6 +36,7 @@ from app.survey.defects import NO_DEFECTS, is_defect, part_of
 from app.survey.film_quality import PROBLEMS, FilmQuality
 from app.survey.folding import folded, spelling
 from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
+from app.survey.tag import Tag
 
 INDEX_VERSION = 4
 """Version of how rows are derived: rows of another version are made again."""
@@ -75,33 +77,18 @@ class InspectionFacts:
     end: Position | None
 
 
+STATED = tuple(name for name in Tag.model_fields if name in IndexedDefect.__table__.columns)
+"""Fields of a tag that the index holds as they are."""
+
+
 @dataclass(frozen=True)
 class DefectFacts:
     """What the index holds of an observation."""
 
-    observation_id: str
-    seq: int
-    frame: int
-    code: str | None
-    char1: str | None
-    char2: str | None
-    label: str | None
-    label_ms: str | None
-    labels: tuple[str, ...]
-    """In all languages: only searched, and not kept one by one."""
-    quant1: float | None
-    unit1: str | None
-    quant2: float | None
-    unit2: str | None
-    severity: int | None
-    continuous: str | None
-    distance_m: float | None
-    distance_u95_m: float | None
-    clock: int | None
-    clock_to: int | None
-    clock_hours: int
-    remark: str | None
-    created_at: datetime
+    columns: Mapping[str, Any]
+    """By the names of `IndexedDefect`, without those that its inspection gives."""
+    labels: Sequence[str]
+    """Of its code, in all languages: only searched, and not kept one by one."""
 
 
 @dataclass(frozen=True)
@@ -151,6 +138,7 @@ class DefectIndex(Store):
             defects: Its observations that are not deleted.
         """
         named = (facts.name, facts.project, facts.asset)
+        columns = [defect.columns for defect in defects]
         quality = asdict(facts.quality) if facts.quality is not None else {}
         inspection = IndexedInspection(
             inspection_id=inspection_id,
@@ -170,13 +158,14 @@ class DefectIndex(Store):
             distance_u95_m=facts.distance_u95_m,
             defects=len(
                 {
-                    part_of(d.observation_id, d.continuous)
-                    for d in defects
-                    if is_defect(d.code, d.severity)
+                    part_of(each["observation_id"], each["continuous"])
+                    for each in columns
+                    if is_defect(each["code"], each["severity"])
                 }
             ),
             worst_severity=max(
-                (d.severity for d in defects if d.severity is not None), default=None
+                (each["severity"] for each in columns if each["severity"] is not None),
+                default=None,
             ),
             **quality,
         )
@@ -188,8 +177,10 @@ class DefectIndex(Store):
                 project=facts.project,
                 asset=facts.asset,
                 surveyed_on=facts.surveyed_on,
-                folded=folded(defect.remark, defect.code, *defect.labels, *named),
-                **{name: value for name, value in asdict(defect).items() if name != "labels"},
+                folded=folded(
+                    defect.columns["remark"], defect.columns["code"], *defect.labels, *named
+                ),
+                **defect.columns,
             )
             for defect in defects
         ]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from datetime import datetime
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self, get_type_hints
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, create_model
 
 from app.survey import rounding
 from app.survey.given import Pixel
-from app.survey.measure import Figure, Measure
+from app.survey.measure import Figure
 from app.survey.place import ObservationView, WallGrid, WallUnder
+from app.survey.tag import Tag
 from app.web.schemas.out import Hundredths, Out, metres
 from vo_core import Pose
 
@@ -41,26 +42,21 @@ class MeasuredOut(Out):
         return cls.read_from(figure, u95=rounding.rounded_up(figure.u95, 2), unit=unit)
 
 
-class ObservationOut(Out):
+if TYPE_CHECKING:
+    _Stated = Out
+else:  # the fields of a tag, without the bounds of a request
+    _STATED = {name: (kind, ...) for name, kind in get_type_hints(Tag).items()}
+    _Stated = create_model(
+        "_Stated", __base__=Out, **{name: _STATED[name] for name in Tag.model_fields}
+    )
+
+
+class ObservationOut(_Stated):
     """An observation with everything derived from its frame, its pixel, the track and the rig."""
 
     id: str
     seq: int
-    frame: int
     pixel: Annotated[list[float], Field(min_length=2, max_length=2)] | None
-    code: str | None
-    char1: str | None
-    char2: str | None
-    quant1: float | None
-    quant2: float | None
-    clock_from: int | None
-    clock_to: int | None
-    severity: int | None
-    continuous: str | None
-    remark: str | None
-    recommendation: str | None
-    cost: float | None
-    measures: list[Measure] | None
     measured: list[MeasuredOut | None]
     """Figures of `measures`, in their order; None where nothing can be derived (yet)."""
     distance_m: float | None

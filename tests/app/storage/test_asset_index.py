@@ -18,7 +18,7 @@ from app.storage.database.database import Database, stored_at
 from app.storage.database.tables import Inspection, RegisteredAsset
 from app.storage.index.asset_index import Asset, AssetIndex, Project
 from app.storage.index.asset_places import AssetPlaces
-from app.storage.index.defect_index import DefectFacts, DefectIndex, InspectionFacts
+from app.storage.index.defect_index import STATED, DefectFacts, DefectIndex, InspectionFacts
 from app.storage.index.inspection_list import InspectionList
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.labels import LabelStore
@@ -103,14 +103,9 @@ def paged(sort: Any, *, descending: bool = False, offset: int = 0, limit: int = 
 
 
 def defect(severity: int) -> DefectFacts:
-    nothing = dict.fromkeys(
-        ("char1", "char2", "label", "label_ms", "quant1", "unit1", "quant2", "unit2", "continuous",
-         "distance_u95_m", "clock", "clock_to", "remark")
-    )  # fmt: skip
-    return DefectFacts(
-        observation_id="o", seq=1, frame=0, code="BAB", severity=severity, distance_m=3.0,
-        clock_hours=0, created_at=NOW, labels=(), **nothing,  # type: ignore[arg-type]
-    )  # fmt: skip
+    stated = dict.fromkeys(STATED) | {"frame": 0, "code": "BAB", "severity": severity}
+    derived = {"observation_id": "o", "seq": 1, "distance_m": 3.0, "clock_hours": 0}
+    return DefectFacts({**stated, **derived, "created_at": NOW}, ())
 
 
 @pytest.fixture
