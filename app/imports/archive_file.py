@@ -36,7 +36,7 @@ from app.imports.archive_manifest import (
 )
 from app.imports.moved_media import require_media
 from app.imports.whole_inspection import MovedFile, WholeInspection
-from app.imports.zips import infos_of
+from app.imports.zips import members_of
 from app.survey.catalogue.table import read_table
 
 MIB = 2**20
@@ -166,7 +166,7 @@ class _Reader:
 
 def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
     """Return the files by name; refuse what no archive file has before anything is read."""
-    infos = infos_of(archive)
+    infos = members_of(archive)
     if len(infos) > MOST_FILES:
         raise InvalidImport(f"The ZIP has {len(infos)} files; an archive file has {MOST_FILES}.")
     found: dict[str, zipfile.ZipInfo] = {}

@@ -61,7 +61,7 @@ def survey_from(
 
 
 def _header_of(cells: Coded, notes: Notes, beside: Mapping[str, str]) -> dict[str, Any]:
-    stated, explained = _told_apart(cells, notes)
+    stated, explained = _values_and_words(cells, notes)
     explained |= beside
     header = _places(stated)
     header |= header_of("en", lambda code: stated.get(code, ""), notes, None, explained)
@@ -85,7 +85,7 @@ def _header_of(cells: Coded, notes: Notes, beside: Mapping[str, str]) -> dict[st
     return with_words(header, "en")
 
 
-def _told_apart(cells: Coded, notes: Notes) -> tuple[dict[str, str], dict[str, str]]:
+def _values_and_words(cells: Coded, notes: Notes) -> tuple[dict[str, str], dict[str, str]]:
     """Return the values by their codes, and the words of the letters Z among them.
 
     A remark behind a letter Z belongs to it; others are of the survey. So is the only remark of a

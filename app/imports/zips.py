@@ -5,7 +5,7 @@ from __future__ import annotations
 import zipfile
 
 
-def infos_of(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
+def members_of(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
     """Return the members as the directory lists them.
 
     Raises:

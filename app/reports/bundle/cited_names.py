@@ -23,8 +23,8 @@ class CitedNames:
         self._taken = {name.casefold(): "" for name in taken}
         """Each with the checksum of the film that it names."""
 
-    def apart(self, report: Report, kind: str, number: int) -> Report:
-        """Return the report with names that no other inspection has.
+    def with_unique_names(self, report: Report, kind: str, number: int) -> Report:
+        """Return the report with names of photos and film that no other inspection has.
 
         A name that is taken gets the number of the inspection in the delivery before it, and the
         culvert if it does not begin with it: `002-CUL-0041-001.jpg`.
@@ -38,11 +38,11 @@ class CitedNames:
 
         def own(name: str, content: str = "") -> str:
             begins = name.casefold().startswith(stem.casefold())
-            return self.free(name, f"{number:03d}-" if begins else f"{number:03d}-{stem}-", content)
+            before = f"{number:03d}-" if begins else f"{number:03d}-{stem}-"
+            return self.unique(name, before, content)
 
-        names = {name: own(name) for name in dict.fromkeys(
-            photo.name for entry in report.entries for photo in entry.photos
-        )}  # fmt: skip
+        photos = [photo for entry in report.entries for photo in entry.photos]
+        names = {name: own(name) for name in dict.fromkeys(photo.name for photo in photos)}
 
         def renamed(photo: Photo) -> Photo:
             return replace(photo, name=names[photo.name])
@@ -56,22 +56,21 @@ class CitedNames:
             for entry in report.entries
         )
         called = (film_in_ascii if kind in _ASCII else film)(report)
-        if called:
-            called = own(called, report.source.sha256)
+        called = called and own(called, report.source.sha256)
         extras = replace(report.extras, film_called=called)
         return replace(report, entries=entries, extras=extras)
 
-    def free(self, name: str, before: str, content: str = "") -> str:
-        """Take a name, with `before` in front of it as often as it is taken.
+    def unique(self, name: str, before: str, content: str = "") -> str:
+        """Return a unique name by prefixing `before`, and take it.
 
         Args:
             name: The wanted name.
             before: What makes it another one.
-            content: Checksum of what it names, which may have its name twice; empty for any.
+            content: Checksum of the film that it names: the same film keeps its name.
         """
-        while (found := self._taken.get(name.casefold())) is not None and not (
-            content and found == content
-        ):
+        while (found := self._taken.get(name.casefold())) is not None:
+            if content and found == content:
+                break
             name = before + name
         self._taken[name.casefold()] = content
         return name

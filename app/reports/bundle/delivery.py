@@ -68,7 +68,7 @@ def losses(report: Report, forms: Mapping[str, Format]) -> tuple[Loss, ...]:
     """
     kinds = (_kind_of(report), *_READABLE)
     found = [loss.in_format(kind) for kind in kinds for loss in forms[kind].losses(report)]
-    return (*found, *_missing(CitedNames(()).apart(report, _kind_of(report), 1)))
+    return (*found, *_missing(CitedNames(()).with_unique_names(report, _kind_of(report), 1)))
 
 
 def _missing(report: Report) -> list[Loss]:
@@ -133,7 +133,7 @@ class Delivery:
         if self._exchange is None:
             self._kind = _kind_of(report)
             self._exchange = _begun(self._forms[self._kind])
-        report = self._names.apart(report, self._kind, number)
+        report = self._names.with_unique_names(report, self._kind, number)
         report, changed = _without_changed_film(report, self._go_on)
         stem = file_stem(report.asset)
         linked = _linked_to_film(report, folder)
@@ -173,7 +173,7 @@ class Delivery:
         if self._exchange is not None and self._delivered:
             form = self._forms[self._kind]
             stem = file_stem(self._stems.pop() if len(self._stems) == 1 else _SEVERAL)
-            name = self._names.free(f"{stem}{form.suffix}", f"{_SEVERAL}-")
+            name = self._names.unique(f"{stem}{form.suffix}", f"{_SEVERAL}-")
             self._archive.add(name, [self._exchange.content()])
             exchange = Exchange(name, self._kind, len(self._delivered))
         self._archive.add(INDEX, [page(exchange, self._delivered).encode()])

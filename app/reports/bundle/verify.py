@@ -20,7 +20,7 @@ from pathlib import Path
 import msgspec
 
 from app.errors import UnusableBundle
-from app.imports.zips import infos_of
+from app.imports.zips import members_of
 from app.reports.bundle.signed_archive import MANIFEST, SCHEMA, SIGNATURE, Manifest, Video
 from app.reports.bundle.signing import fingerprint, is_signed_by
 
@@ -69,7 +69,7 @@ def verify(bundle: Path, *, key: str | None = None, video: Path | None = None) -
     """
     try:
         with zipfile.ZipFile(bundle) as archive:
-            if sum(info.compress_size for info in infos_of(archive)) > bundle.stat().st_size:
+            if sum(info.compress_size for info in members_of(archive)) > bundle.stat().st_size:
                 raise UnusableBundle(f"{bundle} is not an evidence bundle: its files overlap.")
             _require_own_methods(archive)
             content = _only_member(archive, MANIFEST, _MOST_MANIFEST_BYTES)

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from app.reports.content.ascii import one_line, transliterate
 from app.reports.exchange.coordinates import ends_of
 from app.reports.exchange.header import Header
-from app.reports.exchange.losses import left_out
-from app.reports.exchange.names import FileNames, Names, film_in_ascii, renamed
+from app.reports.exchange.losses import only_json_holds
+from app.reports.exchange.names import FileNames, Names, film_in_ascii, film_renaming
 from app.reports.exchange.rows import (
     END,
     START,
@@ -97,7 +97,7 @@ class TextFile:
         """Return the text; readers want the same list of fields in every inspection."""
         surveys = [survey for survey, _ in self._surveys]
         filled = {code for it in surveys for code, value in it.header.items() if value}
-        fields = in_order({*_ALWAYS, *filled}, {code for it in surveys for code in it.explained})
+        fields = order_codes({*_ALWAYS, *filled}, {code for it in surveys for code in it.explained})
         lines = [*_FILE]
         for survey, rows in self._surveys:
             lines += [
@@ -112,7 +112,7 @@ class TextFile:
         return f"#A1={encoding}\r\n{text}".encode()
 
 
-def in_order(codes: Iterable[str], explained: Collection[str]) -> list[tuple[str, str]]:
+def order_codes(codes: Iterable[str], explained: Collection[str]) -> list[tuple[str, str]]:
     """Return the codes in alphabetical order, with a remark behind each that needs words.
 
     Args:
@@ -140,7 +140,12 @@ def survey_of(report: Report, in_file: FileNames) -> Survey:
     values["ABG"] = values.get("ABG", "")[:5]
     values |= _coordinates(header, names)
     explained = explanations(header, [code for code, it in values.items() if it == OTHER])
-    losses += [*lost, *renamed(report, film_in_ascii(report)), left_out(report), *header.losses()]
+    losses += [
+        *lost,
+        *film_renaming(report, film_in_ascii(report)),
+        only_json_holds(report),
+        *header.losses(),
+    ]
     return Survey(values, explained, rows, names, tuple(losses))
 
 

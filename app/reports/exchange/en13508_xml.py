@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element
 
-from app.reports.exchange.en13508 import columns, in_order, survey_of
+from app.reports.exchange.en13508 import columns, order_codes, survey_of
 from app.reports.exchange.names import FileNames
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Report
@@ -28,7 +28,7 @@ class XmlFile:
         """Add an inspection."""
         survey = survey_of(report, self._names)
         pipe = child(self._root, "ZB")
-        for code, behind in in_order(survey.header, survey.explained):
+        for code, behind in order_codes(survey.header, survey.explained):
             if value := survey.value(code, behind):
                 child(pipe, code, value)
         for row in survey.rows:

@@ -11,8 +11,8 @@ from app.reports.report import Loss
 _MAX_STRETCH = 99
 
 
-def fitted(rows: list[Row], format_name: str, most_m: float, losses: list[Loss]) -> Iterator[Row]:
-    """Yield the rows that both formats can hold, fitted to them; add to the losses what is left.
+def fit_rows(rows: list[Row], format_name: str, most_m: float, losses: list[Loss]) -> Iterator[Row]:
+    """Yield the rows that both formats can hold, fit_rows to them; add to the losses what is left.
 
     A start or an end is characterised as XP there, and stretches have two figures; the remark has
     what that leaves out.

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 from app.reports.exchange.coordinates import Ends, Point, ends_of, utm_m
-from app.reports.exchange.german import fitted
+from app.reports.exchange.german import fit_rows
 from app.reports.exchange.header import Header, plain_number
-from app.reports.exchange.losses import NO_GEOMETRY, left_out
-from app.reports.exchange.names import FileNames, Names, film, renamed
+from app.reports.exchange.losses import NO_GEOMETRY, only_json_holds
+from app.reports.exchange.names import FileNames, Names, film, film_renaming
 from app.reports.exchange.rows import ABANDONED, Row, general_remark, in_columns, rows_of, texts_of
-from app.reports.exchange.tree import Shared, child, children, filled, to_bytes
+from app.reports.exchange.tree import Shared, child, children, fill_template, to_bytes
 from app.reports.report import Loss, Phrase, Report
 from app.survey.fields.lists import GROUNDS
 from app.survey.rounding import decimals
@@ -182,17 +182,17 @@ class IsybauFile:
         if film(report):
             values["Videoablagereferenz"] = number
             values["Filmname"] = header.cut(film(report), _LONGEST_FILM, Phrase("part.film"))
-            self._films.append(filled(_FILM, values))
+            self._films.append(fill_template(_FILM, values))
         values["Bemerkung"] = general_remark(report, header, rows)
-        self._orders.append(filled(_ORDER, values))
-        held = list(fitted(rows, _FORMAT, _MAX_STATION_M, losses))
+        self._orders.append(fill_template(_ORDER, values))
+        held = list(fit_rows(rows, _FORMAT, _MAX_STATION_M, losses))
         if has_times:
             losses += [Loss("time_is_zero", row.entry) for row in held if row.time_s is None]
         self._assets.append(_inspected(values, held))
         losses += self._add_assets(values, names, ends_of(header))
         losses += [
-            *renamed(report, film(report)),
-            left_out(report, is_named=not header.text("job_ref")),
+            *film_renaming(report, film(report)),
+            only_json_holds(report, is_named=not header.text("job_ref")),
             *header.losses(),
         ]
         day = values.get("Inspektionsdatum", report.created_at.date().isoformat())
@@ -209,10 +209,10 @@ class IsybauFile:
         places = points.of_nodes(names) if points else {}
         values = {**values, "CRSLage": f"ETRS89_UTM{ends.zone}" if ends else ""}
         for name in names.nodes:
-            node = filled(_NODE, {**values, "Objektbezeichnung": name}, keep=("Punkt",))
+            node = fill_template(_NODE, {**values, "Objektbezeichnung": name}, keep=("Punkt",))
             _place(node, {"Punkt": places.get(name)})
             yield from self._nodes.add(name, node)
-        pipe = filled(_PIPE, values, keep=("Start", "Ende"))
+        pipe = fill_template(_PIPE, values, keep=("Start", "Ende"))
         ends_of_pipe = {"Start": places.get(names.upstream), "Ende": places.get(names.downstream)}
         _place(pipe, ends_of_pipe)
         yield from self._pipes.add(names.asset, pipe)
@@ -226,7 +226,7 @@ class IsybauFile:
             "Regelwerk": self._version.rules,
             "Bearbeitungsstand": self._made_on,
         }
-        root = filled(_ROOT, values, keep=("Admindaten",))
+        root = fill_template(_ROOT, values, keep=("Admindaten",))
         root.attrib.update(_NAMESPACES)
         *_, master, state = root[-1]
         self._nodes.append_to(master)
@@ -274,10 +274,10 @@ def _place(asset: Element, points: Mapping[str, Point | None]) -> None:
 
 
 def _inspected(values: Mapping[str, str], rows: list[Row]) -> Element:
-    asset = filled(_INSPECTED, values)
+    asset = fill_template(_INSPECTED, values)
     if rows:
         data = child(asset[-1][-1], "Inspektionsdaten")
-        data.extend(filled(_ROW, _row(row, index)) for index, row in enumerate(rows, 1))
+        data.extend(fill_template(_ROW, _row(row, index)) for index, row in enumerate(rows, 1))
     return asset
 
 

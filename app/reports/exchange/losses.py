@@ -16,7 +16,7 @@ ONE_LINE = Loss("one_line")
 NO_GEOMETRY = Loss("no_geometry")
 
 
-def left_out(report: Report, *, is_named: bool = False) -> Loss:
+def only_json_holds(report: Report, *, is_named: bool = False) -> Loss:
     """Return what no exchange format can hold.
 
     Args:
@@ -47,14 +47,14 @@ def left_out(report: Report, *, is_named: bool = False) -> Loss:
     return Loss("only_json", named=named)
 
 
-def attached(report: Report) -> list[Loss]:
+def only_bundle_holds(report: Report) -> list[Loss]:
     """Return what only the bundle has of an entry, beside its main photo."""
     if any(entry.more_photos or entry.voice_notes for entry in report.entries):
         return [Loss("only_bundle")]
     return []
 
 
-def coarser(report: Report, digits: int) -> list[Loss]:
+def rounded_figures(report: Report, digits: int) -> list[Loss]:
     """Return figures that are rounded, and texts that are joined to one line.
 
     Args:

@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from xml.etree.ElementTree import Element, tostring
 
 from app.reports.exchange.coordinates import Ends, Point, ends_of, utm_m
-from app.reports.exchange.german import fitted
+from app.reports.exchange.german import fit_rows
 from app.reports.exchange.header import Header, plain_number
-from app.reports.exchange.losses import NO_GEOMETRY, left_out
-from app.reports.exchange.names import FileNames, film, renamed
+from app.reports.exchange.losses import NO_GEOMETRY, only_json_holds
+from app.reports.exchange.names import FileNames, film, film_renaming
 from app.reports.exchange.rows import Row, general_remark, in_columns, rows_of, texts_of
 from app.reports.exchange.tree import Shared, child, children, to_bytes
 from app.reports.report import Loss, Report
@@ -62,7 +62,7 @@ class M150File:
             report, header, rows, _zone(ends) if ends and places else ""
         )
         run = _group("HI", values)
-        for row in fitted(rows, _FORMAT, _MAX_STATION_M, losses):
+        for row in fit_rows(rows, _FORMAT, _MAX_STATION_M, losses):
             children(child(run, "HZ"), _row(row))
         pipe = _group("HG", values)
         if places:
@@ -76,7 +76,7 @@ class M150File:
                 _add_geometry(node, name, "B", "Pkt", {name: places[name]})
             losses += self._nodes.add(name, node)
         self._pipes.setdefault(tostring(pipe), pipe).append(run)
-        losses += [*renamed(report, film(report)), left_out(report), *header.losses()]
+        losses += [*film_renaming(report, film(report)), only_json_holds(report), *header.losses()]
         return tuple(losses)
 
     def content(self) -> bytes:

@@ -127,7 +127,7 @@ def film_in_ascii(report: Report) -> str:
     return ascii_file_name(name) if name and report.source.kind != "import" else name
 
 
-def renamed(report: Report, name: str) -> list[Loss]:
+def film_renaming(report: Report, name: str) -> list[Loss]:
     """Return the loss where the file gives the film another name."""
     stated = {
         "upload": report.source.filename,

@@ -12,8 +12,8 @@ from app.reports.exchange.coordinates import NAMES, Point, ends_of, rd_m
 from app.reports.exchange.en13508 import columns, explanations, header_values
 from app.reports.exchange.en13508_xml import DECLARATION
 from app.reports.exchange.header import Header, field_name
-from app.reports.exchange.losses import NO_GEOMETRY, left_out
-from app.reports.exchange.names import FileNames, Names, film_in_ascii, renamed
+from app.reports.exchange.losses import NO_GEOMETRY, only_json_holds
+from app.reports.exchange.names import FileNames, Names, film_in_ascii, film_renaming
 from app.reports.exchange.rows import CODES, Row, rows_of
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Phrase, Report
@@ -64,7 +64,7 @@ class RibxFile:
         film = film_in_ascii(report)
         for row in rows:
             children(child(pipe, "ZC"), _row(row, names, film))
-        losses += [*lost, *renamed(report, film), left_out(report), *header.losses()]
+        losses += [*lost, *film_renaming(report, film), only_json_holds(report), *header.losses()]
         return tuple(losses)
 
     def content(self) -> bytes:

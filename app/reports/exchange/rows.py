@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from app.reports.content.ascii import one_line, transliterate
 from app.reports.exchange.header import Header, plain_number
-from app.reports.exchange.losses import attached, coarser
+from app.reports.exchange.losses import only_bundle_holds, rounded_figures
 from app.reports.exchange.names import film, film_name, film_names
 from app.reports.report import Entry, Loss, Report
 from app.survey.fields.declaration import Family
@@ -121,8 +121,8 @@ def rows_of(
         row, lost = _row(entry, entry.distance_m, codes, has_times=has_times)
         rows.append(row)
         losses += lost
-    losses += coarser(report, digits)
-    losses += attached(report)
+    losses += rounded_figures(report, digits)
+    losses += only_bundle_holds(report)
     rows.sort(key=_as_written)
     ends = [index for index, row in enumerate(rows) if row.code == ABANDONED]
     if ends:

@@ -25,7 +25,7 @@ def children(parent: Element, values: Mapping[str, object]) -> Element:
     return parent
 
 
-def filled(template: str, values: Mapping[str, str], keep: Collection[str] = ()) -> Element:
+def fill_template(template: str, values: Mapping[str, str], keep: Collection[str] = ()) -> Element:
     """Return a template whose empty elements hold the values of their names.
 
     Those without a value are left out, and what is empty by that.
