@@ -16,21 +16,14 @@ from app.errors import InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
-from app.storage.database.tables import ENDED, Inspection
-from app.storage.index.defect_index import (
-    STATED,
-    DefectFacts,
-    DefectIndex,
-    InspectionFacts,
-    Position,
-    Token,
-)
+from app.storage.database.tables import ENDED, IndexedDefect, IndexedInspection, Inspection
+from app.storage.index.defect_index import STATED, DefectIndex, Token
 from app.storage.records.inspections import InspectionStore
 from app.survey.catalogue.table import CodeTable
 from app.survey.clock_hours import hour_bits
 from app.survey.fields.header import asset_of, number_of, project_of
 from app.survey.film_quality import quality_of
-from app.survey.folding import storable
+from app.survey.folding import folded, storable
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView
 from app.survey.rounding import metres
@@ -108,31 +101,31 @@ class Indexer:
             return
         views = self._observations.all(inspection_id)
         table = self._packs.table_of(row.header)
-        self._index.put(
-            inspection_id, token, self._facts(row), [_defect(view, table) for view in views]
-        )
+        self._index.put(token, self._indexed(row), [_defect(view, table) for view in views])
 
-    def _facts(self, row: Inspection) -> InspectionFacts:
+    def _indexed(self, row: Inspection) -> IndexedInspection:
         distance_mm, sigma_mm = self._corrections.end(row) or (None, None)
-        return InspectionFacts(
+        quality = quality_of(self._tracks.get(row.id), self._tracks.health(row.id).columns())
+        return IndexedInspection(
+            inspection_id=row.id,
             name=storable(row.name),
             project=_named(project_of(row.header)),
             asset=_named(asset_of(row.header)),
             surveyed_on=surveyed_on(row.header, row.created_at),
             distance_m=None if distance_mm is None else metres(distance_mm),
             distance_u95_m=None if sigma_mm is None else half_width_m(sigma_mm),
-            quality=quality_of(self._tracks.get(row.id), self._tracks.health(row.id).columns()),
-            start=_position(row.header, "start"),
-            end=_position(row.header, "end"),
+            **{} if quality is None else vars(quality),
+            **_position(row.header, "start"),
+            **_position(row.header, "end"),
         )
 
 
-def _position(header: Mapping[str, Any], end: str) -> Position | None:
-    """Return where one end is by the header; None unless both numbers are degrees."""
+def _position(header: Mapping[str, Any], end: str) -> dict[str, float]:
+    """Return where one end is by the header; nothing unless both numbers are degrees."""
     lat, lon = (number_of(header.get(f"{end}_{name}")) for name in ("lat", "lon"))
     if lat is None or lon is None or abs(lat) > 90 or abs(lon) > 180:
-        return None
-    return Position(lat, lon)
+        return {}
+    return {f"{end}_lat": lat, f"{end}_lon": lon}
 
 
 def surveyed_on(header: Mapping[str, Any], created_at: datetime) -> date:
@@ -143,7 +136,7 @@ def surveyed_on(header: Mapping[str, Any], created_at: datetime) -> date:
         return created_at.date()
 
 
-def _defect(view: ObservationView, table: CodeTable) -> DefectFacts:
+def _defect(view: ObservationView, table: CodeTable) -> IndexedDefect:
     row, tag, place = view.row, view.row.tag, view.place
     kind = table.named(tag.code, tag.char1, tag.char2)
     stated = {name: getattr(tag, name) for name in STATED}
@@ -161,7 +154,8 @@ def _defect(view: ObservationView, table: CodeTable) -> DefectFacts:
         "clock_hours": hour_bits(view.clock, tag.clock_to),
         "remark": None if tag.remark is None else storable(tag.remark),
     }
-    return DefectFacts(stated | derived, (kind.label, *kind.labels.values()) if kind else ())
+    labels = (kind.label, *kind.labels.values()) if kind else ()
+    return IndexedDefect(folded=folded(derived["remark"], tag.code, *labels), **stated | derived)
 
 
 def _named(text: str | None) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from datetime import UTC, date, datetime
 from typing import Any
 
@@ -60,6 +61,10 @@ class Base(DeclarativeBase):
         datetime: UtcDateTime(),
         dict[str, Any]: JSON(none_as_null=True),
     }
+
+    def values(self) -> dict[str, Any]:
+        """Return the columns by name."""
+        return {column.key: getattr(self, column.key) for column in self.__table__.columns}
 
 
 class LoginSession(Base):
@@ -204,38 +209,15 @@ class ObservationRow(Base):
     @classmethod
     def of(cls, observation: Observation) -> ObservationRow:
         """Make a row to add to a session."""
-        return cls(
-            inspection_id=observation.inspection_id,
-            id=observation.id,
-            seq=observation.seq,
-            frame=observation.frame,
-            fields=observation.tag.to_json(),
-            photo_frame=observation.photo_frame,
-            photo_sha256=observation.photo_sha256,
-            photo_error=observation.photo_error,
-            created_at=observation.created_at,
-            created_by=observation.created_by,
-            edited_at=observation.edited_at,
-            edited_by=observation.edited_by,
-            deleted_at=observation.deleted_at,
-        )
+        values = {each.name: getattr(observation, each.name) for each in fields(observation)}
+        tag = values.pop("tag")
+        return cls(**values, frame=tag.frame, fields=tag.to_json())
 
     def record(self) -> Observation:
         """Return the record, detached from the session."""
-        return Observation(
-            inspection_id=self.inspection_id,
-            id=self.id,
-            seq=self.seq,
-            tag=StatedTag.kept(self.fields),
-            photo_frame=self.photo_frame,
-            photo_sha256=self.photo_sha256,
-            photo_error=self.photo_error,
-            created_at=self.created_at,
-            created_by=self.created_by,
-            edited_at=self.edited_at,
-            edited_by=self.edited_by,
-            deleted_at=self.deleted_at,
-        )
+        values = self.values()
+        del values["frame"]  # it is in the fields
+        return Observation(tag=StatedTag.kept(values.pop("fields")), **values)
 
 
 class RemarkRow(Base):
@@ -304,30 +286,11 @@ class EventRow(Base):
     @classmethod
     def of(cls, event: Event) -> EventRow:
         """Make a row to add to a session, which assigns its id."""
-        return cls(
-            inspection_id=event.inspection_id,
-            observation_id=event.observation_id,
-            action=event.action,
-            who=event.who,
-            at=event.at,
-            before=None if event.before is None else dict(event.before),
-            after=None if event.after is None else dict(event.after),
-            remark=event.remark,
-        )
+        return cls(**{name: value for name, value in vars(event).items() if name != "id"})
 
     def record(self) -> Event:
         """Return the record, detached from the session."""
-        return Event(
-            id=self.id,
-            inspection_id=self.inspection_id,
-            observation_id=self.observation_id,
-            action=self.action,
-            who=self.who,
-            at=self.at,
-            before=self.before,
-            after=self.after,
-            remark=self.remark,
-        )
+        return Event(**self.values())
 
 
 class Alert(Base):

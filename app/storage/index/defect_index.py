@@ -8,10 +8,9 @@ again.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from datetime import date, datetime
-from typing import Any
+from datetime import datetime
 
 from sqlalchemy import ColumnElement, Select, and_, delete, func, or_, select, tuple_
 from sqlalchemy.orm import Session
@@ -33,7 +32,7 @@ from app.storage.index.queries import (
     with_words,
 )
 from app.survey.defects import NO_DEFECTS, is_defect, part_of
-from app.survey.film_quality import PROBLEMS, FilmQuality
+from app.survey.film_quality import PROBLEMS
 from app.survey.folding import folded, spelling
 from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
 from app.survey.tag import Tag
@@ -45,6 +44,10 @@ _PAGE = 2_000
 """Rows that are read at a time where all are wanted."""
 
 
+STATED = tuple(name for name in Tag.model_fields if name in IndexedDefect.__table__.columns)
+"""Fields of a tag that the index holds as they are."""
+
+
 @dataclass(frozen=True)
 class Token:
     """A state of an inspection: another one after every change of what the index holds of it."""
@@ -52,43 +55,6 @@ class Token:
     revision: int
     finished_at: datetime | None
     newest_event: int | None
-
-
-@dataclass(frozen=True)
-class Position:
-    """A place on earth in degrees."""
-
-    lat: float
-    lon: float
-
-
-@dataclass(frozen=True)
-class InspectionFacts:
-    """What the index holds of an inspection."""
-
-    name: str
-    project: str | None
-    asset: str | None
-    surveyed_on: date
-    distance_m: float | None
-    distance_u95_m: float | None
-    quality: FilmQuality | None
-    start: Position | None
-    end: Position | None
-
-
-STATED = tuple(name for name in Tag.model_fields if name in IndexedDefect.__table__.columns)
-"""Fields of a tag that the index holds as they are."""
-
-
-@dataclass(frozen=True)
-class DefectFacts:
-    """What the index holds of an observation."""
-
-    columns: Mapping[str, Any]
-    """By the names of `IndexedDefect`, without those that its inspection gives."""
-    labels: Sequence[str]
-    """Of its code, in all languages: only searched, and not kept one by one."""
 
 
 @dataclass(frozen=True)
@@ -123,76 +89,47 @@ class DefectIndex(Store):
     def put(
         self,
         session: Session,
-        inspection_id: str,
         token: Token,
-        facts: InspectionFacts,
-        defects: Sequence[DefectFacts],
+        inspection: IndexedInspection,
+        defects: Sequence[IndexedDefect],
     ) -> None:
         """Replace all that is indexed of an inspection, unless it was deleted meanwhile.
 
         Args:
-            inspection_id: The inspection.
-            token: Its state from before the facts were derived: whatever changed since makes the
-                rows stale.
-            facts: The inspection.
-            defects: Its observations that are not deleted.
+            session: Of the transaction.
+            token: The state of the inspection from before the rows were derived: whatever changed
+                since makes them stale.
+            inspection: Its row, without token, sums and folded text, which are set here.
+            defects: Its observations that are not deleted, without what is copied from
+                `inspection`; `folded` is their own text.
         """
-        named = (facts.name, facts.project, facts.asset)
-        columns = [defect.columns for defect in defects]
-        quality = asdict(facts.quality) if facts.quality is not None else {}
-        inspection = IndexedInspection(
-            inspection_id=inspection_id,
-            index_version=INDEX_VERSION,
-            **asdict(token),
-            name=facts.name,
-            project=facts.project,
-            asset=facts.asset,
-            asset_spelling=None if facts.asset is None else spelling(facts.asset),
-            surveyed_on=facts.surveyed_on,
-            folded=folded(*named),
-            start_lat=None if facts.start is None else facts.start.lat,
-            start_lon=None if facts.start is None else facts.start.lon,
-            end_lat=None if facts.end is None else facts.end.lat,
-            end_lon=None if facts.end is None else facts.end.lon,
-            distance_m=facts.distance_m,
-            distance_u95_m=facts.distance_u95_m,
-            defects=len(
-                {
-                    part_of(each["observation_id"], each["continuous"])
-                    for each in columns
-                    if is_defect(each["code"], each["severity"])
-                }
-            ),
-            worst_severity=max(
-                (each["severity"] for each in columns if each["severity"] is not None),
-                default=None,
-            ),
-            **quality,
-        )
-        rows = [
-            IndexedDefect(
-                inspection_id=inspection_id,
-                revision=token.revision,
-                inspection=facts.name,
-                project=facts.project,
-                asset=facts.asset,
-                surveyed_on=facts.surveyed_on,
-                folded=folded(
-                    defect.columns["remark"], defect.columns["code"], *defect.labels, *named
-                ),
-                **defect.columns,
-            )
-            for defect in defects
-        ]
-        # The lock orders two servers that index the same inspection; SQLite has one writer.
-        held = select(Inspection.id).where(Inspection.id == inspection_id).with_for_update()
-        if session.scalar(held) is None:
+        inspection_id = inspection.inspection_id
+        if session.get(Inspection, inspection_id) is None:
             return
         for table in (IndexedDefect, IndexedInspection):
             session.execute(delete(table).where(table.inspection_id == inspection_id))
+        for name, value in asdict(token).items():
+            setattr(inspection, name, value)
+        inspection.index_version = INDEX_VERSION
+        inspection.asset_spelling = inspection.asset and spelling(inspection.asset)
+        inspection.folded = folded(inspection.name, inspection.project, inspection.asset)
+        severities = [d.severity for d in defects if d.severity is not None]
+        inspection.worst_severity = max(severities, default=None)
+        inspection.defects = len(
+            {
+                part_of(d.observation_id, d.continuous)
+                for d in defects
+                if is_defect(d.code, d.severity)
+            }
+        )
         session.add(inspection)
         session.flush()
-        session.add_all(rows)
+        for defect in defects:
+            for name in ("inspection_id", "revision", "project", "asset", "surveyed_on"):
+                setattr(defect, name, getattr(inspection, name))
+            defect.inspection = inspection.name
+            defect.folded = f"{defect.folded} {inspection.folded}"
+        session.add_all(defects)
 
     @reading
     def defects(

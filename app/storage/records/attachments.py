@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from datetime import UTC, datetime
-from typing import Any, cast
+from typing import Any
 
 from sqlalchemy import Float, ForeignKey, Index, String, Text, func, select
 from sqlalchemy.orm import Mapped, Session, mapped_column
@@ -13,7 +13,7 @@ from app.errors import AttachmentNotFound, ObservationNotFound, TooManyAttachmen
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import Base, EventRow, ObservationRow
 from app.storage.records.inspections import unlocked
-from app.survey.attachments import MOST, Attachment, Kind, Stroke, in_order
+from app.survey.attachments import MOST, Attachment, Stroke, in_order
 
 
 class AttachmentRow(Base):
@@ -44,42 +44,17 @@ class AttachmentRow(Base):
     @classmethod
     def of(cls, attachment: Attachment) -> AttachmentRow:
         """Make a row to add to a session."""
-        return cls(
-            inspection_id=attachment.inspection_id,
-            id=attachment.id,
-            observation_id=attachment.observation_id,
-            kind=attachment.kind,
-            rank=attachment.rank,
-            frame=attachment.frame,
-            drawing=_drawing_of(attachment),
-            media_type=attachment.media_type,
-            duration_s=attachment.duration_s,
-            size=attachment.size,
-            sha256=attachment.sha256,
-            photo_error=attachment.photo_error,
-            created_at=attachment.created_at,
-            created_by=attachment.created_by,
-        )
+        values = vars(attachment) | {"drawing": _drawing_of(attachment)}
+        del values["strokes"]
+        return cls(**values)
 
     def record(self) -> Attachment:
         """Return the record, detached from the session."""
-        strokes = self.drawing["strokes"] if self.drawing else ()
+        values = self.values()
+        drawing = values.pop("drawing")
+        strokes = drawing["strokes"] if drawing else ()
         return Attachment(
-            inspection_id=self.inspection_id,
-            id=self.id,
-            observation_id=self.observation_id,
-            kind=cast(Kind, self.kind),
-            rank=self.rank,
-            frame=self.frame,
-            strokes=tuple(Stroke.model_construct(**stroke) for stroke in strokes),
-            media_type=self.media_type,
-            duration_s=self.duration_s,
-            size=self.size,
-            sha256=self.sha256,
-            photo_error=self.photo_error,
-            created_at=self.created_at,
-            created_by=self.created_by,
-            deleted_at=self.deleted_at,
+            **values, strokes=tuple(Stroke.model_construct(**stroke) for stroke in strokes)
         )
 
 

@@ -15,10 +15,15 @@ from sqlalchemy.orm import Session
 
 from app.search.asset_map import assets_of
 from app.storage.database.database import Database, stored_at
-from app.storage.database.tables import Inspection, RegisteredAsset
+from app.storage.database.tables import (
+    IndexedDefect,
+    IndexedInspection,
+    Inspection,
+    RegisteredAsset,
+)
 from app.storage.index.asset_index import Asset, AssetIndex, Project
 from app.storage.index.asset_places import AssetPlaces
-from app.storage.index.defect_index import STATED, DefectFacts, DefectIndex, InspectionFacts
+from app.storage.index.defect_index import DefectIndex
 from app.storage.index.inspection_list import InspectionList
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.labels import LabelStore
@@ -60,11 +65,11 @@ class Archive:
         index = DefectIndex(self.database)
         token = index.token(row.id)
         assert token is not None
-        facts = InspectionFacts(
-            name=row.name, project=project, asset=asset, surveyed_on=date(year, 5, 1),
-            distance_m=40.0, distance_u95_m=0.1, quality=None, start=None, end=None,
+        indexed = IndexedInspection(
+            inspection_id=row.id, name=row.name, project=project, asset=asset,
+            surveyed_on=date(year, 5, 1), distance_m=40.0, distance_u95_m=0.1,
         )  # fmt: skip
-        index.put(row.id, token, facts, [] if severity is None else [defect(severity)])
+        index.put(token, indexed, [] if severity is None else [defect(severity)])
         return row.id
 
     def register(self, asset: str, project: str | None = None) -> None:
@@ -102,10 +107,11 @@ def paged(sort: Any, *, descending: bool = False, offset: int = 0, limit: int = 
     return Page(sort=sort, descending=descending, offset=offset, limit=limit)
 
 
-def defect(severity: int) -> DefectFacts:
-    stated = dict.fromkeys(STATED) | {"frame": 0, "code": "BAB", "severity": severity}
-    derived = {"observation_id": "o", "seq": 1, "distance_m": 3.0, "clock_hours": 0}
-    return DefectFacts({**stated, **derived, "created_at": NOW}, ())
+def defect(severity: int) -> IndexedDefect:
+    return IndexedDefect(
+        observation_id="o", seq=1, frame=0, code="BAB", severity=severity, distance_m=3.0,
+        clock_hours=0, created_at=NOW, folded="bab",
+    )  # fmt: skip
 
 
 @pytest.fixture
