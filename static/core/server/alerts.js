@@ -1,6 +1,6 @@
 /** Notifications of the severest defects by the server's webhook. */
 
-import { ApiError, get } from './api.js';
+import { get, refusalIn } from './api.js';
 import { Store } from '../page/store.js';
 import { t } from '../page/words.js';
 
@@ -73,8 +73,7 @@ export class Alerts extends Store {
       this.set(new Map(alerts.map((alert) => [alert.observation_id, alert])));
       if (!isConfigured) return;
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      if (!refusalIn(error)) return;
       if (!error.isTemporary) return;
     }
     const isWaiting = [...this.value.values()].some(({ state }) => state === 'waiting');

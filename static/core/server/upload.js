@@ -9,7 +9,7 @@
  * CANCELLED.
  */
 
-import { ApiError, pause, send } from './api.js';
+import { ApiError, pause, refusalIn, send } from './api.js';
 import { recall, remember } from '../page/remembered.js';
 import { errorText, t } from '../page/words.js';
 
@@ -111,8 +111,7 @@ export class Upload extends EventTarget {
         this.#remember({ whole: true });
         this.#become('DONE');
       } catch (error) {
-        if (error.name === 'AbortError') return;
-        if (!(error instanceof ApiError)) throw error;
+        if (!refusalIn(error)) return;
         if (!this.#canGoOn(error)) {
           this.#become('FAILED', errorText(error));
           return;

@@ -3,31 +3,34 @@
 import { html } from '../../../core/page/html.js';
 import { count } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
+import { column, orDash } from '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
 
 /** Key of the folder that was looked through last. */
 export const REMEMBERED_FOLDER = 'chainage.archive-folder';
 
-const orDash = (value) => html`${value ?? html`<span class="dim">–</span>`}`;
-
 export const additionColumns = () => [
-  {
-    name: 'path',
-    title: t('add.path'),
-    cell: ({ path, name }) => html`${name && html`<b>${name}</b>`}<small>${path}</small>`,
-  },
-  { name: 'rule', title: t('add.rule'), cell: ({ rule }) => orDash(rule) },
-  { name: 'rig', title: t('archive.rig'), cell: ({ rig_name: rig }) => orDash(rig) },
-  { name: 'project', title: t('archive.project'), cell: ({ project }) => orDash(project) },
-  { name: 'asset', title: t('archive.asset'), cell: ({ asset }) => orDash(asset) },
-  {
-    name: 'problem',
-    title: t('add.problem'),
-    cell: ({ problem }) =>
+  column(
+    'path',
+    t('add.path'),
+    ({ path, name }) => html`${name && html`<b>${name}</b>`}<small>${path}</small>`,
+    undefined,
+    '34%',
+  ),
+  column('rule', t('add.rule'), ({ rule }) => orDash(rule)),
+  column('rig', t('archive.rig'), ({ rig_name: rig }) => orDash(rig)),
+  column('project', t('archive.project'), ({ project }) => orDash(project)),
+  column('asset', t('archive.asset'), ({ asset }) => orDash(asset)),
+  column(
+    'problem',
+    t('add.problem'),
+    ({ problem }) =>
       problem
-        ? html`<span class="additions__problem">${icon('alert')}<span>${problem}</span></span>`
-        : html`<span class="additions__fine">${icon('check')}${t('add.fine')}</span>`,
-  },
+        ? html`<span class="row at-top sign-weak">${icon('alert')}<span>${problem}</span></span>`
+        : html`<span class="row at-top sign-ok">${icon('check')}${t('add.fine')}</span>`,
+    undefined,
+    '26%',
+  ),
 ];
 
 /** '12 films: 10 new, 2 in the archive already; 1 without a rig.' and the warnings of the server. */

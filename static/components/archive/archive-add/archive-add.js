@@ -136,9 +136,9 @@ export class ArchiveAdd extends Component {
 
 const formMarkup =
   () => html`<p class="dim below-4">${t('add.help')} <a href="/archive/rules">${t('archive.rules')}</a></p>
-  <form class="panel add__form stack gap-4 at-top pad-4" data-part="form" novalidate>
-    <div class="field add__paths"><label for="add-paths">${t('add.paths')}</label>
-      <textarea class="input" id="add-paths" rows="3" spellcheck="false" autocomplete="off" aria-describedby="add-paths-help add-paths-fault" data-part="paths"></textarea>
+  <form class="panel add__form one-if-narrow stack gap-4 at-top pad-4" data-part="form" novalidate>
+    <div class="field"><label for="add-paths">${t('add.paths')}</label>
+      <textarea class="input mono" id="add-paths" rows="3" spellcheck="false" autocomplete="off" aria-describedby="add-paths-help add-paths-fault" data-part="paths"></textarea>
       <span class="fault" id="add-paths-fault" role="alert" data-part="pathsFault"></span>
       <span class="help" id="add-paths-help">${t('add.paths_help')}</span></div>
     <div class="field"><label for="add-header">${t('add.header')} <span class="required">${t('page.optional')}</span></label>

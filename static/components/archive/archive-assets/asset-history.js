@@ -42,7 +42,7 @@ export class AssetHistory extends Component {
     /** @type {Parts<'archive-assets/asset-history'>} */
     this.parts = render(
       this,
-      html`<div class="asset__about stack gap-4 at-top"><div class="asset__facts stack at-start below-3" data-part="facts"></div><asset-map class="asset__map" data-part="map" hidden></asset-map></div>
+      html`<div class="asset__about one-if-narrow stack gap-4 at-top"><div class="asset__facts stack at-start below-3" data-part="facts"></div><asset-map class="asset__map" data-part="map" hidden></asset-map></div>
         <div data-part="pending"></div>
         <div data-part="history"><p class="dim" role="status">${t('page.loading')}</p></div>`,
     );

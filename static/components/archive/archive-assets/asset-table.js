@@ -15,7 +15,7 @@ export const assetPath = (asset) => `/archive/assets?${new URLSearchParams({ ass
 
 /** Says that the same asset probably has another id too. */
 export const alsoWritten = (others) =>
-  html`${others.length > 0 && html`<span class="chip asset__clash" title="${t('assets.clash_help')}">${icon('alert')}${t('assets.clash', { others: others.join(', ') })}</span>`}`;
+  html`${others.length > 0 && html`<span class="chip asset__clash sign-weak" title="${t('assets.clash_help')}">${icon('alert')}${t('assets.clash', { others: others.join(', ') })}</span>`}`;
 
 export const assetTableMarkup = () =>
   html`${searchMarkup(t('assets.search'))}${tableMarkup('assets-table', t('assets.nothing'))}`;
@@ -40,8 +40,12 @@ export function fillAssetTable(page, isOfProject) {
 }
 
 const allColumns = () => [
-  column('picture', html`<span class="visually-hidden">${t('assets.picture')}</span>`, ({ filmed_id: id }) =>
-    thumbnail(id),
+  column(
+    'picture',
+    html`<span class="visually-hidden">${t('assets.picture')}</span>`,
+    ({ filmed_id: id }) => thumbnail(id),
+    undefined,
+    '104px',
   ),
   column(
     'asset',

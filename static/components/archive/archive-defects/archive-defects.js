@@ -90,7 +90,8 @@ export class ArchiveDefects extends Component {
   }
 }
 
-const contentMarkup = () => html`<form class="search-form stack gap-3 at-bottom below-3" role="search" data-part="form">
+const contentMarkup =
+  () => html`<form class="search-form one-if-narrow stack gap-3 at-bottom below-3" role="search" data-part="form">
     <div class="field search-form__text"><label for="defects-text">${t('search.words')}</label>
       <input class="input" id="defects-text" type="search" autocomplete="off" maxlength="200" placeholder="${t('search.words_hint')}" data-part="text" /></div>
     <div class="field holds"><label for="defects-code">${t('search.code')}</label>
@@ -100,7 +101,7 @@ const contentMarkup = () => html`<form class="search-form stack gap-3 at-bottom 
     <div class="field"><label for="defects-severity">${t('search.severity')}</label>
       <select class="input" id="defects-severity" data-part="severity_from"><option value="">${t('search.any')}</option>
         ${GRADES.map((grade) => html`<option value="${grade}">${grade} · ${severityWord(grade)}</option>`)}</select></div>
-    <details class="search-form__more whole-row" data-part="more"><summary>${t('search.more')}</summary>
+    <details class="more whole-row" data-part="more"><summary>${t('search.more')}</summary>
       <div class="search-form__place stack gap-3">
         <div class="field"><label for="defects-from">${t('search.from')}</label><span class="input-with-unit"><input class="input" id="defects-from" inputmode="decimal" autocomplete="off" aria-describedby="defects-distance" data-part="from_m" /><span class="unit">${lengthUnit}</span></span></div>
         <div class="field"><label for="defects-to">${t('search.to')}</label><span class="input-with-unit"><input class="input" id="defects-to" inputmode="decimal" autocomplete="off" aria-describedby="defects-distance" data-part="to_m" /><span class="unit">${lengthUnit}</span></span></div>
@@ -128,7 +129,7 @@ export const defectPath = ({ inspection_id: inspection, observation_id: defect }
 
 const columns = () => [
   figures('severity', t('search.severity_column'), severityMarkup),
-  column('defect', t('search.defect'), defectMarkup, 'code'),
+  column('defect', t('search.defect'), defectMarkup, 'code', '30%'),
   column('distance', t('search.distance'), distanceMarkup, 'distance_m'),
   column(
     'asset',
@@ -139,7 +140,12 @@ const columns = () => [
   ),
   column('project', t('archive.project'), ({ project }) => likeButton('project', project), 'project'),
   column('inspection', t('search.inspection'), inspectionMarkup, 'inspection'),
-  figures('day', t('search.day'), ({ surveyed_on: on }) => day(on), 'surveyed_on'),
+  figures(
+    'day',
+    t('search.day'),
+    ({ surveyed_on: on }) => html`<span class="number nowrap">${day(on)}</span>`,
+    'surveyed_on',
+  ),
 ];
 
 const severityMarkup = ({ severity }) =>
@@ -147,10 +153,10 @@ const severityMarkup = ({ severity }) =>
 
 const defectMarkup = (item) =>
   html`<a href="${defectPath(item)}">${[item.code, item.char1, item.char2].filter(Boolean).join(' ') || t('code.none')}</a>
-    <small>${labelOf(item)}</small>${item.remark && html`<small class="defects-table__remark">“${item.remark}”</small>`}`;
+    <small>${labelOf(item)}</small>${item.remark && html`<small class="two-lines">“${item.remark}”</small>`}`;
 
 const distanceMarkup = ({ distance_m: m, distance_u95_m: u95, clock }) =>
-  html`${m === null ? orDash(null) : html`<b class="number">${chainage(m)}</b> <small class="number">${u95 !== null && plusMinus(u95)}</small>`}
+  html`${m === null ? orDash(null) : html`<b class="number nowrap">${chainage(m)}</b> <small class="number nowrap">${u95 !== null && plusMinus(u95)}</small>`}
     ${clock && html`<small>${clockHour(clock)}</small>`}`;
 
 const inspectionMarkup = ({ inspection_id: id, inspection, frame, photo }) =>

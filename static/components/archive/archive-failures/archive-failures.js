@@ -23,7 +23,7 @@ export class ArchiveFailures extends Component {
       this,
       archivePage({
         title: t('archive.failures'),
-        content: html`<p class="panel failures__none row gap-3 pad-4" data-part="none" hidden>${icon('check')}<span>${t('failures.none')}</span></p>
+        content: html`<p class="panel sign-ok row gap-3 pad-4" data-part="none" hidden>${icon('check')}<span>${t('failures.none')}</span></p>
           <ul class="failures stack gap-3" data-part="groups" aria-label="${t('archive.failures')}"></ul>`,
       }),
     );
@@ -80,7 +80,7 @@ function createGroup({ code, reason, repair, example }) {
   const primary = (kind) => (kind === (repair === 'film' ? 'retry' : repair) ? 'button--primary' : '');
   item.parts = render(
     item,
-    html`<div class="failure__what stack gap-1 shrinks breaks"><h2>${icon('alert')}<span class="number" data-part="count"></span></h2>
+    html`<div class="stack gap-1 shrinks breaks"><h2 class="row sign-lost">${icon('alert')}<span class="number" data-part="count"></span></h2>
         <p class="strong">${errorText({ code, detail: reason })}</p>
         <p class="dim">${t('failures.example')} <b>${example.name}</b>: ${example.detail}</p>
         <p class="help">${wordFor('repair', repair ?? 'unknown')}</p></div>

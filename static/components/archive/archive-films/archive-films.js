@@ -59,7 +59,7 @@ export class ArchiveFilms extends Component {
         title: t('archive.films'),
         ways: html`<button class="button button--quiet" data-part="keys">${icon('keys')}${t('archive.keys')} <kbd>?</kbd></button>
           <a class="button ${may('admin') && 'button--primary'}" href="/archive/add" data-needs="operator" ${!may('admin') && html`title="${t('rights.admin')}"`}>${icon('plus')}${t('archive.add')}</a>`,
-        content: html`<section class="panel archive-progress stack pad-head below-4" data-part="progress" aria-label="${t('archive.progress')}" hidden></section>
+        content: html`<section class="panel archive-progress one-if-narrow stack pad-head below-4" data-part="progress" aria-label="${t('archive.progress')}" hidden></section>
           <section class="panel empty stack gap-4 at-start" data-part="empty" hidden>${emptyArchive()}</section>
           <div data-part="body" hidden>
             ${searchMarkup(
@@ -278,26 +278,29 @@ const markColumn = () =>
     html`<label><span class="visually-hidden">${t('archive.select_page')}</span><input type="checkbox" data-mark-page /></label>`,
     ({ id, name }) =>
       html`<label><span class="visually-hidden">${t('archive.select', { name })}</span><input type="checkbox" data-mark="${id}" /></label>`,
+    undefined,
+    '3rem',
   );
 
 const columns = () => [
   ...(may('operator') ? [markColumn()] : []),
-  column('film', t('archive.film'), nameMarkup, 'name'),
-  column('project', t('archive.project'), ({ project }) => likeButton('project', project), 'project'),
-  column('asset', t('archive.asset'), ({ asset }) => likeButton('asset', asset), 'asset'),
-  column('rig', t('archive.rig'), rigMarkup, 'rig_name'),
-  column('state', t('list.status'), stateMarkup, 'state'),
-  figures('priority', t('archive.priority'), ({ priority }) => signed(priority, 0)),
+  column('film', t('archive.film'), nameMarkup, 'name', '25%'),
+  column('project', t('archive.project'), ({ project }) => likeButton('project', project), 'project', '15%'),
+  column('asset', t('archive.asset'), ({ asset }) => likeButton('asset', asset), 'asset', '10%'),
+  column('rig', t('archive.rig'), rigMarkup, 'rig_name', '14%'),
+  column('state', t('list.status'), stateMarkup, 'state', '19%'),
+  figures('priority', t('archive.priority'), ({ priority }) => signed(priority, 0), 'priority', '7.5rem'),
   figures(
     'length',
     t('list.length'),
-    ({ distance_m: m }) => (m === null ? null : html`<b class="number">${chainage(m)}</b>`),
+    ({ distance_m: m }) => (m === null ? null : html`<b class="number nowrap">${chainage(m)}</b>`),
     'distance_m',
+    '7.5rem',
   ),
 ];
 
 const nameMarkup = ({ name, path, size, inspection_id: inspection }) =>
-  html`${inspection ? html`<a href="/inspections/${inspection}">${name}</a>` : html`<b>${name}</b>`}<small title="${path}">${path} · ${bytes(size)}</small>`;
+  html`${inspection ? html`<a href="/inspections/${inspection}">${name}</a>` : html`<b>${name}</b>`}<small class="two-lines" title="${path}">${path} · ${bytes(size)}</small>`;
 
 const rigMarkup = ({ has_rig: hasRig, rig_name: rig, rule }) =>
   html`${hasRig ? (rig ?? t('archive.rig_own')) : html`<span class="dim">${t('archive.rig_none')}</span>`}${rule && html`<small>${t('archive.by_rule', { rule })}</small>`}`;
@@ -310,7 +313,7 @@ function stateMarkup(film) {
       html`<span class="inspection__progress stack full small"><progress class="bar" max="1" value="${total ? done / total : 0}" aria-label="${t('progress.label')}"></progress>
       <span class="dim number">${pace(film)}</span></span>`
     }
-    ${error && html`<small class="films-table__reason" title="${errorText(error)}">${errorText(error)}</small>`}`;
+    ${error && html`<small class="two-lines" title="${errorText(error)}">${errorText(error)}</small>`}`;
 }
 
 customElements.define('archive-films', ArchiveFilms);

@@ -20,7 +20,7 @@ export function progressMarkup(
       <p><b class="number">${t('archive.done_of', { done: count(done), all: count(all), percent })}</b></p>
       <progress class="bar" max="${all}" value="${done}" aria-label="${t('archive.progress')}"></progress>
     </div>
-    <dl class="archive-progress__facts flow">
+    <dl class="archive-progress__facts facts flow">
       ${fact(t('archive.speed'), filmsPerH === null ? '–' : t('archive.speed_value', { films: count(Math.round(filmsPerH)), fps: fps === null ? '–' : count(Math.round(fps)) }))}
       ${fact(t('archive.left'), etaS === null ? '–' : duration(etaS))}
       ${fact(t('archive.engine'), html`${engineName(engine)}${engine.dashboard_url && html` · <a href="${engine.dashboard_url}" target="_blank" rel="noopener noreferrer">${t('archive.dashboard')}</a>`}`)}

@@ -201,7 +201,7 @@ const contentMarkup = () => html`<form class="map-filters flow at-bottom below-3
       <select class="input" id="map-severity" data-part="severity_from"><option value="">${t('search.any')}</option>
         ${GRADES.map((grade) => html`<option value="${grade}">${grade} · ${severityWord(grade)}</option>`)}</select></div>
     <div class="map-legend grow small"><p class="dim">${t('map.legend')}</p>
-      <ul>${[...GRADES, null].map((grade) => html`<li>${severityMark(grade)}<span aria-hidden="true">${severityWord(grade)}</span></li>`)}</ul></div>
+      <ul class="flow gap-row">${[...GRADES, null].map((grade) => html`<li class="inline-row gap-1">${severityMark(grade)}<span aria-hidden="true">${severityWord(grade)}</span></li>`)}</ul></div>
   </form>
   <div data-part="pending"></div>
   <div data-part="left"></div>
@@ -209,17 +209,17 @@ const contentMarkup = () => html`<form class="map-filters flow at-bottom below-3
     <p>${pieces('map.empty_text', { latitude: html`<b>${wordFor('header', 'start_lat')}</b>`, longitude: html`<b>${wordFor('header', 'start_lon')}</b>` })}</p>
     <p><a class="button" href="/archive/register">${t('map.register')}</a></p></section>
   <p class="panel row gap-3 wrap pad-4" data-part="nothing" hidden>${t('map.nothing')}</p>
-  <div class="map-area stack gap-4" data-part="area">
+  <div class="map-area one-if-narrow stack gap-4" data-part="area">
     <div class="map panel">
       <map-canvas data-part="map"></map-canvas>
-      <div class="map__buttons">
+      <div class="map__buttons stack gap-1">
         <button type="button" class="button button--icon" title="${withKey(t('map.zoom_in'), '+')}" aria-label="${t('map.zoom_in')}" data-part="zoomIn">${icon('plus')}</button>
         <button type="button" class="button button--icon" title="${withKey(t('map.zoom_out'), '-')}" aria-label="${t('map.zoom_out')}" data-part="zoomOut">${icon('minus')}</button>
         <button type="button" class="button button--icon" title="${withKey(t('map.fit'), 'F')}" aria-label="${t('map.fit')}" data-part="fit">${icon('large')}</button>
       </div>
-      <p class="map__note" role="status" data-part="tilesFault" hidden>${t('map.tiles_fault')}</p>
-      <p class="map__attribution" data-part="attribution"></p>
-      <div class="map-card panel" role="group" aria-label="${t('map.card')}" data-part="card" hidden></div>
+      <p class="map__note small" role="status" data-part="tilesFault" hidden>${t('map.tiles_fault')}</p>
+      <p class="map__attribution small unless-empty" data-part="attribution"></p>
+      <div class="map-card panel pad-row small" role="group" aria-label="${t('map.card')}" data-part="card" hidden></div>
     </div>
     <section class="map-list stack packed" aria-label="${t('map.list')}"><p class="dim number" role="status" data-part="seen">${t('page.loading')}</p>
       <ul data-part="list"></ul><p class="dim number" data-part="more"></p></section>
@@ -232,7 +232,7 @@ const leftMarkup = ({ assets, placed, unplaced }) => html`
 
 const newRow = () => {
   const row = document.createElement('li');
-  row.className = 'map-list__row';
+  row.className = 'map-list__row row gap-0 line-below';
   return row;
 };
 
@@ -242,7 +242,7 @@ function fillRow(row, { asset }) {
   row.dataset.facts = facts;
   render(
     row,
-    html`<a href="${assetPath(asset.asset)}">${severityMark(asset.worst_severity)}<span><b>${asset.asset}</b><small>${facts}</small></span></a>
+    html`<a class="row grow shrinks plain" href="${assetPath(asset.asset)}">${severityMark(asset.worst_severity)}<span><b class="breaks">${asset.asset}</b><small class="help">${facts}</small></span></a>
       <button type="button" class="button button--quiet button--small button--icon" title="${t('map.show', { asset: asset.asset })}" aria-label="${t('map.show', { asset: asset.asset })}">${icon('map')}</button>`,
   );
 }

@@ -70,6 +70,7 @@ const columns = () => [
     ({ inspection_id: id, name, asset, project }) =>
       html`<a href="/inspections/${id}">${name}</a><small>${[asset, project].filter(Boolean).join(' · ')}</small>`,
     'name',
+    '26%',
   ),
   figures('day', t('search.day'), ({ surveyed_on: on }) => day(on), 'surveyed_on'),
   figures('frames', t('quality.frames'), ({ frames }) => count(frames)),

@@ -116,6 +116,8 @@ const columns = () => [
     t('archive.asset'),
     ({ asset_id: id, header: { road, location_text: where } }) => html`<a href="${assetPath(id)}">${id}</a>
       <small>${[road, where].filter(Boolean).join(' · ')}</small>`,
+    undefined,
+    '22%',
   ),
   column('project', t('archive.project'), ({ project }) => (project ? html`${project}` : orDash(null))),
   column(
@@ -140,7 +142,7 @@ const columns = () => [
   ...(may('operator') ? [column('ways', t('register.ways'), waysOf)] : []),
 ];
 
-const waysOf = ({ asset_id: id }) => html`<span class="register__ways">
+const waysOf = ({ asset_id: id }) => html`<span class="inline-row gap-1">
   <button class="button button--small button--icon" data-edit="${id}" aria-label="${t('register.edit_named', { id })}" title="${t('register.edit_named', { id })}">${icon('edit')}</button>
   <button class="button button--small button--icon" data-remove="${id}" aria-label="${t('register.delete_named', { id })}" title="${t('register.delete_named', { id })}">${icon('trash')}</button></span>`;
 

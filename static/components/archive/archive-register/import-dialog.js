@@ -1,6 +1,6 @@
 /** Imports a table into the register: what it would do is shown first. */
 
-import { ApiError } from '../../../core/server/api.js';
+import { refusalIn } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { MOST_BYTES, importTable } from '../../../core/survey/register.js';
 import { bytes, count } from '../../../core/wall/units.js';
@@ -31,8 +31,7 @@ export async function importAssets() {
     try {
       await run();
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      if (!refusalIn(error)) return;
       parts.fault.textContent = errorText(error);
       parts.state.textContent = '';
     }
@@ -102,11 +101,11 @@ const dialogMarkup = () => html`<div class="drop register__drop" data-part="drop
     <input type="file" accept=".csv,.txt,.tsv,text/csv" aria-label="${t('register.pick')}" data-part="input" hidden /></div>
   <div class="row gap-row wrap"><b data-part="name"></b><div role="status" data-part="state"></div></div>
   <p class="fault" role="alert" data-part="fault"></p>
-  <div class="register__result stack gap-3 shrinks" data-part="result"></div>
+  <div class="unless-empty stack gap-3 shrinks" data-part="result"></div>
   <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
     <button type="button" class="button button--primary" data-part="take" hidden></button></div>`;
 
-const countsMarkup = ({ added, changed, same, faulty }) => html`<ul class="register__counts flow">
+const countsMarkup = ({ added, changed, same, faulty }) => html`<ul class="flow">
   <li class="chip">${t('register.count_add', { n: added, count: count(added) })}</li>
   <li class="chip">${t('register.count_change', { n: changed, count: count(changed) })}</li>
   <li class="chip">${t('register.count_same', { n: same, count: count(same) })}</li>
@@ -153,6 +152,6 @@ const tableMarkup = (
   title,
   heads,
   rows,
-) => html`<div class="register__rows framed" tabindex="0" role="region" aria-label="${title}"><table>
+) => html`<div class="register__rows framed" tabindex="0" role="region" aria-label="${title}"><table class="plain-table full">
   <thead><tr><th scope="col">${t('register.row')}</th>${heads.map((head) => html`<th scope="col">${head}</th>`)}</tr></thead>
   <tbody>${rows.map(([row, ...cells]) => html`<tr><td class="number">${row}</td>${cells.map((cell) => html`<td>${cell}</td>`)}</tr>`)}</tbody></table></div>`;

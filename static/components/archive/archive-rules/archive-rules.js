@@ -32,7 +32,7 @@ export class ArchiveRules extends Component {
           <button class="button button--primary" data-part="save" data-needs="operator" disabled>${icon('check')}${t('rules.save')}</button>`,
         content: html`<p class="dim rules__help">${t('rules.help')}</p>
           <div role="alert" data-part="faults"></div>
-          <div class="rules stack gap-5 at-top" data-part="editor" hidden>
+          <div class="rules one-if-narrow stack gap-5 at-top" data-part="editor" hidden>
             <section aria-labelledby="rules-title"><h2 id="rules-title">${t('rules.title')}</h2>
               <p class="help">${t('rules.order')}</p>
               <p class="panel pad-4 full" data-part="noRules" hidden>${t('rules.none')}</p>
@@ -43,7 +43,7 @@ export class ArchiveRules extends Component {
               <p class="panel pad-4 full" data-part="noRigs" hidden>${t('rules.no_rigs')}</p>
               <ul class="stack gap-3 full" data-part="rigs"></ul>
               <button class="button" data-part="addRig" data-needs="operator">${icon('plus')}${t('rules.add_rig')}</button>
-              <details class="rules__json full"><summary>${t('rules.json')}</summary>
+              <details class="rules__json more full"><summary>${t('rules.json')}</summary>
                 <p class="help">${t('rules.json_help')}</p>
                 <label class="visually-hidden" for="rules-json">${t('rules.json')}</label>
                 <textarea class="input" id="rules-json" rows="14" spellcheck="false" aria-describedby="rules-json-fault" data-part="json"></textarea>
@@ -274,7 +274,7 @@ function rigMarkup(name, rig, rules) {
   const used = rules.filter((rule) => rule.rig === name).length;
   return html`<div><b>${name}</b><small class="dim">${size} · ${t('rules.rig_camera', { model: camera.model, width: camera.width, height: camera.height })}</small>
       <small class="dim">${t('rules.used', { n: used })}</small></div>
-    <span class="rules__ways" data-needs="operator">
+    <span class="flow" data-needs="operator">
       <button class="button button--small" data-do="edit-rig" data-name="${name}" aria-label="${t('rules.edit_named', { name })}">${icon('edit')}${t('rules.edit')}</button>
       <button class="button button--small button--icon" data-do="remove-rig" data-name="${name}" aria-label="${t('rules.remove_named', { name })}" title="${t('rules.remove')}">${icon('trash')}</button></span>`;
 }

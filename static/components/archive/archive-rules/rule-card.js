@@ -20,13 +20,13 @@ export function ruleCard(rule, i, { rules, names, fields }) {
   return html`<div class="rule__head stack gap-3 at-bottom">
       <span class="rule__number number" aria-hidden="true">${i + 1}</span>
       ${field(i, 'name', t('rules.name'), html`<input class="input" id="rule-${i}-name" value="${rule.name}" maxlength="100" autocomplete="off" data-field="name" aria-describedby="rule-${i}-name-fault" />`)}
-      <span class="rules__ways" data-needs="operator">
+      <span class="flow" data-needs="operator">
         <button class="button button--small button--icon" data-do="up" ${i === 0 && 'disabled'} aria-label="${t('rules.up', { name: rule.name })}" title="${t('rules.earlier')}">↑</button>
         <button class="button button--small button--icon" data-do="down" ${i === rules.length - 1 && 'disabled'} aria-label="${t('rules.down', { name: rule.name })}" title="${t('rules.later')}">↓</button>
         <button class="button button--small button--icon" data-do="remove" aria-label="${t('rules.remove_named', { name: rule.name })}" title="${t('rules.remove')}">${icon('trash')}</button></span>
     </div>
     ${field(i, 'pattern', t('rules.pattern'), html`<input class="input mono" id="rule-${i}-pattern" value="${rule.pattern}" maxlength="1000" autocomplete="off" spellcheck="false" data-field="pattern" aria-describedby="rule-${i}-pattern-fault rule-${i}-pattern-help" />`, t('rules.pattern_help', { field: '{asset}', example: '{project}/{asset}_*.mp4' }))}
-    <div class="rule__grid">
+    <div class="fields">
       ${field(
         i,
         'rig',
@@ -36,17 +36,17 @@ export function ruleCard(rule, i, { rules, names, fields }) {
       )}
       ${field(i, 'priority', t('archive.priority'), html`<input class="input" id="rule-${i}-priority" type="number" min="-9" max="9" step="1" value="${rule.priority ?? 0}" data-field="priority" aria-describedby="rule-${i}-priority-fault" />`)}
     </div>
-    <details class="rule__more" ${TEMPLATES.some(([name]) => rule[name]) || Object.keys(rule.header ?? {}).length ? 'open' : ''}>
+    <details class="rule__more more" ${TEMPLATES.some(([name]) => rule[name]) || Object.keys(rule.header ?? {}).length ? 'open' : ''}>
       <summary>${t('rules.more')}</summary>
       <p class="help">${t('rules.template_help', { field: '{asset}' })}</p>
-      <div class="rule__grid">${TEMPLATES.map(([name, title]) => field(i, name, title, html`<input class="input" id="rule-${i}-${name}" value="${rule[name] ?? ''}" maxlength="200" autocomplete="off" placeholder="${t('rules.of_pattern')}" data-field="${name}" aria-describedby="rule-${i}-${name}-fault" />`))}</div>
+      <div class="fields">${TEMPLATES.map(([name, title]) => field(i, name, title, html`<input class="input" id="rule-${i}-${name}" value="${rule[name] ?? ''}" maxlength="200" autocomplete="off" placeholder="${t('rules.of_pattern')}" data-field="${name}" aria-describedby="rule-${i}-${name}-fault" />`))}</div>
       ${headerMarkup(rule.header ?? {}, i, fields)}
     </details>`;
 }
 
 function headerMarkup(header, i, fields) {
   const free = fields.filter(({ name }) => !(name in header));
-  return html`<fieldset class="rule__header"><legend>${t('rules.header')}</legend>
+  return html`<fieldset class="rule__header fields"><legend>${t('rules.header')}</legend>
     ${Object.entries(header).map(([name, value]) => {
       const known = fields.find((other) => other.name === name);
       const id = `rule-${i}-header-${name}`;

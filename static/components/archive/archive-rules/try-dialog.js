@@ -15,8 +15,8 @@ const SHOWN = 100;
 export function tryRules(rules, signal) {
   const { parts } = openDialog({
     title: t('rules.try_title'),
-    content: html`<form class="rules__try" data-part="form">
-      <div class="field"><label for="try-path">${t('add.folder')}</label>
+    content: html`<form class="row at-bottom gap-3" data-part="form">
+      <div class="field grow"><label for="try-path">${t('add.folder')}</label>
         <input class="input" id="try-path" autocomplete="off" spellcheck="false" required data-part="path" value="${recall(REMEMBERED_FOLDER, '')}" /></div>
       <button class="button button--primary">${t('rules.try_submit')}</button></form>
       <div role="status" data-part="result"></div>

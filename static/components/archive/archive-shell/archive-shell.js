@@ -63,7 +63,7 @@ export function showOvertaken(element, text, { theirs, mine }) {
   const parts = render(
     element,
     html`<div class="message message--warning">${icon('alert')}<span>${text}
-      <span class="archive-ways"><button class="button button--small" data-part="theirs">${t('conflict.theirs_take')}</button>
+      <span class="flow"><button class="button button--small" data-part="theirs">${t('conflict.theirs_take')}</button>
       <button class="button button--small" data-part="mine">${t('conflict.mine_keep')}</button></span></span></div>`,
   );
   parts.theirs.addEventListener('click', theirs);

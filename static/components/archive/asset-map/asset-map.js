@@ -66,7 +66,7 @@ function markup({ asset }, attribution) {
   const [start, end] = [asset.line[0], asset.line.at(-1)];
   return html`<figure class="panel">
     <div class="asset-map__sheet"><canvas role="img" aria-label="${t('map.of', { asset: asset.asset })}" data-part="ground"></canvas>
-      <span class="map__attribution">${attribution}</span></div>
+      <span class="map__attribution small unless-empty">${attribution}</span></div>
     <figcaption class="asset-map__facts row wrap apart pad-row small"><span class="number">${t('map.start')} ${placeText(start)}</span>
       ${asset.line.length > 1 && html`<span class="number">${t('map.end')} ${placeText(end)}</span>`}
       <a class="button button--small" data-part="open">${icon('map')}${t('map.open')}</a></figcaption></figure>`;

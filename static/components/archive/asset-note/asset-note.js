@@ -6,7 +6,7 @@
  * register, null if it does not have the id.
  */
 
-import { ApiError, pause } from '../../../core/server/api.js';
+import { pause, refusalIn } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { alike, idsWith } from '../../../core/survey/register.js';
 import { Component } from '../../../core/page/store.js';
@@ -81,8 +81,7 @@ export class AssetNote extends Component {
       this.#showSame(fields === null ? same : []);
       this.dispatchEvent(new CustomEvent('looked', { detail: { assetId, fields } }));
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      if (!refusalIn(error)) return;
       this.#showSame([]); // a hint only: the field works without it
     }
   }

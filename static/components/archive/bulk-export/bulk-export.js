@@ -198,7 +198,7 @@ const markup = () => html`<div class="export bulk">
         data-part="${name}" />${extraName(name)}</label>`,
       )}</div>
       ${deliveryChoices()}
-      <p class="message bulk__limit" role="status" data-part="limit"></p>
+      <p class="message whole-row unless-empty" role="status" data-part="limit"></p>
     </fieldset></div>
   <div data-part="fault" role="alert"></div>
   <div class="stack" data-part="making" hidden>

@@ -53,14 +53,14 @@ export function showImported(filename, { inspections, warnings }) {
     content: html`<div class="imported">
       <p>${t('list.imported', { n: inspections.length })}
         ${!inspections.some(hasFilm) && t('list.imported_without_film')}</p>
-      <ul class="imported__list">${inspections.map(
+      <ul class="imported__list stack gap-1">${inspections.map(
         ({ id, name, observations }) => html`<li><a
         href="/inspections/${id}">${name}</a> <span class="dim">${t('list.imported_rows', { n: observations })}</span></li>`,
       )}</ul>
       ${
         warnings.length
           ? html`<h3>${t('list.import_warnings', { n: warnings.length })}</h3>
-        <ul class="imported__list help breaks">${warnings.map((text) => html`<li>${text}</li>`)}</ul>`
+        <ul class="imported__list stack gap-1 help breaks">${warnings.map((text) => html`<li>${text}</li>`)}</ul>`
           : ''
       }
       <div class="dialog__buttons"><button type="button" class="button button--primary" data-part="done">${t('page.close')}</button></div>

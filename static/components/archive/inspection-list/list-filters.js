@@ -45,7 +45,7 @@ export class ListFilters extends Component {
         )}
         ${choice('label', t('labels.filter'), t('labels.any'), [])}
         <span class="find__filters" data-part="chips"></span>
-        <p class="dim number find__count" role="status" data-part="count"></p>
+        <p class="dim number find__count unless-empty" role="status" data-part="count"></p>
       </search>`,
     );
   }

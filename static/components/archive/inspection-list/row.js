@@ -33,10 +33,10 @@ export function createRow(id) {
     item,
     html`<label class="inspection__mark"><span class="visually-hidden" data-part="markName"></span><input type="checkbox" data-mark="${id}" /></label>
       ${thumbnail(null)}
-      <div class="inspection__name">
-        <a href="/inspections/${id}" data-part="name"></a>
-        <span class="inspection__about dim" data-part="about"></span>
-        <span class="label-chips" data-part="labels"></span>
+      <div class="inspection__name stack gap-0 shrinks">
+        <a class="plain strong one-line" href="/inspections/${id}" data-part="name"></a>
+        <span class="inspection__about help one-line" data-part="about"></span>
+        <span class="label-chips unless-empty" data-part="labels"></span>
       </div>
       <div class="inspection__status stack gap-1 at-start">
         <span data-part="chip"></span>
@@ -44,13 +44,13 @@ export function createRow(id) {
           <progress class="bar" data-part="bar" max="1" aria-label="${t('progress.label')}"></progress>
           <span class="dim number" data-part="pace"></span>
         </span>
-        <span class="inspection__error small lost" data-part="error"></span>
+        <span class="unless-empty small lost" data-part="error"></span>
       </div>
-      <div class="inspection__fact"><span class="label">${t('list.length')}</span><b class="number" data-part="length"></b></div>
-      <div class="inspection__fact"><span class="label">${t('list.defects')}</span><b class="number" data-part="defects"></b></div>
-      <div class="inspection__fact"><span class="label">${t('list.worst')}</span><span data-part="worst"></span></div>
+      <div class="inspection__fact"><span class="label help">${t('list.length')}</span><b class="number" data-part="length"></b></div>
+      <div class="inspection__fact"><span class="label help">${t('list.defects')}</span><b class="number" data-part="defects"></b></div>
+      <div class="inspection__fact"><span class="label help">${t('list.worst')}</span><span data-part="worst"></span></div>
       <time class="dim number" data-part="created"></time>
-      <div class="inspection__actions">
+      <div class="inspection__actions row gap-0 holds">
         <button class="button button--quiet button--small button--icon" data-part="label" data-needs="operator">${icon('label')}</button>
         <button class="button button--quiet button--small button--icon" data-part="rename" data-needs="operator">${icon('edit')}</button>
         <button class="button button--quiet button--small button--icon" data-part="remove" data-needs="admin">${icon('trash')}</button>

@@ -1,6 +1,6 @@
 /** The seconds of film around a defect, cut by the server, to be looked at and sent. */
 
-import { ApiError, blob } from '../../../core/server/api.js';
+import { blob, refusalIn } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { errorText, t } from '../../../core/page/words.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
@@ -33,8 +33,7 @@ export async function openClip(inspection, item, title) {
       <p><a class="button button--small" href="${address}" download="${title}.mp4">${icon('download')}${t('attach.clip_save')}</a></p>`,
     );
   } catch (error) {
-    if (error.name === 'AbortError') return;
-    if (!(error instanceof ApiError)) throw error;
+    if (!refusalIn(error)) return;
     render(
       parts.clip,
       html`<p class="message message--error" role="alert">${icon('alert')}<span>${errorText(error)}</span></p>`,

@@ -124,7 +124,7 @@ export class DefectAttachments extends Component {
       parts.voices,
       items,
       ({ id }) => id,
-      () => document.createElement('li'),
+      () => Object.assign(document.createElement('li'), { className: 'row wrap' }),
       (element, note) => this.#fillNote(element, note),
     );
     const { value } = desk.inspection;
@@ -220,7 +220,7 @@ function createThumb() {
   const element = document.createElement('li');
   render(
     element,
-    html`<button type="button" class="thumbs__photo framed--strong holds"><img alt="" /><canvas aria-hidden="true" hidden></canvas></button>`,
+    html`<button type="button" class="thumbs__photo framed--strong holds"><img alt="" /><canvas class="covers" aria-hidden="true" hidden></canvas></button>`,
   );
   return element;
 }

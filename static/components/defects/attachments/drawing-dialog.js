@@ -170,9 +170,9 @@ function paintCross(canvas, [u, v], width) {
 }
 
 const markup = ({ url }, { width, height }) => html`<form class="row wrap" data-part="tools">
-    <fieldset class="drawing__choice"><legend class="visually-hidden">${t('attach.tools')}</legend>
+    <fieldset class="flow gap-1"><legend class="visually-hidden">${t('attach.tools')}</legend>
       ${TOOLS.map((tool, i) => html`<label class="button button--small"><input type="radio" class="visually-hidden" name="tool" value="${tool}" ${i === 0 && 'checked'} />${wordFor('attach.tool', tool)}</label>`)}</fieldset>
-    <fieldset class="drawing__choice"><legend class="visually-hidden">${t('attach.colours')}</legend>
+    <fieldset class="flow gap-1"><legend class="visually-hidden">${t('attach.colours')}</legend>
       ${Object.keys(COLOURS).map(
         (
           colour,
@@ -187,6 +187,6 @@ const markup = ({ url }, { width, height }) => html`<form class="row wrap" data-
   </form>
   <div class="photo" data-part="picture">
     <img src="${url}" alt="" width="${width}" height="${height}" draggable="false" />
-    <canvas class="photo__strokes drawing__pad" width="${width}" height="${height}" tabindex="0" role="application" aria-label="${t('attach.pad')}" data-part="canvas"></canvas>
+    <canvas class="photo__strokes covers drawing__pad" width="${width}" height="${height}" tabindex="0" role="application" aria-label="${t('attach.pad')}" data-part="canvas"></canvas>
   </div>
   <p class="help">${t('attach.draw_help')}</p>`;

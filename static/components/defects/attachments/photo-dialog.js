@@ -166,7 +166,7 @@ function markup(desk, item, photos, at, title, isBurntIn) {
       <img src="${url}" alt="${alt}" width="${squareOf(video).width}" height="${squareOf(video).height}" />
       ${!attachment && item.pixel && mark(item.pixel, video)}
       ${!attachment && measuresOnPhoto(item, video)}
-      ${strokes.length > 0 && html`<canvas class="photo__strokes" data-part="strokes" aria-hidden="true"></canvas>`}
+      ${strokes.length > 0 && html`<canvas class="photo__strokes covers" data-part="strokes" aria-hidden="true"></canvas>`}
     </div>
     <div class="row wrap">
       <label class="switch row"><input type="checkbox" ${isBurntIn && 'checked'} />${t('attach.burnt_in')}</label>

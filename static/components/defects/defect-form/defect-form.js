@@ -84,7 +84,7 @@ export class DefectForm extends Component {
           <fieldset class="form__severity stack gap-1">
             <legend>${t('form.severity')}</legend>
             <div class="form__grades stack gap-1">${GRADES.map(
-              (grade) => html`<label
+              (grade) => html`<label class="tile row holds"
               title="${withKey(severityWord(grade), `Shift + ${grade}`)}">
               <input type="radio" name="severity" value="${grade}" />
               ${severityMark(grade)}<b>${grade}</b></label>`,

@@ -32,13 +32,13 @@ export class FilmPicker extends Component {
             </div>
             <p class="help">${t('films.formats')}</p>
           </div>
-          <div class="drop__chosen" data-part="chosen" hidden>
-            <div class="drop__all" data-part="all">
+          <div class="stack" data-part="chosen" hidden>
+            <div class="drop__all stack line-below" data-part="all">
               <p><b data-part="count"></b> <span class="dim number" data-part="size"></span></p>
               <progress class="bar" data-part="bar" max="1" aria-label="${t('films.progress')}"></progress>
               <p class="drop__total dim number" role="status" data-part="total"></p>
             </div>
-            <ul class="drop__films" data-part="list"></ul>
+            <ul class="drop__films stack gap-3" data-part="list"></ul>
             <div class="drop__buttons flow">
               <button type="button" class="button button--small" data-part="pause"></button>
               <button type="button" class="button button--small" data-part="more">${t('films.more')}</button>
@@ -49,7 +49,7 @@ export class FilmPicker extends Component {
           <input type="file" webkitdirectory data-part="folder" hidden />
         </div>
         <p class="message drop__others" role="status" data-part="others" hidden></p>
-        <div data-part="unfinished"></div>`,
+        <div class="unless-empty" data-part="unfinished"></div>`,
     );
     const { drop, input, folder, pick, pickFolder, more, pause, clear } = this.parts;
     for (const button of [pick, more]) this.listen(button, 'click', () => input.click());

@@ -65,7 +65,7 @@ export class NewInspection extends Component {
         <main id="main" class="content new" tabindex="-1">
           <div class="content__head"><h1>${t('new.title')}</h1></div>
           <form class="stack gap-4" data-part="form" data-needs="operator" novalidate>
-            <section class="panel new__section" aria-labelledby="new-video">
+            <section class="panel new__section stack gap-4 one-column" aria-labelledby="new-video">
               <h2 id="new-video">${t('new.video')}</h2>
               <fieldset class="new__kinds stack" data-part="kinds">
                 <legend class="visually-hidden">${t('new.kind')}</legend>
@@ -77,7 +77,7 @@ export class NewInspection extends Component {
               <p class="fault" role="alert" data-part="videoFault"></p>
             </section>
 
-            <section class="panel new__section" aria-labelledby="new-header">
+            <section class="panel new__section stack gap-4 one-column" aria-labelledby="new-header">
               <h2 id="new-header">${t('new.what')}</h2>
               <p class="help" data-part="namedAlike" hidden>${t('new.named_after_files')}</p>
               <div class="field" data-part="nameField">
@@ -89,7 +89,7 @@ export class NewInspection extends Component {
               <header-form data-part="header"></header-form>
             </section>
 
-            <section class="panel new__section" aria-labelledby="new-rig">
+            <section class="panel new__section stack gap-4 one-column" aria-labelledby="new-rig">
               <h2 id="new-rig">${t('new.rig')}</h2>
               <rig-wizard data-part="wizard"></rig-wizard>
               <rig-form data-part="rig"></rig-form>
@@ -366,7 +366,7 @@ export class NewInspection extends Component {
 const rememberedOf = (header) =>
   Object.fromEntries(Object.entries(header).filter(([name, value]) => REMEMBERED_FIELDS.has(name) && value !== null));
 
-const kind = (value, sign, label, isChosen) => html`<label class="new__kind row framed--strong pad-row">
+const kind = (value, sign, label, isChosen) => html`<label class="new__kind row tile pad-row">
   <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;
 
 /**

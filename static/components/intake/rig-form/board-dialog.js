@@ -33,7 +33,7 @@ export async function askBoard(model) {
           <option value="checkerboard">${t('board.checkerboard')}</option>
           <option value="charuco">${t('board.charuco')}</option></select>
         <span class="help">${t('board.kind_help')}</span></div>
-      <div class="rig__grid">
+      <div class="rig__grid fields gap-4">
         ${NUMBERS.map(
           ([
             name,

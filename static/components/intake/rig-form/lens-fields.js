@@ -23,7 +23,7 @@ export class LensFields extends Component {
     /** @type {Parts<'rig-form/lens-fields'>} */
     this.parts = render(
       this,
-      html`<div class="rig__grid">
+      html`<div class="rig__grid fields gap-4">
         <div class="field"><label for="lens-mode">${t('lens.mode')}</label>
           <select class="input" id="lens-mode" data-part="mode">
             ${MODES.map(([mode, text]) => html`<option value="${mode}">${text}</option>`)}</select></div>

@@ -50,7 +50,7 @@ export class RigForm extends Component {
           <input type="file" accept=".json,application/json" data-part="file" hidden />
         </div>
         <p class="fault" role="alert" data-part="loadFault"></p>
-        <div class="rig__body stack gap-5">
+        <div class="rig__body one-if-narrow stack gap-5">
           <div class="stack gap-5 packed">
             ${GROUPS.map(
               ({ name, title, fields }) => html`<fieldset class="rig__group rig__group--${name}">
@@ -60,7 +60,7 @@ export class RigForm extends Component {
                 html`<lens-fields data-part="lens"></lens-fields>
                 <button type="button" class="button button--small below-4" data-part="board">${icon('layers')}${t('board.open')}</button>`
               }
-              <div class="rig__grid">${fields.map(fieldMarkup)}</div>
+              <div class="rig__grid fields gap-4">${fields.map(fieldMarkup)}</div>
             </fieldset>`,
             )}
             <p class="message rig__resize" data-part="resize" hidden>${icon('info')}
@@ -71,7 +71,7 @@ export class RigForm extends Component {
               ({ name, title, help, fields }) => html`<details class="rig__fine" data-part="folded_${name}">
               <summary>${title}</summary>
               ${help && html`<p class="help">${help}</p>`}
-              <div class="rig__grid">${fields.map(fieldMarkup)}</div>
+              <div class="rig__grid fields gap-4">${fields.map(fieldMarkup)}</div>
             </details>`,
             )}
           </div>

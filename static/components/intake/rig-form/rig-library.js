@@ -27,7 +27,7 @@ export async function openRigLibrary(present, name) {
       </form>
       <p class="fault" id="library-fault" role="alert" data-part="fault"></p>
       <div role="status" data-part="said"></div>
-      <ul class="library" data-part="list"></ul>`,
+      <ul class="library stack gap-3" data-part="list"></ul>`,
     size: 'wide',
   });
   parts.form.hidden = present === null;
@@ -113,7 +113,7 @@ const row = ({
   changed_at: at,
   changed_by: by,
   used_by: users,
-}) => html`<li class="library__rig stack gap-row framed pad-3" data-id="${id}">
+}) => html`<li class="library__rig one-if-narrow stack gap-row framed pad-3" data-id="${id}">
   <input class="input" maxlength="100" autocomplete="off" aria-label="${t('library.name_of', { name })}" value="${name}" />
   <span class="flow">
     <button type="button" class="button button--small button--primary" data-act="take"

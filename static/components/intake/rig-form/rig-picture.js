@@ -5,7 +5,7 @@
  * Event `turn`: turn the camera by the degrees of its detail.
  */
 
-import { ApiError, post } from '../../../core/server/api.js';
+import { post, refusalIn } from '../../../core/server/api.js';
 import { USUAL_LIMIT_M_PER_MIN } from '../../../core/survey/health.js';
 import { html, render, setText } from '../../../core/page/html.js';
 import { newest } from '../../../core/server/newest.js';
@@ -35,9 +35,9 @@ export class RigPicture extends Component {
     this.parts = render(
       this,
       html`<figure class="rig-picture" data-part="figure" hidden>
-          <div class="rig-picture__stage">
+          <div class="stage-of-picture">
             <img alt="${t('rigview.picture')}" data-part="picture" />
-            <svg class="rig-picture__lines" preserveAspectRatio="none" aria-hidden="true" data-part="lines"></svg>
+            <svg class="rig-picture__lines covers" preserveAspectRatio="none" aria-hidden="true" data-part="lines"></svg>
           </div>
           <figcaption class="help" data-part="caption">${t('rigview.help')}</figcaption>
           <div class="rig-picture__turns flow" role="group" aria-label="${t('rigview.turns')}">
@@ -105,8 +105,7 @@ export class RigPicture extends Component {
       const answer = await post(address, { rig }, this.signal);
       if (rig === this.#rig) show(answer);
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      if (!refusalIn(error)) return;
       if (rig !== this.#rig) return;
       this.#clear();
       render(

@@ -6,7 +6,7 @@
  * Set `film` to {upload, width, height, pixel_aspect}; `open` starts the search.
  */
 
-import { ApiError, get } from '../../../core/server/api.js';
+import { get, refusalIn } from '../../../core/server/api.js';
 import { html, render, setText } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { errorText, t } from '../../../core/page/words.js';
@@ -64,8 +64,7 @@ export class CounterStep extends Component {
         said.textContent = box ? t('wizard.counter_found') : t('wizard.counter_not_found');
       }
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      if (!refusalIn(error)) return;
       said.textContent = errorText(error);
     }
   }

@@ -6,7 +6,7 @@
  * Set `rig` to that form, and `uploadId` to a film that has arrived, or null.
  */
 
-import { ApiError, get, post } from '../../../core/server/api.js';
+import { get, post, refusalIn } from '../../../core/server/api.js';
 import { html, render, setText } from '../../../core/page/html.js';
 import { focalDown } from '../../../core/wall/lens.js';
 import { newest } from '../../../core/server/newest.js';
@@ -92,8 +92,7 @@ export class RigWizard extends Component {
       const first = await get(`/api/uploads/${id}/axis`, this.signal);
       if (id === this.#uploadId) this.#begin(first);
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      if (!refusalIn(error)) return;
       fault.textContent = errorText(error);
     }
     this.#showAsk();
@@ -117,15 +116,15 @@ export class RigWizard extends Component {
       this.parts.body,
       html`<div class="wizard stack gap-3 one-column pad-4" role="group" aria-label="${t('wizard.open')}">
         <ol class="wizard__steps flow">
-          <li><button type="button" class="wizard__step" data-part="toAxis"><b>1</b>${t('wizard.axis')}</button></li>
-          <li><button type="button" class="wizard__step" data-part="toWidth"><b>2</b>${t('wizard.width')}</button></li>
-          <li><button type="button" class="wizard__step" data-part="toCounter"><b>3</b>${t('wizard.counter')}</button></li>
+          <li><button type="button" class="wizard__step tile row" data-part="toAxis"><b>1</b>${t('wizard.axis')}</button></li>
+          <li><button type="button" class="wizard__step tile row" data-part="toWidth"><b>2</b>${t('wizard.width')}</button></li>
+          <li><button type="button" class="wizard__step tile row" data-part="toCounter"><b>3</b>${t('wizard.counter')}</button></li>
         </ol>
-        <counter-step data-part="counter" hidden></counter-step>
-        <div class="wizard__picture" data-part="picture">
+        <counter-step class="stack gap-3 one-column" data-part="counter" hidden></counter-step>
+        <div class="wizard__picture stage-of-picture" data-part="picture">
           <img src="/api/uploads/${this.#uploadId}/picture" width="${shown.width}" height="${shown.height}"
             alt="${t('wizard.picture')}" />
-          <svg class="wizard__drawing" preserveAspectRatio="none" viewBox="-0.5 -0.5 ${width} ${height}" data-part="drawing">
+          <svg class="wizard__drawing covers" preserveAspectRatio="none" viewBox="-0.5 -0.5 ${width} ${height}" data-part="drawing">
             <path class="wizard__line" data-part="generators" />
             <path class="wizard__line wizard__line--ring" data-part="rings" />
             <g class="wizard__cross" data-part="cross" tabindex="0" role="slider" aria-valuemin="0"
@@ -137,7 +136,7 @@ export class RigWizard extends Component {
         </div>
         <p class="number" role="status" data-part="said"></p>
         <p class="help" id="wizard-help" data-part="help"></p>
-        <div class="wizard__fields stack gap-4" data-part="fields">
+        <div class="fields gap-4" data-part="fields">
           ${field('diameter', t('wizard.diameter'), 'mm')}
           ${field('height', t('wizard.height'), 'mm')}
           ${field('focal', t('wizard.focal'), 'px')}
@@ -274,8 +273,7 @@ export class RigWizard extends Component {
       const aim = await post('/api/aim', question, this.signal);
       if (this.#first) this.#show(aim);
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      if (!refusalIn(error)) return;
       if (this.#first) this.#show(null, errorText(error));
     }
   }

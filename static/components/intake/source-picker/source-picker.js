@@ -5,7 +5,7 @@
  * Event `source`: another one is chosen, or its address is being changed.
  */
 
-import { ApiError, get } from '../../../core/server/api.js';
+import { get, refusalIn } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { recall, remember } from '../../../core/page/remembered.js';
 import { Component } from '../../../core/page/store.js';
@@ -29,10 +29,10 @@ export class SourcePicker extends Component {
     /** @type {Parts<'source-picker/source-picker'>} */
     this.parts = render(
       this,
-      html`<fieldset class="source__list">
+      html`<fieldset class="stack">
           <legend class="visually-hidden">${t('source.which')}</legend>
           ${choice(NETWORK, 'network', t('source.network'), t('source.network_help'), true)}
-          <div class="source__network stack gap-3" data-part="network">
+          <div class="source__network stack gap-3 halves one-if-narrow" data-part="network">
             <div class="field whole-row">
               <label for="source-address">${t('source.address')}</label>
               <input class="input" id="source-address" type="text" inputmode="url" maxlength="2000" autocomplete="off"
@@ -53,7 +53,7 @@ export class SourcePicker extends Component {
               <span class="help" id="source-password-help">${t('source.password_help')}</span>
             </div>
           </div>
-          <div class="source__listed" data-part="listed"></div>
+          <div class="stack unless-empty" data-part="listed"></div>
         </fieldset>
         <div class="source__foot row wrap apart">
           <p class="help" role="status" data-part="found"></p>
@@ -130,8 +130,7 @@ export class SourcePicker extends Component {
     try {
       this.#list((await get('/api/sources', this.signal)).sources);
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      if (!refusalIn(error)) return;
       parts.found.textContent = errorText(error);
     }
     parts.refresh.disabled = false;
@@ -150,7 +149,7 @@ export class SourcePicker extends Component {
   }
 }
 
-const choice = (value, sign, name, help, isChosen) => html`<label class="source__choice row gap-3 framed pad-row">
+const choice = (value, sign, name, help, isChosen) => html`<label class="source__choice tile row gap-3 pad-row">
   <input type="radio" name="source" value="${value}" ${isChosen && html`checked`} />${icon(sign)}
   <span><b>${name}</b><span class="help">${help}</span></span></label>`;
 

@@ -1,6 +1,6 @@
 /** Before a report is sent to anybody: what its format cannot hold, and the open issues. */
 
-import { ApiError } from '../../../core/server/api.js';
+import { refusalIn } from '../../../core/server/api.js';
 import {
   discard,
   exportPath,
@@ -89,8 +89,7 @@ class ExportDialog {
       await this.#desk.whenSent(this.#signal);
       this.#losses = await lossesOf(inspection.id, this.#format.kind, this.#signal);
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      if (!refusalIn(error)) return;
       this.#parts.losses.hidden = true;
       this.#showFault(error);
       return;
@@ -177,8 +176,7 @@ class ExportDialog {
       this.#dialog.close();
       toast(t('export.saved', { name: file.name, size: bytes(file.size) }));
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
+      if (!refusalIn(error)) return;
       this.#showFault(error);
     } finally {
       clearInterval(timer);

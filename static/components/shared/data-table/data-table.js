@@ -12,18 +12,20 @@ import { followSorting, sortButton } from './sorting.js';
  * @property {string} name
  * @property {string|ReturnType<typeof html>} title the cards of a narrow window show a text only
  * @property {string} [sort] name by which the server sorts; none: it cannot
+ * @property {string} [width] as in CSS, while the window is wide
  * @property {boolean} [descends] whether the first click sorts the other way round
  * @property {(item: object) => ReturnType<typeof html>} cell
  */
 
-/** A column that the first click sorts from its smallest value. */
-export const column = (name, title, cell, sort = undefined) => ({ name, title, cell, sort });
+/** A column that the first click sorts from its smallest value. @returns {Column} */
+export const column = (name, title, cell, sort = undefined, width = undefined) => ({ name, title, cell, sort, width });
 
 /** A column of figures, days or grades, which the first click sorts from the largest; null is a dash. */
-export const figures = (name, title, valueOf, sort = name) => ({
+export const figures = (name, title, valueOf, sort = name, width = undefined) => ({
   name,
   title,
   sort,
+  width,
   descends: true,
   cell: (item) => orDash(valueOf(item)),
 });
@@ -67,6 +69,7 @@ export class DataTable extends Component {
         )}</tr></thead>
         <tbody role="rowgroup" data-part="rows"></tbody></table>`,
     );
+    for (const { name, width = '' } of columns) this.querySelector(`[data-column=${name}]`).style.width = width;
     this.listen(this.parts.rows, 'keydown', (event) => this.#move(event));
     if (list) followSorting(this, list, this.signal, usual);
   }

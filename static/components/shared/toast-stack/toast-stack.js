@@ -1,6 +1,6 @@
 /** Short messages at the foot of the page, with an action where one helps. */
 
-import { ApiError, session } from '../../../core/server/api.js';
+import { refusalIn, session } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { errorText, t } from '../../../core/page/words.js';
@@ -81,8 +81,7 @@ export async function orToast(run) {
   try {
     await run();
   } catch (error) {
-    if (error.name === 'AbortError') return; // the page is left, so nobody waits for the answer
-    if (!(error instanceof ApiError)) throw error;
+    if (!refusalIn(error)) return;
     toastError(error);
   }
 }
