@@ -164,6 +164,18 @@ def serving(
         server.stop()
 
 
+def results_of(folder: Path) -> dict[str, bytes]:
+    """The files of a track, without the comments that name its inspection."""
+    paths = [folder / f"{name}.csv" for name in ("track", "health", "joints")]
+    paths += sorted((folder / "wall").iterdir())
+    return {
+        path.relative_to(folder).as_posix(): b"\n".join(
+            line for line in path.read_bytes().splitlines() if line[:12] != b"# inspection"
+        )
+        for path in paths
+    }
+
+
 class Client(httpx.Client):
     """The API as a program uses it, with the common steps of tests."""
 
@@ -237,6 +249,23 @@ class Client(httpx.Client):
         created = self.create(video, **fields)
         assert created.status_code == 201, created.text
         return str(created.json()["id"])
+
+    def record(self, url: str) -> str:
+        """Start a live inspection; return its id."""
+        body = {"name": "Culvert 7", "source": {"kind": "live", "url": url}, "rig": clip_rig()}
+        created = self.post("/api/inspections", json=body)
+        assert created.status_code == 201, created.text
+        inspection_id = str(created.json()["id"])
+        self.state_no_counter(inspection_id)
+        return inspection_id
+
+    def frames_done(self, inspection_id: str) -> int:
+        """Return how many frames are tracked."""
+        return int(self.inspection(inspection_id)["progress"]["frames_done"])
+
+    def results(self, inspection_id: str) -> dict[str, bytes]:
+        """Return the files that tracking has made."""
+        return results_of(self.data / "inspections" / inspection_id)
 
     def inspection(self, inspection_id: str) -> dict[str, Any]:
         """Return the present inspection."""

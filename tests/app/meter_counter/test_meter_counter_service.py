@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from builders import PATIENCE_S, Client, clip_rig, serving, wait_until
+from builders import PATIENCE_S, Client, serving, wait_until
 from cameras import MjpegCamera
 
 CHANGE = "CHANGE_METER_COUNTER_VALUE_REQ"
@@ -106,15 +106,6 @@ def camera() -> Iterator[MjpegCamera]:
         yield running
 
 
-def begin(client: Client, camera: MjpegCamera) -> str:
-    source = {"kind": "live", "url": camera.url}
-    made = client.post("/api/inspections", json={"name": "L", "source": source, "rig": clip_rig()})
-    assert made.status_code == 201, made.text
-    inspection_id = str(made.json()["id"])
-    client.state_no_counter(inspection_id)
-    return inspection_id
-
-
 def answer(other: OtherSoftware) -> tuple[object, dict[str, Any]]:
     header, payload = other.next("CHANGE_METER_COUNTER_VALUE_RESP")
     return header["messageId"], payload
@@ -136,7 +127,7 @@ def test_it_sends_its_version_and_the_distance_as_it_changes_and_its_zero_is_set
     header, payload = other.next()
     assert (header["messageName"], payload) == ("CHOOSE_API_VERSION", {"value": 2})
     wait_until(lambda: counting.get("/api/meter-counter").json()["is_connected"])
-    inspection_id = begin(counting, camera)
+    inspection_id = counting.record(camera.url)
     received = [other.heard.get(timeout=PATIENCE_S) for _ in range(8)]
     assert {message["header"]["messageName"] for message in received} == {STATUS}
     ids = [message["header"]["messageId"] for message in received]
@@ -181,7 +172,7 @@ def test_it_refuses_in_a_sentence_and_does_not_answer_what_it_does_not_know(
     message_id, refusal = answer(other)
     assert (message_id, refusal["status"]) == ("a-2", False)
     assert refusal["error"] == "No live inspection runs."
-    inspection_id = begin(counting, camera)
+    inspection_id = counting.record(camera.url)
     other.next(STATUS)
     for number, (value, unit) in enumerate([("1", "m"), (1, "yard"), (1e9, "m")]):
         refusal = refused(other, number, value, unit)
@@ -204,7 +195,7 @@ def test_it_connects_again_after_the_other_side_was_away(
             "detail": "No program listens there.",
         }  # fmt: skip
         with other_software(port) as other:
-            begin(client, camera)
+            client.record(camera.url)
             other.next(STATUS)
             other.hang_up()
             assert _with_detail_of(client, "It has ended the connection.")

@@ -6,7 +6,7 @@ import sqlite3
 from pathlib import Path
 
 import pytest
-from builders import PATIENCE_S, Client, clip_rig, make_clip, wait_until
+from builders import PATIENCE_S, Client, make_clip, wait_until
 from cameras import MjpegCamera
 from processes import process
 from surveys import Survey
@@ -22,9 +22,7 @@ def test_a_server_at_work_ends_soon_and_goes_on_at_its_next_start(
         settings = {"CAMERA_NETWORKS": "127.0.0.0/8", "PACE": "0.5"}
         with process(data, **settings) as client:
             running = client.inspect(film)
-            source = {"kind": "live", "url": camera.url}
-            body = {"name": "Live", "source": source, "rig": clip_rig(), "header": {}}
-            live = client.post("/api/inspections", json=body).json()["id"]
+            live = client.record(camera.url)
             wait_until(lambda: all(frames(client, each) > 20 for each in (running, live)))
             tag = client.tag(done).json()["id"]
             pid = client.server.pid  # type: ignore[attr-defined]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from builders import Client, children_of, make_clip, serving, wait_until
+from builders import Client, children_of, make_clip, results_of, serving, wait_until
 from clusters import Cluster, cluster
 from surveys import Survey
 
@@ -23,7 +23,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def local(film: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """The results of this machine alone."""
     with serving(tmp_path_factory.mktemp("local")) as client:
-        return left_by(client.data, client.tracked(film))
+        return client.results(client.tracked(film))
 
 
 @pytest.fixture(scope="module")
@@ -36,19 +36,6 @@ def workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
 def served(workers: Cluster, tmp_path: Path) -> Iterator[Client]:
     with serving(tmp_path / "data", **workers.settings) as client:
         yield client
-
-
-def left_by(data: Path, inspection_id: str) -> dict[str, bytes]:
-    """The files of a track, without the comments that name its inspection."""
-    folder = data / "inspections" / inspection_id
-    paths = [folder / f"{name}.csv" for name in ("track", "health", "joints")]
-    paths += sorted((folder / "wall").iterdir())
-    return {
-        path.relative_to(folder).as_posix(): b"\n".join(
-            line for line in path.read_bytes().splitlines() if line[:12] != b"# inspection"
-        )
-        for path in paths
-    }
 
 
 def busy_workers(workers: Cluster) -> list[int]:
@@ -70,7 +57,7 @@ def test_films_give_what_this_machine_gives_although_a_worker_is_killed(
     killed.wait()
     for inspection_id in ids:
         assert served.wait(inspection_id)["status"] == "done"
-        assert left_by(served.data, inspection_id) == left_by(survey.data, survey.id)
+        assert served.results(inspection_id) == results_of(survey.folder)
         runs = served.data / "inspections" / inspection_id / "runs"
         wait_until(lambda runs=runs: not runs.exists())  # nothing is left of what was on the way
 
@@ -124,7 +111,7 @@ def test_a_scheduler_that_is_killed_costs_a_wait(
     workers.start_scheduler()
     workers.add_worker()
     assert served.wait(inspection_id)["status"] == "done"
-    assert left_by(served.data, inspection_id) == local
+    assert served.results(inspection_id) == local
 
 
 @pytest.mark.long
@@ -136,4 +123,4 @@ def test_a_server_that_comes_back_goes_on(
         wait_until(lambda: client.inspection(inspection_id)["progress"]["frames_done"])
     with serving(tmp_path / "data", **workers.settings) as client:
         assert client.wait(inspection_id)["status"] == "done"
-        assert left_by(client.data, inspection_id) == local
+        assert client.results(inspection_id) == local

@@ -133,13 +133,6 @@ def field(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
         yield client
 
 
-def begin(client: Client, url: str) -> str:
-    body = {"name": "x", "source": {"kind": "live", "url": url}, "rig": clip_rig()}
-    answer = client.post("/api/inspections", json=body)
-    assert answer.status_code == 201, answer.text
-    return str(answer.json()["id"])
-
-
 def detail(client: Client, inspection_id: str) -> str | None:
     """Why there is no picture."""
     now = client.inspection(inspection_id)
@@ -178,7 +171,7 @@ def test_the_password_of_a_camera_is_nowhere_to_be_found(
     caplog.set_level(logging.DEBUG)
     seen: dict[str, Any] = {}
     with MjpegCamera(login=f"operator:{PASSWORD}") as camera:
-        inspection_id = begin(field, f"{camera.url}?pwd={QUERY}#{QUERY}")
+        inspection_id = field.record(f"{camera.url}?pwd={QUERY}#{QUERY}")
         path = f"/api/inspections/{inspection_id}"
         wait_until(lambda: field.inspection(inspection_id)["progress"]["frames_done"] > 5)
         for pid in [*children(CAMERA), os.getpid()]:

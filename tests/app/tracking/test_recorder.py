@@ -44,28 +44,10 @@ def field(survey: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
         yield client
 
 
-def body(url: str) -> dict[str, Any]:
-    source = {"kind": "live", "url": url}
-    return {"name": "Culvert 7", "source": source, "rig": clip_rig(), "header": {}}
-
-
-def begin(client: Client, url: str) -> str:
-    answer = client.post("/api/inspections", json=body(url))
-    assert answer.status_code == 201, answer.text
-    assert answer.json()["status"] == "running"
-    inspection_id = str(answer.json()["id"])
-    client.state_no_counter(inspection_id)
-    return inspection_id
-
-
-def frames_done(client: Client, inspection_id: str) -> int:
-    return int(client.inspection(inspection_id)["progress"]["frames_done"])
-
-
 def recorded(client: Client, camera: Camera, frames: int = 15) -> str:
     """A live inspection that has so many frames."""
-    inspection_id = begin(client, camera.url)
-    wait_until(lambda: frames_done(client, inspection_id) >= frames)
+    inspection_id = client.record(camera.url)
+    wait_until(lambda: client.frames_done(inspection_id) >= frames)
     return inspection_id
 
 
@@ -112,12 +94,12 @@ def test_a_camera_that_drops_out_and_whose_process_is_killed_becomes_one_inspect
         wait_until(lambda: not field.inspection(inspection_id)["live"]["connected"])
         assert field.inspection(inspection_id)["live"]["detail"]
         camera.come_back()
-        before = frames_done(field, inspection_id)
-        wait_until(lambda: frames_done(field, inspection_id) >= before + 15)
+        before = field.frames_done(inspection_id)
+        wait_until(lambda: field.frames_done(inspection_id) >= before + 15)
         (first,) = children(CAMERA)
         send_signal(CAMERA, signal.SIGKILL)
-        before = frames_done(field, inspection_id)
-        wait_until(lambda: frames_done(field, inspection_id) >= before + 15)
+        before = field.frames_done(inspection_id)
+        wait_until(lambda: field.frames_done(inspection_id) >= before + 15)
         assert children(CAMERA) != [first]
         live = field.inspection(inspection_id)["live"]
         assert live["reconnects"] >= 2
@@ -148,7 +130,7 @@ def test_each_message_shows_one_frame_with_its_age_and_a_tag_has_its_photo_at_on
     field: Client,
 ) -> None:
     with MjpegCamera() as camera:
-        inspection_id = begin(field, camera.url)
+        inspection_id = field.record(camera.url)
         shown = {}
         with field.socket(f"/api/inspections/{inspection_id}/live") as socket:
             while len(shown) < 20:
@@ -214,7 +196,9 @@ def test_a_past_video_answers_a_ping_has_an_end_in_the_audit_and_is_not_gone_on_
 
 def test_a_source_that_is_refused_makes_no_inspection(field: Client) -> None:
     before = len(field.get("/api/inspections").json()["inspections"])
-    answer = field.post("/api/inspections", json=body("rtsp://user:s3cret@8.8.8.8/x"))
+    source = {"kind": "live", "url": "rtsp://user:s3cret@8.8.8.8/x"}
+    body = {"name": "Culvert 7", "source": source, "rig": clip_rig()}
+    answer = field.post("/api/inspections", json=body)
     detail = assert_error(answer, 422, "live_source_refused")
     assert "s3cret" not in detail
     assert len(field.get("/api/inspections").json()["inspections"]) == before
@@ -222,7 +206,7 @@ def test_a_source_that_is_refused_makes_no_inspection(field: Client) -> None:
 
 def test_a_camera_of_another_size_fails_at_once_and_has_nothing_to_retry(field: Client) -> None:
     with MjpegCamera(size_wh=(320, 240)) as camera:
-        failed = field.wait(begin(field, camera.url))
+        failed = field.wait(field.record(camera.url))
     assert (failed["status"], failed["error"]["code"]) == ("failed", "rig_video_mismatch")
     retry = field.post(f"/api/inspections/{failed['id']}/retry")
     assert_error(retry, 409, "nothing_recorded")
@@ -233,7 +217,7 @@ def test_what_has_no_picture_is_no_inspection_and_a_deletion_ends_a_recording(
 ) -> None:
     with MjpegCamera() as camera:
         camera.drop_out()
-        inspection_id = begin(field, camera.url)
+        inspection_id = field.record(camera.url)
         wait_until(lambda: field.inspection(inspection_id)["live"]["detail"])
         ended = finish(field, inspection_id).json()
         assert (ended["status"], ended["error"]["code"]) == ("failed", "nothing_recorded")
@@ -251,7 +235,7 @@ def test_a_recorders_file_is_offered_and_ends_by_itself(
     (field.data.with_name("watch") / "run 4.mkv").write_bytes(_as_mkv(clip, tmp_path / "run.mkv"))
     (offered,) = field.get("/api/sources").json()["sources"]
     assert offered == {"url": "file:run 4.mkv", "kind": "folder", "name": "run 4.mkv"}
-    inspection_id = begin(field, offered["url"])
+    inspection_id = field.record(offered["url"])
     assert field.inspection(inspection_id)["source"]["filename"] == "run 4.mkv"
     done = field.wait(inspection_id)
     assert (done["status"], done["progress"]["frames_done"]) == ("done", 40)
@@ -294,7 +278,7 @@ def test_a_stopped_recording_goes_on_as_the_next_part(field: Client) -> None:
         assert going_on.json()["status"] == "running"
         assert "end_condition" not in going_on.json()["header"]
         assert_error(field.post(f"{path}/continue", json=stated), 409, "still_running")
-        wait_until(lambda: frames_done(field, inspection_id) >= part_at + 15)
+        wait_until(lambda: field.frames_done(inspection_id) >= part_at + 15)
         assert field.get(f"{path}/frames/8.jpg").content
         done = finish(field, inspection_id).json()
     assert (done["status"], done["error"]) == ("done", None)

@@ -33,14 +33,10 @@ def paced(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
         yield client
 
 
-def frames_done(client: Client, inspection_id: str) -> int:
-    return int(client.inspection(inspection_id)["progress"]["frames_done"])
-
-
 def running(client: Client, video: Path) -> str:
     """An inspection in mid-track."""
     inspection_id = client.inspect(video)
-    wait_until(lambda: frames_done(client, inspection_id) > 3)
+    wait_until(lambda: client.frames_done(inspection_id) > 3)
     return inspection_id
 
 
@@ -55,7 +51,7 @@ def test_a_confined_run_shows_its_progress_until_it_is_cancelled_and_begins_agai
     inspection_id = running(paced, film)
     path = f"/api/inspections/{inspection_id}"
     first = paced.inspection(inspection_id)
-    wait_until(lambda: frames_done(paced, inspection_id) > first["progress"]["frames_done"])
+    wait_until(lambda: paced.frames_done(inspection_id) > first["progress"]["frames_done"])
     now = paced.inspection(inspection_id)
     assert now["status"] == "running"
     assert now["progress"]["frames_total"] == FRAMES
@@ -75,7 +71,7 @@ def test_a_confined_run_shows_its_progress_until_it_is_cancelled_and_begins_agai
     again = paced.post(f"{path}/retry").json()
     assert again["status"] in ("queued", "running")
     assert again["error"] is None
-    wait_until(lambda: frames_done(paced, inspection_id) > 3)
+    wait_until(lambda: paced.frames_done(inspection_id) > 3)
     paced.post(f"{path}/cancel")
 
 
@@ -117,7 +113,7 @@ def test_two_slots_track_two_films_at_a_time_and_all_goes_on_after_a_restart(
 ) -> None:
     with serving(tmp_path, max_jobs=2, pace=PACE) as client:
         both = [client.inspect(film) for _ in range(2)]
-        wait_until(lambda: all(frames_done(client, each) > 0 for each in both))
+        wait_until(lambda: all(client.frames_done(each) > 0 for each in both))
         assert len(children(TRACKER)) == 2
         waiting = client.inspect(short)
     assert not children(TRACKER)

@@ -43,16 +43,7 @@ def paced(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
 @pytest.fixture(scope="module")
 def whole(paced: Client, film: Path) -> dict[str, bytes]:
     """What an uninterrupted run leaves."""
-    return left_by(paced, paced.tracked(film))
-
-
-def left_by(client: Client, inspection_id: str) -> dict[str, bytes]:
-    """The files that tracking makes, by name."""
-    folder = client.data / "inspections" / inspection_id
-    texts = {name: (folder / name).read_bytes() for name in ("health.csv", "joints.csv")}
-    track = [line for line in (folder / "track.csv").read_bytes().splitlines() if line[:1] != b"#"]
-    tiles = {path.name: path.read_bytes() for path in (folder / "wall").iterdir()}
-    return {"track.csv": b"\n".join(track)} | texts | tiles
+    return paced.results(paced.tracked(film))
 
 
 def checkpoint_of(client: Client, inspection_id: str) -> Path:
@@ -100,7 +91,7 @@ def test_a_process_that_dies_and_one_that_hangs_are_followed_by_one_that_goes_on
     at, again = resumed_at(caplog)
     assert again >= at > 0
     assert not Path(f"/proc/{pid}").exists()
-    assert left_by(paced, inspection_id) == whole
+    assert paced.results(inspection_id) == whole
     names = {path.name for path in (paced.data / "inspections" / inspection_id).iterdir()}
     assert not names & {"checkpoint", "journal"}
 

@@ -11,7 +11,7 @@ from typing import Any
 import httpx
 import pytest
 import schemathesis
-from builders import TOKEN, Client, assert_error, clip_rig, serving
+from builders import TOKEN, Client, assert_error, serving
 from cameras import MjpegCamera
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
@@ -63,7 +63,7 @@ def api(tmp_path_factory: pytest.TempPathFactory, survey: Survey) -> Iterator[Ap
         MjpegCamera(rate_hz=2, size_wh=(320, 200)) as other,
         serving(data, camera_networks=("127.0.0.0/8",)) as client,
     ):
-        ids = Inspections(survey.id, live(client, camera), live(client, other))
+        ids = Inspections(survey.id, client.record(camera.url), client.record(other.url))
         client.wait(ids.running, "running")
         client.wait(ids.failed, "failed")
         for inspection_id in (ids.done, ids.running, ids.failed):
@@ -74,13 +74,6 @@ def api(tmp_path_factory: pytest.TempPathFactory, survey: Survey) -> Iterator[Ap
             base_url=client.server.url, headers={"Authorization": f"Bearer {TOKEN}"}
         )
         yield Api(client, ids, schema)
-
-
-def live(client: Client, camera: MjpegCamera) -> str:
-    source = {"kind": "live", "url": camera.url}
-    made = client.post("/api/inspections", json={"name": "L", "source": source, "rig": clip_rig()})
-    assert made.status_code == 201, made.text
-    return str(made.json()["id"])
 
 
 def narrowed(described: dict[str, Any], ids: Inspections) -> dict[str, Any]:

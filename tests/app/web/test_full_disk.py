@@ -221,9 +221,7 @@ def test_a_full_disk_stops_the_recording_until_there_is_room_and_never_the_track
         MjpegCamera() as camera,
         serving(disk.place / "data", camera_networks=networks) as client,
     ):
-        source = {"kind": "live", "url": camera.url}
-        body = {"name": "Live", "source": source, "rig": clip_rig(), "header": {}}
-        inspection_id = client.post("/api/inspections", json=body).json()["id"]
+        inspection_id = client.record(camera.url)
         path = f"/api/inspections/{inspection_id}"
 
         def frames() -> int:

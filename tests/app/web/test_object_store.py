@@ -189,19 +189,9 @@ def test_a_recording_goes_to_the_store_when_it_ends_and_can_be_continued(object_
         serving(tmp_path / "data", store=url, camera_networks=("127.0.0.0/8",)) as client,
         MjpegCamera() as camera,
     ):
-        made = client.post(
-            "/api/inspections",
-            json={
-                "name": "Culvert 8",
-                "source": {"kind": "live", "url": camera.url},
-                "rig": clip_rig(),
-                "header": {},
-            },
-        )
-        inspection_id = made.json()["id"]
+        inspection_id = client.record(camera.url)
         root = f"/api/inspections/{inspection_id}"
         folder = tmp_path / "data" / "inspections" / inspection_id
-        client.state_no_counter(inspection_id)
         recorded = record(client, root, 10)
         film = client.get(f"{root}/video").content
         assert {f"archive/inspections/{inspection_id}/recording.mkv"} <= object_store.keys(url)

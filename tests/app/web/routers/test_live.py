@@ -71,17 +71,13 @@ def test_a_page_that_watches_a_run_gets_poses_with_their_pictures_and_the_newest
         with live(client, inspection_id) as slow:
             first, second = receive(slow)[0], receive(slow)[0]
             seen_until = (second["frame"] or 0) + 100
-            wait_until(lambda: frames_done(client, inspection_id) > seen_until)
+            wait_until(lambda: client.frames_done(inspection_id) > seen_until)
             assert pong(slow) == [], "two are on their way"
             acknowledge(slow, first)
             newest = receive(slow)[0]
             assert newest["seq"] > second["seq"] + 2, "what came between was left out"
             assert newest["frame"] > second["frame"] + 50
         client.post(f"/api/inspections/{inspection_id}/cancel")
-
-
-def frames_done(client: Client, inspection_id: str) -> int:
-    return int(client.inspection(inspection_id)["progress"]["frames_done"])
 
 
 def test_who_reads_nothing_holds_up_nobody_and_takes_no_memory(shared: Client, own: str) -> None:
