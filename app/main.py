@@ -46,40 +46,32 @@ from app.web.deps import enforce_role
 from app.web.http_protocol import PromptProtocol
 from app.web.middleware import Envelope, Guard
 from app.web.request_log import RequestLog
-from app.web.routers import (
-    access,
-    aiming,
-    archive,
-    asset_map,
+from app.web.routers.inspection import (
     attachments,
-    bulk,
-    catalogue,
     corrections,
     counter,
-    health,
-    imports,
     inspections,
     live,
-    me,
     media,
-    meter_counter,
-    metrics,
     observations,
-    packs,
-    pages,
     picking,
-    register,
-    report_templates,
     reviews,
-    rigs,
-    samples,
-    search,
-    sources,
-    tokens,
     unrolled,
-    uploads,
     viewer,
 )
+from app.web.routers.library import (
+    archive,
+    asset_map,
+    bulk,
+    catalogue,
+    imports,
+    packs,
+    register,
+    report_templates,
+    rigs,
+    search,
+)
+from app.web.routers.server import access, aiming, pages, server, tokens, uploads
 from app.web.schemas.failures import describe, failures
 
 logger = logging.getLogger(__name__)
@@ -140,12 +132,14 @@ def _routes() -> list[BaseRoute]:
     """
     every = APIRouter(responses=failures(), dependencies=_GUARDS)
     for part in (
-        access, me, uploads, aiming, imports, inspections, observations, attachments, picking,
-        corrections, counter, media, bulk, report_templates, catalogue, packs, rigs, register,
-        reviews, samples, archive, search, asset_map, sources, meter_counter, tokens, unrolled,
-        health, metrics, live, viewer, pages,
+        access.router, access.person, uploads.router, aiming.router, imports.router,
+        inspections.router, observations.router, attachments.router, picking.router,
+        corrections.router, counter.router, media.router, bulk.router, report_templates.router,
+        catalogue.router, packs.router, rigs.router, register.router, reviews.router,
+        imports.samples, archive.router, search.router, asset_map.router, tokens.router,
+        unrolled.router, server.router, live.router, viewer.router, pages.router,
     ):  # fmt: skip
-        every.include_router(part.router)
+        every.include_router(part)
     return every.routes
 
 

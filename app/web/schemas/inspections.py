@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, Field, StringConstraints, model_validator
 
 from app.inspections.inspections import InspectionView
+from app.inspections.samples import SampleState
 from app.storage.database.tables import IMPORTED, Inspection
 from app.storage.index.inspection_list import Found
 from app.survey.fields.header import asset_of, project_of
@@ -16,7 +17,7 @@ from app.survey.interval import half_width_m
 from app.survey.labels import Labels
 from app.web.schemas.counter import CounterIn
 from app.web.schemas.failures import ErrorOut
-from app.web.schemas.out import Hundredths, Out, Tenths, metres
+from app.web.schemas.out import Hundredths, Out, Tenths, Thousandths, metres
 from app.web.schemas.reviews import ReviewStateOut
 
 
@@ -319,3 +320,21 @@ def _error(row: Inspection) -> ErrorOut | None:
     if row.error_code is None:
         return None
     return ErrorOut(code=row.error_code, detail=row.error_detail or "")
+
+
+class SampleOut(Out):
+    """Progress of the sample inspection, which is rendered once and kept in the data folder."""
+
+    state: Literal["none", "rendering", "ready", "failed"]
+    progress: Thousandths
+    """From 0 to 1."""
+    inspection_id: str | None
+    """Set when the sample is ready."""
+    error: ErrorOut | None
+
+    @classmethod
+    def of(cls, state: SampleState) -> SampleOut:
+        """Convert the service's state."""
+        fault = state.fault
+        error = None if fault is None else ErrorOut(code="sample_failed", detail=fault)
+        return cls.read_from(state, error=error)

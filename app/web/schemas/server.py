@@ -38,3 +38,17 @@ class AliveOut(BaseModel):
     """Liveness of the server."""
 
     status: Literal["alive"]
+
+
+class ListedSourceOut(Out):
+    """A live source found by the server."""
+
+    url: str
+    kind: Literal["usb", "folder", "pipe"]
+    name: str
+
+
+class SourcesOut(Out):
+    """Live sources found by the server."""
+
+    sources: list[ListedSourceOut]

@@ -7,7 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from app.web.bundles import script_of, style_of, with_bundles
-from app.web.routers.pages import static_folder
+from app.web.routers.server.pages import static_folder
 
 STATIC = static_folder()
 UNDERSTOOD = re.compile(

@@ -11,7 +11,7 @@ import pytest
 from lxml import html
 
 from app.web.languages import languages_of, with_languages
-from app.web.routers.pages import static_folder, version_of
+from app.web.routers.server.pages import static_folder, version_of
 
 FRENCH = {
     "language": {"name": "Français", "needs_script": "Chainage a besoin de « JavaScript »."},

@@ -10,7 +10,7 @@ from builders import PATIENCE_S, TOKEN, Client, assert_error, serving
 from doors import log_in, refusal
 
 from app.reports.content.words import LANGUAGES
-from app.web.routers.pages import version_of
+from app.web.routers.server.pages import version_of
 
 
 def test_a_wrong_token_is_as_good_as_none(shared: Client) -> None:

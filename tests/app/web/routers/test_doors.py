@@ -26,7 +26,7 @@ from app.access.access import create_token
 from app.main import create_app
 from app.settings import Settings
 from app.storage.folder.tokens import Role, TokenFile
-from app.web.routers.pages import static_folder
+from app.web.routers.server.pages import static_folder
 
 PUBLIC = {
     ("GET", "/healthz"),

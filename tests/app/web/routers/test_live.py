@@ -13,7 +13,7 @@ from websockets.sync.client import ClientConnection
 
 from app.tracking.live import Live, Progress, Update
 from app.web import middleware
-from app.web.routers import live as live_route
+from app.web.routers.inspection import live as live_route
 from vo_core import Estimate
 
 PICTURES, MOST_KEPT_BYTES = 280, 20 * 2**20

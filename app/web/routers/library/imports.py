@@ -1,4 +1,4 @@
-"""Imports old surveys of other programs, and exported inspections, as inspections."""
+"""Inspections that come as a whole: old surveys of other programs, exported ones, the sample."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ from app import errors
 from app.inspections.imports import Imports
 from app.inspections.inspections import Inspections
 from app.inspections.keeping import Imported
+from app.inspections.samples import Samples
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
-from app.web.deps import PrincipalDep, Service, operator
+from app.web.deps import PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
-from app.web.schemas.inspections import ArchiveIn, ImportedOut, InspectionOut
+from app.web.schemas.inspections import ArchiveIn, ImportedOut, InspectionOut, SampleOut
 from app.web.slow import heavy
 from vo_core.errors import RigVideoMismatch, UnreadableVideo
 
 router = APIRouter(prefix="/api/imports", tags=["inspections"])
+samples = APIRouter(prefix="/api/samples", tags=["inspections"])
 
 
 @router.post("", status_code=201, responses=failures(errors.InvalidImport))
@@ -80,3 +82,17 @@ def _made(inspections: Inspections, imported: Imported, language: Language) -> I
         inspections=[InspectionOut.of(view) for view in views],
         warnings=[t.caveat(caveat) for caveat in imported.warnings],
     )
+
+
+@samples.get("")
+@viewer
+def state(sample: Service[Samples]) -> SampleOut:
+    """Return the progress."""
+    return SampleOut.of(sample.state())
+
+
+@samples.post("", status_code=202, responses=failures(errors.SampleBeingMade))
+@operator
+def start(sample: Service[Samples]) -> SampleOut:
+    """Start rendering in the background; an existing sample is `ready` at once."""
+    return SampleOut.of(sample.start())

@@ -11,13 +11,15 @@ from starlette.responses import RedirectResponse
 
 from app import errors
 from app.access.access import SESSION_LIFETIME, Access
+from app.inspections.preferences import Preferences
 from app.web.deps import PrincipalDep, Service, viewer
 from app.web.middleware import address_of, cookie_name, cookie_of, is_encrypted
-from app.web.routers.pages import login_page
-from app.web.schemas.access import LoginIn, SessionOut
+from app.web.routers.server.pages import login_page
+from app.web.schemas.access import LoginIn, MeOut, PreferencesIn, SessionOut
 from app.web.schemas.failures import failures
 
 router = APIRouter(tags=["access"])
+person = APIRouter(prefix="/api/me", tags=["access"])
 
 _OUR_PAGES = re.compile(
     r"/(new|compare|users|archive(/[a-z]+)?|inspections/[0-9a-f]{32})?(\?[\w=&.:%+-]*)?", re.ASCII
@@ -101,3 +103,21 @@ def _set_cookie(request: Request, response: Response, value: str) -> None:
         httponly=True,
         samesite="strict",
     )
+
+
+@person.get("")
+@viewer
+def me(preferences: Service[Preferences], principal: PrincipalDep) -> MeOut:
+    """Return name, role and preferences; people are distinguished by the names of their tokens."""
+    chosen = PreferencesIn.model_validate(preferences.of(principal.name))
+    return MeOut(name=principal.name, role=principal.role, preferences=chosen)
+
+
+@person.put("/preferences", responses=failures(errors.PackNotFound))
+@viewer
+def choose(
+    body: PreferencesIn, preferences: Service[Preferences], principal: PrincipalDep
+) -> PreferencesIn:
+    """Replace all preferences."""
+    preferences.replace(principal.name, body.model_dump())
+    return body

@@ -1,0 +1,1 @@
+"""Routes of one inspection, and the list of them."""

@@ -1,0 +1,1 @@
+"""Routes over many inspections, and of what several of them use."""

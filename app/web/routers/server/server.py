@@ -1,0 +1,52 @@
+"""The server itself: its health, what it counts, the cameras and the software that it sees."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+from fastapi import APIRouter
+from fastapi.responses import PlainTextResponse
+from prometheus_client import CONTENT_TYPE_PLAIN_0_0_4
+
+from app.meter_counter.line import MeterCounter
+from app.ops.health import Health
+from app.ops.metrics import Metrics
+from app.tracking.cameras import Sources
+from app.web.deps import Service, viewer
+from app.web.schemas.server import AliveOut, CheckOut, MeterCounterOut, ReadyOut, SourcesOut
+
+router = APIRouter()
+
+
+@router.get("/api/sources", tags=["sources"])
+@viewer
+def sources(sources: Service[Sources]) -> SourcesOut:
+    """Return the sources that can be opened besides network cameras."""
+    return SourcesOut.model_validate({"sources": sources.listed()})
+
+
+@router.get("/api/meter-counter", tags=["sources"])
+@viewer
+def connection(meter_counter: Service[MeterCounter]) -> MeterCounterOut:
+    """Return the state of the connection."""
+    return MeterCounterOut.model_validate(meter_counter.connection())
+
+
+@router.get("/healthz", tags=["health"])
+def alive() -> AliveOut:
+    """Answer while the server runs."""
+    return AliveOut(status="alive")
+
+
+@router.get("/readyz", tags=["health"])
+def ready(health: Service[Health]) -> ReadyOut:
+    """Check that the database accepts writes, the disk has room and the workers run; else 503."""
+    checks = [CheckOut(**asdict(check)) for check in health.ready()]
+    return ReadyOut(status="ready", checks=checks)
+
+
+@router.get("/metrics", tags=["health"], response_class=PlainTextResponse)
+@viewer
+def metrics(metrics: Service[Metrics]) -> PlainTextResponse:
+    """Return counters and gauges in the text format of Prometheus."""
+    return PlainTextResponse(metrics.text(), media_type=CONTENT_TYPE_PLAIN_0_0_4)
