@@ -21,7 +21,7 @@ from app.imports import any_file
 from app.imports.survey import ImportedFile, ImportedSurvey
 from app.reports.formats import FORMATS
 from app.reports.report import Loss, Photo, Report
-from app.survey.fields import observation
+from app.survey.fields.observation import codes_of
 
 READERS: dict[str, Callable[[bytes], Read]] = {
     "en13508": read_en13508, "en13508xml": read_en13508_xml, "ribx": read_ribx,
@@ -44,9 +44,7 @@ FULL_OBSERVATION: Mapping[str, Any] = {
 
 def column(kind: str, name: str) -> str:
     """The column of a format that holds a field of an observation."""
-    family = "en" if kind in STANDARD else kind
-    (field,) = [field for field in observation.FIELDS if field.name == name]
-    return field.columns[family].codes[0]
+    return codes_of("en" if kind in STANDARD else kind)[name][0]
 
 
 def write(kind: str, made: Report) -> tuple[Read, tuple[Loss, ...]]:

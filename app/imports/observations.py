@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from app.imports.cells import clean, clock, number, quantity, severity_of, stretch, video_time_s
 from app.imports.survey import ImportedObservation, Notes
 from app.survey.fields.declaration import Family
-from app.survey.fields.observation import FIELDS
+from app.survey.fields.observation import codes_of
 from app.survey.tag import LONGEST_IMPORTED_REMARK
 
 LONGEST_PHOTO_NAME = 255
@@ -25,11 +25,10 @@ def texts_of(family: Family, value_of: Callable[[str], str]) -> dict[str, str]:
         family: Of the format.
         value_of: Returns the text of a column, or an empty one.
     """
-    found = {}
-    for each in FIELDS:
-        codes = each.columns[family].codes if family in each.columns else ()
-        found[each.name] = next((text for code in codes if (text := value_of(code))), "")
-    return found
+    return {
+        name: next((text for code in codes if (text := value_of(code))), "")
+        for name, codes in codes_of(family).items()
+    }
 
 
 def observation_of(

@@ -29,7 +29,7 @@ from app.imports.survey import (
     survey_of,
 )
 from app.survey.fields.header import FIELDS, LONGEST_TEXT
-from app.survey.fields.observation import FIELDS as OBSERVED
+from app.survey.fields.observation import codes_of
 
 _MAGIC = b"SQLite format 3\0"
 _MOST_ROWS = 50_000
@@ -62,7 +62,7 @@ _READ = frozenset(
     name.upper()
     for names in (
         *(field.columns["wincan"].codes for field in FIELDS if "wincan" in field.columns),
-        *(field.columns["wincan"].codes for field in OBSERVED if "wincan" in field.columns),
+        *codes_of("wincan").values(),
         _OTHERS,
     )
     for name in names

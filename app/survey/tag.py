@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, StringConstraints
 
+from app.survey.fields.declaration import held_in
 from app.survey.given import LINE, TEXT, Clock, CodeName, Frame, Given, Letter, Pixel
 from app.survey.measure import Measures
 
@@ -17,27 +18,69 @@ Quantity = Annotated[float, Field(ge=-1e6, le=1e6)]
 Severity = Annotated[int, Field(ge=0, le=5)]
 
 
+_REMARK = held_in(en="F", isybau="Kommentar", m150="HZ010", wincan="OBS_Observation OBS_Memo")
+
+
 class Tag(Given):
     """The fields that a person enters; everything else is derived. Only `frame` is required."""
 
+    # What exchange formats hold has its columns beside its type; they have the severity in words
+    # behind the remark, and nothing else of a tag.
     frame: Frame
     pixel: Pixel | None = Field(
         None, description="[u, v] of the wall point; without it the camera's distance counts."
     )
-    code: CodeName | None = None
-    char1: Letter | None = None
-    char2: Letter | None = None
-    quant1: Quantity | None = None
-    quant2: Quantity | None = None
-    clock_from: Clock | None = None
-    clock_to: Clock | None = None
+    code: Annotated[
+        CodeName | None,
+        held_in(en="A", isybau="InspektionsKode", m150="HZ002", wincan="OBS_OpCode"),
+    ] = None
+    char1: Annotated[
+        Letter | None,
+        held_in(en="B", isybau="Charakterisierung1", m150="HZ014", wincan="OBS_Char1"),
+    ] = None
+    char2: Annotated[
+        Letter | None,
+        held_in(en="C", isybau="Charakterisierung2", m150="HZ015", wincan="OBS_Char2"),
+    ] = None
+    quant1: Annotated[
+        Quantity | None,
+        held_in(
+            en="D",
+            isybau="Quantifizierung1Numerisch Quantifizierung1Text",
+            m150="HZ003",
+            wincan="OBS_Q1_Value",
+        ),
+    ] = None
+    quant2: Annotated[
+        Quantity | None,
+        held_in(
+            en="E",
+            isybau="Quantifizierung2Numerisch Quantifizierung2Text",
+            m150="HZ004",
+            wincan="OBS_Q2_Value",
+        ),
+    ] = None
+    clock_from: Annotated[
+        Clock | None, held_in(en="G", isybau="PositionVon", m150="HZ006", wincan="OBS_ClockPos1")
+    ] = None
+    clock_to: Annotated[
+        Clock | None, held_in(en="H", isybau="PositionBis", m150="HZ007", wincan="OBS_ClockPos2")
+    ] = None
     severity: Severity | None = Field(
         None, description="0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now."
     )
-    continuous: Annotated[str, StringConstraints(pattern=r"^[ABC][1-9][0-9]{0,2}$")] | None = Field(
-        None, description="Mark of a stretch: A1 starts, C1 changes, B1 finishes number 1."
-    )
-    remark: Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)] | None = None
+    continuous: Annotated[
+        Annotated[str, StringConstraints(pattern=r"^[ABC][1-9][0-9]{0,2}$")] | None,
+        held_in(
+            en="J",
+            isybau="Streckenschaden",
+            m150="HZ005",
+            wincan="OBS_CD_Code1 OBS_CDCode OBS_Continuous",
+        ),
+    ] = Field(None, description="Mark of a stretch: A1 starts, C1 changes, B1 finishes number 1.")
+    remark: Annotated[
+        Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)] | None, _REMARK
+    ] = None
     recommendation: Annotated[str, StringConstraints(max_length=1000, pattern=TEXT)] | None = Field(
         None, description="What should be done about it."
     )
@@ -52,12 +95,21 @@ class Tag(Given):
 class StatedTag(Tag):
     """A stored tag, with the fields that only the file of an imported survey states."""
 
-    remark: (
-        Annotated[str, StringConstraints(max_length=LONGEST_IMPORTED_REMARK, pattern=TEXT)] | None
-    ) = None
-    at_joint: bool | None = None
-    photo_name: Annotated[str, StringConstraints(max_length=255, pattern=LINE)] | None = None
-    film_time_s: Annotated[float, Field(ge=0, le=1e9)] | None = None
+    remark: Annotated[
+        Annotated[str, StringConstraints(max_length=LONGEST_IMPORTED_REMARK, pattern=TEXT)] | None,
+        _REMARK,
+    ] = None
+    at_joint: Annotated[
+        bool | None, held_in(en="K", isybau="Verbindung", m150="HZ011", wincan="OBS_AtJoint")
+    ] = None
+    photo_name: Annotated[
+        Annotated[str, StringConstraints(max_length=255, pattern=LINE)] | None,
+        held_in(en="M", isybau="Fotodatei", m150="HZ009"),
+    ] = None
+    film_time_s: Annotated[
+        Annotated[float, Field(ge=0, le=1e9)] | None,
+        held_in(en="N", isybau="Timecode", m150="HZ008", wincan="OBS_TimeCtr"),
+    ] = None
     """Time in the film, which is not here."""
 
     @classmethod

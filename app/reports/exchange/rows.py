@@ -17,7 +17,7 @@ from app.reports.exchange.losses import only_bundle_holds, rounded_figures
 from app.reports.exchange.names import film, film_name, film_names
 from app.reports.report import Entry, Loss, Report
 from app.survey.fields.declaration import Family
-from app.survey.fields.observation import FIELDS
+from app.survey.fields.observation import codes_of
 from app.survey.interval import half_width_text
 from app.survey.rounding import decimals
 
@@ -237,9 +237,7 @@ def texts_of(row: Row) -> dict[str, str]:
 def in_columns(texts: Mapping[str, str], family: Family) -> dict[str, str]:
     """Return the filled texts by the columns of a family of formats."""
     return {
-        field.columns[family].codes[0]: texts[field.name]
-        for field in FIELDS
-        if family in field.columns and texts[field.name]
+        codes[0]: texts[name] for name, codes in codes_of(family).items() if codes and texts[name]
     }
 
 

@@ -133,6 +133,18 @@ def at(**places: str | Column) -> Mapping[str, Column]:
 
 
 @dataclass(frozen=True)
+class HeldIn:
+    """Where families of formats hold a field that a model declares: metadata of its annotation."""
+
+    columns: Mapping[str, Column]
+
+
+def held_in(**places: str | Column) -> HeldIn:
+    """Return the columns of a field of a model, by the family of formats."""
+    return HeldIn(at(**places))
+
+
+@dataclass(frozen=True)
 class Field:
     """A field, as everything that enumerates fields takes it from here."""
 
