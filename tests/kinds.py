@@ -21,7 +21,7 @@ SERVER = {
     "server", "shared", "survey", "done", "chainage", "served", "serve", "postgres",
     "database_kind", "object_store", "subprocess", "socket", "asyncio", "serving", "LiveServer",
     "Client", "Process", "process", "Child", "ReadyTracker", "Storm", "FileReader", "listening",
-    "create_app", "MjpegCamera",
+    "create_app", "MjpegCamera", "collection",
 }  # fmt: skip
 """Fixtures, and names in a test file, that are a server or another process."""
 

@@ -6,6 +6,7 @@ data folder and read from it, as the server does; another process makes them.
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 import sys
 import tempfile
@@ -54,9 +55,12 @@ def surveys(data: Path, count: int) -> list[str]:
         shutil.copytree(folder.inspection(first), folder.inspection(inspection_id))
         values = {column.name: getattr(row, column.name) for column in row.__table__.columns}
         values |= {"id": inspection_id, "name": f"Run {number}", "header": header(number)}
-        own = [replace(tag, inspection_id=inspection_id) for tag in tags]
-        for seq, tag in enumerate(own):
-            blobs.put(keys.photo(inspection_id, tag.id, tag.frame), photo(100 * number + seq))
+        own = []
+        for seq, tag in enumerate(tags):
+            jpeg = photo(100 * number + seq)
+            blobs.put(keys.photo(inspection_id, tag.id, tag.frame), jpeg)
+            digest = hashlib.sha256(jpeg).hexdigest()
+            own.append(replace(tag, inspection_id=inspection_id, photo_sha256=digest))
         ImportStore(database).add([Rows(Inspection(**values), own, [])])
         ids.append(inspection_id)
     database.close()

@@ -20,6 +20,7 @@ import av
 import cv2
 import numpy as np
 
+from app.jobs.track.batches import Batch
 from app.lab.simulation.render import render
 from app.lab.simulation.sample import SAMPLE
 from app.storage.blobs import keys
@@ -103,8 +104,8 @@ def _add(folder: DataFolder, database: Database, defects: int, frames: int) -> s
     blobs = FolderBlobs(folder.root)
     tracks = Tracks(blobs, folder)
     tracks.begin(inspection_id)
-    tracks.append(inspection_id, estimates)
-    tracks.note(inspection_id, ((frame, _GOOD) for frame in range(frames)), _joints(frames))
+    health = [(frame, _GOOD) for frame in range(frames)]
+    tracks.append(inspection_id, Batch(estimates, health=health, sightings=_joints(frames)))
     tracks.finish(inspection_id, track_metadata(inspection))
     jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 60])[1].tobytes()
     observations = list(_observations(inspection_id, defects, frames, jpeg))

@@ -110,7 +110,7 @@ def write(
             "statistics": _statistics(found, t, shop),
             "plan": _plan(found, t, shop),
         })  # fmt: skip
-        shop.set_document("collection", about, out)
+        shop.set_document("collection", about, out, is_large=True)
     return missing
 
 
