@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import pytest
 from builders import Client, serving
@@ -22,6 +22,13 @@ from locks import alone
 from app.storage.database.database import FILE, Database, stored_at
 from app.storage.database.tables import Inspection
 from app.storage.records.inspections import InspectionStore
+
+
+class HasData(Protocol):
+    """A running server."""
+
+    @property
+    def data(self) -> Path: ...
 
 
 @dataclass(frozen=True)
@@ -41,7 +48,7 @@ class Survey:
         return shutil.copytree(self.data, data, dirs_exist_ok=True)
 
 
-def another(survey: Survey, client: Client, **changes: Any) -> str:
+def another(survey: Survey, client: HasData, **changes: Any) -> str:
     """Put a copy of the tracked inspection into a running server of it; return its id.
 
     Args:

@@ -13,7 +13,7 @@ from desks import WITHOUT_WEBGL
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect
 from playwright.sync_api import TimeoutError as TooLate
 from steps import Server
-from surveys import Survey
+from surveys import Survey, another
 
 PATIENCE_MS = 60_000
 """Other workers of the same test run may have both cores."""
@@ -31,18 +31,29 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield running
 
 
+@pytest.fixture(scope="session")
+def narrow_server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """One for all tests on that clip: each file has an inspection of its own there."""
+    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
 @pytest.fixture(scope="module")
+def inspection(narrow: Survey, narrow_server: Server) -> str:
+    """On that server, without any tag."""
+    return another(narrow, narrow_server)
+
+
+@pytest.fixture(scope="session")
 def window(browser: Browser) -> Iterator[BrowserContext]:
-    """One window for the tests of a file: the files of the page are loaded once, like for a real
-    user.
-    """
+    """One window for all tests: the files of the page are loaded once, like for a real user."""
     context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
     context.set_default_timeout(PATIENCE_MS)
     yield context
     context.close()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def keeper(window: BrowserContext) -> Page:
     """An empty page, open as long as the window: the pages of all tests share its process, which
     has compiled their scripts and need not be started again.
@@ -72,6 +83,7 @@ def page(window: BrowserContext, keeper: Page, request: pytest.FixtureRequest) -
         if opened is not keeper:
             _close(opened)
     window.set_offline(False)
+    window.unroute_all()
     _forget(keeper, seen)
     assert not faults, faults
 

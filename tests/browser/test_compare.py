@@ -5,15 +5,14 @@ from __future__ import annotations
 import json
 import re
 import uuid
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import pytest
-from clips import numbered_clip, rig_for_clip
+from clip_surveys import SHORT_FRAMES, ids_of
 from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
-
-FRAMES = 60
+from surveys import Survey
 
 # The number that the blocks of a shown picture spell.
 DRAWN = """(side) => {
@@ -26,20 +25,22 @@ DRAWN = """(side) => {
 
 
 @pytest.fixture(scope="module")
-def runs(server: Server, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
-    """The later one is of a file that browsers do not play, and has a crack that has grown."""
-    folder = tmp_path_factory.mktemp("clips")
-    rig = rig_for_clip(folder / "rig.json")
-    clips = {"earlier.mp4": "libx264", "later.avi": "mpeg4"}
-    a, b = (
-        server.track(numbered_clip(folder / name, codec, frames=FRAMES), rig)
-        for name, codec in clips.items()
-    )
-    _tag(server, a, {"frame": 20, "code": "BAB", "severity": 2})
-    _tag(server, b, {"frame": 22, "code": "BAB", "severity": 4})
-    _tag(server, a, {"frame": 40, "code": "BBA", "severity": 2})
-    _tag(server, b, {"frame": 40, "code": "BBA", "severity": 2})
-    _tag(server, b, {"frame": 44, "code": "BBF", "severity": 1})
+def server(several: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(several.copied_to(tmp_path_factory.mktemp("data"))) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def runs(server: Server) -> tuple[str, str]:
+    """The later one is called so, and has a crack that has grown."""
+    a, b, other = ids_of(server)
+    server.ask("DELETE", f"/api/inspections/{other}")
+    server.ask("PATCH", f"/api/inspections/{b}", {"name": "later"})
+    _tag(server, a, {"frame": 6, "code": "BAB", "severity": 2})
+    _tag(server, b, {"frame": 8, "code": "BAB", "severity": 4})
+    _tag(server, a, {"frame": 10, "code": "BBA", "severity": 2})
+    _tag(server, b, {"frame": 10, "code": "BBA", "severity": 2})
+    _tag(server, b, {"frame": 11, "code": "BBF", "severity": 1})
     return a, b
 
 
@@ -76,13 +77,13 @@ def test_two_runs_are_chosen_matched_and_driven_along_side_by_side(
 
     # Both pictures go where the defect was tagged, and along the culvert by keys.
     page.locator(".pair__main").first.click()
-    _expect_frames(page, 20, 22)
+    _expect_frames(page, 6, 8)
     page.keyboard.press("Home")
     _expect_frames(page, 0, 0)
-    for _ in range(4):
+    for _ in range(2):
         page.keyboard.press("ArrowRight")
-    expect(page.locator(".compare__place")).to_have_text("0.04 m")
-    _expect_frames(page, *(_frame_at(server, run, 40.0) for run in runs))
+    expect(page.locator(".compare__place")).to_have_text("0.02 m")
+    _expect_frames(page, *(_frame_at(server, run, 20.0) for run in runs))
 
     # A run from the other end is turned round.
     page.get_by_label("B was driven from the other end").check()
@@ -90,7 +91,7 @@ def test_two_runs_are_chosen_matched_and_driven_along_side_by_side(
     page.keyboard.press("Enter")
     page.get_by_label("Length of the culvert").blur()
     page.keyboard.press("Home")
-    expect(page.locator(".compare__run").nth(1)).to_contain_text(f"frame {FRAMES - 1}")
+    expect(page.locator(".compare__run").nth(1)).to_contain_text(f"frame {SHORT_FRAMES - 1}")
 
 
 def _expect_frames(page: Page, a: int, b: int) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from clip_surveys import FRAMES
 from desks import (
@@ -15,18 +13,11 @@ from desks import (
 )
 from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
-from surveys import Survey
 
 
 @pytest.fixture(scope="module")
-def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def inspection(narrow: Survey) -> str:
-    return narrow.id
+def server(narrow_server: Server) -> Server:
+    return narrow_server
 
 
 @pytest.fixture

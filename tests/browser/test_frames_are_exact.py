@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import PIL.Image
@@ -31,9 +30,8 @@ WATCH = f"""() => {{
 
 
 @pytest.fixture(scope="module")
-def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
-        yield running
+def server(narrow_server: Server) -> Server:
+    return narrow_server
 
 
 @pytest.fixture(params=["playable", "not playable"])

@@ -4,25 +4,15 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
-from surveys import Survey
 
 
 @pytest.fixture(scope="module")
-def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
-        yield running
-
-
-@pytest.fixture
-def inspection(server: Server, narrow: Survey) -> str:
-    """With an empty header."""
-    server.ask("PATCH", f"/api/inspections/{narrow.id}", {"header": {}})
-    return narrow.id
+def server(narrow_server: Server) -> Server:
+    return narrow_server
 
 
 @pytest.fixture

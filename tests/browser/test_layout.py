@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Page, Route, ViewportSize, expect
 from steps import Server, log_in
-from surveys import Survey
 
 SIZES: tuple[ViewportSize, ...] = (
     {"width": 1366, "height": 768},
@@ -55,16 +53,14 @@ CONTRAST = """(element) => {
 
 
 @pytest.fixture(scope="module")
-def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
-        yield running
+def server(narrow_server: Server) -> Server:
+    return narrow_server
 
 
-@pytest.fixture(scope="module")
-def inspection(server: Server, narrow: Survey) -> str:
-    tag = f"/api/inspections/{narrow.id}/observations/7d444840-9dc0-4d2a-8a6a-000000000001"
+@pytest.fixture(autouse=True)
+def _tag(server: Server, inspection: str) -> None:
+    tag = f"/api/inspections/{inspection}/observations/7d444840-9dc0-4d2a-8a6a-000000000001"
     server.ask("PUT", tag, {"frame": 0, "code": "BAC", "pixel": [160, 120]})
-    return narrow.id
 
 
 def test_nothing_that_is_clicked_moves_when_a_notice_comes_or_goes(

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
 
 import pytest
 from clip_surveys import FRAMES
@@ -15,7 +14,6 @@ from desks import another_tab, expect_frame, expect_read
 from looks import expect_no_fault
 from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
-from surveys import Survey
 
 ID = "0123abcd-0000-4000-8000-00000000cafe"
 TAG = {"frame": 4, "pixel": [159.5, 119.5], "code": "BAB", "severity": 2}
@@ -28,15 +26,14 @@ SCREENS = [(1440, 900), (1366, 768), (1024, 768), (390, 844)]
 
 
 @pytest.fixture(scope="module")
-def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
-        yield running
+def server(narrow_server: Server) -> Server:
+    return narrow_server
 
 
 @pytest.fixture
-def path(server: Server, narrow: Survey) -> str:
+def path(server: Server, inspection: str) -> str:
     """The address of an inspection in the API, with one tag and an empty header, nothing stated."""
-    tracked = f"/api/inspections/{narrow.id}"
+    tracked = f"/api/inspections/{inspection}"
     for item in read(server, f"{tracked}/observations")["observations"]:
         server.ask("DELETE", f"{tracked}/observations/{item['id']}")
     change_as_another(server, tracked)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import uuid
-from collections.abc import Iterator
 
 import pytest
 from clips import SIZE
@@ -12,7 +11,6 @@ from desks import expect_frame, expect_read, expect_saved, observations
 from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
-from surveys import Survey
 
 MM_PER_PX = 230 / 600
 """At the invert: height of the camera over the focal length."""
@@ -25,14 +23,8 @@ ON_STRIP = """([along, arc]) => {
 
 
 @pytest.fixture(scope="module")
-def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def inspection(narrow: Survey) -> str:
-    return narrow.id
+def server(narrow_server: Server) -> Server:
+    return narrow_server
 
 
 def click_picture(page: Page, u: float, v: float) -> None:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 import pytest
 from desks import expect_frame, expect_read, expect_saved, observations
 from playwright.sync_api import Page, Route, expect
 from steps import Server, log_in
-from surveys import Survey
 
 ON_WALL = """([along, arc]) => {
   const strip = document.querySelector('wall-strip');
@@ -20,14 +18,8 @@ BACK = "Bring the unrolled wall back"
 
 
 @pytest.fixture(scope="module")
-def server(narrow: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(narrow.copied_to(tmp_path_factory.mktemp("data"))) as running:
-        yield running
-
-
-@pytest.fixture(scope="module")
-def inspection(narrow: Survey) -> str:
-    return narrow.id
+def server(narrow_server: Server) -> Server:
+    return narrow_server
 
 
 def press(page: Page, name: str) -> None:

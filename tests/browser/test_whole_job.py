@@ -1,4 +1,4 @@
-"""From a video file to a located, tagged and exported inspection, as an operator does it."""
+"""From a video file to a tagged, reviewed and exported inspection, as an operator does it."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from builders import half_size
-from playwright.sync_api import Page, expect
+from desks import drawn_in_3d, expect_frame, expect_read, expect_saved, observations
+from playwright.sync_api import Locator, Page, expect
 from steps import Server, export, export_track, log_in, start_inspection, wait_until_done
 
 from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
@@ -21,13 +23,18 @@ from vo_core.rig import Rig
 TOLERANCE_M = 0.005
 """What the issue asks of tagged distances on the nominal scenario."""
 LENGTH_MM = 1000.0
+DRAWN_LIMIT = 40
+DISTINCT_COLOURS = 300
+"""A culvert with its lights has thousands; an empty view has the few of its background."""
+ROBOT_PIXELS = 20
 
 
 @pytest.fixture(scope="module")
 def culvert(tmp_path_factory: pytest.TempPathFactory) -> SimulatedRun:
-    nominal = SCENARIOS["nominal"].shortened(LENGTH_MM)
-    small = replace(nominal, rig=Rig.parse(half_size(nominal.rig)))
-    return simulate(small, tmp_path_factory.mktemp("culvert"))
+    """1 m in small pictures of a lens that sees the wall on both sides."""
+    wide = SCENARIOS["wide_lens"]
+    scenario = replace(wide, rig=Rig.parse(half_size(wide.rig)), length_mm=LENGTH_MM)
+    return simulate(scenario, tmp_path_factory.mktemp("culvert"))
 
 
 @pytest.fixture(scope="module")
@@ -51,58 +58,88 @@ def test_a_video_becomes_an_exported_inspection(
     _expect_distance_beyond(page, 0.3)
     wait_until_done(page)
 
-    # Review: a tag by key and one by click, each at a frame of its own.
+    _play_by_keys(page, last=len(truth_m) - 1)
+
+    # Tags by key, by clicks on the film and on the wall of the 3D view, each at a frame of its own.
     _go_to_time(page, 0.35)
     page.keyboard.press("1")
     expect(page.locator(".defect")).to_have_count(2)
     _go_to_time(page, 0.7)
-    stage = page.locator(".stage__overlay").bounding_box()
-    assert stage is not None
-    page.mouse.click(stage["x"] + stage["width"] * 0.62, stage["y"] + stage["height"] * 0.4)
+    _click(page.locator(".stage__overlay"), 0.5, 0.4)
     expect(page.locator(".defect")).to_have_count(3)
-    expect(page.locator(".save")).to_have_text("Saved")
+    expect_saved(page)
+    with drawn_in_3d(page) as other:
+        expect_read(other)
+        other.keyboard.press("End")
+        # In the view that follows the robot, wall that it has seen is all around it.
+        view = other.locator("viewer-panel iframe")
+        _expect_a_picture_in_3d(view)
+        other.keyboard.down("Shift")
+        _click(view, 0.4, 0.85)
+        other.keyboard.up("Shift")
+        expect(other.locator(".defect")).to_have_count(4)
+        expect_saved(other)
 
     # After a reload everything is there again, photos included.
     page.reload()
-    expect(page.locator(".defect")).to_have_count(3)
-    expect(page.locator(".defect img:visible")).to_have_count(3)
+    expect(page.locator(".defect img:visible")).to_have_count(4)
 
     # Every stated distance, in the list and in the exports, is the true one.
-    observations = _observations(page, inspection)
+    made = {item["seq"]: item for item in observations(server, inspection)}
     rows = list(csv.DictReader(io.StringIO(export(page, "CSV").decode("utf-8-sig"))))
     report = json.loads(export(page, "JSON"))
     track = export_track(page).decode()
-    assert [row["code"] for row in rows].count("BAB") == 1
-    assert len(report["observations"]) == len(rows) == 3
+    assert len(report["observations"]) == len(rows) == len(made) == 4
     assert sum(not line.startswith("#") for line in track.splitlines()) == len(truth_m) + 1
-    exported = {int(row["seq"]): float(row["distance_m"]) for row in rows}
-    for item in observations:
-        true_m = truth_m[item["frame"]] + _offset_m(item["pixel"], culvert.rig)
-        assert item["distance_m"] == pytest.approx(true_m, abs=TOLERANCE_M)
-        assert exported[item["seq"]] == pytest.approx(true_m, abs=TOLERANCE_M)
+    by_key = [item for item in made.values() if item["code"]]
+    assert len(by_key) == 2
+    for item in by_key:
+        assert item["distance_m"] == pytest.approx(truth_m[item["frame"]], abs=TOLERANCE_M)
+    for row in [*rows, *report["observations"]]:
+        item = made[int(row["seq"])]
+        assert float(row["distance_m"]) == pytest.approx(item["distance_m"], abs=1e-3)
+        assert int(row["frame"]) == item["frame"]
+
+
+def _play_by_keys(page: Page, last: int) -> None:
+    """J, K and L, and single frames."""
+    page.keyboard.press("Home")
+    expect_frame(page, 0)
+    page.keyboard.press("l")
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    expect_frame(page, r"[1-9]\d")
+    page.keyboard.press("k")
+    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    page.keyboard.press("End")
+    expect_frame(page, last)
+    page.keyboard.press("ArrowLeft")
+    expect_frame(page, last - 1)
+    page.keyboard.press("j")
+    page.keyboard.press("j")
+    expect_frame(page, 0)
+
+
+def _expect_a_picture_in_3d(view: Locator) -> None:
+    """Wait for the culvert with its lights, and the robot: it is yellow, nothing else is."""
+    for _ in range(DRAWN_LIMIT):
+        pixels = cv2.imdecode(np.frombuffer(view.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+        colours = len(np.unique(pixels.reshape(-1, 3), axis=0))
+        blue, green, red = (pixels[..., i].astype(int) for i in range(3))
+        yellow = np.count_nonzero((red > 120) & (red - blue > 60) & (green - blue > 30))
+        if colours > DISTINCT_COLOURS and yellow > ROBOT_PIXELS:
+            return
+    pytest.fail(f"The 3D view has {colours} colours and {yellow} pixels of a robot.")
+
+
+def _click(place: Locator, across: float, down: float) -> None:
+    box = place.bounding_box()
+    assert box is not None
+    place.page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
 
 
 def _true_distances_m(path: Path) -> list[float]:
     with path.open(newline="") as file:
         return [float(row["distance_mm"]) / 1000 for row in csv.DictReader(file)]
-
-
-def _offset_m(pixel: list[float], rig: Path) -> float:
-    """How far ahead of the camera the wall point of a pixel lies (rotation 0: right is ahead).
-
-    Along the row through the middle the wall is the invert, `height` below; above and below it the
-    wall of the pipe rises, which brings it a little nearer: the ray meets it at the fraction t.
-    """
-    fields = json.loads(rig.read_text())
-    camera, height = fields["camera"], fields["mount"]["height_mm"]
-    radius = fields["pipe"]["diameter_mm"] / 2
-    ahead = (pixel[0] - camera["cx"]) / camera["fx"]
-    aside = (pixel[1] - camera["cy"]) / camera["fy"]
-    # (t aside)^2 + (t - (height - radius))^2 = radius^2, camera at height - radius above the axis
-    rise = height - radius
-    a, b, c = aside**2 + 1, -2 * rise, rise**2 - radius**2
-    t = (-b + np.sqrt(b * b - 4 * a * c)) / (2 * a)
-    return float(ahead * t / 1000)
 
 
 def _expect_distance_beyond(page: Page, metres: float) -> None:
@@ -122,10 +159,3 @@ def _go_to_time(page: Page, share: float) -> None:
     page.mouse.click(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
     expect(clock).not_to_have_text(before)
     expect(page.locator(".stage__note")).to_be_hidden()
-
-
-def _observations(page: Page, inspection: str) -> list[dict]:
-    answer = page.request.get(
-        f"{page.url.split('/inspections')[0]}/api/inspections/{inspection}/observations"
-    )
-    return answer.json()["observations"]
