@@ -6,12 +6,13 @@ Presentation attributes only, so that a typesetter without style sheets shows th
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from markupsafe import Markup, escape
 
 from app.reports.content import typesetting
+from app.reports.content.sizes import Outline
 from app.reports.content.typesetting import one_line
 from app.reports.report import Entry, Report
 
@@ -26,6 +27,9 @@ SEVERITY = (PAPER, "#e4ecef", "#f3de9b", "#ecae4b", "#b04e1e", "#8a1713")
 """Colours of the severities 0 to 5, which get darker with each."""
 _FIRST_LIGHT_INK = 4
 """From this severity on, letters on its colour are white."""
+
+_MEASURE = (("#080a0c", 2.4), ("#5ff2e0", 1.1))
+"""Colours and widths of a measure, in points on a photo that is 83 mm wide."""
 
 NORMAL, SMALL, TINY = 2.7, 2.4, 2.05
 """Heights of letters."""
@@ -167,6 +171,20 @@ def clipped(name: str, frame: str, shapes: Iterable[str]) -> list[str]:
         *shapes,
         "</g>",
     ]
+
+
+def measures(outlines: Iterable[Outline], wide: int, high: int) -> Iterator[str]:
+    """Yield what was measured on a photo of a size in px, with a dark edge so that it is seen on
+    any wall.
+    """
+    for outline in outlines:
+        points = " ".join(f"{x * wide:.1f},{y * high:.1f}" for x, y in outline.points)
+        shape = "polygon" if outline.is_closed else "polyline"
+        for colour, width in _MEASURE:
+            yield (
+                f'<{shape} points="{points}" fill="none" stroke="{colour}" '
+                f'stroke-linejoin="round" stroke-width="{width * wide / 235:.2f}"/>'
+            )
 
 
 def north_arrow(tip: Point, length: float, name: str) -> list[str]:

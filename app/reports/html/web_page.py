@@ -86,8 +86,22 @@ _TEMPLATES.globals |= {
         condition, cover, grade_words, measurement, pictures, recommendations, summary,
         along, glance, pipe_graphic, survey_plan, svg, shown_photos,
     )
-} | {"NOTHING": NOTHING, "iso": iso}  # fmt: skip
+}  # fmt: skip
 """What the templates take from: the content of every format, and the drawings."""
+
+
+def _base64(content: bytes) -> Markup:
+    """Encode in base64, which cannot end the element or attribute that contains it."""
+    return Markup(base64.b64encode(content).decode())  # noqa: S704
+
+
+_TEMPLATES.globals |= {
+    "NOTHING": NOTHING,
+    "ENOUGH_PX": ENOUGH_PX,
+    "LOGO_PX": _LOGO_PX,
+    "iso": iso,
+    "base64": _base64,
+}
 
 
 def write(report: Report) -> Written:
@@ -102,12 +116,10 @@ def write(report: Report) -> Written:
         style=_asset("web_page.css"),
         script=_asset("web_page.js"),
         sections=[(section, t(_TITLES.get(section, f"{section}.title"))) for section in chosen],
-        logo=_jpeg_base64(pictures.logo_of(report.company.logo, _LOGO_PX)),
         grade=grades.grade_of(report),
         wall=_wall(report, t) if "wall" in chosen else None,
         shown=shown,
         photos_of=shown_photos.photos_by_entry(shown),
-        jpeg_base64=lambda photo: _jpeg_base64(pictures.jpeg_of(photo, ENOUGH_PX)),
         scene=scene,
         header=header_groups(report, t),
         measured=_measured(report, t),
@@ -123,16 +135,6 @@ def losses(report: Report) -> tuple[Loss, ...]:
 
 def _asset(name: str) -> Markup:
     return Markup(resources.files("app.reports.html").joinpath(name).read_text("utf-8"))  # noqa: S704
-
-
-def _base64(content: bytes) -> Markup:
-    """Encode in base64, which cannot end the element or attribute that contains it."""
-    return Markup(base64.b64encode(content).decode())  # noqa: S704
-
-
-def _jpeg_base64(jpeg: pictures.Jpeg | None) -> Markup | None:
-    """Encode a photo or a logo; None if it is missing."""
-    return None if jpeg is None else _base64(jpeg.content)
 
 
 def _measured(report: Report, t: Translator) -> list[tuple[str, Rows]]:

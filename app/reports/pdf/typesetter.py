@@ -21,13 +21,11 @@ from app.reports.content.pictures import Jpeg
 from app.reports.content.sizes import Outline
 from app.reports.content.typesetting import clean, pieces_of
 from app.reports.content.words import Language, words_of
-from app.reports.drawings.svg import Drawing
+from app.reports.drawings.svg import Drawing, measures
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _COMPILE = Path(__file__).parent / "compile.py"
 _TEXT_OF_SVG = re.compile(r"(?<=>)([^<>]*[^\x00-\x7f<>&]|[^<>]*&#)[^<>]*(?=</(?:text|tspan)>)")
-_HALO, _SIZE = "#080a0c", "#5ff2e0"
-"""Colours of measures, as on the page."""
 
 
 class NotTypeset(RuntimeError):
@@ -68,7 +66,7 @@ class Workshop:
         name = self._next_name()
         (self._folder / f"{name}.jpg").write_bytes(jpeg.content)
         wide, high = jpeg.size
-        drawn = "".join(_drawn(outline, wide, high) for outline in outlines)
+        drawn = "".join(measures(outlines, wide, high))
         svg = (
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}">'
             f'<image href="{name}.jpg" width="{wide}" height="{high}"/>{drawn}</svg>'
@@ -172,15 +170,4 @@ def _in_fonts(found: re.Match[str]) -> str:
     return "".join(
         f'<tspan font-family="{face.family}">{escape(piece)}</tspan>'
         for face, piece in pieces_of(clean(unescape(found[0])))
-    )
-
-
-def _drawn(outline: Outline, wide: int, high: int) -> str:
-    """Draw a measure on a photo, with a dark edge so that it is seen on any wall."""
-    points = " ".join(f"{x * wide:.1f},{y * high:.1f}" for x, y in outline.points)
-    shape = "polygon" if outline.is_closed else "polyline"
-    return "".join(
-        f'<{shape} points="{points}" fill="none" stroke="{colour}" stroke-linejoin="round" '
-        f'stroke-width="{width * wide / 235:.2f}"/>'  # points on a photo that is 83 mm wide
-        for width, colour in ((2.4, _HALO), (1.1, _SIZE))
     )

@@ -105,7 +105,7 @@ def test_what_was_measured_is_drawn_on_the_photo(opened, tmp_path):
     expect(page.get_by_text("Width 23 ± 2 mm")).to_have_count(2)
     box, photo = (page.locator(f"figure {name}").bounding_box() for name in ("svg", "img"))
     assert (box["x"], box["y"]) == (photo["x"], photo["y"])
-    expect(page.locator("figure polyline.size")).to_have_count(2)
+    expect(page.locator("figure polyline")).to_have_count(2 * 2)
 
 
 def test_in_feet_and_malay_it_says_so():
