@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-import threading
 import uuid
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +22,7 @@ from builders import (
 )
 
 from app.survey.interval import half_width_m
-from vo_core import Rig, Track
-from vo_core.geometry.height import scale_sigma
+from vo_core import Track
 from vo_core.joints.finder import Sighting, to_csv
 
 FRAMES = 160
@@ -96,19 +93,6 @@ def correct(client: Client, run: str, body: dict[str, Any], **more: Any) -> dict
 
 def track_of(client: Client, run: str, **query: Any) -> Track:
     return Track.from_csv(client.get(f"/api/inspections/{run}/track", params=query).text)
-
-
-def test_at_first_nothing_is_stated_and_nothing_changed(shared: Client, run: str) -> None:
-    now = shared.get(f"/api/inspections/{run}/corrections").json()
-    assert now["stated"] == stated()
-    assert now["error"] is None
-    by_rig = scale_sigma(Rig.parse(wrong_rig()))
-    assert now["result"]["scale"] == 1.0
-    assert now["result"]["scale_sigma"] == pytest.approx(by_rig, abs=1e-6)
-    assert now["result"]["distance_class"]["percent"] is None  # of a quarter of a metre
-    view = shared.inspection(run)
-    assert view["corrected"] is False
-    assert view["distance_m"] == view["distance_raw_m"] == pytest.approx(WRONG * TRUE_M, rel=0.002)
 
 
 def test_a_taped_length_moves_every_distance_that_is_shown(shared: Client, run: str) -> None:
@@ -253,15 +237,6 @@ def test_a_length_that_cannot_be_is_refused_until_it_is_forced(shared: Client, r
     assert warned[0]["params"]["residual_mm"] == pytest.approx(-89, abs=1)
 
 
-def test_the_uncertainty_of_the_rig_widens_the_interval_of_a_tag(shared: Client, run: str) -> None:
-    tag = shared.tag(run, frame=150).json()
-    correct(shared, run, stated(rig_sigma={"height_mm": 19.0, "focal_px": 0.0}))
-    wider = shared.get(f"/api/inspections/{run}/observations/{tag['id']}").json()
-    assert wider["distance_m"] == tag["distance_m"]
-    assert wider["distance_u95_m"] == pytest.approx(1.96 * 0.1 * tag["distance_m"], rel=0.05)
-    assert wider["distance_u95_m"] > 2 * tag["distance_u95_m"]
-
-
 def test_one_interval_is_shown_everywhere_and_a_tape_shrinks_it(shared: Client, run: str) -> None:
     tag = shared.tag(run, frame=FRAMES - 1).json()
 
@@ -334,26 +309,6 @@ def test_what_is_no_correction_is_said(shared: Client, done: str) -> None:
         {"more": 1},
     ):
         assert_error(put(shared, done, body), 422, "invalid_request")
-
-
-def test_of_many_at_once_each_is_kept_whole(shared: Client, run: str) -> None:
-    revision = shared.inspection(run)["revision"]
-    bodies = [stated(zero={"frame": n, "offset_m": n / 10}) for n in range(1, 9)]
-    threads = [threading.Thread(target=correct, args=(shared, run, body)) for body in bodies]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    events = shared.get(f"/api/inspections/{run}/events").json()["events"]
-    corrected = [event for event in events if event["action"] == "corrected"]
-    corrected = corrected[:8]
-    for newer, older in pairwise(corrected):
-        assert newer["before"] == older["after"]
-    now = shared.get(f"/api/inspections/{run}/corrections").json()
-    assert now["stated"] == corrected[0]["after"]
-    frame, offset_m = now["stated"]["zero"]["frame"], now["stated"]["zero"]["offset_m"]
-    assert track_of(shared, run).distance_mm[frame] == pytest.approx(1000 * offset_m, abs=0.001)
-    assert shared.inspection(run)["revision"] == revision + 8
 
 
 def test_a_zero_set_while_it_is_tracked_counts_at_once(tmp_path: Path, long_clip: Path) -> None:

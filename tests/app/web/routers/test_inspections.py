@@ -279,15 +279,6 @@ def test_a_frame_that_is_not_tracked_has_no_picture(shared: Client, done: str) -
     assert_error(shared.get(f"/api/inspections/{done}/frames/-1.jpg"), 422, "invalid_request")
 
 
-def test_frames_of_a_video_with_uneven_times_are_exact(shared: Client, tmp_path: Path) -> None:
-    gaps = np.random.default_rng(3).uniform(0.01, 0.2, 30)
-    video = make_clip(tmp_path / "uneven.mp4", 30, times_s=np.cumsum(gaps).tolist())
-    inspection_id = shared.tracked(video)
-    for frame in (1, 12, 13, 28):
-        answer = shared.get(f"/api/inspections/{inspection_id}/frames/{frame}.jpg")
-        assert frame_number(answer.content) == frame
-
-
 CONTAINERS = (
     ("a.webm", "libvpx", "video/webm", True),
     ("a.mkv", "libx264", "video/x-matroska", False),

@@ -159,16 +159,6 @@ def test_fields_out_of_bounds_are_refused_by_name(shared: Client, done: str) -> 
     assert not taken
 
 
-def test_nan_is_no_number(shared: Client, done: str) -> None:
-    for number in ("NaN", "Infinity", "-Infinity", "1e999"):
-        answer = shared.put(
-            path(done, str(uuid.uuid4())),
-            content=f'{{"frame": 1, "quant1": {number}}}',
-            headers={"Content-Type": "application/json"},
-        )
-        assert_error(answer, 422, "invalid_request")
-
-
 def test_frame_and_pixel_must_be_in_the_video(shared: Client, done: str) -> None:
     assert shared.tag(done, frame=39).status_code == 200
     assert "its last one is 39" in assert_error(

@@ -116,12 +116,6 @@ def test_place_leads_to_the_frame_that_shows_it_best(shared: Client, done: str) 
     assert tag["distance_m"] == pytest.approx(place["distance_m"], abs=1e-4)
 
 
-def test_place_that_was_not_seen_has_no_frame_and_is_no_error(shared: Client, done: str) -> None:
-    place = {"distance_m": 9.5, "y_mm": RIGHT_MM}
-    answer = shared.get(f"/api/inspections/{done}/frame-at", params=place)
-    assert answer.json() == {"frame": None, "pixel": None}
-
-
 def test_place_without_all_its_coordinates_is_refused(shared: Client, done: str) -> None:
     at = f"/api/inspections/{done}/frame-at"
     assert "y_mm" in assert_error(
@@ -129,10 +123,3 @@ def test_place_without_all_its_coordinates_is_refused(shared: Client, done: str)
     )
     assert_error(shared.get(at, params={"y_mm": 1}), 422, "invalid_request")
     assert_error(shared.get(at, params={"distance_m": "nan", "y_mm": 1}), 422, "invalid_request")
-
-
-def test_unknown_inspection_has_no_frames(shared: Client) -> None:
-    answer = shared.get(
-        f"/api/inspections/{'0' * 32}/frame-at", params={"distance_m": 1, "y_mm": 0}
-    )
-    assert_error(answer, 404, "inspection_not_found")
