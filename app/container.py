@@ -17,26 +17,26 @@ from app.archive.inbox import Inbox
 from app.archive.intake import Intake
 from app.data_folder import Records, issuing
 from app.errors import DiskFull
-from app.inspections.aiming import Aiming
-from app.inspections.file_reader import CPU_S, FileReader
-from app.inspections.filmed import Filmed
-from app.inspections.films import Films
-from app.inspections.imports import Imports
+from app.inspections.brought_in.file_reader import CPU_S, FileReader
+from app.inspections.brought_in.imports import Imports
+from app.inspections.brought_in.keeping import Keeper
+from app.inspections.brought_in.moved import MovedInspections
+from app.inspections.films.aiming import Aiming
+from app.inspections.films.filmed import Filmed
+from app.inspections.films.films import Films
+from app.inspections.films.lenses import CPU_S as LENS_CPU_S
+from app.inspections.films.lenses import Lenses
+from app.inspections.films.recordings import Recordings
+from app.inspections.films.samples import Samples
+from app.inspections.films.uploads import Uploads
 from app.inspections.inspections import Inspections
-from app.inspections.keeping import Keeper
-from app.inspections.lenses import CPU_S as LENS_CPU_S
-from app.inspections.lenses import Lenses
-from app.inspections.moved import MovedInspections
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
 from app.inspections.presence import Presence
-from app.inspections.recordings import Recordings
 from app.inspections.register import Register
 from app.inspections.reviews import Reviews
 from app.inspections.rigs import Rigs
-from app.inspections.samples import Samples
 from app.inspections.scaling import Scaling
-from app.inspections.uploads import Uploads
 from app.jobs.messages import Limits
 from app.meter_counter.line import MeterCounter, Peer
 from app.ops.health import Health

@@ -25,7 +25,7 @@ from app.errors import (
     StillRunning,
     described,
 )
-from app.inspections.films import Films
+from app.inspections.films.films import Films
 from app.inspections.inspections import Inspections
 from app.inspections.packs import Packs
 from app.logs import about

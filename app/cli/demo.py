@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from app.errors import SampleFailed
-from app.inspections.samples import Samples
+from app.inspections.films.samples import Samples
 from app.main import listening, run
 from app.services import Services
 from app.settings import MIB, Settings

@@ -9,7 +9,7 @@ from typing import Any
 
 from app.errors import OpenStretches
 from app.inspections.corrections import Corrections
-from app.inspections.making import checked_rig, keep_rig
+from app.inspections.films.making import checked_rig, keep_rig
 from app.jobs.live.messages import CameraStatus
 from app.storage.blobs import keys
 from app.storage.database.tables import ENDED, Inspection

@@ -23,7 +23,7 @@ from app.survey.measuring import figure_of
 from app.survey.place import Trajectory, wall_grid
 from app.survey.register import completed, fields_of, registered
 from app.survey.stated import Stated
-from app.web.schemas.observations import WallGridOut
+from app.web.schemas.inspection.observations import WallGridOut
 from vo_core import Pose
 from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.wall import wall_point

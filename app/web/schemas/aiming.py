@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 from pydantic import Field
 
-from app.inspections.aiming import Aim
+from app.inspections.films.aiming import Aim
 from app.jobs.requests.media import FirstPicture
 from app.survey.given import Given, Pixel
 from app.web.schemas.out import Hundredths, Out

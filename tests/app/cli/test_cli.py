@@ -16,7 +16,7 @@ from builders import PATIENCE_S, make_clip
 from films import half_sized
 from forks import Fork, become
 
-from app.inspections import samples
+from app.inspections.films import samples
 from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core import Rig, Track
 

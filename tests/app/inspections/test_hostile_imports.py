@@ -17,7 +17,7 @@ from wincan_files import project
 from app.errors import InvalidImport
 from app.imports import any_file, wincan
 from app.imports.survey import ImportedFile
-from app.inspections.file_reader import FileReader
+from app.inspections.brought_in.file_reader import FileReader
 from app.jobs.confinement import landlock_version
 from app.jobs.messages import Failed, Limits, encode
 from app.jobs.requests.importer import ImportRequest

@@ -16,7 +16,7 @@ from reports import report
 from surveys import Survey, another
 
 from app.imports import any_file
-from app.inspections.file_reader import FileReader
+from app.inspections.brought_in.file_reader import FileReader
 from app.reports.formats import FORMATS
 from app.storage.database.backup import back_up
 from app.tracking.pictures.videos import NO_FILM

@@ -20,7 +20,7 @@ from sqlalchemy.orm import Session
 from surveys import Survey
 
 from app.errors import DataFolderInUse
-from app.inspections.films import Films
+from app.inspections.films.films import Films
 from app.storage.database.database import Database, stored_at
 from app.storage.database.tables import Base, EventRow, LoginSession
 from app.storage.folder.files import DataFolder, write_durably

@@ -10,7 +10,7 @@ import pytest
 
 from app.access import access
 from app.access.access import Access
-from app.inspections.uploads import Uploads
+from app.inspections.films.uploads import Uploads
 from app.storage.database.database import Database
 from app.storage.folder.files import DataFolder
 from app.storage.folder.tokens import TokenFile

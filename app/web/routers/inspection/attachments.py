@@ -24,8 +24,8 @@ from app.web.deps import (
     viewer,
 )
 from app.web.ranges import PRIVATE, blob_response
-from app.web.schemas.attachments import AttachmentOut, AttachmentsOut
 from app.web.schemas.failures import content, failures
+from app.web.schemas.inspection.attachments import AttachmentOut, AttachmentsOut
 from app.web.slow import heavy
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["attachments"])

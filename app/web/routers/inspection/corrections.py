@@ -13,9 +13,9 @@ from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.survey.stated import StatedIn
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, Service, operator, viewer
-from app.web.schemas.corrections import CorrectionsIn, CorrectionsOut, IntervalOut
 from app.web.schemas.failures import failures
-from app.web.schemas.records import AlertOut, AlertsOut, EventOut, EventsOut, IssuesOut
+from app.web.schemas.inspection.corrections import CorrectionsIn, CorrectionsOut, IntervalOut
+from app.web.schemas.inspection.records import AlertOut, AlertsOut, EventOut, EventsOut, IssuesOut
 from app.web.versions import Replaced, tag_with
 from vo_core.errors import InvalidCorrection
 

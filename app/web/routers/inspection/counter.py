@@ -11,8 +11,8 @@ from app.inspections.counters import Counters
 from app.tracking.pictures.counter_queue import CounterQueue
 from app.web import columns
 from app.web.deps import InspectionId, Service, operator, viewer
-from app.web.schemas.counter import CounterIn, CounterOut
 from app.web.schemas.failures import content, failures
+from app.web.schemas.inspection.counter import CounterIn, CounterOut
 from app.web.slow import slow
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["counter"])

@@ -9,12 +9,12 @@ from fastapi import APIRouter, BackgroundTasks, Depends, Query, Request, Respons
 
 from app import errors
 from app.inspections.corrections import Corrections
-from app.inspections.filmed import Filmed
-from app.inspections.films import Films
+from app.inspections.films.filmed import Filmed
+from app.inspections.films.films import Films
+from app.inspections.films.recordings import Recordings
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
-from app.inspections.recordings import Recordings
 from app.survey.given import LINE
 from app.survey.labels import distinct
 from app.survey.review import ReviewState
@@ -27,8 +27,8 @@ from app.web import columns
 from app.web.deps import InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.queries import Descending, Name, NoProject, SeverityFrom
 from app.web.schemas.failures import content, failures
-from app.web.schemas.frames import track_columns
-from app.web.schemas.inspections import (
+from app.web.schemas.inspection.frames import track_columns
+from app.web.schemas.inspection.inspections import (
     ContinueIn,
     FinishIn,
     FoundOut,
@@ -46,7 +46,7 @@ from app.web.schemas.inspections import (
     QueuedOut,
     RigIn,
 )
-from app.web.schemas.observations import WallGridOut, WallPointOut
+from app.web.schemas.inspection.observations import WallGridOut, WallPointOut
 from app.web.slow import slow
 from app.web.versions import Replaced, tag_with
 from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo

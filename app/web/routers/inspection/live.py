@@ -26,7 +26,7 @@ from app.viewer.wording import Units, Wording
 from app.web.answers import body_of
 from app.web.changes import EVERY_S, Changes
 from app.web.deps import PAGE_ID, InspectionId, Service, page_of, viewer
-from app.web.schemas.live import click_message, live_header, people_message
+from app.web.schemas.inspection.live import click_message, live_header, people_message
 from vo_core.track import Estimate
 
 router = APIRouter()

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Path, Request, Response
 from starlette.responses import StreamingResponse
 
 from app import errors
-from app.inspections.filmed import Filmed
+from app.inspections.films.filmed import Filmed
 from app.inspections.inspections import Inspections
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
@@ -23,9 +23,9 @@ from app.tracking.pictures.thumbnails import Thumbnails
 from app.web.deps import InspectionId, Service, viewer
 from app.web.downloads import attachment
 from app.web.ranges import PRIVATE, blob_response
-from app.web.schemas.bulk import ExchangeKind
 from app.web.schemas.failures import READING_A_FILM, content, failures
-from app.web.schemas.records import LossesOut
+from app.web.schemas.inspection.records import LossesOut
+from app.web.schemas.library.bulk import ExchangeKind
 from app.web.slow import for_lists, heavy, slow
 from app.web.versions import etag
 

@@ -13,7 +13,7 @@ from app.tracking.pictures.photos import Photos
 from app.web.deps import InspectionId, ObservationId, PrincipalDep, Service, operator, viewer
 from app.web.ranges import PRIVATE, blob_response
 from app.web.schemas.failures import READING_A_FILM, content, failures
-from app.web.schemas.observations import ObservationOut, ObservationsOut
+from app.web.schemas.inspection.observations import ObservationOut, ObservationsOut
 from app.web.slow import slow
 from app.web.versions import Replaced, tag_with
 

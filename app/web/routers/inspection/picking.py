@@ -12,7 +12,7 @@ from app.inspections.picking import Picking, WallPlace
 from app.survey.measure import Measure
 from app.web.deps import InspectionId, Service, viewer
 from app.web.schemas.failures import failures
-from app.web.schemas.observations import FrameAtOut, MeasuredOut
+from app.web.schemas.inspection.observations import FrameAtOut, MeasuredOut
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["observations"])
 

@@ -10,7 +10,7 @@ from app import errors
 from app.inspections.reviews import Reviews
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
-from app.web.schemas.reviews import RemarkIn, ReviewIn, ReviewOut, SettledIn
+from app.web.schemas.inspection.reviews import RemarkIn, ReviewIn, ReviewOut, SettledIn
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}/review", tags=["review"])
 

@@ -17,9 +17,9 @@ from app.web import columns
 from app.web.deps import InspectionId, Service, viewer
 from app.web.ranges import PRIVATE
 from app.web.schemas.failures import content, failures
-from app.web.schemas.frames import health_columns
-from app.web.schemas.live import HealthOut
-from app.web.schemas.wall import UnrolledOut
+from app.web.schemas.inspection.frames import health_columns
+from app.web.schemas.inspection.live import HealthOut
+from app.web.schemas.inspection.wall import UnrolledOut
 from app.web.versions import etag
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}", tags=["unrolled"])

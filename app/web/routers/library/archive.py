@@ -10,7 +10,8 @@ from app import errors
 from app.archive.archive import Archive, Where, version_of_rules
 from app.archive.rules import Rules
 from app.web.deps import PrincipalDep, Service, operator, viewer
-from app.web.schemas.archive import (
+from app.web.schemas.failures import failures
+from app.web.schemas.library.archive import (
     AdditionIn,
     AdditionOut,
     ArchiveProgressOut,
@@ -27,7 +28,6 @@ from app.web.schemas.archive import (
     WishIn,
     Words,
 )
-from app.web.schemas.failures import failures
 from app.web.slow import heavy, slow
 from app.web.versions import Replaced, tag_with
 from vo_core.errors import InvalidRig

@@ -8,7 +8,7 @@ from app.search.asset_map import AssetMaps, WantedAssets
 from app.search.search import Search
 from app.web.deps import Service, viewer
 from app.web.queries import Name, SeverityFrom
-from app.web.schemas.asset_map import AssetMapOut
+from app.web.schemas.library.asset_map import AssetMapOut
 from app.web.slow import heavy
 
 router = APIRouter(tags=["search"])

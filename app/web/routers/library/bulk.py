@@ -11,8 +11,8 @@ from app import errors
 from app.reports.bulk import BulkExports
 from app.web.deps import PrincipalDep, Service, viewer
 from app.web.downloads import attachment
-from app.web.schemas.bulk import BulkExportIn, BulkExportOut
 from app.web.schemas.failures import content, failures
+from app.web.schemas.library.bulk import BulkExportIn, BulkExportOut
 
 router = APIRouter(prefix="/api/bulk-exports", tags=["media"])
 

@@ -12,14 +12,14 @@ from app.survey.catalogue.presets import PRESETS
 from app.survey.fields.header import FIELDS
 from app.survey.given import PackId
 from app.web.deps import Service, viewer
-from app.web.schemas.catalogue import (
+from app.web.schemas.failures import failures
+from app.web.schemas.library.catalogue import (
     CodeOut,
     HeaderFieldOut,
     HeaderFieldsOut,
     PresetOut,
     PresetsOut,
 )
-from app.web.schemas.failures import failures
 
 router = APIRouter(prefix="/api", tags=["catalogue"])
 

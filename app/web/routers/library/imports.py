@@ -7,15 +7,15 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query
 
 from app import errors
-from app.inspections.imports import Imports
+from app.inspections.brought_in.imports import Imports
+from app.inspections.brought_in.keeping import Imported
+from app.inspections.films.samples import Samples
 from app.inspections.inspections import Inspections
-from app.inspections.keeping import Imported
-from app.inspections.samples import Samples
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.web.deps import PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
-from app.web.schemas.inspections import ArchiveIn, ImportedOut, InspectionOut, SampleOut
+from app.web.schemas.inspection.inspections import ArchiveIn, ImportedOut, InspectionOut, SampleOut
 from app.web.slow import heavy
 from vo_core.errors import RigVideoMismatch, UnreadableVideo
 

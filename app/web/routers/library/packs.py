@@ -10,8 +10,8 @@ from app import errors
 from app.inspections.packs import Packs
 from app.survey.given import PackName
 from app.web.deps import CodePackId, PrincipalDep, Service, viewer
-from app.web.schemas.catalogue import PackOut, PacksOut
 from app.web.schemas.failures import failures
+from app.web.schemas.library.catalogue import PackOut, PacksOut
 
 router = APIRouter(prefix="/api/packs", tags=["catalogue"])
 

@@ -15,7 +15,7 @@ from app.survey.register_table import MEDIA_TYPE, template
 from app.web.deps import PrincipalDep, Service, operator, viewer
 from app.web.queries import Limit, Offset, Text
 from app.web.schemas.failures import content, failures
-from app.web.schemas.register import (
+from app.web.schemas.library.register import (
     AlikeOut,
     AssetIn,
     RegisteredAssetOut,

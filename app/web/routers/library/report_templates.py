@@ -12,7 +12,7 @@ from app.reports.templates import ReportTemplates
 from app.survey.given import LINE
 from app.web.deps import InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
-from app.web.schemas.report_templates import (
+from app.web.schemas.library.report_templates import (
     ListedTemplateOut,
     ReportTemplateOut,
     ReportTemplatesOut,

@@ -8,7 +8,7 @@ from app import errors
 from app.inspections.rigs import Rigs
 from app.web.deps import LibraryRigId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
-from app.web.schemas.rigs import LibraryOut, LibraryRigIn, LibraryRigOut
+from app.web.schemas.library.rigs import LibraryOut, LibraryRigIn, LibraryRigOut
 from vo_core.errors import InvalidRig
 
 router = APIRouter(prefix="/api/rigs", tags=["catalogue"])

@@ -28,7 +28,7 @@ from app.survey.search_terms import (
 from app.web.deps import Service, viewer
 from app.web.queries import Descending, Limit, Name, Offset, OfProject, SeverityFrom, Text
 from app.web.schemas.failures import content, failures
-from app.web.schemas.search import (
+from app.web.schemas.library.search import (
     AssetsOut,
     FilmOut,
     FilmsOut,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from fastapi import APIRouter, Response
 
 from app import errors
-from app.inspections.aiming import Aiming
-from app.inspections.lenses import Lenses
+from app.inspections.films.aiming import Aiming
+from app.inspections.films.lenses import Lenses
 from app.web.deps import Service, operator
 from app.web.schemas.aiming import AimIn, AimOut, FirstPictureOut
-from app.web.schemas.counter import CounterFoundOut
 from app.web.schemas.failures import content, failures
+from app.web.schemas.inspection.counter import CounterFoundOut
 from app.web.schemas.rig_view import AdviceOut, BoardIn, CalibratedOut, RigIn, RulingOut
 from app.web.slow import slow
 from vo_core.errors import InvalidRig, UnreadableVideo

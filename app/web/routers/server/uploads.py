@@ -9,7 +9,7 @@ from pathlib import PurePosixPath
 from fastapi import APIRouter, Depends, Request, Response
 
 from app import errors
-from app.inspections.uploads import (
+from app.inspections.films.uploads import (
     CHECKSUMS,
     MAX_CHECKED_PIECE,
     Checksum,

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from builders import Client, assert_error, children, send_signal, serving, wait_until
 
-from app.inspections import samples
+from app.inspections.films import samples
 from app.lab.simulation.sample import SAMPLE, tags
 
 CHILD = "app.jobs.requests.sample"

@@ -10,7 +10,7 @@ import httpx
 import pytest
 from builders import TUS, Client, assert_error, serving, wait_until
 
-from app.inspections.uploads import MOST_OF_A_TOKEN
+from app.inspections.films.uploads import MOST_OF_A_TOKEN
 
 CONTENT = bytes(range(256)) * 4096 * 3  # 3 MiB
 

@@ -21,10 +21,10 @@ from app.access.access import Principal
 from app.imports.cells import clean
 from app.imports.survey import ImportedObservation, ImportedSurvey
 from app.imports.whole_inspection import WholeInspection
-from app.inspections.file_reader import FileReader
-from app.inspections.keeping import Imported, Keeper, Run
-from app.inspections.moved import MovedInspections
-from app.inspections.uploads import Uploads
+from app.inspections.brought_in.file_reader import FileReader
+from app.inspections.brought_in.keeping import Imported, Keeper, Run
+from app.inspections.brought_in.moved import MovedInspections
+from app.inspections.films.uploads import Uploads
 from app.storage.database.tables import IMPORTED, Inspection
 from app.storage.records.imports import Rows
 from app.survey.records import Event, Observation

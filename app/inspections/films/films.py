@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from app.inspections.making import NewInspections, checked_rig, keep_rig
+from app.inspections.films.making import NewInspections, checked_rig, keep_rig
+from app.inspections.films.uploads import Uploads
 from app.inspections.register import Register
-from app.inspections.uploads import Uploads
 from app.storage.blobs import keys
 from app.storage.database.tables import Inspection
 from app.storage.folder.files import copy_durably, sha256_of

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from app.errors import InspectionNotFound, SampleBeingMade
-from app.inspections.films import Films
+from app.inspections.films.films import Films
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
 from app.jobs.messages import Limits, Progress

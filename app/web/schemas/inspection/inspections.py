@@ -7,18 +7,18 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, Field, StringConstraints, model_validator
 
+from app.inspections.films.samples import SampleState
 from app.inspections.inspections import InspectionView
-from app.inspections.samples import SampleState
 from app.storage.database.tables import IMPORTED, Inspection
 from app.storage.index.inspection_list import Found
 from app.survey.fields.header import asset_of, project_of
 from app.survey.given import TEXT, Given, Header, Name
 from app.survey.interval import half_width_m
 from app.survey.labels import Labels
-from app.web.schemas.counter import CounterIn
 from app.web.schemas.failures import ErrorOut
+from app.web.schemas.inspection.counter import CounterIn
+from app.web.schemas.inspection.reviews import ReviewStateOut
 from app.web.schemas.out import Hundredths, Out, Tenths, Thousandths, metres
-from app.web.schemas.reviews import ReviewStateOut
 
 
 class UploadSource(Given):

@@ -16,7 +16,7 @@ from app.tracking.live import Update
 from app.tracking.tracks import HealthColumns
 from app.viewer.clicks import Click
 from app.viewer.geometry import PinHit
-from app.web.schemas.inspections import ProgressOut
+from app.web.schemas.inspection.inspections import ProgressOut
 from vo_core.image.health import Health, complained, complaints
 from vo_core.track import Estimate
 

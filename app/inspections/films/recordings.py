@@ -17,7 +17,7 @@ from app.errors import (
     StillRunning,
     StoreUnavailable,
 )
-from app.inspections.making import NewInspections, checked_rig, keep_rig
+from app.inspections.films.making import NewInspections, checked_rig, keep_rig
 from app.inspections.register import Register
 from app.jobs.track import parts
 from app.jobs.track.parts import Between, Mark

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.inspections.uploads import Uploads
+from app.inspections.films.uploads import Uploads
 from app.jobs.messages import Limits
 from app.jobs.process import Child, ask_about_media
 from app.jobs.requests.calibrator import Calibrated, CalibrationRequest, FilmedBoard

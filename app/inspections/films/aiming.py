@@ -10,7 +10,7 @@ import numpy as np
 
 from app.burnt_in.readings import BurntIn
 from app.errors import PixelOutsidePicture
-from app.inspections.uploads import Uploads
+from app.inspections.films.uploads import Uploads
 from app.jobs.requests.media import FirstPicture
 from app.tracking.pictures.counter_queue import CounterQueue
 from app.tracking.pictures.media import Media

@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 from app.imports.survey import Caveat
-from app.inspections.making import keep_rig
+from app.inspections.films.making import keep_rig
 from app.jobs.track.batches import Batch
 from app.storage.database.tables import Inspection
 from app.storage.folder.unfinished import Unfinished

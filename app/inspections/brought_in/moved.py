@@ -33,7 +33,7 @@ from app.imports.whole_inspection import (
     MovedTag,
     WholeInspection,
 )
-from app.inspections.keeping import Imported, Keeper, Run
+from app.inspections.brought_in.keeping import Imported, Keeper, Run
 from app.inspections.packs import Packs
 from app.storage.blobs import keys
 from app.storage.database.tables import ENDED, Base, CodePack, Inspection, RemarkRow

@@ -1,0 +1,1 @@
+"""Inspections that come as files: of other programs, and of other servers."""

@@ -1,0 +1,1 @@
+"""Films of inspections: uploaded, recorded, rendered; their first pictures, and what they show."""

@@ -1,0 +1,1 @@
+"""Answers about one inspection, and the list of them."""

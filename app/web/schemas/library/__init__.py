@@ -1,0 +1,1 @@
+"""Answers over many inspections, and about what several of them use."""
