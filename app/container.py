@@ -365,11 +365,7 @@ class _Building:
         settings, storage = self.settings, self.storage
         if settings.dask is None:
             return Pool(
-                storage.folder,
-                storage.blobs,
-                FilmFiles(storage.blobs, storage.folder),
-                self.records.tracks,
-                self.records.unrolled,
+                storage,
                 runs,
                 slots=settings.max_jobs,
                 limits=self._job_limits,

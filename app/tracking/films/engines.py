@@ -6,15 +6,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from app.jobs.messages import Limits
-from app.storage.blobs.blobs import Blobs
-from app.storage.folder.files import DataFolder
+from app.storage.storage import Storage
 from app.tracker import tracker
 from app.tracking.films.film_run import FilmTracker
 from app.tracking.films.runs import Run, Runs
 from app.tracking.films.work import IsStopped, Manifest, OnReport, Spec, run
 from app.tracking.pictures.film_files import FilmFiles
-from app.tracking.tracks import Tracks
-from app.tracking.unrolled import Unrolled
 
 
 @dataclass(frozen=True)
@@ -63,11 +60,7 @@ class Pool:
 
     def __init__(
         self,
-        folder: DataFolder,
-        blobs: Blobs,
-        films: FilmFiles,
-        tracks: Tracks,
-        unrolled: Unrolled,
+        storage: Storage,
         runs: Runs,
         *,
         slots: int,
@@ -76,11 +69,11 @@ class Pool:
         pace: float | None,
     ) -> None:
         self.most_slots = slots
-        self._folder = folder
-        self._blobs = blobs
-        self._films = films
+        self._folder = storage.folder
+        self._blobs = storage.blobs
+        self._films = FilmFiles(storage.blobs, storage.folder)
         self._limits = limits
-        self._tracker = FilmTracker(folder, tracks, unrolled, runs, stall_s=stall_s, pace=pace)
+        self._tracker = FilmTracker(storage.folder, runs, stall_s=stall_s, pace=pace)
 
     def slots(self) -> int:
         """Return the number of child processes that may track at once."""

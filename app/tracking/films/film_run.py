@@ -20,8 +20,6 @@ from app.storage.folder.files import Places
 from app.storage.records.runs import Outcome
 from app.tracking.films.journal import Journal, Resumption
 from app.tracking.films.runs import Run, Runs
-from app.tracking.tracks import Tracks
-from app.tracking.unrolled import Unrolled
 
 logger = logging.getLogger(__name__)
 
@@ -39,13 +37,11 @@ class _Died(Exception):
 
 
 class FilmTracker:
-    """Tracks films; what it finds is in `tracks` and `unrolled`, and in the folder's journals."""
+    """Tracks films; what it finds is in the tracks and walls of its runs, and in the folder's journals."""
 
     def __init__(
         self,
         folder: Places,
-        tracks: Tracks,
-        unrolled: Unrolled,
         runs: Runs,
         *,
         stall_s: float,
@@ -57,15 +53,13 @@ class FilmTracker:
 
         Args:
             folder: Where journal and checkpoint are kept.
-            tracks, unrolled, runs: Receive the results.
+            runs: Receive the results.
             stall_s: Seconds without progress after which a child is ended.
             pace: Most seconds of video tracked per second.
             on_batch: Called with all results, pictures included.
             on_checkpoint: Called whenever the results up to a checkpoint are on the disk.
         """
         self._folder = folder
-        self._tracks = tracks
-        self._unrolled = unrolled
         self._runs = runs
         self._stall_s = stall_s
         self._pace = pace
@@ -83,7 +77,7 @@ class FilmTracker:
             How it ended; None if the run was asked to shut down and another will continue it.
         """
         first = 0 if run.frames is None else run.frames.first
-        journal = Journal(self._folder, self._unrolled, run.inspection, first)
+        journal = Journal(self._folder, self._runs.unrolled, run.inspection, first)
         outcome = self._tracked(run, video, limits, journal)
         if run.frames is not None:
             journal.finish()  # chunks are joined by everything that it has
@@ -165,7 +159,7 @@ class FilmTracker:
         self, run: Run, video: Path, limits: Limits, resumption: Resumption | None
     ) -> TrackRequest:
         inspection = run.inspection
-        marks = self._tracks.marks(inspection.id)
+        marks = self._runs.tracks.marks(inspection.id)
         rig = dict(inspection.rig)
         if resumption is None:
             return TrackRequest(str(video), rig, limits, self._pace, marks=marks, frames=run.frames)

@@ -108,8 +108,8 @@ class Runs:
     """The runs by inspection, and the results of their children."""
 
     def __init__(self, tracks: Tracks, unrolled: Unrolled, live: Live) -> None:
-        self._tracks = tracks
-        self._unrolled = unrolled
+        self.tracks = tracks
+        self.unrolled = unrolled
         self._live = live
         self.changed = threading.Condition()
         """Guards the runs; notified when there may be something to do."""
@@ -132,7 +132,7 @@ class Runs:
 
     def begin(self, run: Run) -> None:
         """Start a run at its first frame and drop the results of an earlier run."""
-        self._unrolled.begin(run.inspection.id)
+        self.unrolled.begin(run.inspection.id)
         self._set_back(run, ())
 
     def resume(self, run: Run, found: Iterable[Batch]) -> None:
@@ -145,18 +145,18 @@ class Runs:
 
     def go_on(self, run: Run) -> None:
         """Continue an ended run after its last frame; its track stays."""
-        self._tracks.go_on(run.inspection.id)
-        track = self._tracks.get(run.inspection.id)
+        self.tracks.go_on(run.inspection.id)
+        track = self.tracks.get(run.inspection.id)
         with self.changed:
             run.frames_done = len(track)
             run.last = estimate_at(track, len(track) - 1)
         self._publish(run)
 
     def _set_back(self, run: Run, found: Iterable[Batch]) -> None:
-        self._tracks.begin(run.inspection.id)
+        self.tracks.begin(run.inspection.id)
         frames_done, last = 0, None
         for batch in found:
-            self._tracks.append(run.inspection.id, batch)
+            self.tracks.append(run.inspection.id, batch)
             frames_done += len(batch.estimates)
             last = batch.estimates[-1] if batch.estimates else last
         with self.changed:
@@ -169,14 +169,14 @@ class Runs:
         with self.changed:
             del self._runs[run.inspection.id]
             self.changed.notify_all()
-        self._unrolled.end(run.inspection.id)
+        self.unrolled.end(run.inspection.id)
         run.ended.set()
 
     def deleted(self, inspection_id: str) -> None:
         """Let a run that is still ending write nothing more."""
         with self.changed:
             if inspection_id in self._runs:
-                self._unrolled.refuse(inspection_id)
+                self.unrolled.refuse(inspection_id)
 
     def give_child(self, run: Run, child: Child) -> None:
         """Assign a child to a run; it is stopped at once if the run is to stop."""
@@ -227,7 +227,7 @@ class Runs:
         """
         while True:
             try:
-                self._unrolled.catch_up(run.inspection.id)
+                self.unrolled.catch_up(run.inspection.id)
                 keep()
             except (Busy, DiskFull, StoreUnavailable) as hindrance:
                 logger.warning("The end of inspection %s waits: %s", run.inspection.id, hindrance)
@@ -249,8 +249,8 @@ class Runs:
 
     def take(self, run: Run, batch: Batch) -> None:
         """Store the results of a child and notify the listeners."""
-        self._tracks.append(run.inspection.id, batch)
-        self._unrolled.take(run.inspection.id, batch.tiles)
+        self.tracks.append(run.inspection.id, batch)
+        self.unrolled.take(run.inspection.id, batch.tiles)
         if not batch.estimates:  # frames that a camera's run held back until its end
             return
         now = time.monotonic()

@@ -225,8 +225,6 @@ class _Work:
         self._runs.add(run)
         tracker = FilmTracker(
             self._places,
-            self._tracks,
-            self._unrolled,
             self._runs,
             stall_s=spec.stall_s,
             on_batch=self._take_layers,
