@@ -37,7 +37,7 @@ class _Died(Exception):
 
 
 class FilmTracker:
-    """Tracks films; what it finds is in the tracks and walls of its runs, and in the folder's journals."""
+    """Tracks films; what it finds is in the tracks and walls of its runs, and in journals."""
 
     def __init__(
         self,
