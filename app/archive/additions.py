@@ -110,7 +110,7 @@ def assigned_to(
     return [
         Addition(
             file,
-            assignment.of(file.path, file.relative, tables, priority)
+            assignment.assigned_to(file.path, file.relative, tables, priority)
             if file.problem is None
             else None,
             file.path in known,

@@ -152,7 +152,7 @@ class Archive:
         assignment = Assignment(rules)
 
         def given(path: str, relative: str) -> Mapping[str, Any] | None:
-            assigned = assignment.of(path, relative)
+            assigned = assignment.assigned_to(path, relative)
             return None if assigned.rig is None else asdict(assigned)
 
         changed = self._changes.assign(given)

@@ -44,7 +44,7 @@ class Assignment:
         self._rules = rules
         self._rigs: dict[str, tuple[Mapping[str, Any] | None, _Fault | None]] = {}
 
-    def of(
+    def assigned_to(
         self,
         path: str,
         relative: str,
@@ -63,7 +63,7 @@ class Assignment:
         if priority is not None:
             said = Stated(priority=priority).over(said)
         for table in reversed(tables):
-            said = table.of(path, relative, said.asset).over(said)
+            said = table.stated_of(path, relative, said.asset).over(said)
         header = dict(said.header)
         in_header = {name: header.pop(name, None) for name in ("project", "asset_id")}
         rig, rig_fault = (None, _without_rig(rule)) if said.rig is None else self._rig(said.rig)

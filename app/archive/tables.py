@@ -35,7 +35,7 @@ class Table:
     lines: dict[str, int] = field(default_factory=dict)
     """Line of each key that no film has asked for yet."""
 
-    def of(self, path: str, relative: str, asset: str | None) -> Stated:
+    def stated_of(self, path: str, relative: str, asset: str | None) -> Stated:
         """Return what the table says of a film.
 
         Args:

@@ -33,7 +33,7 @@ class Box:
         """Rows."""
         return self.bottom - self.top
 
-    def of(self, picture: ByteImage) -> ByteImage:
+    def cut_from(self, picture: ByteImage) -> ByteImage:
         """Return this part of a picture, as a view."""
         return picture[self.top : self.bottom, self.left : self.right]
 

@@ -123,7 +123,7 @@ class _CounterReader:
 
     def add(self, index: int, t_s: float, grey: ByteImage, to_bgr: Callable[[], ByteImage]) -> None:
         """Read the next frame: grey (H, W), and a function that returns it in colour."""
-        crop = self._place.box.of(grey)
+        crop = self._place.box.cut_from(grey)
         if self._shown is not None and not _has_changed(self._shown, crop):
             if self._is_legible:
                 self._stretches[-1].last, self._stretches[-1].last_s = index, t_s
@@ -151,7 +151,7 @@ class _CounterReader:
         A tick between the two fields of an interlaced picture draws two digits on top of each
         other, such as an 8 from a 5 and a 6; each field shows one of them.
         """
-        crop = self._place.box.of(picture)
+        crop = self._place.box.cut_from(picture)
         ticks = combs(crop)
         if self._place.has_fields or ticks:
             first = self._as_counter(field_of(crop, 0))
@@ -164,7 +164,7 @@ class _CounterReader:
             whole = self._as_counter(crop)
         elif _sure(whole := self._as_counter(crop)) >= SURE_AT_ONCE:
             return whole
-        views = [self._as_counter(box.of(picture)) for box in self._other_views(picture)]
+        views = [self._as_counter(box.cut_from(picture)) for box in self._other_views(picture)]
         return _mean([whole, *views])
 
     def _follow(self, first: Sequence[Candidate], second: Sequence[Candidate]) -> bool:

@@ -38,7 +38,7 @@ def shown_date(
     """
     found: Counter[date] = Counter()
     for picture, boxes in zip(pictures, lines, strict=True):
-        texts = (read(box.of(picture)) for box in boxes)
+        texts = (read(box.cut_from(picture)) for box in boxes)
         found.update({day for text in texts if (day := date_in(text)) is not None})
     if not found:
         return None

@@ -100,7 +100,7 @@ def find_counter(
         box=box,
         decimals=_most_frequent([distance.decimals for distance in line.found]),
         unit=_most_frequent(units) if len(units) > LEAST_SHARE * len(line.found) else "",
-        has_fields=_has_fields([box.of(picture) for picture in pictures], read),
+        has_fields=_has_fields([box.cut_from(picture) for picture in pictures], read),
     )
 
 
@@ -128,7 +128,7 @@ def _best_line(
 
 
 def _distances(box: Box, pictures: Sequence[ByteImage], read: Read) -> list[Distance | None]:
-    found = [read_distance(read(box.of(picture))) for picture in pictures]
+    found = [read_distance(read(box.cut_from(picture))) for picture in pictures]
     return [readings[0] if readings else None for readings in found]
 
 
@@ -190,7 +190,7 @@ def _legibility(box: Box, pictures: Sequence[ByteImage], read: Read) -> float:
     """Mean certainty of the distances in the crops, and of an interlaced film in their even rows,
     one field. Digits count, so that none is cut off.
     """
-    crops = [box.of(picture) for picture in pictures]
+    crops = [box.cut_from(picture) for picture in pictures]
     whole = _mean_sure(crops, read)
     return whole + (_mean_sure(_fields(crops), read) if _is_interlaced(crops) else whole)
 

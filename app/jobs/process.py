@@ -80,7 +80,7 @@ class _Work:
     """Whether one of them runs, or waits for a processor now."""
 
     @classmethod
-    def of(cls, pid: int) -> _Work:
+    def done_by(cls, pid: int) -> _Work:
         """Read what Linux says, https://man7.org/linux/man-pages/man5/proc_pid_stat.5.html."""
         ticks = waited_ns = 0
         states = set[str]()
@@ -203,10 +203,10 @@ class Child:
             raise EOFError from error
 
     def _has_message_within(self, timeout_s: float) -> bool:
-        began_s, before = time.monotonic(), _Work.of(self.pid)
+        began_s, before = time.monotonic(), _Work.done_by(self.pid)
         pause_s = timeout_s
         while not self._connection.poll(pause_s):
-            now = _Work.of(self.pid)
+            now = _Work.done_by(self.pid)
             ran_s, waited_s = now.ran_s - before.ran_s, now.waited_s - before.waited_s
             idle_s = time.monotonic() - began_s - waited_s
             if ran_s >= timeout_s or (idle_s >= timeout_s and not now.is_runnable):

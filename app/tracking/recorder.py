@@ -157,7 +157,9 @@ class Recorder:
     ) -> None:
         """Start recording and tracking; `between` continues an earlier run."""
         camera = CameraStatus(False, 0, 0, 0.0, None, free_bytes=self._room_for_more())
-        run = LiveRun(TrackedFilm.of(inspection), source=source, camera=camera, between=between)
+        run = LiveRun(
+            TrackedFilm.from_row(inspection), source=source, camera=camera, between=between
+        )
         self._runs.add(run)
         self._in_thread(self._run, run, inspection.id)
 
@@ -384,7 +386,7 @@ class Recorder:
 
     def _queue_recovered(self, inspection: Inspection) -> None:
         old = self._finalised(inspection)
-        if not self._films.at(keys.film(inspection.id, keys.RECORDING)).exists():
+        if not self._films.film_at(keys.film(inspection.id, keys.RECORDING)).exists():
             detail = "The server ended before anything was recorded."
             outcome = Outcome("failed", "nothing_recorded", detail)
             self._store.record_outcome(inspection.id, outcome, frames_done=0, fps=None, last=None)

@@ -45,7 +45,7 @@ class Filmed:
         """
         if not inspection.has_film:
             raise NothingRecorded(NO_FILM)
-        film = self._films.of(inspection)
+        film = self._films.film_of(inspection)
         if not film.exists():
             raise NothingRecorded("The camera delivered no picture, so there is no video.")
         return film

@@ -150,7 +150,7 @@ class Recordings:
             )
         self._folder.require_room(_LEAST_ROOM_TO_RECORD)
         recording = self._folder.recording(inspection_id)
-        film = self._film_files.of(row)
+        film = self._film_files.film_of(row)
         self._make_place(inspection_id)
         with film.local() as video:
             is_recording = video == recording

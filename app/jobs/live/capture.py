@@ -270,7 +270,7 @@ class Capture:
                 continue
             self._last_t_s = t_s
             self.film.note(self._next_index, picture.pts)
-            self.waiting.put(Captured(frame_of(picture, self._next_index, t_s), arrived_s))
+            self.waiting.add(Captured(frame_of(picture, self._next_index, t_s), arrived_s))
             self._next_index += 1
         if self._next_index >= MAX_FRAMES:
             self.problem = _TOO_LONG

@@ -43,7 +43,7 @@ class Waiting:
         with self._changed:
             return self._dropped
 
-    def put(self, captured: Captured) -> None:
+    def add(self, captured: Captured) -> None:
         """Add the newest frame."""
         with self._changed:
             if self._is_patient:  # this ends: the tracker takes one or ends with the whole process

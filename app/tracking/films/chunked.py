@@ -132,7 +132,7 @@ class ChunkedTracking:
     def _tracked(self, run: Run, ranges: Sequence[FrameRange]) -> list[Manifest] | None:
         progress = _Progress(self._runs, run, len(ranges))
         pieces = [
-            Piece(lambda n=number, own=frames: self._chunk(run, own, progress.of(n)))  # type: ignore[misc]
+            Piece(lambda n=number, own=frames: self._chunk(run, own, progress.reporter(n)))  # type: ignore[misc]
             for number, frames in enumerate(ranges)
         ]
         self._pieces.offer(pieces)
@@ -167,7 +167,7 @@ class _Progress:
         self._lock = threading.Lock()
         self._chunks = [Report(0, None)] * count
 
-    def of(self, number: int) -> Callable[[Report], None]:
+    def reporter(self, number: int) -> Callable[[Report], None]:
         """Return what takes the reports of a chunk."""
 
         def report(news: Report) -> None:

@@ -86,7 +86,7 @@ class Pool:
     def track(self, run: Run) -> Manifest | None:
         """Track the film of a run, whose results grow where everybody sees them."""
         self._folder.inspection(run.inspection.id).mkdir(exist_ok=True)  # for the journal
-        with self._films.at(run.film).local() as video:
+        with self._films.film_at(run.film).local() as video:
             outcome = self._tracker.track(run, video, self._limits)
         if outcome is None:
             return None

@@ -185,7 +185,7 @@ class Tracking:
         """
         if not row.has_film:
             raise NothingRecorded(NO_FILM)
-        if row.status in ENDED and not self._films.of(row).exists():
+        if row.status in ENDED and not self._films.film_of(row).exists():
             raise NothingRecorded("Nothing was recorded; start a new live inspection.")
 
     def queued(self, inspection_id: str) -> None:
@@ -279,7 +279,7 @@ class Tracking:
             if inspection is None:
                 return None
             run = Run(
-                TrackedFilm.of(inspection),
+                TrackedFilm.from_row(inspection),
                 keys.film(inspection.id, inspection.video_file),
                 attempt=inspection.attempt,
             )

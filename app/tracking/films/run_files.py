@@ -90,7 +90,7 @@ class RunFiles:
             return
         for name, stored in manifest.files.items():
             content = self._blobs.get(f"{manifest.place}/{name}")
-            if Stored.of(content) != stored:
+            if Stored.described(content) != stored:
                 raise WorkerLost(f"{name} of inspection {inspection.id} is damaged in the store.")
             self._blobs.put(f"{keys.inspection(inspection.id)}/{name}", content)
         self._tracks.forget(inspection.id)

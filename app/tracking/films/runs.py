@@ -43,7 +43,7 @@ class TrackedFilm(msgspec.Struct, frozen=True):
     source_sha256: str
 
     @classmethod
-    def of(cls, row: Inspection) -> TrackedFilm:
+    def from_row(cls, row: Inspection) -> TrackedFilm:
         """Take what is needed of a row."""
         return msgspec.convert(row, cls, from_attributes=True)
 

@@ -66,7 +66,7 @@ class Stored(msgspec.Struct, frozen=True):
     sha256: str
 
     @classmethod
-    def of(cls, content: bytes) -> Stored:
+    def described(cls, content: bytes) -> Stored:
         """Describe a content."""
         return cls(len(content), hashlib.sha256(content).hexdigest())
 
@@ -377,7 +377,7 @@ class _Work:
         for name in names:
             content = (self._folder / name).read_bytes()
             self._blobs.put(f"{self._place}/{name}", content)
-            files[name] = Stored.of(content)
+            files[name] = Stored.described(content)
         manifest = Manifest(
             outcome,
             run.frames_done,

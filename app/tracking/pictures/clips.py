@@ -45,7 +45,7 @@ class Clips:
         self._limits = limits
         self._turns = Turns("Other clips are being cut; try again in a moment.")
 
-    def of(self, inspection_id: str, observation_id: str) -> StoredBlob:
+    def clip(self, inspection_id: str, observation_id: str) -> StoredBlob:
         """Return the clip around an observation as MP4, which is cut unless it was before.
 
         Raises:
@@ -68,7 +68,7 @@ class Clips:
         estimate = estimate_at(self._tracks.get(inspection_id), row.frame)
         if estimate is None:
             raise FrameNotFound(f"Frame {row.frame} is not tracked yet.")
-        with self._films.of(inspection).local() as video:
+        with self._films.film_of(inspection).local() as video:
             start_s = max(estimate.time_s - BEFORE_S, 0.0)
             end_s = estimate.time_s + AFTER_S
             request = ClipRequest(
@@ -79,7 +79,7 @@ class Clips:
 
     def content_of(self, inspection_id: str, observation_id: str) -> bytes:
         """Return the same clip as bytes; raises the same errors."""
-        return self.of(inspection_id, observation_id).read_bytes()
+        return self.clip(inspection_id, observation_id).read_bytes()
 
     def _cut(self, clip: StoredBlob, request: ClipRequest) -> None:
         with self._turns:

@@ -183,7 +183,7 @@ class CounterQueue(InspectionWorker):
         row = self._inspections.get(inspection_id)
         if row.status not in ENDED or not row.has_film or row.review_state == APPROVED:
             return
-        film = self._films.of(row)
+        film = self._films.film_of(row)
         try:
             size = film.about().size
         except BlobNotFound:

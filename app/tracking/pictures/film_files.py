@@ -16,11 +16,11 @@ class FilmFiles:
         self._blobs = blobs
         self._recordings = FolderBlobs(places.root)
 
-    def of(self, row: Inspection) -> StoredBlob:
+    def film_of(self, row: Inspection) -> StoredBlob:
         """Return the film, which may be missing; a recording as far as it has come."""
-        return self.at(keys.film(row.id, row.video_file))
+        return self.film_at(keys.film(row.id, row.video_file))
 
-    def at(self, key: str) -> StoredBlob:
+    def film_at(self, key: str) -> StoredBlob:
         """Return the film of this key."""
         is_here = key.endswith(f"/{keys.RECORDING}") and self._recordings.exists(key)
         return StoredBlob(self._recordings if is_here else self._blobs, key)

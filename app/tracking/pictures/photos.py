@@ -184,7 +184,7 @@ class Photos(InspectionWorker):
         # Looked up anew: a recording becomes another file when it ends.
         inspection = self._inspections.get(inspection.id)
         try:
-            with self._films.of(inspection).local() as video:
+            with self._films.film_of(inspection).local() as video:
                 jpeg = self._media.picture(video, time_s, may_begin_anew=inspection.may_begin_anew)
             self._blobs.put(keys.photo(inspection.id, row.id, row.frame), jpeg)
         except (DiskFull, StoreUnavailable):

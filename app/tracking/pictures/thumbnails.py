@@ -105,7 +105,7 @@ class Thumbnails:
         # The middle of the film: at its beginning the robot is often outside the culvert.
         middle_s = (shown.inspection.video.get("duration_s") or 0.0) / 2
         inspection = shown.inspection
-        with self._films.of(inspection).local() as video:
+        with self._films.film_of(inspection).local() as video:
             try:
                 return self._media.picture(
                     video, middle_s, may_begin_anew=inspection.may_begin_anew
@@ -117,7 +117,7 @@ class Thumbnails:
 def worst_photographed(
     observations: Sequence[Observation], attachments: Sequence[Attachment]
 ) -> Observation | Attachment | None:
-    """Return what has the main photo of the worst observation that has one.
+    """Return the source of the worst photographed observation's photo.
 
     Args:
         observations: Those of an inspection, by their numbers.

@@ -23,7 +23,7 @@ def rules(*given: dict[str, Any], rigs: dict[str, Any] = FLOOR) -> Rules:
 
 def assigned(found: Rules, relative: str, *tables: str, priority: int | None = None) -> Any:
     read = [read_table(text, "the table") for text in tables]
-    return Assignment(found).of(f"/films/{relative}", relative, read, priority)
+    return Assignment(found).assigned_to(f"/films/{relative}", relative, read, priority)
 
 
 def test_the_first_rule_that_fits_wins() -> None:
@@ -112,7 +112,7 @@ def test_a_table_states_header_and_rig_by_film_or_asset() -> None:
 
 def test_rows_that_no_film_has_are_named() -> None:
     table = read_table("file,client\na.mp4,A\nb.mp4,B\n", "the table")
-    Assignment(rules()).of("/films/x/A.mp4", "x/A.mp4", [table])
+    Assignment(rules()).assigned_to("/films/x/A.mp4", "x/A.mp4", [table])
     (sentence,) = table.unused()
     assert sentence == "Line 3 of the table names 'b.mp4', which is not among the films."
 

@@ -57,13 +57,13 @@ def captured(clip: Path) -> list[Captured]:
 def test_the_oldest_waiting_frame_goes_and_the_next_one_says_so(captured: list[Captured]) -> None:
     waiting = Waiting(is_patient=False)
     for each in captured[:8]:
-        waiting.put(each)
+        waiting.add(each)
     first = waiting.take(0)
     assert first is not None
     assert first.frame.index == 0, "the track begins with the first frame of all"
     assert first.skipped == []
     for each in captured[8:]:
-        waiting.put(each)
+        waiting.add(each)
     waiting.close()
     taken = []
     while not waiting.is_over:
@@ -79,7 +79,7 @@ def test_a_patient_queue_leaves_nothing_out(captured: list[Captured]) -> None:
 
     def fill() -> None:
         for each in captured:
-            waiting.put(each)
+            waiting.add(each)
         waiting.close()
 
     thread = threading.Thread(target=fill)

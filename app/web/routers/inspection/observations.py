@@ -148,5 +148,5 @@ def clip(
     request: Request,
 ) -> Response:
     """Return the seconds of film around the observation as MP4, also in ranges."""
-    found = clips.of(inspection_id, observation_id)
+    found = clips.clip(inspection_id, observation_id)
     return blob_response(request.headers, found, "video/mp4", PRIVATE)
