@@ -53,6 +53,7 @@ from app.storage.records.inspections import InspectionStore
 from app.storage.records.labels import LabelStore
 from app.storage.records.reviews import ReviewStore
 from app.survey.alignment import Alignment, alignment_of
+from app.survey.attachments import Attachment
 from app.survey.catalogue.table import CodeTable
 from app.survey.fields.header import asset_of, number_of, project_of
 from app.survey.interval import half_width_m
@@ -66,9 +67,15 @@ from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from vo_core import Rig, Track
 from vo_core.errors import InvalidRig
+from vo_core.mosaic.mosaic import Layout
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
 _NO_EXTRAS = Extras()
+_OF_ROW = (
+    "id", "name", "status", "created_at", "finished_at", "revision", "header", "reviewed_by",
+    "reviewed_at", "tracked_with", "warning", "error_code",
+)  # fmt: skip
+"""Fields of a report that are those of the inspection's row."""
 _BESIDE_THE_FILM = {
     archive_manifest.COUNTER: keys.counter,
     archive_manifest.READINGS: keys.counter_readings,
@@ -251,50 +258,34 @@ class Reports:
             InspectionNotFound: No inspection has this id.
         """
         row = self._inspections.get(inspection_id)
-        rig, table = rig_of(row), self._packs.table_of(row.header)
         track, raw = self._corrections.track(inspection_id), self._tracks.get(inspection_id)
         observations = self._observations.all(inspection_id)
         attachments = self._attachments.listed(inspection_id)
         template = self._templates.of_project(project_of(row.header)).template
         end_mm, sigma_mm = _last(track.distance_mm), _last(track.sigma_distance_mm)
-        line = self._line_of(row.header)
+        line, has_sigma = self._line_of(row.header), not is_unmeasured(raw)
         attached = Attached(
             self._blobs,
             file_stem(str(row.header.get("asset_id") or row.name)),
             attachments,
             Translator(language, units).burnt_in if extras.burnt_in else None,
-            partial(_taken, track, has_sigma=not is_unmeasured(raw)),
+            partial(_taken, track, has_sigma=has_sigma),
         )
         alignment = alignment_of(row.header, line, _metres(end_mm))
-        lengths_m = _stretch_lengths_m(observations)
-        entries = [
-            attached.added_to(_entry(item, rig, table, row.header, alignment, lengths_m), item.row)
-            for item in observations
-        ]
-        if row.source_kind == IMPORTED:
-            entries = _at_stated_times(entries, has_times=row.video.get("duration_s") is not None)
-        try:
-            layout = self._unrolled.layout(rig)
-        except InvalidRig:  # a camera that sees no wall
-            layout = None
         return Report(
-            id=row.id,
-            name=row.name,
-            status=row.status,
+            **{name: getattr(row, name) for name in _OF_ROW},
+            error=row.error_detail,
+            review=cast("ReviewState", row.review_state),
             made_at=datetime.now(UTC),
-            created_at=row.created_at,
-            finished_at=row.finished_at,
-            revision=row.revision,
-            header=row.header,
             labels=self._labels.of([inspection_id]).get(inspection_id, ()),
-            pack=table.name,
-            rig=rig,
+            pack=self._packs.table_of(row.header).name,
+            rig=rig_of(row),
             source=Source(
                 row.source_kind, row.source_filename, row.source_size, row.source_sha256, row.video
             ),
-            entries=along_the_pipe(entries),
+            entries=along_the_pipe(self._entries(row, observations, attached, alignment)),
             distance_m=_metres(end_mm),
-            u95_m=None if is_unmeasured(raw) or sigma_mm is None else half_width_m(sigma_mm),
+            u95_m=half_width_m(sigma_mm) if has_sigma and sigma_mm is not None else None,
             raw_distance_m=_metres(_last(raw.distance_mm)),
             corrected=self._corrections.get(inspection_id),
             issues=tuple(self._checks.run(inspection_id, observations)),
@@ -307,16 +298,9 @@ class Reports:
                 tile.index: StoredBlob(self._blobs, keys.tile(inspection_id, tile.index))
                 for tile in self._unrolled.tiles(inspection_id)
             },
-            layout=layout,
+            layout=self._layout(rig_of(row)),
             counter=self._counters.get(inspection_id),
             stance=self._tracks.stance(inspection_id),
-            review=cast("ReviewState", row.review_state),
-            reviewed_by=row.reviewed_by,
-            reviewed_at=row.reviewed_at,
-            tracked_with=row.tracked_with,
-            warning=row.warning,
-            error=row.error_detail,
-            error_code=row.error_code,
             company=company_of(template, self._company),
             signer=self.signer,
             film=_film(self._blobs, row),
@@ -325,18 +309,43 @@ class Reports:
             line=line,
             draw_scene=self._draw_scene,
             extras=extras,
-            kept=Kept(
-                tuple(attachments),
-                tuple(self._reviews.remarks(row.id)),
-                {
-                    name: StoredBlob(self._blobs, key_of(row.id))
-                    for name, key_of in _BESIDE_THE_FILM.items()
-                },
-                self._packs.csv_of(row.header),
-            ),
+            kept=self._kept_of(row, attachments),
             language=language,
             units=units,
         )
+
+    def _entries(
+        self,
+        row: Inspection,
+        observations: Sequence[ObservationView],
+        attached: Attached,
+        alignment: Alignment | None,
+    ) -> Sequence[Entry]:
+        """Return the observations as a report has them, with their files."""
+        rig, table = rig_of(row), self._packs.table_of(row.header)
+        lengths_m = _stretch_lengths_m(observations)
+        entries = [
+            attached.added_to(_entry(item, rig, table, row.header, alignment, lengths_m), item.row)
+            for item in observations
+        ]
+        if row.source_kind == IMPORTED:
+            return _at_stated_times(entries, has_times=row.video.get("duration_s") is not None)
+        return entries
+
+    def _layout(self, rig: Rig) -> Layout | None:
+        try:
+            return self._unrolled.layout(rig)
+        except InvalidRig:  # a camera that sees no wall
+            return None
+
+    def _kept_of(self, row: Inspection, attachments: Sequence[Attachment]) -> Kept:
+        """Return what the inspection takes along to another server; nothing large is read."""
+        files = {
+            name: StoredBlob(self._blobs, key_of(row.id))
+            for name, key_of in _BESIDE_THE_FILM.items()
+        }
+        remarks = tuple(self._reviews.remarks(row.id))
+        return Kept(tuple(attachments), remarks, files, self._packs.csv_of(row.header))
 
     def _line_of(self, header: Mapping[str, Any]) -> Line:
         """Return the line of the register; empty if it does not have the asset."""
