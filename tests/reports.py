@@ -289,12 +289,9 @@ def full_report(folder: Path, **changes: Any) -> Report:
         layout=layout,
         wall=wall_of(folder, layout, round(2 * LENGTH_M)),
         issues=(
-            Issue("block", "no_code", "Observation 8 at 11.00 m has no code yet.",
-                  f"00000000-0000-4000-8000-{8:012d}", {"seq": 8}),
-            Issue("block", "header_field_empty", "The header field reviewer is required and empty.",
-                  params={"field": "width_mm"}),
-            Issue("warn", "poor_pictures", "6.6 % of the pictures are blurred.",
-                  params={"complaint": "blurred", "percent": 6.6}),
+            Issue("block", "no_code", f"00000000-0000-4000-8000-{8:012d}", {"seq": 8}),
+            Issue("block", "header_field_empty", params={"field": "width_mm"}),
+            Issue("warn", "poor_pictures", params={"complaint": "blurred", "percent": 6.6}),
         ),
         events=tuple(
             Event(id=n, inspection_id="0123456789abcdef0123456789abcdef",

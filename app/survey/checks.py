@@ -1,7 +1,7 @@
 """The checks before a report is issued: what blocks it, and what a reviewer would question.
 
-Every rule is a function that yields issues. An issue has a code and numbers, so that a page can
-word it in its language, and a sentence.
+Every rule is a function that yields issues. An issue has a code and numbers, from which a page and
+a report make a sentence in their language.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from app.survey.fields.header import required_to_issue
 from app.survey.film_quality import LOST_PERCENT, POOR_PERCENT, share
 from app.survey.interval import half_width_m
 from app.survey.place import ObservationView
-from app.survey.rounding import decimals, metres
+from app.survey.rounding import metres
 from app.survey.spans import SAME_MM
 from app.survey.stretches import Stretch, stretches
 from vo_core import Track
@@ -31,6 +31,7 @@ from vo_core.image.health import complained
 from vo_core.scale.evidence import TAPE_SIGMA_MM
 
 Param = str | int | float
+Level = Literal["block", "warn"]
 
 SAME_PLACE_MM = 10.0
 """Distances this close count as equal: they are shown to a centimetre."""
@@ -45,10 +46,8 @@ JOINT_CODES = ("BAI", "BAJ")
 class Issue:
     """One objection to a report."""
 
-    level: Literal["block", "warn"]
+    level: Level
     code: str
-    detail: str
-    """A sentence for a person."""
     observation_id: str | None = None
     params: Mapping[str, Param] = field(default_factory=dict)
 
@@ -101,10 +100,9 @@ def header_fields(case: Case) -> Iterator[Issue]:
     """Report required fields that are empty."""
     for name in required_to_issue(case.header):
         if name == "abandon_reason":
-            yield Issue("block", "abandoned_without_reason", "The survey was abandoned: say why.")
+            yield Issue("block", "abandoned_without_reason")
         else:
-            text = f"The header field {name} is required and empty."
-            yield Issue("block", "header_field_empty", text, params={"field": name})
+            yield Issue("block", "header_field_empty", params={"field": name})
 
 
 def start_and_finish(case: Case) -> Iterator[Issue]:
@@ -114,16 +112,9 @@ def start_and_finish(case: Case) -> Iterator[Issue]:
     there = {view.row.tag.code for view in case.views}
     in_pack = {row.code for row in case.table.rows}
     if START_CODE in in_pack and START_CODE not in there:
-        yield Issue(
-            "block",
-            "no_start",
-            f"There is no observation of the start ({START_CODE}).",
-            params={"needed": START_CODE},
-        )
+        yield Issue("block", "no_start", params={"needed": START_CODE})
     if in_pack.issuperset(END_CODES) and there.isdisjoint(END_CODES):
-        needed = BETWEEN_CODES.join(END_CODES)
-        text = f"There is no observation of the finish ({needed})."
-        yield Issue("block", "no_finish", text, params={"needed": needed})
+        yield Issue("block", "no_finish", params={"needed": BETWEEN_CODES.join(END_CODES)})
 
 
 def distances(case: Case) -> Iterator[Issue]:
@@ -131,23 +122,17 @@ def distances(case: Case) -> Iterator[Issue]:
     for view in case.views:
         place = view.place
         if place is None:
-            yield _about(view, "block", "not_tracked", "is in a frame that was not tracked")
+            yield _about(view, "block", "not_tracked")
             continue
         u95_m = place.u95_m or 0.0
         u95_mm = 1000 * u95_m
         distance = {"distance_m": metres(place.distance_mm), "u95_m": u95_m}
         if place.distance_mm + u95_mm < -SAME_MM:
-            yield _about(view, "block", "before_zero", "lies before the zero point", **distance)
+            yield _about(view, "block", "before_zero", **distance)
         known_mm = case.known_mm
         if known_mm is not None and place.distance_mm - u95_mm > known_mm + SAME_MM:
-            yield _about(
-                view,
-                "block",
-                "beyond_end",
-                f"lies beyond the known length of {decimals(metres(known_mm), 2)} m",
-                known_length_m=metres(known_mm),
-                **distance,
-            )
+            known_m = metres(known_mm)
+            yield _about(view, "block", "beyond_end", known_length_m=known_m, **distance)
 
 
 def codes(case: Case) -> Iterator[Issue]:
@@ -158,10 +143,9 @@ def codes(case: Case) -> Iterator[Issue]:
     for view in case.views:
         code = view.row.tag.code
         if code is None:
-            yield _about(view, "block", "no_code", "has no code yet")
+            yield _about(view, "block", "no_code")
         elif code not in known:
-            text = f"has the code {code}, which is not in {case.table.name}"
-            yield _about(view, "block", "unknown_code", text, code=code)
+            yield _about(view, "block", "unknown_code", code=code)
         else:
             yield from _characters(view, known[code])
             yield from _needs(view, case.table)
@@ -178,9 +162,8 @@ def _characters(view: ObservationView, rows: list[Code]) -> Iterator[Issue]:
         if not value:
             yield _missing(view, name)
         else:
-            text = f"has {name} {value}, which {tag.code} does not have"
             params = {"code": str(tag.code), "field": name, "value": value}
-            yield _about(view, "block", "unknown_character", text, **params)
+            yield _about(view, "block", "unknown_character", **params)
         return
 
 
@@ -197,20 +180,17 @@ def _needs(view: ObservationView, table: CodeTable) -> Iterator[Issue]:
 
 
 def _missing(view: ObservationView, name: str) -> Issue:
-    code = str(view.row.tag.code)
-    text = f"is coded {code} and needs {name}"
-    return _about(view, "block", "attribute_missing", text, code=code, field=name)
+    return _about(view, "block", "attribute_missing", code=str(view.row.tag.code), field=name)
 
 
 def photos(case: Case) -> Iterator[Issue]:
     """Check that named photos exist and that severe observations have one."""
     for view in case.views:
         if view.row.has_photo and not case.photo_is_there(view):
-            yield _about(view, "block", "photo_missing", "has a photo whose file is missing")
+            yield _about(view, "block", "photo_missing")
         severity = view.row.tag.severity
         if not view.row.is_photographed and severity is not None and severity >= SEVERE:
-            text = f"has severity {severity} and no photo"
-            yield _about(view, "warn", "severe_without_photo", text, severity=severity)
+            yield _about(view, "warn", "severe_without_photo", severity=severity)
 
 
 def stretch_rules(case: Case) -> Iterator[Issue]:
@@ -218,33 +198,15 @@ def stretch_rules(case: Case) -> Iterator[Issue]:
     for stretch in stretches(view.row for view in case.views):
         number = {"stretch": stretch.number}
         if stretch.is_open:
-            yield Issue(
-                "block",
-                "open_stretch",
-                f"The stretch A{stretch.number} is not finished.",
-                stretch.starts[0].id,
-                number,
-            )
-            continue
-        if not stretch.starts:
-            yield Issue(
-                "block",
-                "stretch_without_start",
-                f"The stretch {stretch.number} has no start.",
-                (stretch.finishes + stretch.changes)[0].id,
-                number,
-            )
-            continue
-        if len(stretch.starts) > 1 or len(stretch.finishes) > 1:
-            yield Issue(
-                "block",
-                "stretch_number_twice",
-                f"The number {stretch.number} is used for more than one stretch.",
-                (stretch.starts + stretch.finishes)[-1].id,
-                number,
-            )
-            continue
-        yield from _one_stretch(case, stretch)
+            yield Issue("block", "open_stretch", stretch.starts[0].id, number)
+        elif not stretch.starts:
+            row = (stretch.finishes + stretch.changes)[0]
+            yield Issue("block", "stretch_without_start", row.id, number)
+        elif len(stretch.starts) > 1 or len(stretch.finishes) > 1:
+            row = (stretch.starts + stretch.finishes)[-1]
+            yield Issue("block", "stretch_number_twice", row.id, number)
+        else:
+            yield from _one_stretch(case, stretch)
 
 
 def _one_stretch(case: Case, stretch: Stretch) -> Iterator[Issue]:
@@ -253,29 +215,19 @@ def _one_stretch(case: Case, stretch: Stretch) -> Iterator[Issue]:
     names = ("code", "char1", "char2")
     for row in (*stretch.changes, *stretch.finishes):
         if any(getattr(row.tag, name) != getattr(start.tag, name) for name in names):
-            yield Issue(
-                "block",
-                "stretch_codes_differ",
-                f"The stretch {stretch.number} does not have the same code and characters "
-                "throughout.",
-                row.id,
-                number,
-            )
+            yield Issue("block", "stretch_codes_differ", row.id, number)
     length_mm = _length_mm(case, stretch)
     if length_mm is None:
         return
     values = number | {"length_m": metres(length_mm)}
     if length_mm < -SAME_PLACE_MM:
-        text = f"The stretch {stretch.number} finishes before it starts."
-        yield Issue("block", "stretch_falls", text, stretch.finishes[0].id, values)
+        yield Issue("block", "stretch_falls", stretch.finishes[0].id, values)
     elif length_mm < SAME_PLACE_MM:
-        text = f"The stretch {stretch.number} has no length: is it a point?"
-        yield Issue("warn", "stretch_is_point", text, start.id, values)
+        yield Issue("warn", "stretch_is_point", start.id, values)
     asset_mm = case.known_mm or case.reached_mm
     if asset_mm and length_mm > asset_mm / 2 + SAME_MM:
         percent = round(100 * length_mm / asset_mm, 1)
-        text = f"The stretch {stretch.number} is longer than half the asset ({percent:g} %)."
-        yield Issue("warn", "stretch_long", text, start.id, values | {"percent": percent})
+        yield Issue("warn", "stretch_long", start.id, values | {"percent": percent})
 
 
 def _length_mm(case: Case, stretch: Stretch) -> float | None:
@@ -298,14 +250,8 @@ def overlapping_stretches(case: Case) -> Iterator[Issue]:
     pairs = [pair for alike in found.values() for pair in combinations(alike, 2)]
     for (one, low, high), (other, begin, end) in sorted(pairs, key=_by_number):
         if min(high, end) - max(low, begin) > SAME_PLACE_MM:
-            yield Issue(
-                "warn",
-                "stretches_overlap",
-                f"The stretches {one.number} and {other.number} are the same defect over the same "
-                "length.",
-                other.starts[0].id,
-                {"stretch": one.number, "other": other.number},
-            )
+            numbers = {"stretch": one.number, "other": other.number}
+            yield Issue("warn", "stretches_overlap", other.starts[0].id, numbers)
 
 
 def _by_number(pair: tuple[tuple[Stretch, float, float], ...]) -> tuple[int, ...]:
@@ -328,9 +274,7 @@ def duplicates(case: Case) -> Iterator[Issue]:
             if abs(distance_mm - other_mm) < SAME_PLACE_MM
         ]
         if near:
-            first = min(near)
-            text = f"is the same as no. {first}: code, distance and clock"
-            yield _about(view, "warn", "duplicate", text, other=first)
+            yield _about(view, "warn", "duplicate", other=min(near))
         else:
             seen.setdefault((*kind, cell), []).append((distance_mm, view.row.seq))
 
@@ -345,7 +289,7 @@ def remarks(case: Case) -> Iterator[Issue]:
     for view in case.views:
         tag = view.row.tag
         if "Z" in (tag.char1, tag.char2) and not tag.remark:
-            yield _about(view, "warn", "other_without_remark", "is coded Z, other, without remark")
+            yield _about(view, "warn", "other_without_remark")
 
 
 def joints(case: Case) -> Iterator[Issue]:
@@ -356,8 +300,7 @@ def joints(case: Case) -> Iterator[Issue]:
     for view in case.views:
         code = view.row.tag.code
         if code in JOINT_CODES and view.place is not None and view.place.joint is None:
-            text = f"is coded {code}, but no joint is near"
-            yield _about(view, "warn", "no_joint_near", text, code=code)
+            yield _about(view, "warn", "no_joint_near", code=str(code))
 
 
 def pictures(case: Case) -> Iterator[Issue]:
@@ -365,31 +308,24 @@ def pictures(case: Case) -> Iterator[Issue]:
     for name, frames in complained(case.health).items():
         percent = round(100 * share(frames), 1)
         if percent > POOR_PERCENT:
-            text = f"{percent:g} % of the pictures are {name.replace('_', ' ')}."
-            yield Issue(
-                "warn", "poor_pictures", text, params={"complaint": name, "percent": percent}
-            )
+            yield Issue("warn", "poor_pictures", params={"complaint": name, "percent": percent})
 
 
 def the_run(case: Case) -> Iterator[Issue]:
     """Check the program, lost frames, the length, and the corrections."""
     if case.is_outdated:
-        text = "An older version of Chainage tracked the film; this one might measure otherwise."
-        yield Issue("warn", "outdated", text)
+        yield Issue("warn", "outdated")
     is_lost = case.track.status == "lost"
     lost, percent = int(np.count_nonzero(is_lost)), round(100 * share(is_lost), 1)
     if percent > LOST_PERCENT:
-        text = f"The wall was lost in {percent:g} % of the frames."
-        yield Issue("warn", "lost", text, params={"percent": percent, "frames": lost})
+        yield Issue("warn", "lost", params={"percent": percent, "frames": lost})
     known_mm, reached_mm = case.known_mm, case.reached_mm
     if known_mm is None:
-        text = "The length of the asset is not known, so there is no closure."
-        yield Issue("warn", "length_unknown", text)
+        yield Issue("warn", "length_unknown")
     elif case.header.get("end_condition") == "complete" and reached_mm is not None:
         yield from _end(case, known_mm, reached_mm)
     if case.corrected.error is not None:
-        text = f"A correction cannot be applied: {case.corrected.error['detail']}"
-        yield Issue("block", "correction_failed", text)
+        yield Issue("block", "correction_failed")
     adjusted = case.corrected.adjusted
     for closure in adjusted.closures if adjusted else ():
         if not closure.is_plausible and case.corrected.stated.forced:
@@ -397,11 +333,7 @@ def the_run(case: Case) -> Iterator[Issue]:
                 "residual_mm": round(closure.residual_mm, 1),
                 "residual_percent": round(closure.residual_percent, 2),
             }
-            text = (
-                "The known length was forced despite a residual of "
-                f"{residual['residual_mm']:+.0f} mm."
-            )
-            yield Issue("warn", "length_forced", text, params=residual)
+            yield Issue("warn", "length_forced", params=residual)
 
 
 def _end(case: Case, known_mm: float, reached_mm: float) -> Iterator[Issue]:
@@ -409,26 +341,12 @@ def _end(case: Case, known_mm: float, reached_mm: float) -> Iterator[Issue]:
     sigma_mm = math.hypot(float(case.track.sigma_distance_mm[far]), TAPE_SIGMA_MM)
     short_mm = known_mm - reached_mm
     if short_mm > 1000 * half_width_m(sigma_mm) + SAME_MM:
-        yield Issue(
-            "warn",
-            "end_not_reached",
-            f"The survey is stated as complete but ends {decimals(metres(short_mm), 2)} m before "
-            "the known length.",
-            params={"short_m": metres(short_mm), "known_length_m": metres(known_mm)},
-        )
+        lengths = {"short_m": metres(short_mm), "known_length_m": metres(known_mm)}
+        yield Issue("warn", "end_not_reached", params=lengths)
 
 
-def _about(
-    view: ObservationView,
-    level: Literal["block", "warn"],
-    code: str,
-    what: str,
-    /,
-    **params: Param,
-) -> Issue:
-    at = f" at {decimals(metres(view.place.distance_mm), 2)} m" if view.place else ""
-    detail = f"Observation {view.row.seq}{at} {what}."
-    return Issue(level, code, detail, view.row.id, {"seq": view.row.seq, **params})
+def _about(view: ObservationView, level: Level, code: str, /, **params: Param) -> Issue:
+    return Issue(level, code, view.row.id, {"seq": view.row.seq, **params})
 
 
 Rule = Callable[[Case], Iterator[Issue]]

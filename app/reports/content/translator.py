@@ -292,18 +292,20 @@ class Translator:
         return self.one_of("choice", self.date(value)) if isinstance(value, str) else str(value)
 
     def issue(self, issue: Issue, numbers: dict[str, Entry]) -> str:
-        """Describe an issue; in English if its words are not known.
+        """Describe an issue.
 
         Args:
             issue: An issue from the checks.
-            numbers: Entries by their id.
+            numbers: Entries by their id; without its entry an observation has only its number.
         """
-        key = f"check.{issue.code}"
-        if key not in self._words:
-            return issue.detail
         values: dict[str, object] = dict(issue.params)
         entry = numbers.get(issue.observation_id or "")
-        values["name"] = self._name(entry) if entry else self("check.an_observation")
+        if entry is not None:
+            values["name"] = self._name(entry)
+        elif "seq" in values:
+            values["name"] = self("check.number", seq=values["seq"])
+        else:
+            values["name"] = self("check.an_observation")
         if "field" in values:
             values["field"] = self._attribute_or_field(str(values["field"]))
         if "complaint" in values:
@@ -311,10 +313,7 @@ class Translator:
         for name in ("short_m", "known_length_m"):
             if isinstance(length := values.get(name), int | float):
                 values[name] = self.length(length)
-        try:
-            return self(key, **values)
-        except KeyError:  # an older issue lacks a number of the sentence
-            return issue.detail
+        return self(f"check.{issue.code}", **values)
 
     def _attribute_or_field(self, name: str) -> str:
         """Return the word for an attribute of an observation, else for a header field."""

@@ -22,7 +22,7 @@ from app.survey.checks import Issue
 from app.survey.records import Event
 from app.viewer.still import scene_page
 
-ISSUES = (Issue("block", "no_start", "There is none.", params={"needed": "BCD"}),)
+ISSUES = (Issue("block", "no_start", params={"needed": "BCD"}),)
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +122,7 @@ def test_whatever_came_in_is_text(opened):
         header={"asset_id": evil, "operator": evil, "of_another": evil},
         events=(Event(inspection_id="0" * 32, action="changed", who=evil, at=report().made_at,
                       before={}, after={}, remark=evil),),
-        issues=(Issue("warn", "other", evil),),
+        issues=(Issue("warn", "no_start", params={"needed": evil}),),
         warning=evil,
         draw_scene=lambda made: f"<p>{made.name}</p>",
     )  # fmt: skip

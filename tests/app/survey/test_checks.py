@@ -103,7 +103,6 @@ def test_an_empty_required_field_blocks(name: str) -> None:
     issue = the_issue(case(header=HEADER | {name: None}))
     assert (issue.level, issue.code) == ("block", "header_field_empty")
     assert issue.params == {"field": name}
-    assert name in issue.detail
 
 
 def test_an_abandoned_survey_needs_its_reason() -> None:
@@ -216,7 +215,6 @@ def test_a_correction_that_cannot_be_applied_blocks() -> None:
     complete = case()
     issue = the_issue(replace(complete, corrected=Corrected(Stated(), None, error)))
     assert (issue.level, issue.code) == ("block", "correction_failed")
-    assert error["detail"] in issue.detail
 
 
 def test_other_needs_a_remark() -> None:

@@ -11,11 +11,19 @@ from app.alerts.webhook import Webhook
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
+from app.reports.content.translator import Translator
 from app.survey.stated import StatedIn
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.inspection.corrections import CorrectionsIn, CorrectionsOut, IntervalOut
-from app.web.schemas.inspection.records import AlertOut, AlertsOut, EventOut, EventsOut, IssuesOut
+from app.web.schemas.inspection.records import (
+    AlertOut,
+    AlertsOut,
+    EventOut,
+    EventsOut,
+    IssueOut,
+    IssuesOut,
+)
 from app.web.versions import Replaced, tag_with
 from vo_core.errors import InvalidCorrection
 
@@ -79,7 +87,8 @@ def interval(
 @viewer
 def checks(inspection_id: InspectionId, checks: Service[Checks]) -> IssuesOut:
     """Return the issues to resolve before a report is issued."""
-    return IssuesOut.model_validate({"checks": checks.run(inspection_id)})
+    t, found = Translator("en", "m"), checks.run(inspection_id)
+    return IssuesOut(checks=[IssueOut.read_from(one, detail=t.issue(one, {})) for one in found])
 
 
 @router.get("/events")

@@ -102,7 +102,7 @@ def test_each_caveat_of_an_import_has_a_sentence():
     source = "\n".join(
         path.read_text("utf-8")
         for room in ("imports", "inspections")
-        for path in FOLDER.parent.joinpath(room).glob("*.py")
+        for path in FOLDER.parent.joinpath(room).rglob("*.py")
     )
     by_variables = {
         "no_table_of_nodes", "no_table_of_photos",
