@@ -21,11 +21,11 @@ from typing import IO
 
 from app.errors import DiskFull, InspectionNotFound
 from app.reports.bundle.delivery import Delivery, wanted_film
-from app.reports.content.naming import safe_file_name
 from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
 from app.reports.report import Extras, Report, failure
 from app.reports.reports import Reports
+from app.reports.text.naming import safe_file_name
 from app.storage.folder.files import raise_if_full
 from app.storage.records.inspections import InspectionStore
 from app.survey.fields.header import asset_of, project_of

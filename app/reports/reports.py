@@ -24,7 +24,6 @@ from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
 from app.reports.attached import Attached
 from app.reports.bundle.signing import Signer
-from app.reports.content.naming import file_stem, safe_file_name
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
 from app.reports.formats import FORMATS
@@ -43,6 +42,7 @@ from app.reports.report import (
     along_the_pipe,
 )
 from app.reports.templates import ReportTemplates, company_of
+from app.reports.text.naming import file_stem, safe_file_name
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs, StoredBlob
 from app.storage.database.tables import ENDED, IMPORTED, Inspection

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from urllib.parse import quote
 
-from app.reports.content.naming import ascii_file_name
+from app.reports.text.naming import ascii_file_name
 
 
 def attachment(name: str) -> str:

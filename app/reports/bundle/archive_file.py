@@ -24,9 +24,9 @@ from app.imports.archive_manifest import (
 )
 from app.reports.bundle.listed_zip import ListedZip, encodable, written_to_disk
 from app.reports.content.media_files import media_of
-from app.reports.content.text import iso
 from app.reports.exchange import chainage_json
 from app.reports.report import Entry, Loss, Report, WhyLost, Written, why_lost
+from app.reports.text.legible import iso
 from app.storage.blobs.blobs import Readable
 
 

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from app.errors import ExportNotAvailable
 from app.reports.bundle.listed_zip import written_to_disk
 from app.reports.bundle.signed_archive import SignedArchive, inspected
-from app.reports.content.naming import file_stem
 from app.reports.format import Format
 from app.reports.report import Entry, Loss, Report, Written, failure, format_name
+from app.reports.text.naming import file_stem
 from app.storage.blobs.blobs import Readable
 from vo_core import Track
 from vo_core.errors import ChainageError

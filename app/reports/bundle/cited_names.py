@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from app.reports.content.naming import file_stem
 from app.reports.exchange.names import film, film_in_ascii
 from app.reports.report import Photo, Report
+from app.reports.text.naming import file_stem
 
 _ASCII = ("en13508", "en13508xml", "ribx")
 """Formats whose names of films are in ASCII."""

@@ -26,9 +26,9 @@ from app.reports.bundle.signed_archive import (
 )
 from app.reports.bundle.signing import Signer
 from app.reports.content.media_files import read_stored
-from app.reports.content.naming import file_stem
 from app.reports.format import Format, SurveyFile
 from app.reports.report import Entry, Loss, Photo, Report, VoiceNote, Written
+from app.reports.text.naming import file_stem
 from app.storage.blobs.blobs import StoredBlob
 from app.survey.fields.header import project_of
 

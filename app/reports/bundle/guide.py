@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from app.reports.content.ascii import one_line
-from app.reports.content.text import legible
 from app.reports.content.translator import Translator
 from app.reports.content.words import LANGUAGES
 from app.reports.report import Loss
+from app.reports.text.ascii import one_line
+from app.reports.text.legible import legible
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ import msgspec
 from app.imports.archive_manifest import Listed
 from app.reports.bundle.listed_zip import ListedZip, encodable
 from app.reports.bundle.signing import Signer, fingerprint
-from app.reports.content.text import iso
 from app.reports.report import Report
+from app.reports.text.legible import iso
 
 SCHEMA = "chainage-bundle/1"
 MANIFEST = "manifest.json"

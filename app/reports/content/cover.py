@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.content.typesetting import one_line
 from app.reports.report import Report
+from app.reports.text.typesetting import one_line
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from PIL import Image, ImageDraw
 
-from app.reports.content.typesetting import font_of, lines_of, one_line, pieces_of
+from app.reports.text.typesetting import font_of, lines_of, one_line, pieces_of
 from app.storage.blobs.blobs import Readable
 from app.survey.attachments import Stroke
 

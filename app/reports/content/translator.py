@@ -11,9 +11,9 @@ from typing import Any
 
 from app.imports.survey import Caveat
 from app.reports.content.sizes import figure_text
-from app.reports.content.typesetting import one_line
 from app.reports.content.words import Language, words_of
 from app.reports.report import Entry, Loss, Phrase, Report, Taken, Units
+from app.reports.text.typesetting import one_line
 from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.checks import Issue
 from app.survey.interval import half_width_text

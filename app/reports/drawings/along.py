@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.translator import Translator
 from app.reports.drawings import svg
+from app.reports.drawings.axis import Axis, tick_step_m
 from app.reports.drawings.svg import Drawing
 from app.reports.report import Report
 from app.survey.interval import U95

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.translator import Translator
 from app.reports.drawings import svg
+from app.reports.drawings.axis import Axis, tick_step_m
 from app.reports.drawings.svg import Drawing
 from app.reports.report import Entry, Report
 

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, pairwise
 
-from app.reports.content.axis import Axis, tick_step_m
-from app.reports.content.cut_pipe import clock_spans, water_share
-from app.reports.content.placement import spread
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.content.wall import joints_within
 from app.reports.drawings import svg
+from app.reports.drawings.axis import Axis, tick_step_m
+from app.reports.drawings.cut_pipe import clock_spans, water_share
+from app.reports.drawings.placement import spread
 from app.reports.drawings.svg import Drawing, to_row
+from app.reports.drawings.wall import joints_within
 from app.reports.report import Entry, Report, Stretch
 from app.survey.spans import SAME_M, Span, is_within, overlap
 

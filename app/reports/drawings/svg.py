@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 from markupsafe import Markup, escape
 
-from app.reports.content import typesetting
 from app.reports.content.sizes import Outline
-from app.reports.content.typesetting import one_line
 from app.reports.report import Entry, Report
+from app.reports.text import typesetting
+from app.reports.text.typesetting import one_line
 
 WIDTH = 174.0
 """Between the margins of an A4 page, mm."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from app.reports.content.axis import Axis, tick_step_m
 from app.reports.content.pictures import jpeg_of
-from app.reports.content.placement import capacity, spread
 from app.reports.content.translator import Translator
-from app.reports.content.wall import (
+from app.reports.drawings import svg
+from app.reports.drawings.axis import Axis, tick_step_m
+from app.reports.drawings.placement import capacity, spread
+from app.reports.drawings.svg import Drawing
+from app.reports.drawings.wall import (
     Place,
     Wall,
     clock_places,
@@ -18,8 +20,6 @@ from app.reports.content.wall import (
     stretches_within,
     tick_digits,
 )
-from app.reports.drawings import svg
-from app.reports.drawings.svg import Drawing
 from app.reports.report import Entry, Report
 from app.survey.spans import SAME_M, SAME_MM, Span, is_within
 

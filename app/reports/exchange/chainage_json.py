@@ -32,9 +32,9 @@ from app.imports.whole_inspection import (
     MovedTag,
 )
 from app.reports.content.media_files import MediaFile, media_of, read_stored
-from app.reports.content.text import iso
 from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Written
 from app.reports.tables import table
+from app.reports.text.legible import iso
 from app.settings import MIB
 from app.survey.corrected import result_of
 from app.survey.records import BROUGHT_IN

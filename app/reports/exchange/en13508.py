@@ -12,7 +12,6 @@ import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from app.reports.content.ascii import one_line, transliterate
 from app.reports.exchange.coordinates import ends_of
 from app.reports.exchange.header import Header
 from app.reports.exchange.losses import only_json_holds
@@ -28,6 +27,7 @@ from app.reports.exchange.rows import (
     texts_of,
 )
 from app.reports.report import Loss, Report
+from app.reports.text.ascii import one_line, transliterate
 from app.survey.fields.declaration import OTHER, explanation_of
 
 STANDARD = "EN 13508-2:2003+A1:2011"

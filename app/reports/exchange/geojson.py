@@ -13,12 +13,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from app.reports.content.ascii import one_line
 from app.reports.exchange.header import field_name
 from app.reports.exchange.losses import ONE_LINE
 from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Stretch, Written
 from app.reports.tables import table
 from app.reports.tables.table import Cell
+from app.reports.text.ascii import one_line
 from app.survey.alignment import Alignment, alignment_of, missing_of
 from app.survey.fields.header import number_of
 from app.survey.register import Point

@@ -6,8 +6,8 @@ column nor words can hold is a loss. So losses follow from the table of columns.
 
 from __future__ import annotations
 
-from app.reports.content.ascii import one_line
 from app.reports.report import Loss, Phrase, Report
+from app.reports.text.ascii import one_line
 from app.survey.fields.declaration import AS_IT_IS, Column, Family, Field, ValueList, kept_name
 from app.survey.fields.header import FIELDS, faults, is_empty, number_of
 from app.survey.fields.in_words import TECHNICAL, in_words

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from app.reports.content.ascii import one_line
 from app.reports.report import Loss, Phrase, Report
+from app.reports.text.ascii import one_line
 from app.survey.rounding import decimals
 from app.survey.stated import Stated
 

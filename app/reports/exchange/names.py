@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import PurePath
 
-from app.reports.content.ascii import one_line
-from app.reports.content.naming import ascii_file_name
 from app.reports.exchange.header import Header
 from app.reports.report import Loss, Report
+from app.reports.text.ascii import one_line
+from app.reports.text.naming import ascii_file_name
 
 _CHECKSUM = 6
 """Characters of the checksum after a shortened name."""

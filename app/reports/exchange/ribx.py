@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from pathlib import PurePath
 from xml.etree.ElementTree import Element
 
-from app.reports.content.ascii import one_line
 from app.reports.exchange.coordinates import NAMES, Point, ends_of, rd_m
 from app.reports.exchange.en13508 import columns, explanations, header_values
 from app.reports.exchange.en13508_xml import DECLARATION
@@ -17,6 +16,7 @@ from app.reports.exchange.names import FileNames, Names, film_in_ascii, film_ren
 from app.reports.exchange.rows import CODES, Row, rows_of
 from app.reports.exchange.tree import child, children, to_bytes
 from app.reports.report import Loss, Phrase, Report
+from app.reports.text.ascii import one_line
 from app.survey.fields.declaration import OTHER
 from app.survey.fields.header import FIELDS
 

@@ -11,11 +11,11 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from app.reports.content.ascii import one_line, transliterate
 from app.reports.exchange.header import Header, plain_number
 from app.reports.exchange.losses import only_bundle_holds, rounded_figures
 from app.reports.exchange.names import film, film_name, film_names
 from app.reports.report import Entry, Loss, Report
+from app.reports.text.ascii import one_line, transliterate
 from app.survey.fields.declaration import Family
 from app.survey.fields.observation import codes_of
 from app.survey.interval import half_width_text

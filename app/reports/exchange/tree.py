@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from xml.etree.ElementTree import Element, SubElement, fromstring, indent, tostring
 
-from app.reports.content.ascii import one_line
 from app.reports.report import Loss
+from app.reports.text.ascii import one_line
 
 
 def child(parent: Element, name: str, text: object = None, **attributes: str) -> Element:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.reports.content.typesetting import without_glyph
 from app.reports.report import Loss, Phrase, Report
+from app.reports.text.typesetting import without_glyph
 
 _NAMED = 20
 

@@ -19,7 +19,6 @@ from app.reports.collection.statistics import (
     total,
 )
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.content.typesetting import one_line
 from app.reports.drawings.bars import Bar, bars
 from app.reports.drawings.road_plan import EDGE, FOOT, HEIGHT, road_plan, scale_of
 from app.reports.drawings.svg import WIDTH
@@ -27,6 +26,7 @@ from app.reports.pdf.model import Data, company_data, report_data, running_data
 from app.reports.pdf.typesetter import About, Workshop, workshop
 from app.reports.report import Company, Report, failure
 from app.reports.template import DEFAULT_TEMPLATE
+from app.reports.text.typesetting import one_line
 from vo_core.errors import ChainageError
 
 _NAMED = 30

@@ -6,12 +6,12 @@ import io
 
 from app.reports.content.condition import urgent
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.content.typesetting import one_line
 from app.reports.pdf.characters import missing_glyphs
 from app.reports.pdf.model import Data, about, running
 from app.reports.pdf.photos import photo_alt, picture_of
 from app.reports.pdf.typesetter import Workshop, workshop
 from app.reports.report import Entry, Report, Written
+from app.reports.text.typesetting import one_line
 
 _LIST = 4
 _REMARK = 700

@@ -16,12 +16,12 @@ from html import escape, unescape
 from pathlib import Path
 from typing import IO, Any
 
-from app.reports.content.fonts import installed
 from app.reports.content.pictures import Jpeg
 from app.reports.content.sizes import Outline
-from app.reports.content.typesetting import clean, pieces_of
 from app.reports.content.words import Language, words_of
 from app.reports.drawings.svg import Drawing, measures
+from app.reports.text.fonts import installed
+from app.reports.text.typesetting import clean, pieces_of
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _COMPILE = Path(__file__).parent / "compile.py"

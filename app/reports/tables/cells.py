@@ -9,7 +9,7 @@ from xlsxwriter import Workbook
 from xlsxwriter.format import Format
 from xlsxwriter.worksheet import Worksheet
 
-from app.reports.content.text import legible
+from app.reports.text.legible import legible
 from vo_core.csv_rows import is_like_formula
 
 LONGEST_TEXT = 32_767

@@ -15,12 +15,12 @@ from app.reports.content.condition import urgent
 from app.reports.content.grades import grade_of
 from app.reports.content.recommendations import costs_of
 from app.reports.content.shown_photos import photo_alt
-from app.reports.content.text import legible
 from app.reports.content.translator import NOTHING, Translator
-from app.reports.content.typesetting import one_line
 from app.reports.drawings.svg import fill_of, ink_on
 from app.reports.report import Entry, Photo, Report
 from app.reports.tables.cells import LINE_PT, Cells, fit_on_page, lines_of
+from app.reports.text.legible import legible
+from app.reports.text.typesetting import one_line
 from app.survey.fields.header import project_of
 
 _THUMBNAIL_PX = (160, 120)

@@ -16,12 +16,12 @@ import msgspec
 import xlsxwriter
 from xlsxwriter.worksheet import Worksheet
 
-from app.reports.content.text import iso, legible
 from app.reports.content.translator import Translator
 from app.reports.report import Loss, Report, Written
 from app.reports.tables import report_sheet, statistics_sheet, table
 from app.reports.tables.cells import LONGEST_TEXT, Cells, cell_text, fit_on_page
 from app.reports.tables.table import DICTIONARY, Cell, Column
+from app.reports.text.legible import iso, legible
 from app.survey.fields.header import FIELDS
 from app.survey.interval import half_width_m
 from app.survey.records import RESCALED, RIG_CHANGED

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from app.reports.content.sizes import figure_text
-from app.reports.content.text import iso, legible
 from app.reports.report import Entry, Loss, Report, Written
+from app.reports.text.legible import iso, legible
 from app.survey.rounding import decimals
 from vo_core.csv_rows import plain
 

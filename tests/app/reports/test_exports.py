@@ -6,8 +6,8 @@ import pytest
 from builders import STEP_MM, Client, assert_error
 from surveys import Survey, another
 
-from app.reports.content.naming import ascii_file_name, safe_file_name
 from app.reports.tables.table import COLUMNS
+from app.reports.text.naming import ascii_file_name, safe_file_name
 from app.survey.catalogue import built_in
 
 

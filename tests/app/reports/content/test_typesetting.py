@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.reports.content.fonts import FACES, face_of
-from app.reports.content.typesetting import clean, lines_of, one_line, pieces_of, width_of
+from app.reports.text.fonts import FACES, face_of
+from app.reports.text.typesetting import clean, lines_of, one_line, pieces_of, width_of
 
 SCRIPTS = {
     "Latin": "Größe Việt Łódź", "Greek": "Ωμέγα", "Cyrillic": "Ключ", "Arabic": "قرية ڠ ڤ",

@@ -14,7 +14,6 @@ from random_reports import reports
 from reports import HEADER, advised, entry, full_report, measured, page_of, remarked, report
 
 from app.reports import pdf as document
-from app.reports.content import fonts
 from app.reports.content.grades import grade_of
 from app.reports.content.marked_photo import MarkedPhoto
 from app.reports.content.translator import Translator
@@ -25,6 +24,7 @@ from app.reports.pdf.typesetter import NotTypeset, workshop
 from app.reports.report import Extras
 from app.reports.tables.table import rows
 from app.reports.template import DEFAULT_TEMPLATE
+from app.reports.text import fonts
 from app.survey.attachments import Stroke
 from app.survey.rounding import decimals
 

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from PIL import ImageFont
 
-from app.reports.content.fonts import LATIN, Face, Weight, face_of, has, installed
+from app.reports.text.fonts import LATIN, Face, Weight, face_of, has, installed
 
 _JOINERS = "\u200c\u200d"
 _MEASURED = 100.0

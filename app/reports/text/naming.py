@@ -6,7 +6,7 @@ import hashlib
 import re
 import unicodedata
 
-from app.reports.content.ascii import transliterate
+from app.reports.text.ascii import transliterate
 
 _LONGEST = 200
 """Bytes in UTF-8: file systems allow 255, and a suffix follows."""

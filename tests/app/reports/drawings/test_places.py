@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reports import report
 
-from app.reports.content.cut_pipe import clock_spans
-from app.reports.content.placement import spread
-from app.reports.content.wall import (
+from app.reports.drawings.cut_pipe import clock_spans
+from app.reports.drawings.placement import spread
+from app.reports.drawings.wall import (
     Wall,
     joints_within,
     place_of,

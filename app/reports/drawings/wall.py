@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from app.reports.content.cut_pipe import clock_spans
 from app.reports.content.translator import Translator
+from app.reports.drawings.cut_pipe import clock_spans
 from app.reports.report import Entry, Report
 from app.storage.blobs.blobs import Readable
 from app.survey.spans import SAME_M, Span, begins_within, is_within, overlap
