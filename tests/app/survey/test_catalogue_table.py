@@ -68,27 +68,19 @@ def test_two_rows_that_differ_in_english_differ_in_another_language_too(language
     assert {label: labels for label, labels in english.items() if len(labels) > 1} == {}
 
 
-def test_a_label_that_a_language_lacks_is_the_one_of_the_pack() -> None:
-    crack = built_in().find("BAB", "A", "A")
-    assert crack
-    assert (crack.label_in("en"), crack.label_in("xx")) == (crack.label, crack.label)
-
-
 @pytest.mark.parametrize(
-    ("chars", "label"),
+    ("code", "chars", "label"),
     [
-        (("C", "A"), "Crack: open gap, along the pipe"),
-        ((None, None), None),
-        (("Q", "Q"), None),
+        ("BAB", ("C", "A"), "Crack: open gap, along the pipe"),
+        ("BAB", (None, None), None),
+        ("BAB", ("Q", "Q"), None),
+        ("BAC", ("A", "Z"), "Broken wall: pieces moved, still there"),
     ],
 )
-def test_the_row_that_fits_best_is_found(chars, label):
-    found = built_in().find("BAB", *chars)
+def test_the_row_that_fits_best_is_found(code, chars, label):
+    found = built_in().find(code, *chars)
     assert (found.label if found else None) == label
-
-
-def test_a_second_character_that_is_not_in_the_table_falls_back_to_the_first():
-    assert built_in().find("BAC", "A", "Z").label == "Broken wall: pieces moved, still there"
+    assert found is None or found.label_in("xx") == found.label, "a language that it lacks"
 
 
 @pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
@@ -113,11 +105,6 @@ def test_optional_columns_are_kept_and_columns_may_stand_in_any_order():
     assert (row.label, row.label_ms) == ("Crack", "Retak")
 
 
-def test_text_that_looks_like_a_formula_is_text():
-    (row,) = read_table("Ours", content("BAB,C,A,=1+1,S,yes,yes,mm,no,,yes")).rows
-    assert row.label == "=1+1"
-
-
 @pytest.mark.parametrize(
     ("row", "fault"),
     [
@@ -132,12 +119,13 @@ def test_text_that_looks_like_a_formula_is_text():
         ("BAB,C,A,Crack,S,yes,yes,mm,no,,opt", "line 2: continuous_allowed must be yes or no"),
         ("BAB,C,A,Crack,S,yes,yes", "line 2: 7 cells for 11 columns"),
         ("BAB,C,A,Crack, with comma,S,yes,yes,mm,no,,yes", "line 2: 12 cells for 11 columns"),
+        ('BAB,C,A,"Crack,S,yes,yes,mm,no,,yes', "cannot be read as CSV"),
     ],
 )
 def test_a_fault_is_reported_with_its_line(row, fault):
     reported = faults(row)
     assert fault in reported
-    assert reported.startswith("The table has a fault: ")
+    assert reported.startswith("The table has a fault: ") or "CSV" in fault
 
 
 @pytest.mark.parametrize(
@@ -153,13 +141,10 @@ def test_a_fault_in_an_optional_column_is_reported(column, cell, fault):
     assert fault in faults(f"{CRACK},{cell}", header=f"{HEADER},{column}")
 
 
-def test_a_code_that_is_there_twice_names_both_lines():
+def test_a_code_or_a_hotkey_that_is_there_twice_names_both_lines():
     assert faults(CRACK, "BAC,A,,Broken,S,no,no,,no,,no", CRACK) == (
         "The table has a fault: line 4: BAB C A is already in line 2."
     )
-
-
-def test_a_hotkey_that_is_there_twice_names_both_lines():
     reported = faults(f"{CRACK},b", "BAC,A,,Broken,S,no,no,,no,,no,b", header=f"{HEADER},hotkey")
     assert "line 3: the hotkey b is already in line 2" in reported
 
@@ -192,10 +177,6 @@ def test_another_encoding_is_refused_with_the_way_out(encoding):
         read_table("Ours", content(CRACK.replace("Crack", "Rïss")).decode().encode(encoding))
 
 
-def test_a_quotation_mark_that_never_closes_is_refused():
-    assert "cannot be read as CSV" in faults('BAB,C,A,"Crack,S,yes,yes,mm,no,,yes')
-
-
 def test_the_number_of_rows_and_the_size_are_bounded():
     rows = [f"B{n:05d},,,Crack,S,no,no,,no,,no" for n in range(MAX_ROWS + 1)]
     assert len(read_table("Ours", content(*rows[:-1])).rows) == MAX_ROWS
@@ -215,10 +196,7 @@ def test_the_number_of_rows_and_the_size_are_bounded():
 def test_a_code_has_a_name_with_and_without_its_kind(code, char1, char2, label, label_ms):
     found = built_in().named(code, char1, char2)
     assert (found.label, found.label_ms) == (label, label_ms)
-
-
-def test_a_code_of_another_table_has_no_name():
-    assert built_in().named("QQQ", None, None) is None
+    assert built_in().named("QQQ", None, None) is None, "a code of another table"
 
 
 def test_very_many_columns_are_refused_shortly_in_work_that_grows_with_them():
