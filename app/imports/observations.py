@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 from app.imports.cells import clean, clock, number, quantity, severity_of, stretch, video_time_s
 from app.imports.survey import ImportedObservation, Notes
@@ -55,17 +56,20 @@ def observation_of(
         notes.add("no_distance", line, text=f"{texts['distance_m']!r:.40}")
         return None
     remark, severity = severity_of(texts["remark"])
-    parse = _Cells(texts, notes, line)
-    quantities = [parse.quantity(name) for name in ("quant1", "quant2")]
-    clocks = [parse.clock(name) for name in ("clock_from", "clock_to")]
-    continuous = parse.stretch("continuous")
-    time_s = parse.time_s("film_time_s", is_counter=is_counter)
-    said = [remark, *parse.words, *more]
-    letters = [
-        parse.letters(name, pattern, said)
-        for name, pattern in (("code", _CODE), ("char1", _LETTER), ("char2", _LETTER))
-    ]
-    remark = ", ".join(part for part in said if part)
+    parsed = _Parsed(texts, notes, line, [remark])
+    video_time_of = _no_time if is_counter else video_time_s
+    values: dict[str, Any] = {
+        "quant1": parsed.value("quant1", quantity, "quantity"),
+        "quant2": parsed.value("quant2", quantity, "quantity"),
+        "clock_from": parsed.value("clock_from", clock, "clock", "no_hour"),
+        "clock_to": parsed.value("clock_to", clock, "clock", "no_hour"),
+        "stretch": parsed.value("continuous", stretch, "stretch", "no_stretch"),
+        "time_s": parsed.value("film_time_s", video_time_of, "video", "no_video_time"),
+    }
+    parsed.said.extend(more)
+    for name, pattern in (("code", _CODE), ("char1", _LETTER), ("char2", _LETTER)):
+        values[name] = parsed.letters(name, pattern)
+    remark = ", ".join(part for part in parsed.said if part)
     if len(remark) > LONGEST_IMPORTED_REMARK:
         notes.add("long_remark", line, length=len(remark), most=LONGEST_IMPORTED_REMARK)
     photo = texts["photo_name"]
@@ -73,67 +77,44 @@ def observation_of(
         notes.add("long_photo_name", most=LONGEST_PHOTO_NAME)
     return ImportedObservation(
         distance_m=distance_m,
-        code=letters[0],
-        char1=letters[1],
-        char2=letters[2],
-        quant1=quantities[0],
-        quant2=quantities[1],
-        clock_from=clocks[0],
-        clock_to=clocks[1],
+        **values,
         severity=severity,
-        stretch=continuous,
         at_joint=texts["at_joint"].upper() not in _NO,
         remark=remark[:LONGEST_IMPORTED_REMARK],
         photo=photo[:LONGEST_PHOTO_NAME] or None,
-        time_s=time_s,
         line=line,
     )
 
 
-@dataclass
-class _Cells:
-    """Parses the cells of a row; what cannot be parsed becomes words of its remark."""
+def _no_time(_text: str) -> None:
+    return None
+
+
+@dataclass(frozen=True)
+class _Parsed:
+    """Parses the texts of a row; what cannot be parsed becomes words of its remark."""
 
     texts: Mapping[str, str]
     notes: Notes
     line: int | None
-    words: list[str] = field(default_factory=list)
+    said: list[str]
 
-    def quantity(self, name: str) -> float | None:
+    def value(
+        self, name: str, parse: Callable[[str], object], word: str, warning: str = ""
+    ) -> object:
         text = self.texts[name]
-        found = quantity(text)
-        if text and found is None:
-            self.words.append(f"quantity {text}")
+        found = parse(text)
+        is_stated = text.strip("0") if parse is clock else text  # hours 0 and 00 mean none
+        if found is None and is_stated:
+            self.said.append(f"{word} {text}")
+            if warning:
+                self.notes.add(warning, self.line, text=f"{text!r:.40}")
         return found
 
-    def clock(self, name: str) -> int | None:
-        text = self.texts[name]
-        found = clock(text)
-        if found is None and text.strip("0"):
-            self.notes.add("no_hour", self.line, text=f"{text!r:.20}")
-            self.words.append(f"clock {text}")
-        return found
-
-    def stretch(self, name: str) -> str | None:
-        text = self.texts[name]
-        found = stretch(text)
-        if text and found is None:
-            self.notes.add("no_stretch", self.line, text=f"{text!r:.20}")
-            self.words.append(f"stretch {text}")
-        return found
-
-    def time_s(self, name: str, *, is_counter: bool) -> float | None:
-        text = self.texts[name]
-        found = None if is_counter else video_time_s(text)
-        if text and found is None:
-            self.notes.add("no_video_time", self.line, text=f"{text!r:.40}")
-            self.words.append(f"video {text}")
-        return found
-
-    def letters(self, name: str, pattern: re.Pattern[str], said: list[str]) -> str | None:
+    def letters(self, name: str, pattern: re.Pattern[str]) -> str | None:
         value = clean(self.texts[name], 40).upper()
         if not value or pattern.fullmatch(value):
             return value or None
         self.notes.add("invalid_code", self.line, field=name, value=repr(value))
-        said.append(f"{name} {value}")
+        self.said.append(f"{name} {value}")
         return None

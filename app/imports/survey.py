@@ -7,12 +7,12 @@ with their line.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from app.imports.cells import clean
 from app.survey.fields.header import FIELDS, LONGEST_TEXT, faults
-from app.survey.tag import LONGEST_IMPORTED_REMARK, StatedTag
+from app.survey.tag import StatedTag
 
 MOST_SURVEYS = 200
 MOST_OBSERVATIONS = 10_000
@@ -24,6 +24,8 @@ MOST_WARNINGS = 1000
 START, END, ABANDONED = "BCD", "BCE", "BDC"
 """Codes of EN 13508-2."""
 _MOST_HEADER_FIELDS = 100
+_AS_STATED = {"stretch": "continuous", "photo": "photo_name", "time_s": "film_time_s"}
+"""Names of a tag for fields of an observation."""
 
 
 @dataclass(frozen=True)
@@ -66,22 +68,13 @@ class ImportedObservation:
 
     def tag(self, frame: int) -> StatedTag:
         """Return the tag to store, at a frame of the track made from the survey."""
-        return StatedTag.model_construct(
-            frame=frame,
-            code=self.code,
-            char1=self.char1,
-            char2=self.char2,
-            quant1=self.quant1,
-            quant2=self.quant2,
-            clock_from=self.clock_from,
-            clock_to=self.clock_to,
-            severity=self.severity,
-            continuous=self.stretch,
-            remark=self.remark[:LONGEST_IMPORTED_REMARK] or None,
-            at_joint=self.at_joint or None,
-            photo_name=self.photo or None,
-            film_time_s=self.time_s,
-        )
+        stated = {
+            _AS_STATED.get(each.name, each.name): getattr(self, each.name)
+            for each in fields(self)
+            if each.name not in ("distance_m", "line")
+        }
+        stated |= {"remark": self.remark or None, "at_joint": self.at_joint or None}
+        return StatedTag.model_construct(frame=frame, **stated)
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,6 @@ from app.reports.text.legible import iso
 from app.settings import MIB
 from app.survey.corrected import result_of
 from app.survey.records import BROUGHT_IN
-from vo_core import Track
 
 _SCHEMA = f"{FAMILY}/{VERSION}"
 
@@ -71,10 +70,14 @@ def write(report: Report) -> Written:
         "tags": _tags(report, media),
         "attachments": _attachments(report, media),
         "remarks": [_fields_of(MovedRemark, it, _exactly) for it in report.kept.remarks],
-        "review": _review(report),
+        "review": {
+            "state": report.review,
+            "by": report.reviewed_by,
+            "at": _exactly(report.reviewed_at),
+        },
         "code_pack": report.pack if report.kept.pack_table is not None else None,
         "report_template": report.template_in_force.model_dump(mode="json"),
-        "track": {"columns": _columns(report.raw_track)},
+        "track": {"columns": json.loads(report.raw_track.to_json())["columns"]},
         "health": {
             "columns": {
                 name: [round(value, _HEALTH_DECIMALS) for value in column.tolist()]
@@ -181,10 +184,6 @@ def _attachments(report: Report, media: Mapping[str, MediaFile]) -> list[Mapping
     ]
 
 
-def _review(report: Report) -> Mapping[str, Any]:
-    return {"state": report.review, "by": report.reviewed_by, "at": _exactly(report.reviewed_at)}
-
-
 def _exactly(at: datetime | None) -> str | None:
     """Return a moment to the microsecond: the names of photos follow the order of attachments."""
     return None if at is None else at.astimezone(UTC).isoformat()
@@ -207,11 +206,6 @@ def _embedded(media: Mapping[str, MediaFile], losses: list[Loss]) -> Mapping[str
             )
         found[file.path] = base64.b64encode(content).decode()
     return found
-
-
-def _columns(track: Track) -> Any:
-    """Return the columns of track.json, rounded like track.csv."""
-    return json.loads(track.to_json())["columns"]
 
 
 def _text(part: object) -> str:
