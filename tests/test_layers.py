@@ -172,7 +172,7 @@ FORMS = {
     "pdf": set(),
     "html": set(),
     "tables": {"exchange"},
-    "exchange": {"bundle", "content"},  # grades read materials by the lists of exchange formats
+    "exchange": {"bundle"},
     "bundle": set(),
 }
 """The formats of the report, each with those that are made of it."""

@@ -105,7 +105,7 @@ def test_each_caveat_of_an_import_has_a_sentence():
         for path in FOLDER.parent.joinpath(room).rglob("*.py")
     )
     by_variables = {
-        "no_table_of_nodes", "no_table_of_photos",
+        "no_table_of_nodes", "no_table_of_photos", "computed_columns", "columns_not_read",
         "code_without_distance", "neither_code_nor_distance",
     }  # fmt: skip
     around = {"at_line", "of_survey", "nothing_imported"}
