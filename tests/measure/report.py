@@ -20,6 +20,7 @@ from reports import LENGTH_M, OBSERVATIONS, entry, full_report
 
 from app.reports import pdf as document
 from app.reports.report import Photo, Report
+from app.storage.folder.files import sha256_of
 from measure.used import Used
 
 DEFECTS = 200
@@ -39,22 +40,22 @@ def large_report(folder: Path) -> Report:
     entries = [
         replace(
             entry(n, **kinds[n % len(kinds)] | {"distance_m": float(place_m)}),
-            photo=Photo(f"CUL-0041-{n:03d}.jpg", pictures[n - 1], f"{n:064x}"),
+            photo=Photo(f"CUL-0041-{n:03d}.jpg", *pictures[n - 1]),
         )
         for n, place_m in enumerate(places_m, 1)
     ]
     return full_report(folder, entries=tuple(entries))
 
 
-def large_photo(folder: Path, seq: int) -> Path:
-    """Write a JPEG with about as much detail as a film of concrete."""
+def large_photo(folder: Path, seq: int) -> tuple[Path, str]:
+    """Write a JPEG with about as much detail as a film of concrete; return its digest, too."""
     noise = np.random.default_rng(seq).normal(110, 20, (SIZE_WH[1] // 8, SIZE_WH[0] // 8))
     picture = cv2.resize(noise.clip(0, 255).astype(np.uint8), SIZE_WH)
     cv2.putText(picture, str(seq), (100, 700), cv2.FONT_HERSHEY_SIMPLEX, 16, 240, 40)
     path = folder / f"large-{seq}.jpg"
     done = cv2.imwrite(str(path), cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR))
     assert done
-    return path
+    return path, sha256_of(path)
 
 
 def main() -> None:

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from html import escape, unescape
+from html import unescape
 from pathlib import Path
 from typing import IO, Any
 
@@ -20,12 +20,16 @@ from app.reports.content.pictures import Jpeg
 from app.reports.content.sizes import Outline
 from app.reports.content.words import Language, words_of
 from app.reports.drawings.svg import Drawing, measures
-from app.reports.text.fonts import installed
-from app.reports.text.typesetting import clean, pieces_of
+from app.reports.text.fonts import LATIN, has, installed
+from app.reports.text.typesetting import clean
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _COMPILE = Path(__file__).parent / "compile.py"
-_TEXT_OF_SVG = re.compile(r"(?<=>)([^<>]*[^\x00-\x7f<>&]|[^<>]*&#)[^<>]*(?=</(?:text|tspan)>)")
+_TEXT_OF_SVG = re.compile(
+    r'<text x="(?P<x>[^"]+)" y="(?P<y>[^"]+)" font-size="(?P<size>[^"]+)" fill="(?P<fill>[^"]+)" '
+    r'text-anchor="(?P<anchor>[^"]+)" font-weight="(?P<weight>[^"]+)">(?P<said>[^<]*)</text>'
+)
+"""As `app.reports.drawings.svg` writes a text, in millimetres."""
 
 
 class NotTypeset(RuntimeError):
@@ -74,11 +78,24 @@ class Workshop:
         (self._folder / f"{name}.svg").write_text(svg, "utf-8")
         return f"{name}.svg"
 
-    def add_drawing(self, drawing: Drawing) -> dict[str, str]:
-        """Add a drawing; return it as templates take it."""
-        name = f"{self._next_name()}.svg"
-        (self._folder / name).write_text(_TEXT_OF_SVG.sub(_in_fonts, drawing.svg), "utf-8")
-        return {"file": name, "alt": drawing.alt}
+    def add_drawing(self, drawing: Drawing) -> dict[str, Any]:
+        """Add a drawing; return it as templates take it.
+
+        Texts that are not in Latin letters are set over it: in an SVG, Typst takes fonts for other
+        scripts in a weight of its own, and cannot say what joined letters stand for.
+        """
+        name, texts = f"{self._next_name()}.svg", []
+
+        def taken_out(found: re.Match[str]) -> str:
+            said = unescape(found["said"])
+            if all(has(LATIN, char) for char in said):
+                return found[0]
+            texts.append({**found.groupdict(), "said": said})
+            return ""
+
+        svg = _TEXT_OF_SVG.sub(taken_out, drawing.svg)
+        (self._folder / name).write_text(svg, "utf-8")
+        return {"file": name, "alt": drawing.alt, "texts": texts}
 
     def _next_name(self) -> str:
         self._files += 1
@@ -163,11 +180,3 @@ def _shown(data: Any) -> Any:
     if isinstance(data, Sequence):
         return list(map(_shown, data))
     return data
-
-
-def _in_fonts(found: re.Match[str]) -> str:
-    """Name the font of each piece of a text: fonts of a drawing are not tried one by one."""
-    return "".join(
-        f'<tspan font-family="{face.family}">{escape(piece)}</tspan>'
-        for face, piece in pieces_of(clean(unescape(found[0])))
-    )

@@ -209,6 +209,15 @@ def test_names_in_every_script_are_drawn_and_can_be_searched(full, english):
     assert np.count_nonzero(cover < 128) > np.count_nonzero(blank < 128)
 
 
+def test_names_in_every_script_stand_in_drawings_too(full):
+    header = {**full.header, "start_node": "قرية-1", "end_node": "陈伟明-北"}
+    made = replace(full, header=header, template=only("graphic"))
+    text = text_of(document.write(made).content)
+
+    assert "陈伟明-北" in text
+    assert "1-" in text
+
+
 def test_a_remark_of_ten_thousand_characters_is_printed_in_full(full):
     entries = (remarked(full.entries[0], LONG[:9996] + "END."), *full.entries[1:])
     content = document.write(replace(full, entries=entries, template=only("observations"))).content
