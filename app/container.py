@@ -202,7 +202,8 @@ class _Building:
             films,
             records.counter_files,
             limits=self._job_limits,
-            # The workers of a cluster have processors of their own.
+            read=self._tracker.read_counter,
+            # The workers of a cluster do it beside their films.
             has_others=run_store.are_queued if settings.dask is None else lambda: False,
         )
         self._run(self.services.add(counter_queue))

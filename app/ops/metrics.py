@@ -84,6 +84,8 @@ class Metrics:
             registry=self._registry,
         )
         self._lock = threading.Lock()
+        self._frames_before: dict[str, int] = {}
+        """Frames done so far, by running inspection."""
         self._dropped_before: dict[str, int] = {}
         """Frames dropped so far, by running live inspection."""
 
@@ -112,7 +114,7 @@ class Metrics:
         """Count an event."""
         if not isinstance(event, Update):
             return
-        self._frames.inc(len(event.estimates))
+        self._count_frames(event)
         if event.camera is not None:
             with self._lock:
                 before = self._dropped_before.get(event.inspection_id, 0)
@@ -121,6 +123,16 @@ class Metrics:
         if event.state in ENDED:
             with self._lock:
                 self._dropped_before.pop(event.inspection_id, None)
+
+    def _count_frames(self, event: Update) -> None:
+        """Count the tracked frames: of a worker of a cluster only their number is known."""
+        done = event.progress.frames_done
+        with self._lock:
+            before = self._frames_before.get(event.inspection_id, done)
+            self._frames.inc(len(event.estimates) or max(done - before, 0))
+            self._frames_before[event.inspection_id] = done
+            if event.state != "running":
+                del self._frames_before[event.inspection_id]
 
 
 class WatchedServices(Collector):

@@ -8,22 +8,27 @@ certificates of both sides, or on this machine only.
 from __future__ import annotations
 
 import logging
+import secrets
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 
+from app.burnt_in.readings import ReadFilm
 from app.errors import EngineUnavailable, WorkerLost
+from app.jobs.messages import Progress
 from app.storage.blobs.blobs import Blobs
 from app.storage.blobs.stores import blobs_at
 from app.tracking.films.engines import EngineState
 from app.tracking.films.run_files import RunFiles
 from app.tracking.films.runs import Run, Runs
 from app.tracking.films.work import IsStopped, Manifest, OnReport, Report, Spec, run, sweep
+from app.tracking.pictures.counter_reading import CounterOrder, OnProgress, read_counter
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -85,7 +90,9 @@ class DaskEngine:
         self._lock = threading.Lock()
         self._connected: Client | None = None
         self._tasks: list[_Task] = []
-        """What is submitted, in this order."""
+        """Films that are submitted, in this order."""
+        self._counters = 0
+        """Counters that are being read."""
         self._known = EngineState("dask", 0)
         self._known_s = -_STATE_S
 
@@ -95,7 +102,7 @@ class DaskEngine:
             if time.monotonic() - self._known_s >= _STATE_S:
                 self._known = self._looked_up()
                 self._known_s = time.monotonic()
-            return min(self._known.workers, self.most_slots)
+            return min(max(self._known.workers - self._counters, 0), self.most_slots)
 
     def state(self) -> EngineState:
         """Return at once what was last known; every slot looks it up again and again."""
@@ -174,18 +181,58 @@ class DaskEngine:
         """
         return self._run(spec, is_stopped, report, may_wait=True)
 
+    def read_counter(
+        self, order: CounterOrder, is_stopped: IsStopped, report: OnProgress
+    ) -> ReadFilm:
+        """Have a counter read by a worker, see `counter_reading.read_counter`.
+
+        Raises:
+            WorkerLost: Its worker was lost.
+            EngineUnavailable: The scheduler is gone, or has no worker.
+        """
+        with self._lock:
+            client = self._client()
+            self._counters += 1
+        try:
+            task = _Task(client, read_counter_on_worker, order, self._store)
+            read = self._followed(
+                task, client, is_stopped, lambda news: report(Progress(*news)), may_wait=True
+            )
+        finally:
+            with self._lock:
+                self._counters -= 1
+        return msgspec.json.decode(read, type=ReadFilm)
+
     def _run(
         self, spec: Spec, is_stopped: IsStopped, report: OnReport, *, may_wait: bool
     ) -> Manifest:
         with self._lock:
             client = self._client()
-            task = _Task(client, spec, self._store)
+            task = _Task(client, run_on_worker, spec, self._store)
             self._tasks.append(task)
+        try:
+            manifest = self._followed(
+                task, client, is_stopped, lambda news: report(Report(*news)), may_wait=may_wait
+            )
+        finally:
+            with self._lock:
+                self._tasks.remove(task)
+        return msgspec.json.decode(manifest, type=Manifest)
+
+    def _followed(
+        self,
+        task: _Task,
+        client: Client,
+        is_stopped: IsStopped,
+        hear: Callable[[tuple[Any, ...]], None],
+        *,
+        may_wait: bool,
+    ) -> bytes:
         stopped_s: float | None = None
         try:
             while not task.is_done(_POLL_S):
                 if (news := task.news) is not None:
-                    report(news)
+                    hear(news)
                 self._require_worker(task, may_wait=may_wait)
                 if client.status != "running":
                     raise EngineUnavailable(
@@ -199,14 +246,12 @@ class DaskEngine:
                     raise WorkerLost("The worker did not stop when it was asked to.")
             return task.result()
         finally:
-            with self._lock:
-                self._tasks.remove(task)
             task.forget()
 
     def _require_worker(self, task: _Task, *, may_wait: bool) -> None:
         """Raise EngineUnavailable if there is no worker, or none for a task that may not wait."""
         slots = self.slots()
-        if not slots:
+        if not self._known.workers:
             raise EngineUnavailable(_NO_WORKER)
         with self._lock:
             first = sorted(self._tasks, key=lambda each: each.news is None)[:slots]
@@ -220,21 +265,27 @@ class DaskEngine:
 
 
 class _Task:
-    """One run of one spec on the cluster."""
+    """One call of a function on the cluster; its answer is JSON."""
 
-    def __init__(self, client: Client, spec: Spec, store: Store) -> None:
+    def __init__(
+        self,
+        client: Client,
+        work: Callable[[bytes, bytes, str], bytes],
+        order: Spec | CounterOrder,
+        store: Store,
+    ) -> None:
         from distributed import Event
 
         self._client = client
-        self.news: Report | None = None
+        self.news: tuple[Any, ...] | None = None
         """The newest progress; None until a worker has begun."""
         # A key of its own: the scheduler would answer a known one with the result it remembers.
-        self._topic = f"chainage-{spec.id}-{time.time_ns()}"
+        self._topic = f"chainage-{secrets.token_hex(16)}"
         self._stop = Event(self._topic, client=client)
         client.subscribe_topic(self._topic, self._hear)
         self._future: Future[Any] = client.submit(
-            run_on_worker,
-            msgspec.json.encode(spec),
+            work,
+            msgspec.json.encode(order),
             msgspec.json.encode(store),
             self._topic,
             key=self._topic,
@@ -244,8 +295,7 @@ class _Task:
         self._future.add_done_callback(lambda _: self._ended.set())
 
     def _hear(self, event: tuple[float, Any]) -> None:
-        frames_done, fps = event[1]
-        self.news = Report(frames_done, fps)
+        self.news = event[1]
 
     def is_done(self, timeout_s: float) -> bool:
         """Wait a while for the end."""
@@ -255,8 +305,8 @@ class _Task:
         """Ask the worker to end the run where it is."""
         self._stop.set()
 
-    def result(self) -> Manifest:
-        """Return the manifest.
+    def result(self) -> bytes:
+        """Return the answer.
 
         Raises:
             WorkerLost: There is none.
@@ -265,7 +315,7 @@ class _Task:
         from distributed.comm.core import CommClosedError
 
         try:
-            return msgspec.json.decode(self._future.result(timeout=_CONNECT_S), type=Manifest)
+            return bytes(self._future.result(timeout=_CONNECT_S))
         except (KilledWorker, CancelledError, CommClosedError, OSError, TimeoutError) as error:
             raise WorkerLost(f"A worker of the cluster was lost ({error}).") from error
 
@@ -279,20 +329,38 @@ class _Task:
 
 def run_on_worker(spec: bytes, store: bytes, topic: str) -> bytes:
     """Run a spec in a worker process, and return the manifest; both are JSON."""
-    from distributed import Event, get_client, get_worker
-
-    worker = get_worker()
-    stop = Event(topic, client=get_client(timeout=_CONNECT_S))
+    is_stopped, tell = _line_to_server(topic)
     reported_s = 0.0
 
     def report(progress: Report) -> None:
         nonlocal reported_s
         if time.monotonic() - reported_s >= _POLL_S:
             reported_s = time.monotonic()
-            worker.log_event(topic, (progress.frames_done, progress.fps))
+            tell((progress.frames_done, progress.fps))
 
-    worker.log_event(topic, (0, None))
+    tell((0, None))
     sweep()
     blobs = msgspec.json.decode(store, type=Store).opened()
     order = msgspec.json.decode(spec, type=Spec)
-    return msgspec.json.encode(run(order, blobs, is_stopped=stop.is_set, report=report))
+    return msgspec.json.encode(run(order, blobs, is_stopped=is_stopped, report=report))
+
+
+def read_counter_on_worker(order: bytes, store: bytes, topic: str) -> bytes:
+    """Read a counter in a worker process, and return the readings; both are JSON."""
+    is_stopped, tell = _line_to_server(topic)
+    read = read_counter(
+        msgspec.json.decode(order, type=CounterOrder),
+        msgspec.json.decode(store, type=Store).opened(),
+        is_stopped=is_stopped,
+        report=lambda progress: tell((progress.done, progress.total)),
+    )
+    return msgspec.json.encode(read)
+
+
+def _line_to_server(topic: str) -> tuple[IsStopped, Callable[[tuple[Any, ...]], None]]:
+    """Return whether the server has asked to stop, and what tells it how far the work is."""
+    from distributed import Event, get_client, get_worker
+
+    worker = get_worker()
+    stop = Event(topic, client=get_client(timeout=_CONNECT_S))
+    return stop.is_set, lambda news: worker.log_event(topic, news)

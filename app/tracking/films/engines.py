@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+from app.burnt_in.readings import ReadFilm
 from app.jobs.messages import Limits
 from app.storage.storage import Storage
 from app.tracker import tracker
 from app.tracking.films.film_run import FilmTracker
 from app.tracking.films.runs import Run, Runs
 from app.tracking.films.work import IsStopped, Manifest, OnReport, Spec, run
+from app.tracking.pictures.counter_reading import CounterOrder, OnProgress, read_counter
 from app.tracking.pictures.film_files import FilmFiles
 
 
@@ -50,6 +52,11 @@ class Engine(Protocol):
 
     def run(self, spec: Spec, is_stopped: IsStopped, report: OnReport) -> Manifest:
         """Run a spec, see `work.run`; raises the errors of `track`."""
+
+    def read_counter(
+        self, order: CounterOrder, is_stopped: IsStopped, report: OnProgress
+    ) -> ReadFilm:
+        """Read a burnt-in counter, see `read_counter`; raises the errors of `track` too."""
 
     def close(self) -> None:
         """Let go of everything."""
@@ -95,6 +102,12 @@ class Pool:
     def run(self, spec: Spec, is_stopped: IsStopped, report: OnReport) -> Manifest:
         """Run a spec in this thread; a child process does the work."""
         return run(spec, self._blobs, is_stopped=is_stopped, report=report)
+
+    def read_counter(
+        self, order: CounterOrder, is_stopped: IsStopped, report: OnProgress
+    ) -> ReadFilm:
+        """Read a counter in this thread; a child process does the work."""
+        return read_counter(order, self._blobs, is_stopped=is_stopped, report=report)
 
     def close(self) -> None:
         """Nothing is open."""

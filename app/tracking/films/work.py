@@ -233,7 +233,7 @@ class _Work:
         with (
             self._blobs.local(spec.film) as film,
             self._live.listening(spec.id, lambda event: self._hear(event, report)),
-            _polling(is_stopped, lambda: self._runs.ask_to_stop(spec.id, "cancelled")),
+            polling(is_stopped, lambda: self._runs.ask_to_stop(spec.id, "cancelled")),
         ):
             outcome = tracker.track(run, film, Limits(spec.memory_bytes, spec.cpu_s))
         assert outcome is not None  # noqa: S101  (nobody asks it to shut down)
@@ -400,7 +400,7 @@ def _outcome_of(chunks: Sequence[Manifest]) -> Outcome:
     return replace(outcome, warning=" ".join(warnings) or None)
 
 
-class _polling:  # noqa: N801  (used like a function)
+class polling:  # noqa: N801  (used like a function)
     """Asks `is_stopped` in a thread of its own while the block runs; then calls `stop` once."""
 
     def __init__(self, is_stopped: Callable[[], bool], stop: Callable[[], object]) -> None:

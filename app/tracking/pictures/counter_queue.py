@@ -8,6 +8,7 @@ what nobody has asked for is read while no film waits to be tracked.
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,10 +17,13 @@ import msgspec
 from app.burnt_in.readings import BurntIn, CounterReadings, ReadFilm
 from app.errors import (
     BlobNotFound,
+    Busy,
+    EngineUnavailable,
     MediaFailed,
     NothingRecorded,
     NotRunning,
     StoreUnavailable,
+    WorkerLost,
 )
 from app.jobs.messages import Limits, Progress
 from app.jobs.process import Child, ask_about_media
@@ -28,8 +32,10 @@ from app.storage.blobs.blobs import StoredBlob
 from app.storage.database.tables import ENDED
 from app.storage.records.inspections import InspectionStore, require_unlocked
 from app.survey.review import APPROVED
+from app.tracking.films.work import IsStopped
 from app.tracking.live import Event, Update
 from app.tracking.pictures.counter_files import SEARCHED, CounterFiles, KeptCounter
+from app.tracking.pictures.counter_reading import CHILD, CounterOrder, OnProgress
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.videos import NO_FILM
 from app.tracking.worker import InspectionWorker
@@ -37,19 +43,13 @@ from vo_core.errors import ChainageError
 
 logger = logging.getLogger(__name__)
 
-CHILD = "app.jobs.requests.counter"
-"""Module of the process that finds and reads counters."""
-
 _STOP_TIMEOUT_S = 10.0
-_STALL_S = 600.0
-"""Time without progress that counts as a stall. Of low priority, a child may get no processor for
-minutes."""
 _SEARCH_S = 60.0
 """Time that a person waits for a search, which takes some 5 s."""
 
 
 class CounterQueue(InspectionWorker):
-    """A thread that reads one counter at a time, each in a child process."""
+    """A thread that has one counter read at a time."""
 
     def __init__(
         self,
@@ -58,6 +58,7 @@ class CounterQueue(InspectionWorker):
         files: CounterFiles,
         *,
         limits: Limits,
+        read: Callable[[CounterOrder, IsStopped, OnProgress], ReadFilm],
         has_others: Callable[[], bool],
     ) -> None:
         """Prepare the thread.
@@ -65,26 +66,29 @@ class CounterQueue(InspectionWorker):
         Args:
             inspections, films, files: What is read.
             limits: Of each child.
-            has_others: Whether films wait to be tracked on this machine.
+            read: Reads a counter, see `read_counter`; on a worker if there are some.
+            has_others: Whether films wait to be tracked.
         """
         super().__init__("counters", stop_timeout_s=_STOP_TIMEOUT_S)
         self._inspections = inspections
         self._films = films
         self._files = files
         self._limits = limits
+        self._read = read
         self._has_others = has_others
         self._inherits = True
         """Whether to look for films that the server left waiting when it ended."""
         self._reading: str | None = None
         """`_changed` guards this and the next fields."""
         self._progress: Progress | None = None
-        self._child: Child | None = None
+        self._is_stopped = threading.Event()
+        """Whether what is being read is no longer wanted."""
 
     def stop(self) -> None:
         """End the child; its film is read again at the next start."""
         with self._changed:
             self._stopping = True
-            self._end_child()
+            self._is_stopped.set()
         super().stop()
 
     def on_event(self, event: Event) -> None:
@@ -117,7 +121,7 @@ class CounterQueue(InspectionWorker):
                 stated = msgspec.structs.replace(kept, unit=stated.unit)
             self._files.put(inspection_id, stated)
             if self._reading == inspection_id:
-                self._end_child()
+                self._is_stopped.set()
         self.announce(inspection_id, is_asked=True)
 
     def cancel(self, inspection_id: str) -> None:
@@ -135,7 +139,7 @@ class CounterQueue(InspectionWorker):
                 raise NotRunning("The counter is not being read; there is nothing to stop.")
             self._files.put(inspection_id, msgspec.structs.replace(kept, state="cancelled"))
             if self._reading == inspection_id:
-                self._end_child()
+                self._is_stopped.set()
 
     def search(self, film: Path) -> BurntIn:
         """Find the counter of a film while somebody waits.
@@ -149,10 +153,6 @@ class CounterQueue(InspectionWorker):
             return ask_about_media(
                 child, request, BurntIn, work="Searching the counter", stall_s=_SEARCH_S
             )
-
-    def _end_child(self) -> None:
-        if self._child is not None:
-            self._child.terminate()
 
     def _step(self) -> float | None:
         if self._inherits:
@@ -196,38 +196,27 @@ class CounterQueue(InspectionWorker):
                 return
             self._files.put(inspection_id, kept)
             self._reading, self._progress = inspection_id, Progress(0, None)
-            self._child = Child(CHILD)
+            self._is_stopped.clear()
         try:
-            with film.local() as path:
-                self._read(inspection_id, film, path, kept)
+            self._read_film(inspection_id, film, kept)
         finally:
             with self._changed:
-                self._child.kill()
-                self._reading = self._progress = self._child = None
+                self._reading = self._progress = None
 
-    def _read(self, inspection_id: str, film: StoredBlob, path: Path, kept: KeptCounter) -> None:
-        """Follow the child, and store its result unless something else is wanted meanwhile."""
-        assert self._child is not None  # noqa: S101  (its thread has just started it)
-        request = CounterRequest(str(path), self._limits, kept.within)
+    def _read_film(self, inspection_id: str, film: StoredBlob, kept: KeptCounter) -> None:
+        """Have a counter read, and store the result unless something else is wanted meanwhile."""
 
         def note(progress: Progress) -> None:
             with self._changed:
                 self._progress = progress
-                if not path.exists():  # deleted, or a recording again
-                    self._end_child()
 
         csv = ""
+        order = CounterOrder(film.key, kept.within, self._limits)
         try:
-            read = ask_about_media(
-                self._child,
-                request,
-                ReadFilm,
-                work="Reading the counter",
-                stall_s=_STALL_S,
-                part=Progress,
-                on_part=note,
-            )
+            read = self._read(order, self._is_stopped.is_set, note)
             csv, done = read.csv, _read_of(kept, read, film.about().size)
+        except (EngineUnavailable, WorkerLost) as gone:
+            raise Busy(str(gone)) from gone
         except (ChainageError, FileNotFoundError) as failure:
             done = msgspec.structs.replace(kept, state="failed", detail=str(failure))
         with self._changed:

@@ -68,7 +68,20 @@ def test_a_run_shows_its_progress_and_can_be_stopped(served: Client, long_clip: 
     served.post(f"/api/inspections/{inspection_id}/cancel").raise_for_status()
     ended = served.wait(inspection_id)
     assert ended["status"] == "cancelled"
+    assert "chainage_tracked_frames_total 0.0" not in served.get("/metrics").text
     assert 0 < ended["progress"]["frames_done"] < ended["progress"]["frames_total"]
+
+
+def test_a_worker_reads_the_burnt_in_counter(served: Client, workers: Cluster, clip: Path) -> None:
+    def reading() -> bool:
+        commands = (children_of(each.pid).values() for each in workers.workers)
+        return any("app.jobs.requests.counter" in each for some in commands for each in some)
+
+    inspection_id = served.tracked(clip)
+    path = f"/api/inspections/{inspection_id}/counter"
+    served.put(path, json={}).raise_for_status()
+    wait_until(reading)
+    wait_until(lambda: served.get(path).json()["state"] == "not_found")
 
 
 def test_without_a_worker_films_wait_in_the_queue_and_say_why(

@@ -145,7 +145,7 @@ def test_a_counter_is_read_when_it_is_its_turn_or_somebody_asks_and_again_if_it_
         assert client.get(f"/api/inspections/{inspection}/counter/readings").text.count("\n") == 1
 
         with monkeypatch.context() as patch:
-            patch.setattr("app.tracking.pictures.counter_queue.CHILD", "app.jobs.no_such_module")
+            patch.setattr("app.tracking.pictures.counter_reading.CHILD", "app.jobs.no_such_module")
             state(client, inspection)
             found = settled(client, inspection)
         assert found["state"] == "failed"
