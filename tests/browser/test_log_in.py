@@ -2,60 +2,41 @@
 
 from __future__ import annotations
 
-import pytest
 from playwright.sync_api import Page, expect
-from shares import first_of
 from steps import TOKEN, Server, log_in
 
+FOREIGN = ["/\\example.org/", f"/viewer/{'0' * 32}/?playbackPath=data:,x", "//example.org/"]
+"""Addresses to which a log-in must not lead."""
 
-@pytest.mark.parametrize("path", ["/", "/new"])
-def test_log_in_leads_to_the_page_that_was_asked_for(page: Page, server: Server, path: str) -> None:
-    page.goto(server.url + path)
-    page.get_by_label("Access token").fill(TOKEN)
+
+def enter(page: Page, token: str) -> None:
+    page.get_by_label("Access token").fill(token)
     page.get_by_role("button", name="Log in").click()
-    page.wait_for_url(server.url + path)
-    expect(page.get_by_role("heading", level=1)).to_be_visible()
 
 
-def test_a_wrong_token_is_refused_in_plain_words(page: Page, server: Server) -> None:
-    page.goto(server.url)
-    page.get_by_label("Access token").fill("wrong")
-    page.get_by_role("button", name="Log in").click()
+def test_a_log_in_leads_to_the_page_that_was_asked_for_and_a_log_out_ends_it(
+    page: Page, server: Server
+) -> None:
+    page.goto(f"{server.url}/new")
+    enter(page, "wrong")
     expect(page.get_by_role("alert")).to_contain_text("This token is not known here")
     expect(page.get_by_label("Access token")).to_be_focused()
-
-
-def test_a_log_out_ends_the_session(page: Page, server: Server) -> None:
-    log_in(page, server)
+    enter(page, TOKEN)
+    page.wait_for_url(f"{server.url}/new")
+    expect(page.get_by_role("heading", level=1)).to_be_visible()
     page.get_by_label("Menu").click()
     page.get_by_role("button", name="Log out").click()
     expect(page.get_by_label("Access token")).to_be_visible()
-    page.goto(server.url)
-    expect(page.get_by_label("Access token")).to_be_visible()
-
-
-@pytest.mark.parametrize(
-    "foreign",
-    first_of(
-        2,
-        [
-            "/\\example.org/",
-            f"/viewer/{'0' * 32}/?playbackPath=data:,x",
-            "https://example.org/",
-            "//example.org/",
-            "/api/session",
-        ],
-    ),
-)
-def test_log_in_leads_to_our_pages_only(page: Page, server: Server, foreign: str) -> None:
-    page.goto(server.url)
-    page.evaluate(
-        "next => history.replaceState(null, '', `/login?next=${encodeURIComponent(next)}`)", foreign
-    )
-    page.get_by_label("Access token").fill(TOKEN)
-    page.get_by_role("button", name="Log in").click()
-    page.wait_for_url(lambda url: "/login" not in url)
-    assert page.url == server.url + "/"
+    for foreign in FOREIGN:
+        page.context.clear_cookies()
+        page.goto(server.url)
+        page.evaluate(
+            "next => history.replaceState(null, '', `/login?next=${encodeURIComponent(next)}`)",
+            foreign,
+        )
+        enter(page, TOKEN)
+        page.wait_for_url(lambda url: "/login" not in url)
+        assert page.url == server.url + "/", foreign
 
 
 def test_a_link_asks_before_it_replaces_a_session(page: Page, server: Server) -> None:

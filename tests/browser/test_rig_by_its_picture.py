@@ -81,19 +81,3 @@ def test_a_first_rig_needs_no_pixels_and_shows_its_wall(
     page.get_by_role("button", name="Take Crawler 3").click()
     expect(page.get_by_label("Height of the lens")).to_have_value("230")
     expect(page.locator("#header-rig_id")).to_have_value("Crawler 3")
-
-
-def test_a_calibrated_lens_goes_with_a_smaller_film(
-    page: Page, server: Server, tmp_path: Path
-) -> None:
-    log_in(page, server, "/new")
-    page.get_by_label("How the lens is known").select_option("px")
-    for name, value in (("width", 640), ("height", 480), ("fx", 1200), ("fy", 1200), ("cx", 319.5)):
-        page.locator(f"#rig-camera-{name}").fill(str(value))
-    page.locator("#rig-camera-cy").fill("239.5")
-    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
-    page.locator("input[type=file]").first.set_input_files(clip)
-    page.get_by_role("button", name="Take the size of the film").click()
-    expect(page.locator("#rig-camera-fx")).to_have_value("600")
-    expect(page.locator("#rig-camera-cx")).to_have_value("159.5")
-    expect(page.get_by_label("Picture width")).to_have_attribute("aria-invalid", "false")

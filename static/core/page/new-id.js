@@ -16,3 +16,6 @@ export function idInTime() {
   made += 1;
   return `${Date.now()}-${String(made).padStart(8, '0')}-${Math.random()}`;
 }
+
+/** New for each page: pairs its commands with the 3D view in it. */
+export const pageId = newId().replaceAll('-', '');

@@ -2,36 +2,18 @@
 
 import { get, refusalIn } from './api.js';
 import { Store } from '../page/store.js';
-import { t } from '../page/words.js';
+import { wordFor } from '../page/words.js';
 
 const WAITING_MS = 2000;
 const SETTLED_MS = 30_000;
-
-/**
- * The server's reasons why the client was not notified, in our words.
- * @type {Record<string, (values: Record<string, string>) => string>}
- */
-const REASONS = {
-  answered: (values) => t('undelivered.answered', values),
-  redirected: (values) => t('undelivered.redirected', values),
-  no_answer: (values) => t('undelivered.no_answer', values),
-  untrusted: (values) => t('undelivered.untrusted', values),
-  tls_failed: (values) => t('undelivered.tls_failed', values),
-  unknown_name: () => t('undelivered.unknown_name'),
-  broken_off: () => t('undelivered.broken_off'),
-  unreachable: (values) => t('undelivered.unreachable', values),
-  no_web_server: () => t('undelivered.no_web_server'),
-  fault: () => t('undelivered.fault'),
-  too_many: (values) => t('undelivered.too_many', values),
-  stopping: () => t('undelivered.stopping'),
-};
 
 /**
  * Says why the client was not notified.
  * @param {Api['ReasonOut']|null} reason
  * @param {string|null} sentence the server's own, for a reason that this page does not know
  */
-export const reasonText = (reason, sentence) => (reason && REASONS[reason.code]?.(reason.values)) ?? sentence;
+export const reasonText = (reason, sentence) =>
+  (reason && wordFor('undelivered', reason.code, reason.values)) ?? sentence;
 
 /**
  * A store of the last alert of each observation, by its id; empty where no client is configured.

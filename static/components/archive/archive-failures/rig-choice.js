@@ -3,7 +3,7 @@
 import { html } from '../../../core/page/html.js';
 import { count } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
-import { openDialog } from '../../shared/dialog/dialog.js';
+import { formFoot, openDialog } from '../../shared/dialog/dialog.js';
 import '../../intake/rig-form/rig-form.js';
 
 /**
@@ -22,8 +22,7 @@ export async function askOtherRig(n, rigs) {
           <option value="">${t('failures.rig_new')}</option></select>
         <span class="help">${t('failures.rig_help')}</span></div>
       <rig-form data-part="rig" ${names.length > 0 && 'hidden'}></rig-form>
-      <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
-        <button class="button button--primary">${t('failures.rig_submit')}</button></div></form>`,
+      ${formFoot(t('failures.rig_submit'))}</form>`,
     size: 'wide',
   });
   parts.choice.focus();

@@ -4,7 +4,7 @@ import { get } from '../../../core/server/api.js';
 import { html } from '../../../core/page/html.js';
 import { count } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
-import { ask, openDialog } from '../../shared/dialog/dialog.js';
+import { ask, formFoot, openDialog } from '../../shared/dialog/dialog.js';
 
 /** Asks whether films may be stopped: what was tracked of them would be begun again. */
 export const askCancel = (n) =>
@@ -28,7 +28,7 @@ export const askTakeOff = (n) =>
  */
 export async function askChange(n, signal) {
   const { rigs } = await get('/api/archive/rules', signal);
-  const { parts, closed } = openDialog({
+  const { dialog, parts, closed } = openDialog({
     title: t('archive.change_title', { n, count: count(n) }),
     content: html`<form method="dialog" class="stack gap-4" data-part="form" novalidate>
       <p class="help">${t('archive.change_help')}</p>
@@ -40,14 +40,12 @@ export async function askChange(n, signal) {
       <div class="field"><label for="change-priority">${t('archive.priority')}</label>
         <input class="input" id="change-priority" type="number" min="-9" max="9" step="1" inputmode="numeric" data-part="priority" aria-describedby="change-priority-help" />
         <span class="help" id="change-priority-help">${t('archive.priority_help')}</span></div>
-      <p class="fault" role="alert" data-part="fault"></p>
-      <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
-        <button class="button button--primary" value="yes">${t('archive.change_submit')}</button></div></form>`,
+      ${formFoot(t('archive.change_submit'))}</form>`,
   });
   parts.rig.focus();
   parts.form.addEventListener('submit', (event) => {
-    if (parts.priority.checkValidity()) return;
     event.preventDefault();
+    if (parts.priority.checkValidity()) return dialog.close('yes');
     parts.fault.textContent = t('archive.priority_help');
     parts.priority.focus();
   });

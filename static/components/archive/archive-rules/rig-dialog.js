@@ -2,7 +2,7 @@
 
 import { html } from '../../../core/page/html.js';
 import { t } from '../../../core/page/words.js';
-import { openDialog } from '../../shared/dialog/dialog.js';
+import { formFoot, openDialog } from '../../shared/dialog/dialog.js';
 import '../../intake/rig-form/rig-form.js';
 
 /**
@@ -17,10 +17,9 @@ export async function askRig(name, rigs) {
     content: html`<form class="stack gap-4" data-part="form" novalidate>
       <div class="field"><label for="rig-name">${t('rules.name')}</label>
         <input class="input" id="rig-name" maxlength="200" autocomplete="off" aria-describedby="rig-name-fault" data-part="name" value="${name ?? ''}" />
-        <span class="fault" id="rig-name-fault" role="alert" data-part="fault"></span></div>
+        <span class="fault" id="rig-name-fault" role="alert" data-part="said"></span></div>
       <rig-form data-part="rig"></rig-form>
-      <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
-        <button class="button button--primary">${t('rules.rig_take')}</button></div></form>`,
+      ${formFoot(t('rules.rig_take'))}</form>`,
     size: 'wide',
   });
   if (name !== null) parts.rig.value = rigs[name];
@@ -30,9 +29,9 @@ export async function askRig(name, rigs) {
     event.preventDefault();
     const wanted = parts.name.value.trim();
     const isTaken = wanted !== name && wanted in rigs;
-    parts.fault.textContent = wanted === '' ? t('page.needed') : isTaken ? t('rules.name_taken') : '';
-    parts.name.setAttribute('aria-invalid', String(parts.fault.textContent !== ''));
-    if (parts.fault.textContent) parts.name.focus();
+    parts.said.textContent = wanted === '' ? t('page.needed') : isTaken ? t('rules.name_taken') : '';
+    parts.name.setAttribute('aria-invalid', String(parts.said.textContent !== ''));
+    if (parts.said.textContent) parts.name.focus();
     else if (parts.rig.check()) {
       taken = { name: wanted, rig: parts.rig.value };
       dialog.close();

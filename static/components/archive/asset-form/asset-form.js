@@ -1,11 +1,11 @@
 /** The form of one asset of the register, as a dialog. */
 
-import { ApiError, get } from '../../../core/server/api.js';
+import { get } from '../../../core/server/api.js';
 import { html } from '../../../core/page/html.js';
 import { lineText, loadAsset, readLine, saveAsset } from '../../../core/survey/register.js';
-import { errorText, t } from '../../../core/page/words.js';
+import { t } from '../../../core/page/words.js';
 import '../asset-note/asset-note.js';
-import { openDialog } from '../../shared/dialog/dialog.js';
+import { formFoot, openDialog, orFault } from '../../shared/dialog/dialog.js';
 import { fieldMarkup, read, written } from '../../desk/header/fields.js';
 
 /** The fields by subject, in the order of the form. @type {[string, string[]][]} */
@@ -91,15 +91,7 @@ export async function editAsset(assetId = '') {
 
   parts.form.addEventListener('submit', async (event) => {
     event.preventDefault();
-    parts.fault.textContent = '';
-    parts.save.disabled = true;
-    try {
-      await save();
-    } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
-      parts.fault.textContent = errorText(error);
-    }
-    parts.save.disabled = false;
+    await orFault(parts, save);
     parts.form.querySelector('[aria-invalid="true"]')?.focus();
   });
   await closed;
@@ -132,7 +124,5 @@ function formMarkup({ asset_id: id, project }, isStored, byName) {
         aria-describedby="asset-line-help asset-line-fault" data-part="line"></textarea>
       <span class="fault" id="asset-line-fault"></span>
       <span class="help" id="asset-line-help">${t('register.line_help')}</span></div>
-    <p class="fault" role="alert" data-part="fault"></p>
-    <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
-      <button class="button button--primary" data-part="save">${t('register.save')}</button></div></form>`;
+    ${formFoot(t('register.save'))}</form>`;
 }

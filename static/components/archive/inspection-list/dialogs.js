@@ -3,7 +3,7 @@
 import { html } from '../../../core/page/html.js';
 import { hasFilm } from '../../../core/survey/inspection.js';
 import { t } from '../../../core/page/words.js';
-import { openDialog } from '../../shared/dialog/dialog.js';
+import { ask, formFoot, openDialog } from '../../shared/dialog/dialog.js';
 
 /** Asks for another name; returns it, or null. */
 export async function askName(name) {
@@ -13,8 +13,8 @@ export async function askName(name) {
       <div class="field"><label for="rename-name">${t('confirm.name')}</label>
         <input class="input" id="rename-name" maxlength="200" autocomplete="off" aria-describedby="rename-fault"
           data-part="name" />
-        <span class="fault" id="rename-fault" data-part="fault"></span></div>
-      ${buttons(t('confirm.rename_submit'))}</form>`,
+        <span class="fault" id="rename-fault" data-part="nameFault"></span></div>
+      ${formFoot(t('confirm.rename_submit'))}</form>`,
   });
   parts.name.value = name;
   parts.name.select();
@@ -22,7 +22,7 @@ export async function askName(name) {
   parts.form.addEventListener('submit', (event) => {
     event.preventDefault();
     const wanted = parts.name.value.trim();
-    parts.fault.textContent = wanted ? '' : t('confirm.name_needed');
+    parts.nameFault.textContent = wanted ? '' : t('confirm.name_needed');
     parts.name.setAttribute('aria-invalid', String(!wanted));
     if (wanted) dialog.close(wanted);
   });
@@ -31,20 +31,12 @@ export async function askName(name) {
 }
 
 /** Asks whether an inspection may be deleted; it cannot be undone, so the question names it. */
-export async function askDelete({ name, defects }) {
-  const { dialog, parts, closed } = openDialog({
+export const askDelete = ({ name, defects }) =>
+  ask({
     title: t('confirm.delete_title', { name }),
-    content: html`<form method="dialog" class="stack gap-4" data-part="form">
-      <p>${t('confirm.delete_text', { defects: t('confirm.delete_defects', { n: defects }) })}</p>
-      ${buttons(t('confirm.delete_submit'), 'button--danger')}</form>`,
+    text: t('confirm.delete_text', { defects: t('confirm.delete_defects', { n: defects }) }),
+    submit: t('confirm.delete_submit'),
   });
-  parts.cancel.focus();
-  parts.form.addEventListener('submit', (event) => {
-    event.preventDefault();
-    dialog.close('yes');
-  });
-  return (await closed) === 'yes';
-}
 
 /** Shows the result of importing old surveys: the inspections, and what is odd or left out. */
 export function showImported(filename, { inspections, warnings }) {
@@ -70,7 +62,3 @@ export function showImported(filename, { inspections, warnings }) {
   parts.done.focus();
   parts.done.addEventListener('click', () => dialog.close());
 }
-
-const buttons = (submit, kind = 'button--primary') => html`<div class="dialog__buttons">
-  <button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
-  <button class="button ${kind}">${submit}</button></div>`;

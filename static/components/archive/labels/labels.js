@@ -4,7 +4,7 @@ import { get, put } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { may } from '../../../core/page/rights.js';
 import { t } from '../../../core/page/words.js';
-import { openDialog } from '../../shared/dialog/dialog.js';
+import { formFoot, openDialog } from '../../shared/dialog/dialog.js';
 import { icon } from '../../shared/icon/icon.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
 
@@ -69,10 +69,10 @@ async function askLabels(name, labels) {
   const add = () => {
     const label = parts.label.value.trim();
     if (label && chosen.length >= MOST) {
-      parts.fault.textContent = t('labels.too_many', { n: MOST });
+      parts.said.textContent = t('labels.too_many', { n: MOST });
       return false;
     }
-    parts.fault.textContent = '';
+    parts.said.textContent = '';
     parts.label.value = '';
     const isNew = label && !chosen.some((other) => other.toLowerCase() === label.toLowerCase());
     if (isNew) chosen.push(label);
@@ -116,6 +116,5 @@ const formMarkup = () => html`<form method="dialog" class="stack gap-4" data-par
     <input class="input" id="labels-new" list="labels-known" maxlength="${LONGEST}" autocomplete="off" aria-describedby="labels-keys labels-fault" data-part="label" />
     <datalist id="labels-known" data-part="known"></datalist>
     <span class="help" id="labels-keys">${t('labels.keys')}</span>
-    <span class="fault" id="labels-fault" role="alert" data-part="fault"></span></div>
-  <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
-    <button class="button button--primary">${t('labels.store')}</button></div></form>`;
+    <span class="fault" id="labels-fault" role="alert" data-part="said"></span></div>
+  ${formFoot(t('labels.store'))}</form>`;

@@ -18,7 +18,7 @@ import { jointsOf } from '../../../core/wall/joints.js';
 import { LiveFeed } from '../../../core/server/live.js';
 import { Observations } from '../../../core/defects/observations.js';
 import { Outbox } from '../../../core/server/outbox.js';
-import { pageId } from '../../../core/page/page-id.js';
+import { pageId } from '../../../core/page/new-id.js';
 import { Proposals } from '../../../core/defects/proposals.js';
 import { RemarkDrafts } from '../../../core/defects/remark-drafts.js';
 import { isLocked, Review, whyLocked } from '../../../core/defects/review.js';

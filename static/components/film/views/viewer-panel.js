@@ -1,7 +1,7 @@
 /** The 3D culvert in its frame: its camera, its cut, measuring by clicks, and full screen. */
 
 import { html, render } from '../../../core/page/html.js';
-import { pageId } from '../../../core/page/page-id.js';
+import { pageId } from '../../../core/page/new-id.js';
 import { recall, remember } from '../../../core/page/remembered.js';
 import { may } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';

@@ -82,7 +82,7 @@ export async function ask({ title, text, submit, cancel = t('page.cancel') }) {
 }
 
 /** The foot of a form in a dialog: its refusal, a way out, and the button that sends it. @param {string} submit */
-export const formFoot = (submit) => html`<div role="alert" data-part="fault"></div>
+export const formFoot = (submit) => html`<div class="unless-empty" role="alert" data-part="fault"></div>
   <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
     <button class="button button--primary" data-part="submit">${submit}</button></div>`;
 

@@ -1,10 +1,10 @@
 /** Dialogs about tokens: make one, show its secret once, end one. */
 
-import { ApiError, post } from '../../../core/server/api.js';
+import { post } from '../../../core/server/api.js';
 import { html } from '../../../core/page/html.js';
 import { ROLES } from '../../../core/page/rights.js';
-import { errorText, t, wordFor } from '../../../core/page/words.js';
-import { ask, openDialog } from '../dialog/dialog.js';
+import { t, wordFor } from '../../../core/page/words.js';
+import { ask, closesWhenSent, formFoot, openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
 
 /**
@@ -12,13 +12,12 @@ import { icon } from '../icon/icon.js';
  * @returns {Promise<boolean>} whether one was made
  */
 export async function makeToken() {
-  const { dialog, parts, closed } = openDialog({
+  const opened = openDialog({
     title: t('users.add'),
     content: html`<form method="dialog" class="stack gap-4" data-part="form" novalidate>
       <div class="field"><label for="token-name">${t('users.name')}</label>
-        <input class="input" id="token-name" maxlength="100" autocomplete="off" aria-describedby="token-help token-fault" data-part="name" />
-        <span class="help" id="token-help">${t('users.name_help')}</span>
-        <span class="fault" id="token-fault" role="alert" data-part="fault"></span></div>
+        <input class="input" id="token-name" maxlength="100" autocomplete="off" aria-describedby="token-help" data-part="name" />
+        <span class="help" id="token-help">${t('users.name_help')}</span></div>
       <fieldset class="users__roles stack gap-1"><legend class="label">${t('users.role')}</legend>
         ${ROLES.map(
           (
@@ -26,25 +25,14 @@ export async function makeToken() {
           ) => html`<label class="switch row"><input type="radio" name="role" value="${role}" ${role === 'operator' && 'checked'} />
           <span><b>${wordFor('role', role)}</b> <span class="dim">${wordFor('role_help', role)}</span></span></label>`,
         )}</fieldset>
-      <div class="dialog__buttons"><button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
-        <button class="button button--primary" data-part="create">${t('users.create')}</button></div></form>`,
+      ${formFoot(t('users.create'))}</form>`,
   });
+  const { parts, closed } = opened;
   parts.name.focus();
   let made = null;
-  parts.form.addEventListener('submit', async (event) => {
-    event.preventDefault();
+  closesWhenSent(opened, async () => {
     const name = parts.name.value.trim();
-    parts.create.disabled = true;
-    try {
-      made = { name, ...(await post('/api/tokens', { name, role: new FormData(parts.form).get('role') })) };
-      dialog.close();
-    } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
-      parts.fault.textContent = errorText(error);
-      parts.name.setAttribute('aria-invalid', 'true');
-      parts.create.disabled = false;
-      parts.name.focus();
-    }
+    made = { name, ...(await post('/api/tokens', { name, role: new FormData(parts.form).get('role') })) };
   });
   await closed;
   if (made) await showSecret(made);
