@@ -141,10 +141,14 @@ export class Plot {
   static RIGHT = 22;
   static NARROW = 560;
 
-  /** @param {Range} range @param {number} width */
-  constructor({ low, high }, width) {
+  /**
+   * @param {Range} range
+   * @param {number} width
+   * @param {number} [left] where the range begins: beside the names of the lanes
+   */
+  constructor({ low, high }, width, left = width < Plot.NARROW ? 26 : 92) {
     this.low = low;
-    this.left = width < Plot.NARROW ? 26 : 92;
+    this.left = left;
     this.right = width - Plot.RIGHT;
     this.width = Math.max(1, this.right - this.left);
     this.mmPerUnit = (high - low) / this.width;

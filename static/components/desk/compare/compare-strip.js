@@ -1,19 +1,18 @@
 /** Both runs along the culvert, in one lane each, with their joints and defects and one play head. */
 
-import { ticks } from '../../../core/wall/axis.js';
+import { Plot } from '../../../core/wall/axis.js';
 import { html, render } from '../../../core/page/html.js';
 import { onThemeChange, sharpContext, typeScale } from '../../../core/page/screen.js';
 import { Component } from '../../../core/page/store.js';
 import { chainage } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
+import { paintAxis } from '../../distance/strip/paint.js';
 import { drawSeverity } from '../../shared/severity-mark/severity-mark.js';
 
 const LEFT = 34;
-const RIGHT = 34;
-const LANES = { a: 26, b: 70, axis: 98, labels: 116 };
+const LANES = { a: 26, b: 70, axis: 98 };
 const BAR = 8;
 const MARK_PX = 20;
-const TICK_PX = 64;
 
 /** Events: `place` (detail: mm in run A), `pick` (detail: a pair). */
 export class CompareStrip extends Component {
@@ -55,19 +54,13 @@ export class CompareStrip extends Component {
     this.repaint();
   }
 
-  get #width() {
-    return this.parts.track.clientWidth / this.#scale - LEFT - RIGHT;
-  }
-
-  #toX(mm) {
-    const { low, high } = this.#scene;
-    return LEFT + ((mm - low) / (high - low)) * this.#width;
+  get #plot() {
+    return new Plot(this.#scene, this.parts.track.clientWidth / this.#scale, LEFT);
   }
 
   #announcePlace({ offsetX }) {
     const { low, high } = this.#scene;
-    const share = (offsetX / this.#scale - LEFT) / this.#width;
-    const mm = low + Math.min(Math.max(share, 0), 1) * (high - low);
+    const mm = Math.min(Math.max(this.#plot.toMm(offsetX / this.#scale), low), high);
     this.dispatchEvent(new CustomEvent('place', { detail: mm }));
   }
 
@@ -81,9 +74,10 @@ export class CompareStrip extends Component {
 
   #marks({ a, b }) {
     const { alignment } = this.#scene;
+    const plot = this.#plot;
     return [
-      a && { x: this.#toX(1000 * a.distance_m), y: LANES.a, severity: a.severity },
-      b && { x: this.#toX(alignment.toA(1000 * b.distance_m)), y: LANES.b, severity: b.severity },
+      a && { x: plot.toX(1000 * a.distance_m), y: LANES.a, severity: a.severity },
+      b && { x: plot.toX(alignment.toA(1000 * b.distance_m)), y: LANES.b, severity: b.severity },
     ].filter(Boolean);
   }
 
@@ -95,7 +89,7 @@ export class CompareStrip extends Component {
     const colour = (name) => styles.getPropertyValue(name);
     context.font = `500 12px ${colour('--sans')}`;
     this.#paintLanes(context, colour);
-    this.#paintAxis(context, colour);
+    paintAxis(context, colour, this.#plot, this.#scene, LANES.axis);
     this.#paintJoints(context, colour);
     this.#paintPairs(context, colour, styles);
     this.#paintPlace(context, colour);
@@ -104,54 +98,38 @@ export class CompareStrip extends Component {
 
   #paintLanes(context, colour) {
     const { a, b, alignment } = this.#scene;
+    const plot = this.#plot;
     const ends = [alignment.toA(b.low), alignment.toA(b.high)];
-    const lanes = [
+    context.strokeStyle = colour('--line-strong');
+    context.textAlign = 'left';
+    context.textBaseline = 'middle';
+    for (const [name, y, low, high] of /** @type {const} */ ([
       [t('compare.a'), LANES.a, a.low, a.high],
       [t('compare.b'), LANES.b, Math.min(...ends), Math.max(...ends)],
-    ];
-    for (const [name, y, low, high] of lanes) {
+    ])) {
+      const [left, right] = [plot.toX(low), plot.toX(high)];
       context.fillStyle = colour('--raised');
-      context.strokeStyle = colour('--line-strong');
       context.beginPath();
-      context.roundRect(this.#toX(low), y - BAR / 2, Math.max(this.#toX(high) - this.#toX(low), 2), BAR, 3);
+      context.roundRect(left, y - BAR / 2, Math.max(right - left, 2), BAR, 3);
       context.fill();
       context.stroke();
       context.fillStyle = colour('--text');
-      context.textAlign = 'left';
-      context.textBaseline = 'middle';
       context.fillText(name, 10, y);
     }
-  }
-
-  #paintAxis(context, colour) {
-    const { low, high } = this.#scene;
-    context.strokeStyle = colour('--line-strong');
-    context.fillStyle = colour('--text-dim');
-    context.textAlign = 'center';
-    context.textBaseline = 'alphabetic';
-    context.beginPath();
-    context.moveTo(LEFT, LANES.axis + 0.5);
-    context.lineTo(LEFT + this.#width, LANES.axis + 0.5);
-    for (const { mm, text } of ticks({ low, high }, ((high - low) * TICK_PX) / this.#width)) {
-      const x = Math.round(this.#toX(mm)) + 0.5;
-      context.moveTo(x, LANES.axis);
-      context.lineTo(x, LANES.axis + 5);
-      context.fillText(text, x, LANES.labels);
-    }
-    context.stroke();
   }
 
   /** Draws the same joint in both runs as one line, slanted where the runs disagree. */
   #paintJoints(context, colour) {
     const { alignment } = this.#scene;
+    const plot = this.#plot;
     context.strokeStyle = colour('--text-dim');
     context.fillStyle = colour('--text-dim');
     context.setLineDash([3, 3]);
     context.beginPath();
     for (const { number, a, b } of alignment.joints) {
-      const [top, end] = [this.#toX(a), this.#toX(alignment.toA(b))];
+      const top = plot.toX(a);
       context.moveTo(top, LANES.a + BAR);
-      context.lineTo(end, LANES.b - BAR);
+      context.lineTo(plot.toX(alignment.toA(b)), LANES.b - BAR);
       context.fillText(String(number), top, LANES.a - 14);
     }
     context.stroke();
@@ -175,7 +153,7 @@ export class CompareStrip extends Component {
   }
 
   #paintPlace(context, colour) {
-    const x = this.#toX(this.#place);
+    const x = this.#plot.toX(this.#place);
     context.fillStyle = colour('--text');
     context.fillRect(x - 1, 6, 2, LANES.axis - 6);
     context.beginPath();

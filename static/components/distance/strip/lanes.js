@@ -4,7 +4,6 @@ import { USUAL_LIMIT_M_PER_MIN, namesOf } from '../../../core/survey/health.js';
 import { chainage, plusMinus, signed, speed, toShown } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { numberEvery, paintMark, paintStretch } from './paint.js';
-import { EMPTY } from './columns.js';
 import { drawComplaint } from './complaint-signs.js';
 
 export const MARK_PX = 18;
@@ -13,7 +12,9 @@ const MARK_ROW = 13;
 const STRETCH_ROW = 27;
 const COMPLAINT_ROW = 15;
 const NUMBER_EVERY_PX = 26;
+/** By the rank of the status. */
 const STATUS_COLOURS = ['--ok', '--weak', '--lost'];
+const LOST = 2;
 
 /**
  * @typedef {object} Scene what the lanes draw from; lengths of the drawing are units of 1/16 rem
@@ -22,7 +23,7 @@ const STATUS_COLOURS = ['--ok', '--weak', '--lost'];
  * @property {CSSStyleDeclaration} styles
  * @property {import('../../../core/wall/axis.js').Plot} plot
  * @property {number} pixels of the screen in one unit
- * @property {import('./columns.js').Columns} columns
+ * @property {Record<string, import('./columns.js').Band>} bands `rank` is that of the status; complaints by name
  * @property {object} scales {speed, lateral_mm, yaw_deg, counter_mm}: the largest value of the lane
  * @property {object[]} observations
  * @property {import('../../../core/defects/stretches.js').Stretch[]} stretches
@@ -74,16 +75,14 @@ export const LANES = [
   {
     name: 'lateral',
     height: valueHeight,
-    paint: (scene, top, height) =>
-      paintBand(scene, top, height, scene.columns.leftmost, scene.columns.rightmost, scene.scales.lateral_mm),
+    paint: (scene, top, height) => paintBand(scene, top, height, scene.bands.lateral, scene.scales.lateral_mm),
     scale: ({ lateral_mm: most }) => `± ${most} mm`,
     read: ({ row }) => `${signed(row.y_mm, 1)} mm`,
   },
   {
     name: 'yaw',
     height: valueHeight,
-    paint: (scene, top, height) =>
-      paintBand(scene, top, height, scene.columns.leastYaw, scene.columns.mostYaw, scene.scales.yaw_deg),
+    paint: (scene, top, height) => paintBand(scene, top, height, scene.bands.yaw, scene.scales.yaw_deg),
     scale: ({ yaw_deg: most }) => `± ${most}°`,
     read: ({ row }) => `${signed(row.yaw_deg, 2)}°`,
   },
@@ -216,43 +215,37 @@ function paintJoints({ context, colour, plot, joints }, top, height) {
 }
 
 function paintQuality(scene, top, height) {
-  const { context, colour, columns, pixels } = scene;
+  const { context, colour, bands, pixels } = scene;
+  const ranks = bands.rank.greatest;
   inPixels(scene, top, height, (left, from, tall) => {
     const bar = Math.round(2 * pixels);
-    STATUS_COLOURS.forEach((name, rank) => {
-      context.fillStyle = colour(name);
+    ranks.forEach((rank, i) => {
+      if (rank < 0) return; // no frames
+      context.fillStyle = colour(STATUS_COLOURS[rank]);
       context.globalAlpha = rank === 0 ? 0.55 : 0.9;
-      for (let i = 0; i < columns.count; i += 1) {
-        if (columns.rank[i] !== rank) continue;
-        const size = Math.round(Math.max(3 * pixels, columns.quality[i] * tall));
-        context.fillRect(left + i, from + tall - size, 1, size);
-      }
-    });
-    // Lost is hatched over the whole height: recognisable without colour too.
-    for (let i = 0; i < columns.count; i += 1) {
-      if (columns.rank[i] !== 2) continue;
+      const size = Math.round(Math.max(3 * pixels, bands.quality.least[i] * tall));
+      context.fillRect(left + i, from + tall - size, 1, size);
+      if (rank !== LOST) return;
+      // Lost is hatched over the whole height: recognisable without colour too.
       context.globalAlpha = Math.floor(i / bar) % 2 ? 0.75 : 0.25;
       context.fillRect(left + i, from, 1, tall);
-    }
+    });
   });
 }
 
 function paintSpeed(scene, top, height) {
-  const { context, colour, columns, plot, scales, pixels } = scene;
+  const { context, colour, bands, plot, scales, pixels } = scene;
+  const line = Math.round(1.5 * pixels);
   inPixels(scene, top, height, (left, from, tall) => {
-    const isFast = (i) => columns.speed[i] > USUAL_LIMIT_M_PER_MIN;
-    for (const fast of [false, true]) {
-      context.fillStyle = colour(fast ? '--weak' : '--accent');
-      for (let i = 0; i < columns.count; i += 1) {
-        if (columns.rank[i] === EMPTY || isFast(i) !== fast) continue;
-        const size = Math.round(Math.min(columns.speed[i] / scales.speed, 1) * tall);
-        context.globalAlpha = 0.3;
-        context.fillRect(left + i, from + tall - size, 1, size);
-        context.globalAlpha = 1;
-        const line = Math.round(1.5 * pixels);
-        context.fillRect(left + i, from + tall - Math.max(size, line), 1, line);
-      }
-    }
+    bands.speed.greatest.forEach((speed, i) => {
+      if (speed < 0) return; // no frames
+      context.fillStyle = colour(speed > USUAL_LIMIT_M_PER_MIN ? '--weak' : '--accent');
+      const size = Math.round(Math.min(speed / scales.speed, 1) * tall);
+      context.globalAlpha = 0.3;
+      context.fillRect(left + i, from + tall - size, 1, size);
+      context.globalAlpha = 1;
+      context.fillRect(left + i, from + tall - Math.max(size, line), 1, line);
+    });
   });
   const y = Math.round(top + height * (1 - USUAL_LIMIT_M_PER_MIN / scales.speed)) + 0.5;
   context.strokeStyle = colour('--text-dim');
@@ -267,33 +260,34 @@ function paintSpeed(scene, top, height) {
 
 /**
  * Draws values on either side of a middle line, from the least to the greatest of each column. As on the
- * unrolled wall, right of the axis is below the line.
+ * unrolled wall, right of the axis is below the line; `isUpwards` puts greater values above it.
  */
-function paintBand(scene, top, height, least, greatest, most) {
-  const { context, colour, columns, pixels, plot } = scene;
+function paintBand(scene, top, height, band, most, isUpwards = false) {
+  const { context, colour, pixels, plot } = scene;
   context.fillStyle = colour('--line-strong');
-  context.globalAlpha = 0.5;
+  context.globalAlpha = isUpwards ? 1 : 0.5;
   context.fillRect(plot.left, Math.round(top + height / 2), plot.width, 1);
   context.globalAlpha = 1;
+  const sign = isUpwards ? -1 : 1;
   inPixels(scene, top, height, (left, from, tall) => {
-    const toY = (value) => from + tall * (0.5 + (0.5 * value) / most);
+    const toY = (value) => from + tall * (0.5 + (sign * 0.5 * value) / most);
     const line = 1.5 * pixels;
     context.fillStyle = colour('--accent');
-    for (let i = 0; i < columns.count; i += 1) {
-      if (columns.rank[i] === EMPTY) continue;
-      const upper = toY(least[i]);
-      const size = Math.max(line, toY(greatest[i]) - upper);
-      context.fillRect(left + i, Math.round(upper - line / 2), 1, Math.round(size));
-    }
+    band.least.forEach((least, i) => {
+      if (band.isEmpty(i)) return;
+      const [one, other] = [toY(least), toY(band.greatest[i])];
+      const size = Math.max(line, Math.abs(other - one));
+      context.fillRect(left + i, Math.round(Math.min(one, other) - line / 2), 1, Math.round(size));
+    });
   });
 }
 
 /** Draws a row for each kind that occurs: a bar along the stretch, its sign at the start. */
 function paintHealth(scene, top) {
-  const { context, colour, columns, complaints, plot, pixels } = scene;
+  const { context, colour, bands, complaints, plot, pixels } = scene;
   complaints.forEach((name, row) => {
     const y = top + 1 + row * COMPLAINT_ROW;
-    for (const [from, to] of runsOf(columns, name)) {
+    for (const [from, to] of runsOf(bands[name])) {
       const [left, right] = [from, to].map((column) => plot.left + column / pixels);
       context.fillStyle = colour('--weak');
       context.globalAlpha = 0.35;
@@ -306,16 +300,16 @@ function paintHealth(scene, top) {
   });
 }
 
-/** Returns the ranges of columns with complaints, closing invisible gaps: [from, to) in columns. */
-function runsOf({ complaints, count }, name) {
+/** Returns the ranges of columns with a complaint, closing invisible gaps: [from, to) in columns. */
+function runsOf(band) {
   const runs = [];
   const gap = 14;
-  for (let i = 0; i < count; i += 1) {
-    if (!namesOf(complaints[i]).includes(name)) continue;
+  band.greatest.forEach((isThere, i) => {
+    if (!(isThere > 0)) return;
     const last = runs.at(-1);
     if (last && i - last[1] <= gap) last[1] = i + 1;
     else runs.push([i, i + 1]);
-  }
+  });
   return runs;
 }
 
@@ -324,7 +318,7 @@ function runsOf({ complaints, count }, name) {
  * slipped a shaded stretch, where it was set anew a line.
  */
 function paintCounter(scene, top, height) {
-  const { context, colour, plot, counter, counterFaults: faults, scales, pixels } = scene;
+  const { context, colour, plot, counter, counterFaults: faults, scales } = scene;
   if (!counter) return;
   clipTo(context, plot.left, top, plot.width, height);
   for (const { kind, from_mm: from, to_mm: to } of faults) {
@@ -336,20 +330,7 @@ function paintCounter(scene, top, height) {
     context.globalAlpha = 1;
   }
   context.restore();
-  const middle = Math.round(top + height / 2);
-  context.fillStyle = colour('--line-strong');
-  context.fillRect(plot.left, middle, plot.width, 1);
-  inPixels(scene, top, height, (left, from, tall) => {
-    const toY = (mm) => from + tall * (0.5 - (0.5 * mm) / scales.counter_mm);
-    const line = 1.5 * pixels;
-    context.fillStyle = colour('--accent');
-    for (let i = 0; i < counter.least.length; i += 1) {
-      if (counter.least[i] > counter.greatest[i]) continue;
-      const upper = toY(counter.greatest[i]);
-      const size = Math.max(line, toY(counter.least[i]) - upper);
-      context.fillRect(left + i, Math.round(upper - line / 2), 1, Math.round(size));
-    }
-  });
+  paintBand(scene, top, height, counter, scales.counter_mm, true);
   paintFaultNames(scene, top, height);
 }
 

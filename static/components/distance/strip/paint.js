@@ -1,8 +1,12 @@
 /** Common drawing of the strips: marks, stretches, numbers of joints, plates, play head, cursor. */
 
+import { Plot, ticks } from '../../../core/wall/axis.js';
+import { isWithin } from '../../../core/wall/spans.js';
 import { drawSeverity } from '../../shared/severity-mark/severity-mark.js';
 
 const PLATE_PX = 20;
+const TICK_PX = 72;
+const MINOR_TICKS = 5;
 
 /**
  * Draws text on a dark plate, kept within the strip.
@@ -95,6 +99,36 @@ export function paintStretch(context, styles, plot, stretch, top, height, ground
   if (!stretch.isOpen) return;
   context.fillStyle = ground;
   for (let x = to - 3; x > Math.max(from, to - 20); x -= 6) context.fillRect(x, top, 2.5, height);
+}
+
+/** Draws the axis of a strip: round distances with their texts below, and small ticks between them. */
+export function paintAxis(context, colour, plot, range, top) {
+  const marks = ticks(range, TICK_PX * plot.mmPerUnit);
+  const step = marks.length > 1 ? marks[1].mm - marks[0].mm : 0;
+  context.strokeStyle = colour('--line-strong');
+  context.lineWidth = 1;
+  context.beginPath();
+  context.moveTo(plot.left, top + 0.5);
+  context.lineTo(plot.right, top + 0.5);
+  const tick = (mm, size) => {
+    if (!isWithin(mm, range)) return;
+    const x = Math.round(plot.toX(mm)) + 0.5;
+    context.moveTo(x, top);
+    context.lineTo(x, top + size);
+  };
+  for (const { mm } of marks) tick(mm, 6);
+  if (step) {
+    for (let mm = marks[0].mm - step; mm < range.high; mm += step / MINOR_TICKS) tick(mm, 3);
+  }
+  context.stroke();
+  context.fillStyle = colour('--text-dim');
+  context.font = `500 12px ${colour('--sans')}`;
+  context.textAlign = 'center';
+  context.textBaseline = 'alphabetic';
+  for (const { mm, text } of marks) {
+    const half = context.measureText(text).width / 2;
+    context.fillText(text, Math.min(plot.toX(mm), plot.right + Plot.RIGHT - half - 2), top + 18);
+  }
 }
 
 /** Returns the step between numbered joints, `atLeast` units of the drawing apart. */

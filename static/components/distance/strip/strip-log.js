@@ -2,9 +2,8 @@
  * The run as lanes along its distance: defects, joints, quality, speed and more, with the play head.
  */
 
-import { Plot, ticks } from '../../../core/wall/axis.js';
 import { deviations } from '../../../core/survey/counter.js';
-import { USUAL_LIMIT_M_PER_MIN, namesOf } from '../../../core/survey/health.js';
+import { COMPLAINTS, USUAL_LIMIT_M_PER_MIN, namesOf } from '../../../core/survey/health.js';
 import { html, render } from '../../../core/page/html.js';
 import { isUnmeasured } from '../../../core/survey/inspection.js';
 import { sharpContext } from '../../../core/page/screen.js';
@@ -15,11 +14,11 @@ import { t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
 import { windowButton } from './window-button.js';
 import { closesElsewhere } from '../../shared/menu/menu.js';
-import { paintHair, paintPlate, paintPlayhead } from './paint.js';
+import { paintAxis, paintHair, paintPlate, paintPlayhead } from './paint.js';
 import { stripSettings } from './settings.js';
 import { Strip, markText, nearestMark } from './strip.js';
 import { bindZoom, tool, zoomAxis, zoomTools } from './zoom-tools.js';
-import { Band, Columns, Speeds } from './columns.js';
+import { Band, Speeds } from './columns.js';
 import { openGoTo } from '../../desk/actions/go-to.js';
 import { LANES, MARK_PX, laneWord, paintGround } from './lanes.js';
 
@@ -30,15 +29,14 @@ const TWO_LINES = 26;
 const TOP = 6;
 const GAP = 3;
 const AXIS_HEIGHT = 24;
-const TICK_PX = 72;
-const MINOR_TICKS = 5;
 /** Lanes of quantities that only our own tracking measures. */
 const MEASURED = new Set(['quality', 'speed', 'lateral', 'yaw', 'health']);
 /** Least ranges of the lanes. */
 const LEAST_SCALES = { speed: 1.25 * USUAL_LIMIT_M_PER_MIN, lateral_mm: 5, yaw_deg: 2, counter_mm: 20 };
 
 export class StripLog extends Strip {
-  #columns = null;
+  /** What the lanes draw, in bands by name; null while they must be computed again. */
+  #bands = null;
   /** By how many mm the counter is ahead of the camera in each frame; null while it is not compared. */
   #ahead = null;
   /** The same in each column; null while it must be computed again. */
@@ -139,7 +137,7 @@ export class StripLog extends Strip {
     if (track.generation !== this.#generation) {
       this.#generation = track.generation;
       this.#speeds = new Speeds();
-      this.#columns = null;
+      this.#bands = null;
     }
     this.#speeds.extend(track);
     this.#compare();
@@ -157,7 +155,7 @@ export class StripLog extends Strip {
 
   /** @param {boolean} isMoved whether frames lie at other columns than before */
   stale(isMoved = false) {
-    if (isMoved) this.#columns = this.#counter = null;
+    if (isMoved) this.#bands = this.#counter = null;
     super.stale();
   }
 
@@ -193,7 +191,7 @@ export class StripLog extends Strip {
     const { desk, parts } = this;
     const plot = this.plot;
     const pixels = devicePixelRatio * this.scale;
-    this.#fillColumns(plot, pixels);
+    this.#fillBands(plot, pixels);
     const complaints = namesOf(desk.health.occurred);
     this.arrangement = this.#arrange(complaints);
     const { rows, axisTop } = this.arrangement;
@@ -213,7 +211,7 @@ export class StripLog extends Strip {
       styles,
       plot,
       pixels,
-      columns: this.#columns,
+      bands: this.#bands,
       scales: this.#scales(),
       observations: desk.observations.value,
       stretches: stretchesOf(desk.observations.value, high / 1000),
@@ -224,20 +222,34 @@ export class StripLog extends Strip {
       counterFaults: this.#counterFaults(),
     };
     for (const { top, height: tall } of rows) paintGround(scene, top, tall);
-    this.#paintAxis(scene, axisTop);
+    paintAxis(context, colour, plot, desk.axis.value, axisTop);
     for (const { lane, top, height: tall } of rows) {
       lane.paint(scene, top, tall);
       this.#paintLabel(scene, lane, top, tall);
     }
   }
 
-  #fillColumns(plot, pixels) {
+  /** Adds the frames that are new to what the lanes draw. */
+  #fillBands(plot, pixels) {
     const { track, health } = this.desk;
-    const count = Math.ceil(plot.width * pixels);
-    this.#columns ??= new Columns(count, plot.low, plot.mmPerUnit / pixels);
-    this.#columns.add(track, this.#speeds.values, health.complaints, track.length);
-    if (!this.#ahead) return;
-    this.#counter ??= new Band(track.column('distance_mm'), this.#ahead, count, plot.low, plot.mmPerUnit / pixels);
+    const raster = { count: Math.ceil(plot.width * pixels), low: plot.low, mmPerColumn: plot.mmPerUnit / pixels };
+    const [distances, states, qualities, lateral, yaw] = ['distance_mm', 'status', 'quality', 'y_mm', 'yaw_deg'].map(
+      (name) => track.column(name),
+    );
+    const { complaints } = health;
+    const values = {
+      rank: (i) => states[i],
+      quality: (i) => qualities[i],
+      speed: (i) => this.#speeds.values[i],
+      lateral: (i) => lateral[i],
+      yaw: (i) => yaw[i],
+      ...Object.fromEntries(COMPLAINTS.map((name, bit) => [name, (i) => (complaints[i] ?? 0) & (1 << bit)])),
+    };
+    this.#bands ??= Object.fromEntries(Object.keys(values).map((name) => [name, new Band(raster)]));
+    for (const [name, valueAt] of Object.entries(values)) this.#bands[name].add(distances, valueAt);
+    if (!this.#ahead || this.#counter) return;
+    this.#counter = new Band(raster);
+    this.#counter.add(distances, (i) => this.#ahead[i] ?? NaN);
   }
 
   /** The faults of the counter, at the distances of the camera. */
@@ -265,16 +277,12 @@ export class StripLog extends Strip {
   }
 
   #scales() {
-    const columns = this.#columns;
-    const larger = (most, value) => (Number.isFinite(value) ? Math.max(most, Math.abs(value)) : most);
-    const most = (...tables) => tables.reduce((all, table) => table.reduce(larger, all), 0);
+    const { speed, lateral, yaw } = this.#bands;
     return {
-      speed: Math.max(LEAST_SCALES.speed, 1.1 * most(columns.speed)),
-      lateral_mm: rounded(Math.max(LEAST_SCALES.lateral_mm, most(columns.leftmost, columns.rightmost))),
-      yaw_deg: rounded(Math.max(LEAST_SCALES.yaw_deg, most(columns.leastYaw, columns.mostYaw))),
-      counter_mm: this.#counter
-        ? rounded(Math.max(LEAST_SCALES.counter_mm, most(this.#counter.least, this.#counter.greatest)))
-        : LEAST_SCALES.counter_mm,
+      speed: Math.max(LEAST_SCALES.speed, 1.1 * speed.most),
+      lateral_mm: rounded(Math.max(LEAST_SCALES.lateral_mm, lateral.most)),
+      yaw_deg: rounded(Math.max(LEAST_SCALES.yaw_deg, yaw.most)),
+      counter_mm: rounded(Math.max(LEAST_SCALES.counter_mm, this.#counter?.most ?? 0)),
     };
   }
 
@@ -304,37 +312,6 @@ export class StripLog extends Strip {
     context.fillStyle = colour('--text-dim');
     context.font = `500 10px ${colour('--sans')}`;
     context.fillText(scale, plot.left - 8, middle + 7);
-  }
-
-  #paintAxis({ context, colour, plot }, top) {
-    const range = this.desk.axis.value;
-    const marks = ticks(range, TICK_PX * plot.mmPerUnit);
-    const step = marks.length > 1 ? marks[1].mm - marks[0].mm : 0;
-    context.strokeStyle = colour('--line-strong');
-    context.lineWidth = 1;
-    context.beginPath();
-    context.moveTo(plot.left, top + 0.5);
-    context.lineTo(plot.right, top + 0.5);
-    const tick = (mm, size) => {
-      if (!isWithin(mm, range)) return;
-      const x = Math.round(plot.toX(mm)) + 0.5;
-      context.moveTo(x, top);
-      context.lineTo(x, top + size);
-    };
-    for (const { mm } of marks) tick(mm, 6);
-    if (step) {
-      for (let mm = marks[0].mm - step; mm < range.high; mm += step / MINOR_TICKS) tick(mm, 3);
-    }
-    context.stroke();
-    context.fillStyle = colour('--text-dim');
-    context.font = `500 12px ${colour('--sans')}`;
-    context.textAlign = 'center';
-    context.textBaseline = 'alphabetic';
-    for (const { mm, text } of marks) {
-      const half = context.measureText(text).width / 2;
-      const x = Math.min(plot.toX(mm), plot.right + Plot.RIGHT - half - 2);
-      context.fillText(text, x, top + 18);
-    }
   }
 
   #paintPlayhead(context, styles, plot, mm, axisTop) {
