@@ -25,6 +25,21 @@ export class Store extends EventTarget {
   }
 }
 
+/**
+ * Listens on some targets until `signal` aborts.
+ * @template {string} Name
+ * @param {EventTarget|EventTarget[]} targets
+ * @param {Name} type
+ * @param {AbortSignal} signal
+ * @param {(event: EventOf<Name>) => unknown} handler
+ * @param {AddEventListenerOptions} [options]
+ */
+export function listenTo(targets, type, signal, handler, options = {}) {
+  for (const target of [targets].flat()) {
+    target.addEventListener(type, /** @type {EventListener} */ (handler), { ...options, signal });
+  }
+}
+
 /** A custom element: `mount` runs when it enters the page, its listeners end when it leaves. */
 export class Component extends HTMLElement {
   #lifetime = new AbortController();
@@ -54,9 +69,7 @@ export class Component extends HTMLElement {
    * @param {AddEventListenerOptions} [options]
    */
   listen(targets, type, handler, options = {}) {
-    for (const target of [targets].flat()) {
-      target.addEventListener(type, /** @type {EventListener} */ (handler), { ...options, signal: this.signal });
-    }
+    listenTo(targets, type, this.signal, handler, options);
   }
 
   /** Calls `paint` before the next frame, once for any number of calls. */

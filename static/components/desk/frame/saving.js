@@ -1,5 +1,6 @@
 /** The state of saving in a few words: what waits for the server, what waits for a decision. */
 
+import { listenTo } from '../../../core/page/store.js';
 import { t } from '../../../core/page/words.js';
 
 /**
@@ -20,6 +21,6 @@ export function showSaving(place, { outbox, attachmentOutbox, conflicts }, signa
     place.title = isStuck ? reason : '';
     place.classList.toggle('save--waiting', count + undecided > 0);
   };
-  for (const store of [...boxes, conflicts]) store.addEventListener('change', show, { signal });
+  listenTo([...boxes, conflicts], 'change', signal, show);
   show();
 }

@@ -56,32 +56,24 @@ export function fieldMarkup(field, packs = []) {
     <span class="fault" id="${id}-fault"></span></div>`;
 }
 
-function controlMarkup({ name, kind, choices }, id, packs) {
+/** The choices of a field, and the word for none of them; null where anything may be typed. */
+function choicesOf({ name, kind, choices }, packs) {
   if (name === 'code_pack')
-    return selectMarkup(
-      name,
-      id,
-      packs.map((pack) => [pack.id, pack.name]),
-      t('settings.pack_built_in'),
-    );
+    return { none: t('settings.pack_built_in'), choices: packs.map((pack) => [pack.id, pack.name]) };
   if (kind === 'choice') {
-    return selectMarkup(
-      name,
-      id,
-      choices.map((value) => [value, wordFor('header.choice', value) ?? value]),
-      t('header.choose'),
-    );
+    return { none: t('header.choose'), choices: choices.map((one) => [one, wordFor('header.choice', one) ?? one]) };
   }
-  if (kind === 'bool') {
-    return selectMarkup(
-      name,
-      id,
-      [
-        ['true', t('page.yes')],
-        ['false', t('page.no')],
-      ],
-      t('page.not_stated'),
-    );
+  if (kind !== 'bool') return null;
+  return { none: t('page.not_stated'), choices: Object.entries({ true: t('page.yes'), false: t('page.no') }) };
+}
+
+function controlMarkup(field, id, packs) {
+  const { name, kind } = field;
+  const offered = choicesOf(field, packs);
+  if (offered) {
+    return html`<select class="input" id="${id}" data-field="${name}" aria-describedby="${id}-fault">
+    <option value="">${offered.none}</option>
+    ${offered.choices.map(([value, text]) => html`<option value="${value}">${text}</option>`)}</select>`;
   }
   if (LONG.has(name)) {
     return html`<textarea class="input" id="${id}" data-field="${name}" rows="2" maxlength="2000"
@@ -92,8 +84,3 @@ function controlMarkup({ name, kind, choices }, id, packs) {
     inputmode="${kind === 'number' ? 'decimal' : 'text'}" aria-describedby="${id}-fault"
     ${name === 'reference_point' && html`list="header-references"`} />`;
 }
-
-const selectMarkup = (name, id, options, none) =>
-  html`<select class="input" id="${id}" data-field="${name}" aria-describedby="${id}-fault">
-    <option value="">${none}</option>
-    ${options.map(([value, text]) => html`<option value="${value}">${text}</option>`)}</select>`;

@@ -6,12 +6,12 @@
  * (same detail) at every letter before that; `before` is the value that the field showed.
  */
 
-import { ApiError, get } from '../../../core/server/api.js';
-import { html, render } from '../../../core/page/html.js';
+import { get, refusalIn } from '../../../core/server/api.js';
+import { html, render, setText } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
 import '../../archive/asset-note/asset-note.js';
-import { icon } from '../../shared/icon/icon.js';
+import { message } from '../../shared/message/message.js';
 import { fillFromRegister } from './asset-fields.js';
 import { fieldMarkup, read, written } from './fields.js';
 
@@ -148,19 +148,13 @@ export class HeaderForm extends Component {
   async #build() {
     let packs = [];
     try {
-      const [{ fields }, known] = await Promise.all([
-        get('/api/header-fields', this.signal),
-        get('/api/packs', this.signal),
-      ]);
+      const parts = ['header-fields', 'packs'].map((part) => get(`/api/${part}`, this.signal));
+      const [{ fields }, known] = await Promise.all(parts);
       packs = known.packs;
       this.#fields = fields.filter(({ name }) => !this.without.has(name));
     } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError)) throw error;
-      render(
-        this,
-        html`<p class="message message--error" role="alert">${icon('alert')}<span>${errorText(error)}</span></p>`,
-      );
+      const refusal = refusalIn(error);
+      if (refusal) render(this, html`<div role="alert">${message('error', errorText(refusal))}</div>`);
       return;
     }
     const group = (name) =>
@@ -224,11 +218,8 @@ export class HeaderForm extends Component {
     const field = this.#fieldOf(input);
     if (!field) return;
     const value = read(field, input.value);
-    if (value === undefined) {
-      this.fault(field.name, t('header.fault_number'));
-      return;
-    }
-    this.fault(field.name, null);
+    this.fault(field.name, value === undefined ? t('header.fault_number') : null);
+    if (value === undefined) return;
     this.#values[field.name] = value;
     delete this.#suggested[field.name];
     this.#count();
@@ -257,10 +248,13 @@ export class HeaderForm extends Component {
       box.classList.toggle('header-form__field--missing', isMissing);
       box.querySelector('.required').hidden = !isNeeded;
     }
-    const text = missing.length
-      ? `${t('header.missing', { n: missing.length })}. ${t('header.missing_which', { names: missing.join(', ') })}`
-      : t('header.complete');
-    if (this.parts.missing.textContent !== text) this.parts.missing.textContent = text;
+    const names = missing.join(', ');
+    setText(
+      this.parts.missing,
+      names
+        ? `${t('header.missing', { n: missing.length })}. ${t('header.missing_which', { names })}`
+        : t('header.complete'),
+    );
   }
 }
 

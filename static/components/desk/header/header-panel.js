@@ -70,21 +70,19 @@ export class HeaderPanel extends Component {
     this.listen(form, 'field', ({ detail }) => this.#left(detail));
     this.listen(this.desk.inspection, 'change', () => this.#refresh());
     this.listen(this.desk.counter, 'change', () => this.#propose());
-    this.#showRig();
-    this.#showAsset();
+    this.#showButtons();
     this.#propose();
     if (mayEdit()) this.#goOn();
   }
 
   /** Offers what is burnt into the film. */
   #propose() {
-    const { film_date: date } = this.desk.counter.value ?? {};
-    this.parts.form.propose({ date });
+    this.parts.form.propose({ date: this.desk.counter.value?.film_date });
   }
 
   /** Sends the entries that an earlier page could not send. */
   #goOn() {
-    for (const [name, entry] of this.#unsent.all) this.#waiting.set(name, entry);
+    this.#waiting = this.#unsent.all;
     this.#refresh();
     if (this.#waiting.size) this.#send();
   }
@@ -110,15 +108,11 @@ export class HeaderPanel extends Component {
     this.#unsent.put(name, entry);
   }
 
-  /** Hides the buttons during a run, and without a film: then nothing can be tracked again. */
-  #showRig() {
+  /** Hides what tracks again during a run, and without a film; and the way to other inspections of no asset. */
+  #showButtons() {
     const { inspection } = this.desk;
+    const { asset } = inspection.value;
     this.parts.rigs.hidden = inspection.isUnfinished || !hasFilm(inspection.value);
-  }
-
-  /** The way to the other inspections of the same asset. */
-  #showAsset() {
-    const { asset } = this.desk.inspection.value;
     this.parts.ofAsset.hidden = asset === null;
     if (asset !== null) this.parts.asset.href = assetPath(asset);
   }
@@ -130,8 +124,7 @@ export class HeaderPanel extends Component {
 
   /** Shows the server's values, overlaid with unsent text. */
   #refresh() {
-    this.#showRig();
-    this.#showAsset();
+    this.#showButtons();
     const typed = [...this.#refused, ...this.#overtaken, ...this.#waiting].map(([name, { value }]) => [name, value]);
     this.parts.form.value = { ...this.desk.inspection.value.header, ...Object.fromEntries(typed) };
   }
@@ -147,8 +140,7 @@ export class HeaderPanel extends Component {
     }
     if (this.signal.aborted) return;
     this.#stateConflict();
-    const isAllSaved = this.#refused.size === 0 && this.#overtaken.size === 0;
-    if (isAllSaved) this.parts.state.textContent = t('header.saved');
+    if (this.#refused.size + this.#overtaken.size === 0) this.parts.state.textContent = t('header.saved');
   }
 
   async #sendAll() {
@@ -201,22 +193,17 @@ export class HeaderPanel extends Component {
   /** Reports all overtaken fields as one conflict. */
   #stateConflict() {
     const fields = [...this.#overtaken];
-    const of = (pick) => Object.fromEntries(fields.map(([name, entry]) => [name, pick(entry)]));
-    this.desk.conflicts.state(
-      'header',
-      fields.length === 0
-        ? []
-        : [
-            {
-              id: `header ${this.#found} ${fields.length}`,
-              kind: 'header',
-              mine: of(({ value }) => value),
-              theirs: of(({ theirs }) => theirs),
-              keepMine: () => this.#decide(fields, true),
-              takeTheirs: () => this.#decide(fields, false),
-            },
-          ],
-    );
+    const valuesOf = (which) => Object.fromEntries(fields.map(([name, entry]) => [name, entry[which]]));
+    /** @type {import('../../../core/defects/conflicts.js').Conflict} */
+    const conflict = {
+      id: `header ${this.#found} ${fields.length}`,
+      kind: 'header',
+      mine: valuesOf('value'),
+      theirs: valuesOf('theirs'),
+      keepMine: () => this.#decide(fields, true),
+      takeTheirs: () => this.#decide(fields, false),
+    };
+    this.desk.conflicts.state('header', fields.length ? [conflict] : []);
   }
 
   #decide(fields, isMine) {

@@ -24,7 +24,7 @@ import { RemarkDrafts } from '../../../core/defects/remark-drafts.js';
 import { isLocked, Review, whyLocked } from '../../../core/defects/review.js';
 import { lock, mayEdit } from '../../../core/page/rights.js';
 import { ROUNDING_MM } from '../../../core/wall/spans.js';
-import { Store } from '../../../core/page/store.js';
+import { Store, listenTo } from '../../../core/page/store.js';
 import { Track } from '../../../core/survey/track.js';
 import { u95FromSigma } from '../../../core/wall/units.js';
 import { Unrolled } from '../../../core/wall/unrolled.js';
@@ -154,9 +154,7 @@ export class Desk extends EventTarget {
     this.observations.addEventListener('change', () => this.#dropLostSelection(), { signal });
     inspection.addEventListener('edited', ({ detail }) => this.history.add(detail), { signal });
     this.live.addEventListener('message', ({ detail }) => this.#compareRevision(detail.header), { signal });
-    for (const store of [this.observations, this.inspection, this.corrections]) {
-      store.addEventListener('change', () => this.checks.loadSoon(), { signal });
-    }
+    listenTo([this.observations, this.inspection, this.corrections], 'change', signal, () => this.checks.loadSoon());
   }
 
   /** Reads again everything that contains distances, as they have been corrected. */

@@ -1,5 +1,6 @@
 /** Ties the 3D view to the desk: it follows the shown frame and the selection, and its clicks tag, mark or select. */
 
+import { listenTo } from '../../../core/page/store.js';
 import { refusalIn } from '../../../core/server/api.js';
 import { frameShowing } from '../../../core/wall/wall.js';
 import { t } from '../../../core/page/words.js';
@@ -27,15 +28,11 @@ export function followIn3d(desk, signal) {
 
   playhead.addEventListener('change', show, { signal });
   selection.addEventListener('change', select, { signal });
-  live.addEventListener(
-    'state',
-    () => {
-      shown = -1;
-      show();
-      select();
-    },
-    { signal },
-  );
+  listenTo(live, 'state', signal, () => {
+    shown = -1;
+    show();
+    select();
+  });
   live.addEventListener('pin_click', ({ detail }) => desk.goTo(detail.observation), { signal });
   live.addEventListener('wall_click', ({ detail }) => wallClicked(desk, detail, signal), { signal });
 }

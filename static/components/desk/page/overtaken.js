@@ -1,5 +1,6 @@
 /** Changes that somebody else was faster with: each waits until a person has compared both versions. */
 
+import { listenTo } from '../../../core/page/store.js';
 import { t } from '../../../core/page/words.js';
 
 /** Keeps the conflicts of a desk in step with what the server has refused. */
@@ -13,9 +14,7 @@ export class Overtaken {
     this.#desk = desk;
     const { outbox, corrections } = desk;
     outbox.addEventListener('change', () => this.#findObservations(), { signal });
-    for (const store of [corrections, corrections.draft]) {
-      store.addEventListener('change', () => this.#findDraft(), { signal });
-    }
+    listenTo([corrections, corrections.draft], 'change', signal, () => this.#findDraft());
     this.#findObservations();
   }
 

@@ -1,5 +1,6 @@
 /** One part of the desk in a window of its own: the 3D view or the unrolled wall, with the distance. */
 
+import { listenTo } from '../../../core/page/store.js';
 import { html, render } from '../../../core/page/html.js';
 import { bindKeys } from '../../../core/page/keys.js';
 import { chainage } from '../../../core/wall/units.js';
@@ -43,17 +44,11 @@ export function buildWindow(page, part) {
   showSaving(parts.save, desk, signal);
   if (part === 'wall') bindZoom(parts, desk, signal);
   // The film is on the desk: here a few messages a second are enough for what changes with a run.
-  desk.live.addEventListener(
-    'message',
-    ({ detail: { header } }) => {
-      setTimeout(() => desk.live.acknowledge(header.seq), ACKNOWLEDGED_AFTER_MS);
-    },
-    { signal },
-  );
-  desk.addEventListener(
-    'tagged',
-    ({ detail }) => desk.done(t('desk.tagged_point', { where: chainage(detail.distance_m) })),
-    { signal },
+  listenTo(desk.live, 'message', signal, ({ detail: { header } }) => {
+    setTimeout(() => desk.live.acknowledge(header.seq), ACKNOWLEDGED_AFTER_MS);
+  });
+  listenTo(desk, 'tagged', signal, ({ detail }) =>
+    desk.done(t('desk.tagged_point', { where: chainage(detail.distance_m) })),
   );
   bindKeys(
     document,

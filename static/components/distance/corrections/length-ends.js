@@ -1,5 +1,6 @@
 /** The two frames between which a length is known: shown, visited, taken from the play head. */
 
+import { listenTo } from '../../../core/page/store.js';
 import { html } from '../../../core/page/html.js';
 import { chainage } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
@@ -36,9 +37,9 @@ export function showEnds(parts, desk, { first_frame: first, last_frame: last }) 
  * @param {(change: {first_frame?: number, last_frame?: number}) => void} mark
  */
 export function bindEnds(parts, desk, signal, mark) {
-  for (const part of [parts.first, parts.last]) {
-    part.addEventListener('click', () => desk.seek(Number(part.dataset.frame)), { signal });
-  }
+  listenTo([parts.first, parts.last], 'click', signal, ({ currentTarget }) =>
+    desk.seek(Number(currentTarget.dataset.frame)),
+  );
   const here = (name) => () => {
     const { frame, row } = desk.playhead.value;
     if (row) mark({ [name]: frame });

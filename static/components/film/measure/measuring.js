@@ -3,7 +3,7 @@
 import { ApiError } from '../../../core/server/api.js';
 import { KINDS, MOST_MEASURES, measured, measuredByServer, quantityOf, usualKind } from '../../../core/wall/measure.js';
 import { rounded } from '../../../core/wall/rounding.js';
-import { Store } from '../../../core/page/store.js';
+import { Store, listenTo } from '../../../core/page/store.js';
 import { t } from '../../../core/page/words.js';
 
 const toHundredths = (pixel) => pixel.map((part) => rounded(part, 2));
@@ -26,20 +26,12 @@ export class Measuring extends Store {
     this.#desk = desk;
     this.#signal = signal;
     // Escape, and whatever else wants the clicks, ends it.
-    desk.picking.addEventListener(
-      'change',
-      () => {
-        if (desk.picking.value !== this.#pick) this.set(null);
-      },
-      { signal },
-    );
-    desk.selection.addEventListener(
-      'change',
-      () => {
-        if (this.value?.id !== desk.selection.value) this.cancel();
-      },
-      { signal },
-    );
+    listenTo(desk.picking, 'change', signal, () => {
+      if (desk.picking.value !== this.#pick) this.set(null);
+    });
+    listenTo(desk.selection, 'change', signal, () => {
+      if (this.value?.id !== desk.selection.value) this.cancel();
+    });
   }
 
   /** Starts with the selected defect and the usual kind of its code. */
