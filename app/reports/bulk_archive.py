@@ -12,7 +12,7 @@ import io
 import logging
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -21,9 +21,10 @@ from typing import IO
 
 from app.errors import DiskFull, InspectionNotFound
 from app.reports.bundle.delivery import Delivery, wanted_film
+from app.reports.bundle.listed_zip import ListedZip
 from app.reports.content.translator import Translator
 from app.reports.formats import FORMATS
-from app.reports.report import Extras, Report, failure
+from app.reports.report import Extras, failure
 from app.reports.reports import Reports
 from app.reports.text.naming import safe_file_name
 from app.storage.folder.files import raise_if_full
@@ -35,7 +36,6 @@ from vo_core.errors import ChainageError
 logger = logging.getLogger(__name__)
 
 DELIVERY = "delivery"
-_COMPRESSED = (".pdf", ".xlsx", ".zip")
 _DOCUMENT = "report.pdf"
 _LIST = "inspections.csv"
 _LIST_HEAD = (
@@ -135,81 +135,79 @@ def write(wanted: Wanted, sources: Sources, file: IO[bytes], watcher: Watcher) -
         ChainageError: The one delivery that is wanted cannot be made, or the disk is full.
         Stopped: The watcher has raised it.
     """
-    order = _Order(wanted, sources, watcher)
     if wanted.document and not wanted.kinds:
-        order.write_document(file)
+        _write_document(wanted, sources, file, watcher)
         return Made("chainage-report.pdf", "application/pdf")
     is_one = wanted.kinds == (DELIVERY,) and len(wanted.inspections) == 1 and not wanted.document
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-        name = order.write_delivery(archive) if is_one else order.write_archive(archive)
-    return Made(name, "application/zip")
+        order = _Order(wanted, sources, watcher, archive)
+        return Made(order.write_one() if is_one else order.write_all(), "application/zip")
+
+
+def _write_document(wanted: Wanted, sources: Sources, file: IO[bytes], watcher: Watcher) -> None:
+    """Write the PDF over all inspections."""
+    from app.reports.pdf import collection  # loads what it is made of
+
+    words, extras = wanted.words, Extras(burnt_in=wanted.extras.burnt_in)
+    missing = collection.write(
+        file,
+        wanted.inspections,
+        partial(sources.reports.report, language=words.language, units=words.units, extras=extras),
+        words,
+        begin=watcher.begin,
+        done=watcher.end_step,
+    )
+    watcher.not_made += [
+        NotMade(inspection_id, name, "document", detail) for inspection_id, name, detail in missing
+    ]
 
 
 class _Order:
-    """What is wanted, being written."""
+    """An archive of what is wanted, being written."""
 
-    def __init__(self, wanted: Wanted, sources: Sources, watcher: Watcher) -> None:
+    def __init__(
+        self, wanted: Wanted, sources: Sources, watcher: Watcher, archive: zipfile.ZipFile
+    ) -> None:
         self._wanted = wanted
         self._sources = sources
         self._watcher = watcher
+        now = datetime.now(UTC)
+        self._zip = ListedZip(archive, now)
+        self._delivery = (
+            Delivery(archive, now, sources.reports.signer, FORMATS, watcher.check)
+            if DELIVERY in wanted.kinds
+            else None
+        )
 
-    def write_archive(self, archive: zipfile.ZipFile) -> str:
+    def write_all(self) -> str:
         """Write a folder for each inspection, the document, and the list; return its name."""
         wanted = self._wanted
-        delivery = self._delivery(archive) if DELIVERY in wanted.kinds else None
         rows: list[tuple[str, ...]] = [_LIST_HEAD]
         for number, inspection_id in enumerate(wanted.inspections if wanted.kinds else (), 1):
-            rows.append(self._add(archive, delivery, number, inspection_id))
+            rows.append(self._add(number, inspection_id))
             self._watcher.end_step()
         if wanted.document:
             with tempfile.TemporaryFile(dir=self._sources.scratch) as file:
-                self.write_document(file)
+                _write_document(wanted, self._sources, file, self._watcher)
                 file.seek(0)
-                self._put(archive, delivery, _DOCUMENT, iter(partial(file.read, _BLOCK), b""))
-        self._put(archive, delivery, _LIST, [_listed(rows)])
-        if delivery is not None:
-            delivery.close()
+                self._put(_DOCUMENT, iter(partial(file.read, _BLOCK), b""))
+        self._put(_LIST, [_listed(rows)])
+        if self._delivery is not None:
+            self._delivery.close()
         return "chainage-reports.zip"
 
-    def write_delivery(self, archive: zipfile.ZipFile) -> str:
+    def write_one(self) -> str:
         """Write the delivery of the only inspection, without a folder; return its name."""
         (inspection_id,) = self._wanted.inspections
         name = self._sources.inspections.get(inspection_id).name
         self._watcher.begin(name)
-        delivery = self._delivery(archive)
-        self._deliver(delivery, inspection_id)
-        delivery.close()
+        if self._delivery is not None:
+            self._deliver(self._delivery, inspection_id)
+            self._delivery.close()
         self._watcher.end_step()
         return safe_file_name(f"{name}-delivery.zip")
 
-    def write_document(self, file: IO[bytes]) -> None:
-        """Write the PDF over all inspections."""
-        from app.reports.pdf import collection  # loads what it is made of
-
-        missing = collection.write(
-            file,
-            self._wanted.inspections,
-            partial(self._report, extras=Extras(burnt_in=self._wanted.extras.burnt_in)),
-            self._wanted.words,
-            begin=self._watcher.begin,
-            done=self._watcher.end_step,
-        )
-        self._watcher.not_made += [
-            NotMade(inspection_id, name, "document", detail)
-            for inspection_id, name, detail in missing
-        ]
-
-    def _delivery(self, archive: zipfile.ZipFile) -> Delivery:
-        signer = self._sources.reports.signer
-        return Delivery(archive, datetime.now(UTC), signer, FORMATS, self._watcher.check)
-
-    def _add(
-        self,
-        archive: zipfile.ZipFile,
-        delivery: Delivery | None,
-        number: int,
-        inspection_id: str,
-    ) -> tuple[str, ...]:
+    def _add(self, number: int, inspection_id: str) -> tuple[str, ...]:
         """Add the folder of an inspection; return its row of the list."""
         try:
             row = self._sources.inspections.get(inspection_id)
@@ -225,10 +223,10 @@ class _Order:
             self._watcher.begin(row.name)
             self._sources.require_room(0)
             try:
-                if kind == DELIVERY and delivery is not None:
-                    made += self._deliver(delivery, inspection_id, f"{folder}/", number)
+                if kind == DELIVERY and self._delivery is not None:
+                    made += self._deliver(self._delivery, inspection_id, f"{folder}/", number)
                 else:
-                    made.append(self._export(archive, delivery, inspection_id, kind, folder))
+                    made.append(self._export(inspection_id, kind, folder))
             except (DiskFull, Stopped):
                 raise
             except Exception as error:  # one of them must not cost all the others
@@ -250,14 +248,7 @@ class _Order:
         logger.error("The %s of %s could not be made.", kind, inspection_id, exc_info=error)
         return self._wanted.words("failure.internal_error")
 
-    def _export(
-        self,
-        archive: zipfile.ZipFile,
-        delivery: Delivery | None,
-        inspection_id: str,
-        kind: str,
-        folder: str,
-    ) -> str:
+    def _export(self, inspection_id: str, kind: str, folder: str) -> str:
         """Add the file of a format; return its name."""
         words = self._wanted.words
         export = self._sources.reports.export(
@@ -267,47 +258,37 @@ class _Order:
             units=words.units,
             extras=self._extras(inspection_id),
         )
-        name = f"{folder}/{export.filename}"
-        self._put(archive, delivery, name, export.written.blocks())
+        self._put(f"{folder}/{export.filename}", export.written.blocks())
         return export.filename
 
     def _deliver(
         self, delivery: Delivery, inspection_id: str, folder: str = "", number: int = 1
     ) -> tuple[str, ...]:
-        report = self._report(inspection_id, extras=self._extras(inspection_id))
+        words, extras = self._wanted.words, self._extras(inspection_id)
+        report = self._sources.reports.report(
+            inspection_id, language=words.language, units=words.units, extras=extras
+        )
         if film := wanted_film(report):
             self._sources.require_room(film.about().size)
         return delivery.add(report, folder, number).names
-
-    def _report(self, inspection_id: str, *, extras: Extras) -> Report:
-        words = self._wanted.words
-        return self._sources.reports.report(
-            inspection_id, language=words.language, units=words.units, extras=extras
-        )
 
     def _extras(self, inspection_id: str) -> Extras:
         clip_of = self._sources.clip_of if self._wanted.clips else None
         extras = self._wanted.extras
         return replace(extras, clip_of=partial(clip_of, inspection_id)) if clip_of else extras
 
-    def _put(
-        self,
-        archive: zipfile.ZipFile,
-        delivery: Delivery | None,
-        name: str,
-        blocks: Iterable[bytes],
-    ) -> None:
+    def _put(self, name: str, blocks: Iterable[bytes]) -> None:
         """Add a file; in a delivery it is listed and signed, too."""
-        if delivery is not None:
-            delivery.add_file(name, blocks)
-            return
-        member = zipfile.ZipInfo(name, datetime.now(UTC).timetuple()[:6])
-        is_compressed = name.endswith(_COMPRESSED)
-        member.compress_type = zipfile.ZIP_STORED if is_compressed else zipfile.ZIP_DEFLATED
-        with archive.open(member, "w", force_zip64=True) as out:
-            for block in blocks:
-                self._watcher.check()
-                out.write(block)
+        if self._delivery is not None:
+            self._delivery.add_file(name, blocks)
+        else:
+            self._zip.write(name, self._watched(blocks))
+
+    def _watched(self, blocks: Iterable[bytes]) -> Iterator[bytes]:
+        """Yield a file, which may be a large film, as long as somebody waits for it."""
+        for block in blocks:
+            self._watcher.check()
+            yield block
 
 
 def _listed(rows: Iterable[Iterable[str]]) -> bytes:
