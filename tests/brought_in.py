@@ -7,7 +7,7 @@ from datetime import timedelta
 
 from reports import ENTERED, entry
 
-from app.imports.survey import ImportedSurvey
+from app.imports.surveys.survey import ImportedSurvey
 from app.inspections.brought_in.imports import _track, in_order, rig_of
 from app.reports.report import Photo, Report, Source
 

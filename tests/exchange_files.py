@@ -18,7 +18,7 @@ from exchange_readers import (
 from reports import said
 
 from app.imports import any_file
-from app.imports.survey import ImportedFile, ImportedSurvey
+from app.imports.surveys.survey import ImportedFile, ImportedSurvey
 from app.reports.formats import FORMATS
 from app.reports.report import Loss, Photo, Report
 from app.survey.fields.observation import codes_of

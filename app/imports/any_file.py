@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from app.errors import InvalidImport
-from app.imports import (
-    chainage_json,
+from app.imports.moved import chainage_json
+from app.imports.moved.whole_inspection import WholeInspection
+from app.imports.surveys import (
     en13508_text,
     en13508_xml,
     isybau,
@@ -15,8 +16,7 @@ from app.imports import (
     wincan,
     xml_file,
 )
-from app.imports.survey import ImportedFile
-from app.imports.whole_inspection import WholeInspection
+from app.imports.surveys.survey import ImportedFile
 
 MIB = 2**20
 _OF_XML = "EN 13508-2 XML, RIBX, ISYBAU XML, DWA-M 150 XML"

@@ -11,8 +11,8 @@ from typing import Any, get_args
 import msgspec
 import numpy as np
 
-from app.imports.survey import ImportedFile
-from app.imports.whole_inspection import Part, WholeInspection
+from app.imports.moved.whole_inspection import Part, WholeInspection
+from app.imports.surveys.survey import ImportedFile
 from vo_core import Rig, Track
 from vo_core.image.health import Health
 

@@ -264,7 +264,7 @@ class Kept:
     remarks: tuple[RemarkRow, ...] = ()
     """What reviewers have said."""
     files: Mapping[str, StoredBlob] = field(default_factory=dict)
-    """What else is known of the film, by the names of `app.imports.archive_manifest`."""
+    """What else is known of the film, by the names of `app.imports.moved.archive_manifest`."""
     pack_table: str | None = None
     """The table of codes as CSV, if a person has added it."""
 

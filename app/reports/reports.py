@@ -16,7 +16,7 @@ from cachetools import TTLCache
 from numpy.typing import NDArray
 
 from app.errors import BlobChanged, ExportNotAvailable, PhotoNotFound
-from app.imports import archive_manifest
+from app.imports.moved import archive_manifest
 from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.counters import Counters

@@ -10,8 +10,8 @@ import msgspec
 
 from app.errors import InvalidImport
 from app.imports import wire
-from app.imports.survey import ImportedFile
-from app.imports.whole_inspection import WholeInspection
+from app.imports.moved.whole_inspection import WholeInspection
+from app.imports.surveys.survey import ImportedFile
 from app.jobs.messages import Limits
 from app.jobs.process import Child, Died, Refused, Stalled
 from app.jobs.requests.importer import ImportRequest

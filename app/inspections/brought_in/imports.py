@@ -18,9 +18,9 @@ from datetime import UTC, datetime
 from typing import Any
 
 from app.access.access import Principal
-from app.imports.cells import clean
-from app.imports.survey import ImportedObservation, ImportedSurvey
-from app.imports.whole_inspection import WholeInspection
+from app.imports.moved.whole_inspection import WholeInspection
+from app.imports.surveys.cells import clean
+from app.imports.surveys.survey import ImportedObservation, ImportedSurvey
 from app.inspections.brought_in.file_reader import FileReader
 from app.inspections.brought_in.keeping import Imported, Keeper, Run
 from app.inspections.brought_in.moved import MovedInspections

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
-from app.imports.survey import Caveat
+from app.imports.surveys.survey import Caveat
 from app.inspections.films.making import keep_rig
 from app.jobs.track.batches import Batch
 from app.storage.database.tables import Inspection

@@ -13,7 +13,7 @@ import msgspec
 
 from app.access.access import Principal
 from app.errors import InvalidImport, PackNotFound
-from app.imports.archive_manifest import (
+from app.imports.moved.archive_manifest import (
     COUNTER,
     FILM,
     PACK,
@@ -24,8 +24,7 @@ from app.imports.archive_manifest import (
     WALL,
     not_as_listed,
 )
-from app.imports.survey import Caveat
-from app.imports.whole_inspection import (
+from app.imports.moved.whole_inspection import (
     MovedAttachment,
     MovedEvent,
     MovedFile,
@@ -33,6 +32,7 @@ from app.imports.whole_inspection import (
     MovedTag,
     WholeInspection,
 )
+from app.imports.surveys.survey import Caveat
 from app.inspections.brought_in.keeping import Imported, Keeper, Run
 from app.inspections.packs import Packs
 from app.storage.blobs import keys

@@ -15,7 +15,7 @@ from app.jobs.messages import MAX_MESSAGE_BYTES, Limits
 from app.jobs.track import parts
 
 if TYPE_CHECKING:
-    from app.imports.whole_inspection import WholeInspection
+    from app.imports.moved.whole_inspection import WholeInspection
 
 
 class ImportRequest(msgspec.Struct, frozen=True):
@@ -30,7 +30,8 @@ class ImportRequest(msgspec.Struct, frozen=True):
 def _read(request: ImportRequest, _parent: Parent) -> bytes:
     # Imported here so that the readers are loaded under the limits.
     from app.errors import InvalidImport
-    from app.imports import any_file, archive_file, wire
+    from app.imports import any_file, wire
+    from app.imports.moved import archive_file
 
     if request.archive is None:
         packed = wire.pack(any_file.read(request.content))
@@ -49,7 +50,7 @@ def _require_tables(inspection: WholeInspection) -> None:
     """Read what is known of the film once, so that the server never finds it invalid."""
     from app.burnt_in.readings import CounterReadings
     from app.errors import InvalidImport
-    from app.imports.archive_manifest import PARTS, READINGS
+    from app.imports.moved.archive_manifest import PARTS, READINGS
 
     def read_readings(text: str) -> object:
         return CounterReadings.from_csv(text, None)

@@ -1,6 +1,6 @@
-"""Writes the archive file: an inspection whole, as `app.imports.archive_manifest` describes it.
+"""Writes the archive file, an inspection whole, as `app.imports.moved.archive_manifest` has it.
 
-`app.imports.archive_file` reads it.
+`app.imports.moved.archive_file` reads it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from importlib.metadata import version
 import msgspec
 
 from app.errors import BlobNotFound
-from app.imports.archive_manifest import (
+from app.imports.moved.archive_manifest import (
     COMPRESSED,
     FILM,
     MANIFEST,

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import IO, cast
 
-from app.imports.archive_manifest import Listed
+from app.imports.moved.archive_manifest import Listed
 from app.reports.content.media_files import read_stored
 from app.reports.report import Loss, WhyLost, Written
 from app.storage.blobs.blobs import Readable

@@ -13,7 +13,7 @@ from importlib.metadata import version
 
 import msgspec
 
-from app.imports.archive_manifest import Listed
+from app.imports.moved.archive_manifest import Listed
 from app.reports.bundle.listed_zip import ListedZip, encodable
 from app.reports.bundle.signing import Signer, fingerprint
 from app.reports.report import Report

@@ -20,7 +20,7 @@ from pathlib import Path
 import msgspec
 
 from app.errors import UnusableBundle
-from app.imports.zips import members_of
+from app.imports.moved.zips import members_of
 from app.reports.bundle.signed_archive import MANIFEST, SCHEMA, SIGNATURE, Manifest, Video
 from app.reports.bundle.signing import fingerprint, is_signed_by
 

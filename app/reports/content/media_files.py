@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from app.imports.archive_manifest import PHOTOS, VOICE
+from app.imports.moved.archive_manifest import PHOTOS, VOICE
 from app.reports.report import Entry, Report, WhyLost, why_lost
 from app.storage.blobs.blobs import Readable
 

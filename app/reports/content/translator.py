@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from decimal import Decimal
 from typing import Any
 
-from app.imports.survey import Caveat
+from app.imports.surveys.survey import Caveat
 from app.reports.content.sizes import figure_text
 from app.reports.content.words import Language, words_of
 from app.reports.report import Entry, Loss, Phrase, Report, Taken, Units

@@ -1,4 +1,4 @@
-"""The whole report as JSON, in a versioned schema that `app.imports.chainage_json` reads.
+"""The whole report as JSON, in a versioned schema that `app.imports.moved.chainage_json` reads.
 
 `observations` holds derived values, like the tables. An import starts from their sources: `tags`
 (what people stated), the raw `track`, its `health`, the joint `sightings`, the `mount_tilt` against
@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
-from app.imports.chainage_json import FAMILY, VERSION
-from app.imports.whole_inspection import (
+from app.imports.moved.chainage_json import FAMILY, VERSION
+from app.imports.moved.whole_inspection import (
     MovedAttachment,
     MovedEvent,
     MovedInspection,

@@ -15,8 +15,9 @@ from reports import report
 from wincan_files import project
 
 from app.errors import InvalidImport
-from app.imports import any_file, wincan
-from app.imports.survey import ImportedFile
+from app.imports import any_file
+from app.imports.surveys import wincan
+from app.imports.surveys.survey import ImportedFile
 from app.inspections.brought_in.file_reader import FileReader
 from app.jobs.confinement import landlock_version
 from app.jobs.messages import Failed, Limits, encode
@@ -120,7 +121,7 @@ def test_xml_that_grows_when_it_is_read_is_refused(is_long: bool) -> None:
 _TAKEN_OVER = """
 import sqlite3, sys
 from app.errors import InvalidImport
-from app.imports import wincan
+from app.imports.surveys import wincan
 from app.jobs.requests import importer
 
 secret = sys.argv[2]
@@ -149,7 +150,7 @@ def test_a_project_that_takes_over_its_reader_opens_no_other_file(tmp_path: Path
     content = project(secret)
     ours, theirs = Pipe()
     code = [sys.executable, "-P", "-c", _TAKEN_OVER, str(theirs.fileno()), str(secret)]
-    root = str(Path(wincan.__file__).parents[2])
+    root = str(Path(wincan.__file__).parents[3])
     with subprocess.Popen(code, pass_fds=[theirs.fileno()], env={"PYTHONPATH": root}):
         theirs.close()
         ours.send_bytes(encode(ImportRequest(Limits(768 * MIB, cpu_s=30), content)))

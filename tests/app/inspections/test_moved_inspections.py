@@ -23,7 +23,7 @@ from surveys import Survey
 
 from app.access.access import create_token
 from app.errors import InvalidImport
-from app.imports import archive_file, chainage_json
+from app.imports.moved import archive_file, chainage_json
 from app.storage.database.backup import back_up, restore
 from app.storage.database.database import FILE, Database
 from app.storage.folder.tokens import Role, TokenFile

@@ -8,7 +8,7 @@ from typing import get_args
 import pytest
 from reports import AT
 
-from app.imports.survey import Caveat
+from app.imports.surveys.survey import Caveat
 from app.reports.content.condition import SEVERITIES, Overall
 from app.reports.content.translator import Translator
 from app.reports.content.words import LANGUAGES, words_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from app.imports.cells import figure, iso_date, number, time_of_day
-from app.imports.survey import Notes
+from app.imports.surveys.cells import figure, iso_date, number, time_of_day
+from app.imports.surveys.survey import Notes
 from app.survey.fields.declaration import AS_IT_IS, OTHER, Column, Family, Field, kept_name
 from app.survey.fields.header import FIELDS, faults
 from app.survey.fields.in_words import taken_from_remarks

@@ -12,7 +12,7 @@ from random_reports import reports
 from reports import AT, health_columns, report, track_of
 
 from app.errors import InvalidImport
-from app.imports.chainage_json import is_chainage_json, read
+from app.imports.moved.chainage_json import is_chainage_json, read
 from app.reports.exchange.chainage_json import write
 from app.survey.adjustment.adjust import adjust
 from app.survey.corrected import Corrected

@@ -21,7 +21,7 @@ from pydantic import (
     model_validator,
 )
 
-from app.imports.archive_manifest import VOICE
+from app.imports.moved.archive_manifest import VOICE
 from app.survey.attachments import LONGEST_VOICE_S, MOST_VOICE_BYTES, Kind, Strokes
 from app.survey.given import LINE, TEXT, Frame, Header
 from app.survey.labels import Labels
@@ -61,7 +61,7 @@ _ObservationId = Annotated[
     StringConstraints(pattern=r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$"),
 ]
 _PhotoPath = Annotated[str, StringConstraints(pattern=r"^photos/[A-Za-z0-9_.-]{1,150}$")]
-"""Path of a picture that comes along, which `app.imports.moved_media` decodes."""
+"""Path of a picture that comes along, which `app.imports.moved.moved_media` decodes."""
 MediaPath = _PhotoPath | Annotated[str, StringConstraints(pattern=r"^voice/[A-Za-z0-9_.-]{1,150}$")]
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 
-from app.imports.cells import clean, number
-from app.imports.en13508_fields import Coded, survey_from
-from app.imports.survey import Caveat, ImportedFile, ImportedSurvey, Notes, file_of
-from app.imports.xml_file import Element, first_rows, note_unread, unknown_parts
+from app.imports.surveys.cells import clean, number
+from app.imports.surveys.en13508_fields import Coded, survey_from
+from app.imports.surveys.survey import Caveat, ImportedFile, ImportedSurvey, Notes, file_of
+from app.imports.surveys.xml_file import Element, first_rows, note_unread, unknown_parts
 from app.survey import grids
 
 _PIPES = ("ZB", "ZB_A")

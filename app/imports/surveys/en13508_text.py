@@ -12,10 +12,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from app.imports.cells import clean
-from app.imports.en13508_fields import Coded, survey_from
-from app.imports.letters import decoded
-from app.imports.survey import Caveat, ImportedFile, ImportedSurvey, Notes, file_of
+from app.imports.surveys.cells import clean
+from app.imports.surveys.en13508_fields import Coded, survey_from
+from app.imports.surveys.letters import decoded
+from app.imports.surveys.survey import Caveat, ImportedFile, ImportedSurvey, Notes, file_of
 
 _MARK = re.compile(r"^[ \t]{0,20}#(?:A1|B01|B1)[ \t]*=", re.MULTILINE)
 _ENCODING = re.compile(rb"^#A1=([ -~]{0,40})", re.MULTILINE)

@@ -16,10 +16,10 @@ from functools import partial
 from typing import Any
 
 from app.errors import InvalidImport
-from app.imports.cells import clean, number, time_of_day
-from app.imports.header import header_of
-from app.imports.observations import observation_of, texts_of
-from app.imports.survey import (
+from app.imports.surveys.cells import clean, number, time_of_day
+from app.imports.surveys.header import header_of
+from app.imports.surveys.observations import observation_of, texts_of
+from app.imports.surveys.survey import (
     MOST_SURVEYS,
     ImportedFile,
     ImportedObservation,

@@ -22,9 +22,9 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from app.errors import InvalidImport
-from app.imports.chainage_json_schema import File, Parts
-from app.imports.moved_media import require_media
-from app.imports.whole_inspection import MovedFile, WholeInspection
+from app.imports.moved.chainage_json_schema import File, Parts
+from app.imports.moved.moved_media import require_media
+from app.imports.moved.whole_inspection import MovedFile, WholeInspection
 from vo_core import Rig, Track
 from vo_core.errors import InvalidRig, RigVideoMismatch
 from vo_core.geometry.stance import AS_STATED, Stance

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from app.imports import german
-from app.imports.cells import number
-from app.imports.header import at_ends, header_of, with_words
-from app.imports.observations import observation_of, texts_of
-from app.imports.survey import (
+from app.imports.surveys import german
+from app.imports.surveys.cells import number
+from app.imports.surveys.header import at_ends, header_of, with_words
+from app.imports.surveys.observations import observation_of, texts_of
+from app.imports.surveys.survey import (
     Caveat,
     ImportedFile,
     ImportedObservation,
@@ -24,7 +24,7 @@ from app.imports.survey import (
     file_of,
     survey_of,
 )
-from app.imports.xml_file import NOTHING, Element, first_rows, note_unread, unknown_parts
+from app.imports.surveys.xml_file import NOTHING, Element, first_rows, note_unread, unknown_parts
 from app.survey.fields.lists import GROUNDS
 
 _OTHER_SYSTEM = "6"

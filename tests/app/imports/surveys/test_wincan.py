@@ -12,7 +12,7 @@ from reports import ENGLISH
 from wincan_files import project
 
 from app.errors import InvalidImport
-from app.imports.wincan import looks_like, read
+from app.imports.surveys.wincan import looks_like, read
 
 
 def test_a_project_is_read_field_by_field(tmp_path: Path) -> None:

@@ -6,10 +6,17 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
-from app.imports.cells import behind_remark, number
-from app.imports.header import header_of, with_words
-from app.imports.observations import observation_of, texts_of
-from app.imports.survey import END, START, ImportedObservation, ImportedSurvey, Notes, survey_of
+from app.imports.surveys.cells import behind_remark, number
+from app.imports.surveys.header import header_of, with_words
+from app.imports.surveys.observations import observation_of, texts_of
+from app.imports.surveys.survey import (
+    END,
+    START,
+    ImportedObservation,
+    ImportedSurvey,
+    Notes,
+    survey_of,
+)
 from app.survey.fields.declaration import OTHER, explanation_of, kept_name
 from app.survey.fields.header import FIELDS
 

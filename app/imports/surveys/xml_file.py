@@ -13,8 +13,8 @@ from typing import Any
 from xml.parsers import expat
 
 from app.errors import InvalidImport
-from app.imports.letters import decoded
-from app.imports.survey import Caveat, Notes
+from app.imports.surveys.letters import decoded
+from app.imports.surveys.survey import Caveat, Notes
 
 _MOST_ELEMENTS = 1_000_000
 """20 000 observations of 25 elements have half as many; each takes some 200 bytes."""

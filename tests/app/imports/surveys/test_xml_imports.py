@@ -7,7 +7,7 @@ from reports import ENGLISH
 
 from app.errors import InvalidImport
 from app.imports import any_file
-from app.imports.survey import ImportedFile, ImportedSurvey
+from app.imports.surveys.survey import ImportedFile, ImportedSurvey
 from app.survey import grids
 
 

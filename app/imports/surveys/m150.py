@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from app.imports import german
-from app.imports.cells import behind_remark, number
-from app.imports.header import at_ends, header_of, with_words
-from app.imports.observations import observation_of, texts_of
-from app.imports.survey import (
+from app.imports.surveys import german
+from app.imports.surveys.cells import behind_remark, number
+from app.imports.surveys.header import at_ends, header_of, with_words
+from app.imports.surveys.observations import observation_of, texts_of
+from app.imports.surveys.survey import (
     Caveat,
     ImportedFile,
     ImportedObservation,
@@ -18,7 +18,7 @@ from app.imports.survey import (
     file_of,
     survey_of,
 )
-from app.imports.xml_file import Element, first_rows, note_unread, unknown_parts
+from app.imports.surveys.xml_file import Element, first_rows, note_unread, unknown_parts
 
 _ZONE = "UTM zone "
 _STEP_M = 0.1

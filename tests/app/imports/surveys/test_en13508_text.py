@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reports import ENGLISH
 
-from app.imports.en13508_text import looks_like, read
+from app.imports.surveys.en13508_text import looks_like, read
 
 FOREIGN = """#A1=ISO-8859-1
 #A2=de

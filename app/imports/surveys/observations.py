@@ -7,8 +7,16 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.imports.cells import clean, clock, number, quantity, severity_of, stretch, video_time_s
-from app.imports.survey import ImportedObservation, Notes
+from app.imports.surveys.cells import (
+    clean,
+    clock,
+    number,
+    quantity,
+    severity_of,
+    stretch,
+    video_time_s,
+)
+from app.imports.surveys.survey import ImportedObservation, Notes
 from app.survey.fields.declaration import Family
 from app.survey.fields.observation import codes_of
 from app.survey.tag import LONGEST_IMPORTED_REMARK

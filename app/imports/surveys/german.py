@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 
-from app.imports.cells import number, stretch
+from app.imports.surveys.cells import number, stretch
 from app.survey import grids
 
 _UTM = re.compile(r"UTM\D{0,10}([0-9]{1,2})\s?([NS]?)", re.IGNORECASE)

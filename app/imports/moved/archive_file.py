@@ -21,8 +21,8 @@ from typing import BinaryIO
 import msgspec
 
 from app.errors import InvalidImport, InvalidPack
-from app.imports import chainage_json
-from app.imports.archive_manifest import (
+from app.imports.moved import chainage_json
+from app.imports.moved.archive_manifest import (
     COMPRESSED,
     FILM,
     MANIFEST,
@@ -34,9 +34,9 @@ from app.imports.archive_manifest import (
     Manifest,
     not_as_listed,
 )
-from app.imports.moved_media import require_media
-from app.imports.whole_inspection import MovedFile, WholeInspection
-from app.imports.zips import members_of
+from app.imports.moved.moved_media import require_media
+from app.imports.moved.whole_inspection import MovedFile, WholeInspection
+from app.imports.moved.zips import members_of
 from app.survey.catalogue.table import read_table
 
 MIB = 2**20

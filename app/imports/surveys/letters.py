@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import re
 
-from app.imports.survey import Caveat
+from app.imports.surveys.survey import Caveat
 
 _LATIN = "cp1252"
 """Also of files that name ISO-8859-1, whose further letters it has, as browsers take it."""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from app.imports.cells import clean
+from app.imports.surveys.cells import clean
 from app.survey.fields.header import FIELDS, LONGEST_TEXT, faults
 from app.survey.tag import StatedTag
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.errors import InvalidImport
-from app.imports.archive_manifest import VOICE
+from app.imports.moved.archive_manifest import VOICE
 from app.pictures import UnusablePicture, require_picture
 from app.survey.attachments import MOST_VOICE_BYTES
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
-from app.imports.whole_inspection import (
+from app.imports.moved.whole_inspection import (
     MediaPath,
     MovedAttachment,
     MovedEvent,

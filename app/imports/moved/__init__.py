@@ -1,0 +1,1 @@
+"""Inspections that move between servers: the report in JSON, and the archive file."""

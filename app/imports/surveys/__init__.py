@@ -1,0 +1,1 @@
+"""Surveys of other programs: readers of their formats, and how their texts become fields."""
