@@ -145,7 +145,6 @@ def write(wanted: Wanted, sources: Sources, file: IO[bytes], watcher: Watcher) -
 
 
 def _write_document(wanted: Wanted, sources: Sources, file: IO[bytes], watcher: Watcher) -> None:
-    """Write the PDF over all inspections."""
     from app.reports.pdf import collection  # loads what it is made of
 
     words, extras = wanted.words, Extras(burnt_in=wanted.extras.burnt_in)
@@ -240,7 +239,6 @@ class _Order:
         )  # fmt: skip
 
     def _why(self, error: Exception, kind: str, inspection_id: str) -> str:
-        """Return why a file could not be made; raise DiskFull if that is why."""
         if isinstance(error, ChainageError):
             return self._wanted.words.phrase(failure(error))
         if isinstance(error, OSError):
@@ -249,7 +247,6 @@ class _Order:
         return self._wanted.words("failure.internal_error")
 
     def _export(self, inspection_id: str, kind: str, folder: str) -> str:
-        """Add the file of a format; return its name."""
         words = self._wanted.words
         export = self._sources.reports.export(
             inspection_id,

@@ -190,6 +190,11 @@ class Entry:
         return (self.photo, *self.more_photos) if self.photo else self.more_photos
 
     @property
+    def counted_as(self) -> str:
+        """The same for all parts of a stretch, which counts once."""
+        return self.id if self.cont_id is None else f"stretch {self.cont_id}"
+
+    @property
     def unit1(self) -> str | None:
         """Unit of `quant1`, by the code pack."""
         return self.kind.unit_q1 if self.kind and self.tag.quant1 is not None else None
@@ -404,10 +409,9 @@ class Report:
         for entry in self.entries:
             if not is_defect(entry.tag.code, entry.tag.severity):
                 continue
-            key = entry.id if entry.cont_id is None else f"stretch {entry.cont_id}"
-            known = found.get(key)
-            if known is None or (entry.tag.severity or 0) > (known.tag.severity or 0):
-                found[key] = entry
+            known = found.setdefault(entry.counted_as, entry)
+            if (entry.tag.severity or 0) > (known.tag.severity or 0):
+                found[entry.counted_as] = entry
         kept = {entry.id for entry in found.values()}
         return tuple(entry for entry in self.entries if entry.id in kept)
 

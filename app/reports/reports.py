@@ -321,7 +321,6 @@ class Reports:
         attached: Attached,
         alignment: Alignment | None,
     ) -> Sequence[Entry]:
-        """Return the observations as a report has them, with their files."""
         rig, table = rig_of(row), self._packs.table_of(row.header)
         lengths_m = _stretch_lengths_m(observations)
         entries = [
@@ -348,14 +347,12 @@ class Reports:
         return Kept(tuple(attachments), remarks, files, self._packs.csv_of(row.header))
 
     def _line_of(self, header: Mapping[str, Any]) -> Line:
-        """Return the line of the register; empty if it does not have the asset."""
         asset_id = asset_of(header)
         row = self._register.find(one_line(asset_id)) if asset_id else None
         return registered_asset(row).line if row else ()
 
 
 def _taken(track: Track, frame: int, *, has_sigma: bool) -> Taken:
-    """Return where the camera was in a frame, by the corrected track."""
     seen = estimate_at(track, frame)
     if seen is None:
         return Taken(None, None, None)
@@ -447,7 +444,6 @@ def _wall_point_m(wall: WallUnder, rig: Rig) -> dict[str, float]:
 
 
 def _to_go_m(header: Mapping[str, Any], distance_m: float) -> float | None:
-    """Return the distance to the far end, if that was entered as a number."""
     known_m = number_of(header.get("known_length_m"))
     return None if known_m is None else rounded(known_m - distance_m, 3)
 

@@ -45,7 +45,6 @@ def contrast_on_white(colour: str) -> float:
 
 
 def _linear(part: float) -> float:
-    """Return the light of a part of an sRGB colour."""
     return part / 12.92 if part <= 0.04045 else float(((part + 0.055) / 1.055) ** 2.4)
 
 

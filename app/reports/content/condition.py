@@ -30,14 +30,10 @@ class Overall(IntEnum):
     SEVERE = 4
 
 
-_OVERALL: Mapping[int, Overall] = {
-    0: Overall.EXCELLENT,
-    1: Overall.EXCELLENT,
-    2: Overall.FAIR,
-    3: Overall.FAIR,
-    4: Overall.POOR,
-    5: Overall.SEVERE,
-}
+_OVERALL = (
+    Overall.EXCELLENT, Overall.EXCELLENT, Overall.FAIR, Overall.FAIR, Overall.POOR, Overall.SEVERE,
+)  # fmt: skip
+"""By the severity of the worst defect."""
 
 
 @dataclass(frozen=True)

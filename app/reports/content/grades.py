@@ -157,10 +157,10 @@ def _structural(report: Report) -> Grade:
     worst: dict[str, Input] = {}
     """Every entry with its class; of a stretch the part with the highest class."""
     for entry in report.entries:
-        key = entry.id if entry.cont_id is None else f"stretch {entry.cont_id}"
         one = _classed(entry, flexible)
-        if key not in worst or (one.value or 0) > (worst[key].value or 0):
-            worst[key] = one
+        known = worst.setdefault(entry.counted_as, one)
+        if (one.value or 0) > (known.value or 0):
+            worst[entry.counted_as] = one
     inputs, without = _sorted([*worst.values()], report.entries, lambda one: one.value or 0)
     if inputs:
         return Grade("structural", inputs[0].value, inputs[0].entry, inputs, without)

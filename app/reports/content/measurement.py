@@ -56,7 +56,6 @@ def result_rows(report: Report, t: Translator) -> Rows:
 
 
 def _frames(report: Report, t: Translator) -> str | None:
-    """Say how many frames there are, and which share of them is weak or lost."""
     total = len(report.track)
     if not total:
         return None
@@ -142,7 +141,6 @@ def _known_length(length: Length, t: Translator) -> str:
 
 
 def _joints(report: Report, t: Translator) -> str | None:
-    """Say how joints count, or why they do not."""
     adjusted, segment_mm = report.adjusted, report.rig.pipe.segment_length_mm
     if adjusted and adjusted.by_joints is not None:
         segment = t.length(None if segment_mm is None else segment_mm / 1000)
@@ -159,7 +157,6 @@ def _uncounted_marks(adjusted: Adjusted, t: Translator) -> str | None:
 
 
 def _scale(report: Report, adjusted: Adjusted, t: Translator) -> Iterator[tuple[str, str]]:
-    """Yield the scale, and what it says about the rig."""
     if adjusted.correction is not None and adjusted.correction.doubts_rig:
         yield "rig", t("measurement.rig_doubted")
     sigma = "" if adjusted.scale_sigma is None else f" ± {adjusted.scale_sigma:.6f}"

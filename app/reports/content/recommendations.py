@@ -50,8 +50,6 @@ def has_recommendations(report: Report) -> bool:
 
 def count_without(report: Report) -> int:
     """Return the number of defects without a recommendation; a stretch counts once."""
-    has: dict[str, bool] = {}
-    for entry in filter(is_defect, report.entries):
-        key = entry.id if entry.cont_id is None else f"stretch {entry.cont_id}"
-        has[key] = has.get(key, False) or bool(entry.tag.recommendation)
-    return sum(not one for one in has.values())
+    defects = [entry for entry in report.entries if is_defect(entry)]
+    advised = {entry.counted_as for entry in defects if entry.tag.recommendation}
+    return len({entry.counted_as for entry in defects} - advised)

@@ -159,7 +159,6 @@ class Translator:
 
     @property
     def _digits(self) -> int:
-        """Decimals of distances and their intervals."""
         return 1 if self.units == "ft" else 2
 
     def place(self, at: Entry | Taken) -> str:

@@ -90,7 +90,6 @@ class _Charts:
         yield svg.path(points, svg.INK, 0.25)
 
     def _lane(self, y: float, name: str, frames: NDArray[np.bool_], colour: str) -> Iterator[str]:
-        """Draw bars where something holds for a frame."""
         found = np.zeros(_BINS + 2, bool)
         found[self.bins[frames] + 1] = True
         yield svg.rect(_LEFT, y, svg.WIDTH - _LEFT, _LANE, svg.WASH)

@@ -126,7 +126,6 @@ def laid_out(report: Report, t: Translator) -> tuple[int, list[Sheet]]:
 
 
 def _windows(axis: Axis, scale: int) -> list[Span]:
-    """Return the parts of the pipe that a sheet each shows."""
     window_m = PAGE_MM * scale / 1000
     count = max(1, math.ceil((axis.length_m - SAME_M) / window_m))
     starts_m = [axis.first_m + n * window_m for n in range(count)]
@@ -160,7 +159,6 @@ def _chunks(labels: Sequence[_Label]) -> Iterator[tuple[_Label, ...]]:
 
 
 def _labels(report: Report, t: Translator, width_mm: float) -> list[_Label]:
-    """Write the labels of all entries with a distance."""
     is_stacked = width_mm < svg.WIDTH
     room = width_mm - _labels_at(width_mm)
     facts_room, meaning_room = (room, room - 10) if is_stacked else (0.47 * room, 0.53 * room)
@@ -176,7 +174,6 @@ def _labels(report: Report, t: Translator, width_mm: float) -> list[_Label]:
 
 
 def _labels_at(width_mm: float) -> float:
-    """Return where labels begin."""
     return _EDGE + _SHARE * width_mm + _LANE * (_LANES + 1) + 6
 
 
@@ -307,7 +304,6 @@ class _Painter:
             yield to_row(self.report, label.entry, "".join(self._written(label, first_line)))
 
     def _mark(self, entry: Entry) -> Iterator[str]:
-        """Draw the mark of an entry on the wall."""
         y, fill = self._y(entry.distance_m or 0.0), svg.fill_of(entry.tag.severity)
         spans = clock_spans(entry.clock_from, entry.tag.clock_to)
         if not spans:

@@ -48,7 +48,6 @@ def survey_plan(report: Report, t: Translator) -> Drawing:
 
 
 def _end(report: Report, t: Translator, end: str, name: str) -> list[str]:
-    """Draw a node with its name and its coordinates."""
     at, side, anchor = (_LEFT, -1, "end") if end == "start" else (_RIGHT, 1, "start")
     x = at + 4 * side
     names = svg.wrapped(name, 30, svg.NORMAL, bold=True)

@@ -70,7 +70,6 @@ def wall_strips(
 
 
 def _longest_m(scale: int) -> float:
-    """Return the length of wall for which the page is wide enough."""
     return (svg.WIDTH - _LEFT - _RIGHT) * scale / 1000
 
 
@@ -296,7 +295,6 @@ class _Strip:
         return svg.to_row(self.report, entry, shapes, name)
 
     def _head(self) -> Sequence[str]:
-        """Name the strip, with its scale and a bar of a round length."""
         t = self.t
         first, last = map(t.length, self.span_m)
         length_m = tick_step_m(t, self.per_m, 25)

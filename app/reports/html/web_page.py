@@ -138,7 +138,6 @@ def _asset(name: str) -> Markup:
 
 
 def _measured(report: Report, t: Translator) -> list[tuple[str, Rows]]:
-    """Return the parts about the measurement that have something to say."""
     parts = {
         "result": measurement.result_rows(report, t),
         "corrections": measurement.correction_rows(report, t),

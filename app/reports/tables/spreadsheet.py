@@ -220,18 +220,15 @@ def _corrections(report: Report) -> Iterable[Row]:
 
 
 def _values(fields: Mapping[str, Any]) -> str:
-    """Format the changed values of the rig."""
     return ", ".join(f"{name} {value}" for name, value in fields.items())
 
 
 def _scale(fields: Mapping[str, Any]) -> str:
-    """Format the scale by joints."""
     scale = fields.get("scale")
     return "nothing" if scale is None else f"scale {scale} by the joints"
 
 
 def _stated(fields: Mapping[str, Any]) -> str:
-    """Describe in words what was stated about distances."""
     try:
         stated = Stated.from_json(fields)
     except msgspec.ValidationError:  # written by another version

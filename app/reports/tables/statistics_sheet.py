@@ -100,7 +100,6 @@ def _severities(out: _Sheet, report: Report, t: Translator) -> None:
 
 
 def _codes(out: _Sheet, report: Report, t: Translator) -> None:
-    """List every code with its number of defects and its worst severity."""
     found: dict[str, list[Entry]] = defaultdict(list)
     for entry in report.defects:
         found[t.code(entry)].append(entry)
@@ -113,7 +112,6 @@ def _codes(out: _Sheet, report: Report, t: Translator) -> None:
 
 
 def _grade(out: _Sheet, report: Report, t: Translator) -> None:
-    """Print the grade with its rule, its source and every defect that it follows from."""
     grade = grade_of(report)
     if grade is None:
         return

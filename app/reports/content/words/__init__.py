@@ -39,7 +39,6 @@ def words_of(language: Language) -> Mapping[str, str]:
 
 
 def _read(language: Language) -> Mapping[str, str]:
-    """Return the words of one file."""
     text = resources.files(__name__).joinpath(f"{language}.json").read_text("utf-8")
     areas: Mapping[str, Mapping[str, str]] = json.loads(text)
     return {
