@@ -167,4 +167,7 @@ def _shown(char: str) -> str:
 
 
 def _in_a_font(char: str) -> str:
-    return char if char in f"\n{_JOINERS}" or face_of(char) else f"[U+{ord(char):04X}]"
+    """Return the character, or its number if no font has it or it means something to one alone."""
+    is_private = unicodedata.category(char) == "Co"
+    is_shown = char in f"\n{_JOINERS}" or (face_of(char) and not is_private)
+    return char if is_shown else f"[U+{ord(char):04X}]"

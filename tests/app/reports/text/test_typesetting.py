@@ -29,6 +29,7 @@ def test_every_script_has_a_font_and_the_first_that_has_a_character_shows_it():
 
 def test_what_no_font_has_is_written_as_its_code_point():
     assert clean("road \U0001f642 above") == "road [U+1F642] above"
+    assert clean("\uef00") == "[U+EF00]"  # of DejaVu's own; PDF/A forbids such characters
 
 
 def test_control_characters_and_lone_surrogates_are_removed():
