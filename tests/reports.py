@@ -27,8 +27,8 @@ from app.survey.stated import Joints, Length, RigSigma, Stated, Zero
 from app.survey.tag import StatedTag
 from vo_core import Rig, Track
 from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting
-from vo_core.mosaic.mosaic import Layout
+from vo_core.joints.sightings import Sighting
+from vo_core.mosaic.layout import Layout
 
 AT = datetime(2026, 9, 14, 9, 42, tzinfo=UTC)
 FPS = 30.0

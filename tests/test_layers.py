@@ -2,6 +2,7 @@
 
 import ast
 import re
+import subprocess
 import sys
 from functools import cache
 from graphlib import TopologicalSorter
@@ -215,3 +216,11 @@ def test_no_file_names_a_path_of_a_machine():
         if path_of_a_machine.search(line)
     ]
     assert found == []
+
+
+def test_a_server_starts_without_what_few_requests_need():
+    heavy = {"alembic", "av", "cryptography", "cv2", "matplotlib", "pyproj", "typst", "viser"}
+    loaded = subprocess.check_output(
+        [sys.executable, "-c", "import sys, app.main; print(*sys.modules)"], text=True
+    )
+    assert not heavy & set(loaded.split())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vo_core import Track
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 
 SEGMENT_MM = 1500.0
 TRUE_MM = np.linspace(0, 6000, 301)

@@ -6,7 +6,6 @@ fields combs on a standing wall too, and does not comb on a moving one.
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
 from vo_core.types import ByteImage
@@ -21,6 +20,8 @@ BLANK = 0.05
 
 def field_of(picture: ByteImage, first: int) -> ByteImage:
     """Return every second row from the first on, interpolated to the size of the picture."""
+    import cv2
+
     size = (picture.shape[1], picture.shape[0])
     return np.asarray(cv2.resize(picture[first::2], size, interpolation=cv2.INTER_LINEAR), np.uint8)
 
@@ -30,6 +31,8 @@ def combs(crop: ByteImage) -> bool:
 
     Neighbouring rows differ more than every second row does, in a part as wide as a digit.
     """
+    import cv2
+
     rows = crop.astype(np.float32).mean(axis=2)
     near = rows[1:-3] + rows[3:-1] - 2 * rows[2:-2]
     far = rows[:-4] + rows[4:] - 2 * rows[2:-2]

@@ -13,7 +13,6 @@ from importlib.metadata import distribution
 from itertools import pairwise
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -58,6 +57,8 @@ class TextReader:
     """Reads one line of text."""
 
     def __init__(self) -> None:
+        import cv2
+
         file = _model("PP-OCRv6_rec_small.onnx")
         self._network = cv2.dnn.readNetFromONNX(str(file))
         known = ["", *_metadata(file)["character"].split("\n"), " "]
@@ -65,6 +66,8 @@ class TextReader:
 
     def __call__(self, line: ByteImage) -> tuple[Letter, ...]:
         """Read a line, (H, W, 3) BGR."""
+        import cv2
+
         height, width = line.shape[:2]
         size = (max(LINE_PX, round(width * LINE_PX / height)), LINE_PX)
         picture = cv2.resize(line, size, interpolation=cv2.INTER_LINEAR)
@@ -104,10 +107,14 @@ class TextDetector:
     """Finds lines of text in a picture."""
 
     def __init__(self) -> None:
+        import cv2
+
         self._network = cv2.dnn.readNetFromONNX(str(_model("PP-OCRv6_det_small.onnx")))
 
     def __call__(self, picture: ByteImage) -> list[Box]:
         """Boxes around the level lines of a picture, (H, W, 3) BGR."""
+        import cv2
+
         height, width = picture.shape[:2]
         scale = DETECTION_PX / max(height, width)
         size = (round(width * scale / 32) * 32, round(height * scale / 32) * 32)
@@ -127,6 +134,8 @@ def _boxes(text: NDArray[np.float32], size_wh: tuple[int, int]) -> list[Box]:
         text: (h, w) probabilities.
         size_wh: Width and height of the picture.
     """
+    import cv2
+
     width, height = size_wh
     x, y = width / text.shape[1], height / text.shape[0]
     count, _, stats, _ = cv2.connectedComponentsWithStats((text > TEXT).astype(np.uint8))

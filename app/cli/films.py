@@ -58,8 +58,9 @@ def track(
     from app.lab.calibration.intrinsics import read_camera
     from app.tracking.films.offline import Method, track_video
     from vo_core import Rig
-    from vo_core.joints.finder import JointFinder, numbered
-    from vo_core.joints.finder import to_csv as joints_to_csv
+    from vo_core.joints.finder import JointFinder
+    from vo_core.joints.sightings import numbered
+    from vo_core.joints.sightings import to_csv as joints_to_csv
 
     require_folder(out, "--out")
     if joints is not None:

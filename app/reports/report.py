@@ -37,8 +37,8 @@ from app.survey.track_rows import is_unmeasured
 from vo_core import Rig, Track
 from vo_core.errors import ChainageError
 from vo_core.geometry.stance import AS_STATED, Stance
-from vo_core.joints.finder import Sighting
-from vo_core.mosaic.mosaic import Layout
+from vo_core.joints.sightings import Sighting
+from vo_core.mosaic.layout import Layout
 
 if TYPE_CHECKING:
     from app.reports.content.marked_photo import MarkedPhoto

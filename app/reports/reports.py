@@ -67,7 +67,7 @@ from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from vo_core import Rig, Track
 from vo_core.errors import InvalidRig
-from vo_core.mosaic.mosaic import Layout
+from vo_core.mosaic.layout import Layout
 
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
 _NO_EXTRAS = Extras()

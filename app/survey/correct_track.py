@@ -11,7 +11,7 @@ from vo_core import Rig, Track
 from vo_core.csv_rows import decoded
 from vo_core.errors import InvalidCorrection, InvalidTrack
 from vo_core.geometry.height import Height, implied_height
-from vo_core.joints import finder as joints
+from vo_core.joints import sightings as joints
 from vo_core.scale.correction import Correction, correct
 from vo_core.scale.evidence import TAPE_SIGMA_MM, KnownLength, rig_scale
 from vo_core.scale.proposal import ScaleProposal, propose

@@ -24,7 +24,7 @@ from vo_core.errors import InvalidTrack
 from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting, from_csv, to_csv
+from vo_core.joints.sightings import Sighting, from_csv, to_csv
 from vo_core.track import COLUMNS, Status, Track, metadata_of
 
 HEALTH = tuple(field.name for field in fields(Health))

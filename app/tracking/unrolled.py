@@ -18,7 +18,7 @@ from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
 from app.tracking.live import Live
 from vo_core import Rig
-from vo_core.mosaic.mosaic import Layout
+from vo_core.mosaic.layout import Layout
 
 logger = logging.getLogger(__name__)
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import viser
 import zstandard
 
-from vo_core.mosaic.mosaic import UNSEEN_GREY
+from vo_core.mosaic.layout import UNSEEN_GREY
 
 # viser cannot switch off panel and notifications; on a phone the panel is a sheet (3rd selector).
 # The canvas is transparent where nothing is drawn, so the gradient is the sky of the scene.

@@ -37,7 +37,7 @@ from app.tracking.tracks import Tracks
 from vo_core import Estimate
 from vo_core.geometry.height import scale_sigma
 from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 from vo_core.video_info import VideoInfo
 
 RATE_HZ = 25

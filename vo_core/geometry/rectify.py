@@ -9,7 +9,6 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from vo_core.errors import InvalidRig
@@ -148,6 +147,8 @@ class Rectifier:
 
     def shows(self, mask: ByteImage) -> ByteImage:
         """Resample a mask of the frame, of any size, to the patch: 1 where any of it is 1."""
+        import cv2
+
         whole = cv2.resize(mask, self._reduced_wh, interpolation=cv2.INTER_NEAREST)
         fine = cv2.remap(whole, *self._maps, cv2.INTER_NEAREST)
         rows, columns = self.grid.shape
@@ -162,6 +163,8 @@ class Rectifier:
         Raises:
             ShapeMismatch: The size of the frame is not the one that the rig states.
         """
+        import cv2
+
         seen = rows.of(grey_frame(self.rig.camera, image))
         reduced = reduce_to(seen, self._reduced(seen.shape[0]))
         maps = (self._maps[0], self._rows_in(rows, seen.shape[0]))

@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -178,6 +177,8 @@ def project(camera: Camera, x: Matrix, y: Matrix, z: Matrix) -> tuple[Matrix, Ma
 
 
 def _distort(camera: Camera, plane: Points) -> Points:
+    import cv2
+
     solid = np.column_stack([np.nan_to_num(plane), np.ones(len(plane))])
     bent, _ = cv2.projectPoints(
         solid, np.zeros(3), np.zeros(3), np.eye(3), np.array(camera.distortion)
@@ -190,6 +191,8 @@ def _distort(camera: Camera, plane: Points) -> Points:
 
 def _undistort(camera: Camera, plane: Points) -> Points:
     """Undistorted plane coordinates; for a fisheye the angle in radians along its direction."""
+    import cv2
+
     if camera.model == "fisheye":
         bent = np.linalg.norm(plane, axis=1)
         theta = bent.copy()

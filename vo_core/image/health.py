@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -155,6 +154,8 @@ def detail(rows: GrayImage) -> float:
     result does not depend on the contrast; blur removes the finest texture first.  The median over
     blocks ignores dirt, text and joints.
     """
+    import cv2
+
     height, width = rows.shape
     reach = _LAGS_PX[-1]
     if width < 3 * reach:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import cv2
 import numpy as np
 
 from vo_core.errors import ShapeMismatch
@@ -23,6 +22,8 @@ def to_grey(image: Image) -> Image:
     Raises:
         ShapeMismatch: Another number of dimensions or channels, or smaller than 32x32.
     """
+    import cv2
+
     image = np.asarray(image)
     if image.ndim == 3 and image.shape[2] == 1:
         image = image[:, :, 0]
@@ -67,6 +68,8 @@ def resample(image: GrayImage, positions_px: GrayImage) -> GrayImage:
 
     Bilinear, because the bicubic tables of OpenCV round positions to 1/32 px.
     """
+    import cv2
+
     return np.asarray(
         cv2.remap(image, positions_px, _NO_MAP, cv2.INTER_LINEAR, borderValue=0), np.float32
     )
@@ -74,6 +77,8 @@ def resample(image: GrayImage, positions_px: GrayImage) -> GrayImage:
 
 def resample_colour(image: ByteImage, positions_px: GrayImage) -> ByteImage:
     """Sample a colour picture like `resample`, but with the border continued outside."""
+    import cv2
+
     seen = cv2.remap(
         image, positions_px, _NO_MAP, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
@@ -82,6 +87,8 @@ def resample_colour(image: ByteImage, positions_px: GrayImage) -> ByteImage:
 
 def resample_mask(mask: ByteImage, positions_px: GrayImage) -> ByteImage:
     """Sample a mask at (H, W, 2) positions (column, row), nearest pixel; 0 outside."""
+    import cv2
+
     return np.asarray(
         cv2.remap(mask, positions_px, _NO_MAP, cv2.INTER_NEAREST, borderValue=0), np.uint8
     )
@@ -89,6 +96,8 @@ def resample_mask(mask: ByteImage, positions_px: GrayImage) -> ByteImage:
 
 def reduce_to(image: Image, size_wh: tuple[int, int]) -> GrayImage:
     """Reduce a picture; each pixel becomes the mean of the area that it covers."""
+    import cv2
+
     if image.shape[1::-1] == size_wh:
         return np.asarray(image, np.float32)
     return np.asarray(cv2.resize(image, size_wh, interpolation=cv2.INTER_AREA), np.float32)
@@ -103,4 +112,6 @@ def halve(image: GrayImage) -> GrayImage:
 
 def double(image: AnyImage) -> AnyImage:
     """Double the size, smoothly: pixel p moves to 2 p."""
+    import cv2
+
     return np.asarray(cv2.pyrUp(image), image.dtype)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from vo_core.drift import Bed, Drift, row_of
 from vo_core.errors import InvalidCorrection
-from vo_core.joints.finder import Sighting, numbered, places_mm
+from vo_core.joints.sightings import Sighting, numbered, places_mm
 from vo_core.track import Track
 from vo_core.types import Matrix
 

@@ -17,7 +17,8 @@ import numpy as np
 from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.wall import NOMINAL, cast, develop, enclose, sight
-from vo_core.mosaic.mosaic import UNSEEN_GREY, Layout, Tile
+from vo_core.mosaic.layout import UNSEEN_GREY, Layout
+from vo_core.mosaic.mosaic import Tile
 from vo_core.rig import Rig
 from vo_core.track_join import Seam
 from vo_core.types import ByteImage, GrayImage

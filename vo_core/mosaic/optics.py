@@ -13,6 +13,7 @@ from vo_core.errors import InvalidRig
 from vo_core.geometry.rectify import developed
 from vo_core.geometry.wall import Points, Pose, enclose, robot_pixels, sight
 from vo_core.matching.blocks import BlockGrid
+from vo_core.mosaic.layout import NODE_PX
 from vo_core.rig import Rig
 from vo_core.types import ByteImage, GrayImage, Matrix
 
@@ -44,9 +45,6 @@ BORDER = 0.08
 
 TURN_RAD = 0.12
 """Largest turn of a robot for which the canvas has a margin."""
-
-NODE_PX = 8
-"""Positions are computed every 8 pixels of the mosaic, and interpolated between."""
 
 _STEP_PX = 4
 """The optics are computed at every 4th pixel of the frame in each direction."""

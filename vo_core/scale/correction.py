@@ -28,8 +28,8 @@ import numpy as np
 
 from vo_core.drift import Drift, own_scale_sigma, row_of
 from vo_core.errors import InvalidCorrection
-from vo_core.joints.finder import Sighting
 from vo_core.joints.lattice import SCALE_SIGMA, count_joints
+from vo_core.joints.sightings import Sighting
 from vo_core.scale.evidence import SEGMENT_SIGMA_MM, Evidence, JointSpacing, StatedScale
 from vo_core.scale.kriging import Solution, Source, joined
 from vo_core.scale.pieces import CHANGE, Piece, piece_of

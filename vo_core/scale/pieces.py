@@ -10,8 +10,8 @@ import numpy as np
 
 from vo_core.drift import Drift, Places, row_of
 from vo_core.errors import InvalidCorrection
-from vo_core.joints.finder import places_mm
 from vo_core.joints.lattice import PRIOR_SCATTER_MM, SCATTER_MM, seen_variance
+from vo_core.joints.sightings import places_mm
 from vo_core.scale.evidence import Evidence, JointSpacing, KnownLength, StatedScale
 from vo_core.scale.kriging import Equations, Solution
 from vo_core.track import Track

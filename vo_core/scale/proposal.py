@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vo_core.geometry.height import Height, implied_height
-from vo_core.joints.finder import Sighting, numbered
+from vo_core.joints.sightings import Sighting, numbered
 from vo_core.rig import Rig
 from vo_core.scale.correction import Correction, Stretch, correct, joint_spacing
 from vo_core.scale.evidence import Evidence, JointSpacing, KnownLength, rig_scale

@@ -30,7 +30,7 @@ from vo_core.errors import InvalidRig, RigVideoMismatch
 from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 
 FAMILY, VERSION = "chainage-report", 2
 

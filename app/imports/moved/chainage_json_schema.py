@@ -29,7 +29,7 @@ from vo_core import Track
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 
 _MOST_ROWS = 400_000
 """Most rows of a track: 3.7 hours at 30 Hz, some 64 MB of JSON."""

@@ -22,7 +22,7 @@ from vo_core import Track
 from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)

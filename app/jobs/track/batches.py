@@ -7,7 +7,7 @@ import msgspec
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 from vo_core.track import Estimate
 
 

@@ -24,8 +24,8 @@ from vo_core import Estimate, Rig, Track
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
-from vo_core.joints.finder import SAME_JOINT_MM, Sighting
-from vo_core.mosaic.mosaic import Layout
+from vo_core.joints.sightings import SAME_JOINT_MM, Sighting
+from vo_core.mosaic.layout import Layout
 from vo_core.track import COLUMNS
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from app.jobs.track.messages import FrameRange
     from app.jobs.track.parts import Between
-    from vo_core.joints.finder import Sighting
+    from vo_core.joints.sightings import Sighting
     from vo_core.sources import Frame
     from vo_core.track import Estimate
     from vo_core.types import ByteImage

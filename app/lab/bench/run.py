@@ -26,7 +26,8 @@ from app.lab.peers import DOWN_PEERS, FORWARD_PEERS, ForwardPeer
 from app.lab.simulation import SCENARIOS, Scenario, simulate, with_drawn_rig
 from app.lab.simulation.motion import Trajectory
 from vo_core.errors import InvalidCorrection, InvalidRig
-from vo_core.joints.finder import JointFinder, Sighting
+from vo_core.joints.finder import JointFinder
+from vo_core.joints.sightings import Sighting
 from vo_core.odometry import Odometry
 from vo_core.paper import PaperOdometry
 from vo_core.rig import Rig

@@ -16,8 +16,9 @@ import numpy as np
 
 from vo_core import Odometry, Rig, Track, VideoFile
 from vo_core.errors import InvalidCorrection
-from vo_core.joints.finder import JointFinder, Sighting
+from vo_core.joints.finder import JointFinder
 from vo_core.joints.lattice import Joint
+from vo_core.joints.sightings import Sighting
 from vo_core.scale.evidence import KnownLength
 from vo_core.scale.proposal import propose
 

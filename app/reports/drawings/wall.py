@@ -16,7 +16,7 @@ from app.reports.report import Entry, Report
 from app.storage.blobs.blobs import Readable
 from app.survey.spans import SAME_M, Span, begins_within, is_within, overlap
 from vo_core.geometry.measure import developed_points
-from vo_core.mosaic.mosaic import UNSEEN_GREY, Layout
+from vo_core.mosaic.layout import UNSEEN_GREY, Layout
 
 _SMALL = 8
 """Tiles are looked at in an eighth of their size, which a JPEG decoder makes cheaply."""

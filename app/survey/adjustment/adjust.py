@@ -23,7 +23,7 @@ from app.survey.stated import Length, RigSigma, Stated
 from app.survey.track_rows import is_unmeasured
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection, InvalidRig
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 from vo_core.scale.correction import Correction, correct, zeroed
 from vo_core.scale.evidence import Evidence, KnownLength, StatedScale, rig_scale
 

@@ -11,7 +11,7 @@ from app.survey.track_rows import estimate_at, wall_point_of
 from vo_core import Rig, Track
 from vo_core.drift import Bed
 from vo_core.errors import InvalidCorrection
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 from vo_core.scale.correction import DOUBT, joint_spacing
 from vo_core.scale.evidence import Evidence, JointSpacing, KnownLength
 from vo_core.track import Estimate

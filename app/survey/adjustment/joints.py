@@ -12,8 +12,8 @@ from app.survey.adjustment.closure import CLOSURE_LIMIT
 from app.survey.spans import SAME_MM
 from vo_core import Track
 from vo_core.drift import row_of
-from vo_core.joints.finder import Sighting
 from vo_core.joints.lattice import Joint
+from vo_core.joints.sightings import Sighting
 from vo_core.scale.correction import Correction
 from vo_core.scale.evidence import JointSpacing
 

@@ -28,7 +28,7 @@ from app.survey.stated import Joints, Stated
 from app.survey.track_rows import estimate_at
 from app.tracking.live import DistancesCorrected, Event, Live, Progress, Update
 from app.tracking.tracks import Tracks
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 
 ID = "a" * 32
 SEGMENT_MM, TRUE_SCALE, ROWS = 1500.0, 0.992, 400

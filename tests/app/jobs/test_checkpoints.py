@@ -19,7 +19,7 @@ from app.jobs.track.follow import Follower
 from app.jobs.track.messages import Checkpoint, FrameRange, KeptCheckpoint, TrackRequest
 from vo_core import Estimate, Rig
 from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 from vo_core.sources import Frame, VideoFile, frame_of
 
 LIMITS = Limits(1536 * 2**20, 600)

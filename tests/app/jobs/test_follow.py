@@ -21,8 +21,8 @@ from app.survey.place import Trajectory, wall_under
 from app.survey.stated import Stated
 from vo_core import Estimate, Pose, Track
 from vo_core.geometry.stance import Stance
-from vo_core.joints.finder import places_mm
-from vo_core.mosaic.mosaic import Layout
+from vo_core.joints.sightings import places_mm
+from vo_core.mosaic.layout import Layout
 from vo_core.sources import frame_of
 
 CROOKED = replace(

@@ -19,7 +19,7 @@ from app.viewer.scene_feed import joint_marks
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection
 from vo_core.geometry.height import scale_sigma
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 
 FRAMES = 301
 SEGMENT_MM = 1500.0

@@ -17,7 +17,7 @@ from app.survey.notices import notices_of
 from app.survey.stated import Stated
 from vo_core import Odometry, Rig, Track
 from vo_core.geometry.tilt import MountTilt
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 
 SEGMENT_MM = 1500.0
 RAW = track_of(12.0)

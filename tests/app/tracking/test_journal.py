@@ -20,7 +20,7 @@ from app.tracking.live import Live
 from app.tracking.unrolled import Unrolled
 from vo_core import Estimate
 from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 
 ID = "0123456789abcdef" * 2
 

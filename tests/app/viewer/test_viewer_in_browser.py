@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, Page
 from viewer_client import Served, make_estimate
 
 from app.viewer.scene import Pin, WallLayout, WallPictures, WallTile
-from vo_core.mosaic.mosaic import UNSEEN_GREY
+from vo_core.mosaic.layout import UNSEEN_GREY
 
 FIRST_PICTURE_MS = 60_000
 """Software GL takes 5 to 7 s on an idle machine."""

@@ -9,7 +9,8 @@ from textures import make_rig, texture
 
 from vo_core import Estimate, InvalidTrack, ShapeMismatch, Track
 from vo_core.errors import InvalidCorrection
-from vo_core.joints.finder import JointFinder, Sighting, from_csv, numbered, places_mm, to_csv
+from vo_core.joints.finder import JointFinder
+from vo_core.joints.sightings import Sighting, from_csv, numbered, places_mm, to_csv
 
 MM_PER_PX = 0.5
 LENGTH_MM, WIDTH_MM = 3000, 260

@@ -7,8 +7,8 @@ import pytest
 from tracks import SEGMENT_MM, look, straight_track
 
 from vo_core.errors import InvalidCorrection
-from vo_core.joints.finder import Sighting, places_mm
 from vo_core.joints.lattice import count_joints
+from vo_core.joints.sightings import Sighting, places_mm
 
 
 def pipe(rng, length_mm, *, scatter_mm, missing):

@@ -13,16 +13,8 @@ from worlds import World, floor_rig, glass, small_rig, speckle, stored
 from vo_core import Estimate, InvalidRig
 from vo_core.geometry.rectify import BOTTOM, TOP
 from vo_core.geometry.wall import enclose
-from vo_core.mosaic.mosaic import (
-    FINEST_MM,
-    MOST_PX,
-    OPEN_S,
-    SHELF,
-    TILE_MM,
-    UNSEEN_GREY,
-    Layout,
-    Mosaic,
-)
+from vo_core.mosaic.layout import FINEST_MM, MOST_PX, TILE_MM, UNSEEN_GREY, Layout
+from vo_core.mosaic.mosaic import OPEN_S, SHELF, Mosaic
 from vo_core.mosaic.optics import NODE_PX
 
 FISHEYE = {"model": "fisheye", "fx": 105.0, "fy": 105.0}

@@ -12,7 +12,8 @@ from app.lab.simulation import SCENARIOS
 from vo_core import Odometry, Track
 from vo_core.errors import InvalidCorrection
 from vo_core.geometry.height import implied_height
-from vo_core.joints.finder import JointFinder, Sighting
+from vo_core.joints.finder import JointFinder
+from vo_core.joints.sightings import Sighting
 from vo_core.scale.correction import correct, joint_spacing, zeroed
 from vo_core.scale.evidence import JointSpacing, KnownLength, StatedScale
 

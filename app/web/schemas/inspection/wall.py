@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from app.tracking.unrolled import Tile
 from app.web.schemas.out import Out
-from vo_core.mosaic.mosaic import Layout
+from vo_core.mosaic.layout import Layout
 
 
 class WallTileOut(BaseModel):

@@ -20,7 +20,7 @@ from app.survey.records import Event
 from app.survey.stated import Joints, Length, Mark, Stated, Zero
 from vo_core.geometry.stance import Stance
 from vo_core.image.health import Health
-from vo_core.joints.finder import Sighting
+from vo_core.joints.sightings import Sighting
 from vo_core.rig import Tolerance
 from vo_core.track import COLUMNS
 

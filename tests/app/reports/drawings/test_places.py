@@ -20,7 +20,7 @@ from app.reports.drawings.wall import (
     stretches_within,
 )
 from app.survey.adjustment.joints import FittedJoint
-from vo_core.mosaic.mosaic import Layout
+from vo_core.mosaic.layout import Layout
 
 BITS = 1.3e-11
 STRIPS = ((0.0, 4.0), (4.0, 8.0 - BITS), (8.0 - BITS, 12.0 - BITS))

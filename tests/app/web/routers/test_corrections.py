@@ -23,7 +23,7 @@ from builders import (
 
 from app.survey.interval import half_width_m
 from vo_core import Track
-from vo_core.joints.finder import Sighting, to_csv
+from vo_core.joints.sightings import Sighting, to_csv
 
 FRAMES = 160
 TRUE_M = (FRAMES - 1) * STEP_MM / 1000

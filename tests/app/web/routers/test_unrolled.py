@@ -18,7 +18,7 @@ from app.tracking.live import Live, WallChanged
 from app.tracking.tracks import HealthColumns, Tracks
 from app.tracking.unrolled import Unrolled
 from vo_core.image.health import Health, complaints
-from vo_core.mosaic.mosaic import Layout
+from vo_core.mosaic.layout import Layout
 
 
 def unrolled(client: Client, inspection_id: str) -> dict:
