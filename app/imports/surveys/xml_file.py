@@ -7,7 +7,7 @@ Names come without namespaces, which differ between versions of the formats.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 from xml.parsers import expat
@@ -121,20 +121,6 @@ def parsed(content: bytes) -> tuple[Element, tuple[Caveat, ...]]:
         InvalidImport: The file is not well formed, defines entities, or is too deep or too large;
         the text says where.
     """
-    builder = _Builder()
-    parser = expat.ParserCreate(None, _NAMESPACE_END)
-    parser.buffer_text = True
-    parser.StartElementHandler = builder.start
-    parser.EndElementHandler = builder.end
-    parser.CharacterDataHandler = builder.text
-    parser.StartDoctypeDeclHandler = builder.refuse_definitions
-    parser.EntityDeclHandler = builder.refuse_definitions
-    parser.ExternalEntityRefHandler = builder.refuse_definitions
-
-    def line() -> int:
-        return parser.CurrentLineNumber
-
-    builder.line_of = line
     named = _ENCODING.match(content)
     encoding = named[1].decode("ascii") if named else ""
     text, said = decoded(content, encoding)
@@ -144,7 +130,7 @@ def parsed(content: bytes) -> tuple[Element, tuple[Caveat, ...]]:
             "Export it again in UTF-8."
         )
     try:
-        parser.Parse(text, True)
+        return _Builder().build(text), said
     except expat.ExpatError as error:
         raise InvalidImport(
             f"The file is not well-formed XML: {expat.ErrorString(error.code)} in line "
@@ -152,43 +138,52 @@ def parsed(content: bytes) -> tuple[Element, tuple[Caveat, ...]]:
         ) from error
     except UnicodeEncodeError as error:
         raise InvalidImport(f"The letters of the XML file cannot be read: {error}.") from error
-    assert builder.root is not None  # noqa: S101  (expat refuses a file without a root)
-    return builder.root, said
 
 
 class _Builder:
     def __init__(self) -> None:
-        self.root: Element | None = None
-        self.line_of: Callable[[], int] = lambda: 0
-        self._open: list[Element] = []
+        self._parser = expat.ParserCreate(None, _NAMESPACE_END)
+        self._parser.buffer_text = True
+        self._parser.StartElementHandler = self._start
+        self._parser.EndElementHandler = self._end
+        self._parser.CharacterDataHandler = self._text
+        self._parser.StartDoctypeDeclHandler = self._refuse_definitions
+        self._parser.EntityDeclHandler = self._refuse_definitions
+        self._parser.ExternalEntityRefHandler = self._refuse_definitions
+        self._open = [Element("", 0, {})]
+        """The elements that are open, the root within one that stands for the file."""
         self._elements = self._attributes = 0
 
-    def start(self, name: str, attributes: dict[str, str]) -> None:
+    def build(self, text: str) -> Element:
+        """Return the root."""
+        self._parser.Parse(text, True)
+        return self._open[0].children[0]
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
         self._elements += 1
         self._attributes += len(attributes)
         if self._elements > _MOST_ELEMENTS or self._attributes > _MOST_ATTRIBUTES:
             raise InvalidImport("The file has more elements than surveys do. Export it in parts.")
-        if len(self._open) == _DEEPEST:
-            raise InvalidImport(f"Line {self.line_of()} of the file is nested too deeply.")
+        line = self._parser.CurrentLineNumber
+        if len(self._open) > _DEEPEST:
+            raise InvalidImport(f"Line {line} of the file is nested too deeply.")
         own = {_local(key): value for key, value in attributes.items()}
-        element = Element(_local(name), self.line_of(), own)
-        if self._open:
-            self._open[-1].children.append(element)
-        else:
-            self.root = element
+        element = Element(_local(name), line, own)
+        self._open[-1].children.append(element)
         self._open.append(element)
 
-    def end(self, _: str) -> None:
+    def _end(self, _: str) -> None:
         self._open.pop()
 
-    def text(self, text: str) -> None:
+    def _text(self, text: str) -> None:
         if len(self._open[-1].text) < _LONGEST_TEXT:
             self._open[-1].text += text
 
-    def refuse_definitions(self, *_: Any) -> int:
+    def _refuse_definitions(self, *_: Any) -> int:
         raise InvalidImport(
-            f"Line {self.line_of()}: the file defines a document type or entities. No such format "
-            "needs them, and they can do harm; remove them, or export the file again."
+            f"Line {self._parser.CurrentLineNumber}: the file defines a document type or entities. "
+            "No such format needs them, and they can do harm; remove them, or export the file "
+            "again."
         )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from app.reports.report import Loss, Phrase, Report
 from app.reports.text.ascii import one_line
 from app.survey.fields.declaration import AS_IT_IS, Column, Family, Field, ValueList, kept_name
-from app.survey.fields.header import FIELDS, faults, is_empty, number_of
+from app.survey.fields.header import BY_NAME, FIELDS, faults, is_empty, number_of
 from app.survey.fields.in_words import TECHNICAL, in_words
 from app.survey.rounding import decimals
 
@@ -17,7 +17,6 @@ _NEVER_SAID = frozenset({"standard", "end_condition", "abandon_reason"})
 """Fields that other sentences and the rows cover."""
 _WRITTEN_APART = frozenset({"asset_id", "start_node", "standard", "video_files", "remarks"})
 """Fields that a file needs in a form of its own."""
-_BY_NAME = {field.name: field for field in FIELDS}
 
 
 class Header:
@@ -60,7 +59,7 @@ class Header:
 
     def number(self, name: str) -> float | None:
         """Return a number within the bounds of its field, which is written by that, or None."""
-        field = _BY_NAME[name]
+        field = BY_NAME[name]
         found = _within(number_of(self._stated.get(name)), field.minimum, field.maximum)
         if found is not None:
             self._written.add(name)

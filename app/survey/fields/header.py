@@ -177,7 +177,7 @@ ASSET_FIELDS = (
 )  # fmt: skip
 """Fields that belong to the asset and not to one survey of it: a register may hold them."""
 
-_BY_NAME = {field.name: field for field in FIELDS}
+BY_NAME = {field.name: field for field in FIELDS}
 _NEEDED_IF: Mapping[str, tuple[str, tuple[Value, ...]]] = {
     # field: it is required when another field has one of these values
     "width_mm": ("shape", ("rectangular", "egg", "arch", "u_shaped", "oval", "other")),
@@ -235,7 +235,7 @@ def faults(header: Mapping[str, Value]) -> list[str]:
     found = (
         _fault(field, value)
         for name, value in header.items()
-        if (field := _BY_NAME.get(name)) is not None and not is_empty(value)
+        if (field := BY_NAME.get(name)) is not None and not is_empty(value)
     )
     return [fault for fault in found if fault is not None]
 

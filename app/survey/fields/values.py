@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 
 from app.survey.fields.declaration import Value
-from app.survey.fields.header import FIELDS, HeaderField, faults
+from app.survey.fields.header import BY_NAME, HeaderField, faults
 
-_BY_NAME = {field.name: field for field in FIELDS}
 _SHORT_DATE = re.compile(r"([0-9]{4})[-_.]?([0-9]{2})[-_.]?([0-9]{2})")
 _BOOLS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
@@ -25,7 +24,7 @@ def value_of(name: str, text: str) -> Value:
     Raises:
         InvalidValue: The text does not fit the field.
     """
-    value = _read(_BY_NAME[name], text.strip())
+    value = _read(BY_NAME[name], text.strip())
     if found := faults({name: value}):
         raise InvalidValue(found[0])
     return value
