@@ -12,8 +12,8 @@ from app.reports.drawings import svg
 from app.reports.drawings.axis import Axis, tick_step_m
 from app.reports.drawings.cut_pipe import clock_spans, water_share
 from app.reports.drawings.placement import spread
+from app.reports.drawings.seen_wall import joints_within
 from app.reports.drawings.svg import Drawing, to_row
-from app.reports.drawings.wall import joints_within
 from app.reports.report import Entry, Report, Stretch
 from app.survey.spans import SAME_M, Span, is_within, overlap
 

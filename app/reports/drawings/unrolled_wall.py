@@ -10,8 +10,7 @@ from app.reports.content.translator import Translator
 from app.reports.drawings import svg
 from app.reports.drawings.axis import Axis, tick_step_m
 from app.reports.drawings.placement import capacity, spread
-from app.reports.drawings.svg import Drawing
-from app.reports.drawings.wall import (
+from app.reports.drawings.seen_wall import (
     Place,
     Wall,
     clock_places,
@@ -20,6 +19,7 @@ from app.reports.drawings.wall import (
     stretches_within,
     tick_digits,
 )
+from app.reports.drawings.svg import Drawing
 from app.reports.report import Entry, Report
 from app.survey.spans import SAME_M, SAME_MM, Span, is_within
 

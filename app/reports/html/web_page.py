@@ -28,8 +28,8 @@ from app.reports.content import (
 from app.reports.content.header import header_groups
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.drawings import along, glance, pipe_graphic, survey_plan, svg
+from app.reports.drawings.seen_wall import remarks_on, wall_of
 from app.reports.drawings.unrolled_wall import wall_scale, wall_strips
-from app.reports.drawings.wall import remarks_on, wall_of
 from app.reports.report import Loss, Report, Written, failure
 from app.reports.template import Section
 from app.reports.text.legible import iso, legible

@@ -35,9 +35,9 @@ from app.reports.drawings.along import along_the_run
 from app.reports.drawings.bars import bars
 from app.reports.drawings.glance import pipe_at_a_glance
 from app.reports.drawings.pipe_graphic import legend, pipe_sheets
+from app.reports.drawings.seen_wall import remarks_on, wall_of
 from app.reports.drawings.survey_plan import survey_plan
 from app.reports.drawings.unrolled_wall import MOST_PAGES, SCALES, wall_scale, wall_strips
-from app.reports.drawings.wall import remarks_on, wall_of
 from app.reports.pdf.photos import photo_data
 from app.reports.pdf.typesetter import About, Workshop
 from app.reports.report import Company, Entry, Report

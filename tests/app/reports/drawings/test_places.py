@@ -12,7 +12,7 @@ from reports import report
 
 from app.reports.drawings.cut_pipe import clock_spans
 from app.reports.drawings.placement import spread
-from app.reports.drawings.wall import (
+from app.reports.drawings.seen_wall import (
     Wall,
     joints_within,
     place_of,

@@ -10,8 +10,8 @@ import pytest
 from lxml import etree
 from reports import ENGLISH, full_report
 
+from app.reports.drawings.seen_wall import wall_of
 from app.reports.drawings.unrolled_wall import MOST_PAGES, wall_scale, wall_strips
-from app.reports.drawings.wall import wall_of
 from vo_core.mosaic.layout import UNSEEN_GREY
 
 SVG = "{http://www.w3.org/2000/svg}"
