@@ -39,7 +39,7 @@ _MESSAGES: msgspec.msgpack.Decoder[Part | Answer | Failed] = msgspec.msgpack.Dec
 
 
 class ChildFault(Exception):
-    """A child gave no answer."""
+    """A child gave no answer; the text says why."""
 
 
 class Stalled(ChildFault):
@@ -161,7 +161,7 @@ class Child:
             yield
         except TimeoutError as error:
             self.kill()
-            raise Stalled from error
+            raise Stalled("it was silent for too long and was ended") from error
         except (EOFError, OSError) as error:
             code = self.end()
             raise Died(describe_exit(code), code) from error

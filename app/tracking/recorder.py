@@ -24,7 +24,7 @@ from app.jobs.live.finaliser import FinaliseRequest
 from app.jobs.live.messages import CameraState, CameraStatus, LiveRequest, shown
 from app.jobs.live.reopener import ReopenRequest
 from app.jobs.messages import Limits, Problem
-from app.jobs.process import Child, Died, Refused, Stalled, ask_about_media
+from app.jobs.process import Child, ChildFault, Refused, ask_about_media
 from app.jobs.track.batches import Batch
 from app.jobs.track.parts import Between, Mark
 from app.logs import about
@@ -88,10 +88,6 @@ class LiveRun(Run):
             child.send(None)
         except OSError:  # it has died; its thread will notice
             logger.debug("A camera process had ended before it was asked to.")
-
-
-class _Died(Exception):
-    """The camera process ended without a result; the text says how."""
 
 
 class Recorder:
@@ -239,11 +235,15 @@ class Recorder:
             child = Child("app.jobs.live.camera")
             try:
                 return self._drained(run, child)
-            except _Died as death:
-                logger.warning("The camera process of %s died: %s", run.inspection.id, death)
+            except ChildFault as fault:
+                if isinstance(fault, Refused):
+                    if fault.code in _HOPELESS:
+                        return Outcome("failed", fault.code, str(fault))
+                    fault.log(f"Recording {run.inspection.id}")
+                logger.warning("The camera process of %s died: %s", run.inspection.id, fault)
                 with self._lock:
                     self.restarts += 1
-                outcome = self._after_death(run, deaths, str(death))
+                outcome = self._after_death(run, deaths, str(fault))
                 if outcome is not None:
                     return outcome
             finally:
@@ -269,7 +269,6 @@ class Recorder:
         return None
 
     def _drained(self, run: LiveRun, child: Child) -> Outcome:
-        """Take the results of a camera process until it is done, or raise _Died."""
 
         def take(part: Batch | CameraState) -> None:
             if isinstance(part, Batch):
@@ -277,24 +276,14 @@ class Recorder:
             else:
                 self._note(run, part)
 
-        try:
-            problem = child.ask(
-                self._request(run),
-                Problem,
-                stall_s=_SILENCE_S,
-                part=Batch | CameraState,
-                on_sent=lambda: self._runs.give_child(run, child),
-                on_part=take,
-            )
-        except Stalled as error:
-            raise _Died("it was silent for too long and was ended") from error
-        except Died as death:
-            raise _Died(str(death)) from death
-        except Refused as refusal:
-            if refusal.code not in _HOPELESS:
-                refusal.log(f"Recording {run.inspection.id}")
-                raise _Died(str(refusal)) from refusal
-            return Outcome("failed", refusal.code, str(refusal))
+        problem = child.ask(
+            self._request(run),
+            Problem,
+            stall_s=_SILENCE_S,
+            part=Batch | CameraState,
+            on_sent=lambda: self._runs.give_child(run, child),
+            on_part=take,
+        )
         return Outcome("done", warning=problem.sentence)
 
     def _request(self, run: LiveRun) -> LiveRequest:

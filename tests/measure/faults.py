@@ -5,7 +5,7 @@
 A real server is under load all the time: uploads in pieces, tags that are put, changed and deleted,
 a video that is tracked over and over and a camera that is recorded.  In each round the server or
 one of its processes is killed at a random moment; then all is compared with what was acknowledged.
-`tests/app/tracking/test_faults.py` does ten rounds of the same.
+`tests/app/tracking/films/test_faults.py` does ten rounds of the same.
 """
 
 from __future__ import annotations

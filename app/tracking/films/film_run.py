@@ -28,14 +28,6 @@ _MOST_DEATHS = 3
 fault."""
 
 
-class _Died(Exception):
-    """The tracking process ended without a result; `code` is that of the API."""
-
-    def __init__(self, code: str, detail: str) -> None:
-        super().__init__(detail)
-        self.code = code
-
-
 class FilmTracker:
     """Tracks films; what it finds is in the tracks and walls of its runs, and in journals."""
 
@@ -101,18 +93,25 @@ class FilmTracker:
             request = self._request(run, video, limits, resumption)
             try:
                 return self._follow(run, journal, request)
-            except _Died as death:
+            except (Stalled, Died) as fault:
                 deaths += 1
-                logger.warning("Tracking %s: %s", run.inspection.id, death)
+                code, detail = self._described(fault)
+                logger.warning("Tracking %s: %s", run.inspection.id, detail)
                 if deaths == _MOST_DEATHS:
-                    detail = f"{death} It was tried {deaths} times."
-                    return Outcome("failed", death.code, detail)
+                    return Outcome("failed", code, f"{detail} It was tried {deaths} times.")
+
+    def _described(self, fault: Stalled | Died) -> tuple[str, str]:
+        """Return code and sentence."""
+        if isinstance(fault, Died):
+            return "tracking_process_died", f"The tracking process died: {fault}."
+        detail = f"Tracking made no progress for {self._stall_s:g} s and was stopped."
+        return "tracking_stalled", detail
 
     def _follow(self, run: Run, journal: Journal, request: TrackRequest) -> Outcome | None:
         """Start a child and take its results until it ends; None if another run continues.
 
         Raises:
-            _Died: The child ended or hung without a result and was not asked to stop.
+            Stalled, Died: The child has no result and was not asked to stop.
         """
 
         def take(part: Batch | Checkpoint | Passing) -> None:
@@ -134,16 +133,9 @@ class FilmTracker:
                 on_part=take,
             )
             outcome = Outcome("done", warning=problem.sentence)
-        except Stalled as error:
-            raise _Died(
-                "tracking_stalled",
-                f"Tracking made no progress for {self._stall_s:g} s and was stopped.",
-            ) from error
-        except Died as death:
+        except Died:
             if run.stop is None:
-                raise _Died(
-                    "tracking_process_died", f"The tracking process died: {death}."
-                ) from death
+                raise
             outcome = Outcome("cancelled")
         except Refused as refusal:
             refusal.log(f"Tracking {run.inspection.id}")

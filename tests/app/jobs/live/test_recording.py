@@ -141,7 +141,7 @@ with Recording(Path(sys.argv[1]), Coding("mjpeg", 64, 64, b"")) as recording:
 
 def test_a_full_disk_takes_whole_packets_or_none(tmp_path: Path) -> None:
     path = tmp_path / "recording.mkv"
-    root = str(Path(__file__).parents[3])
+    root = str(Path(__file__).parents[4])
     written = subprocess.run(
         [sys.executable, "-c", _FILL, str(path), root], capture_output=True, check=True, text=True
     ).stdout
@@ -176,7 +176,7 @@ def test_it_is_gone_on_with_when_the_process_of_a_killed_server_writes_no_more(
         is_reopened.set()
 
     with subprocess.Popen(
-        [sys.executable, "-c", _WRITE_ON, str(path), str(Path(__file__).parents[3])],
+        [sys.executable, "-c", _WRITE_ON, str(path), str(Path(__file__).parents[4])],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
     ) as writer:
