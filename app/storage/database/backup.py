@@ -236,7 +236,9 @@ def _named_by(database: Path) -> set[str]:
             "SELECT inspection_id, id, photo_frame FROM observations "
             "WHERE photo_frame IS NOT NULL AND photo_error IS NULL"
         ).fetchall()
-        attachments = _attachments_in(connection)
+        attachments = connection.execute(
+            "SELECT inspection_id, id, frame, media_type FROM attachments WHERE sha256 IS NOT NULL"
+        ).fetchall()
     names = {keys.photo(*row) for row in photos}
     names |= {
         keys.photo(inspection_id, id_, frame)
@@ -250,19 +252,6 @@ def _named_by(database: Path) -> set[str]:
         if status in ENDED and frames_done:
             names.add(keys.track(id_))
     return names
-
-
-def _attachments_in(connection: sqlite3.Connection) -> list[tuple[str, str, int, str | None]]:
-    """Return inspection, id, frame and media type of the stored attachments.
-
-    A database of an older revision has no table of them.
-    """
-    table = "SELECT name FROM sqlite_master WHERE type = 'table' AND name = 'attachments'"
-    if connection.execute(table).fetchone() is None:
-        return []
-    return connection.execute(
-        "SELECT inspection_id, id, frame, media_type FROM attachments WHERE sha256 IS NOT NULL"
-    ).fetchall()
 
 
 def _written(
@@ -388,15 +377,12 @@ def _manifest_of(source: zipfile.ZipFile, archive: Path) -> Manifest:
         _require_plain(info, archive)
         if not _NAME.fullmatch(name) or info.file_size != manifest.files[name].size:
             raise UnusableBackup(f"{archive} holds {name!r}, which does not belong to a backup.")
-    if _DATABASE not in infos or sum(map(_size, infos.values())) > archive.stat().st_size:
+    size = sum(info.file_size for info in infos.values())
+    if _DATABASE not in infos or size > archive.stat().st_size:
         raise UnusableBackup(
             f"{archive} is damaged: its files overlap, or the database is missing."
         )
     return manifest
-
-
-def _size(info: zipfile.ZipInfo) -> int:
-    return info.file_size
 
 
 def _require_plain(info: zipfile.ZipInfo, archive: Path) -> None:

@@ -265,16 +265,21 @@ class EventRow(Base):
     @classmethod
     def now(
         cls,
-        inspection: Inspection,
+        row: Any,
         action: str,
         who: str,
-        before: dict[str, Any] | None,
-        after: dict[str, Any] | None,
+        before: dict[str, Any] | None = None,
+        after: dict[str, Any] | None = None,
         remark: str | None = None,
     ) -> EventRow:
-        """Make the row of a present change of an inspection as a whole."""
+        """Make the row of a present change of an inspection, an observation, or what is about one:
+        `row` is its row.
+        """
+        is_whole = isinstance(row, Inspection)
+        observation_id = getattr(row, "observation_id", row.id)
         return cls(
-            inspection_id=inspection.id,
+            inspection_id=row.id if is_whole else row.inspection_id,
+            observation_id=None if is_whole else observation_id,
             action=action,
             who=who,
             at=datetime.now(UTC),

@@ -167,26 +167,30 @@ class DataFolder(Places):
         return token
 
 
+@contextmanager
+def _replacing(path: Path) -> Iterator[Path]:
+    """Yield where to write a file that then replaces `path`; several may do so at once."""
+    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+    try:
+        yield part
+        part.replace(path)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
+
+
 def write_durably(path: Path, content: bytes, *, mode: int = 0o644) -> None:
     """Replace a file atomically: after a power cut it is either the old or the whole new one."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = _part_of(path)
-    try:
-        with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as out:  # noqa: PTH123
-            out.write(content)
-            out.flush()
-            os.fsync(out.fileno())
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise_if_full(error)
-        raise
+    with (
+        full_disk_reported(),
+        _replacing(path) as part,
+        open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode), "wb") as out,  # noqa: PTH123
+    ):
+        out.write(content)
+        out.flush()
+        os.fsync(out.fileno())
     sync_folder(path.parent)
-
-
-def _part_of(path: Path) -> Path:
-    """Return where to write a file before it is renamed; several may write it at once."""
-    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
 
 
 def append_durably(path: Path, at: int, content: bytes | bytearray) -> int:
@@ -207,25 +211,15 @@ def append_durably(path: Path, at: int, content: bytes | bytearray) -> int:
 
 def replace_file(path: Path, content: bytes) -> None:
     """Replace a file that can be made again: after a power cut it may be missing."""
-    part = _part_of(path)
-    try:
+    with _replacing(path) as part:
         part.write_bytes(content)
-        part.replace(path)
-    except OSError:
-        part.unlink(missing_ok=True)
-        raise
 
 
 def copy_durably(source: Path, target: Path) -> None:
     """Copy a file into the data folder; the target is complete or missing."""
-    part = _part_of(target)
-    try:
+    with _replacing(target) as part:
         shutil.copyfile(source, part)
         sync_file(part)
-        part.replace(target)
-    except OSError:
-        part.unlink(missing_ok=True)
-        raise
     sync_folder(target.parent)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Any
 from uuid import uuid4
@@ -90,60 +89,38 @@ class AlertStore(Store):
         found = {state: number for state, number in session.execute(query)}  # noqa: C416
         return {state: found.get(state, 0) for state in ALERT_STATES}
 
-    def record_sent(self, alert_id: str) -> None:
+    @writing
+    def record_sent(self, session: Session, alert_id: str) -> None:
         """Record that the client has accepted the alert, also in the history."""
-
-        def record(row: Alert, now: datetime) -> EventRow:
-            row.state, row.told_at, row.error = "told", now, None
+        row = session.get(Alert, alert_id)
+        if row is not None:  # else its inspection was deleted meanwhile
+            row.state, row.told_at, row.error = "told", datetime.now(UTC), None
             row.tries += 1
-            return _event(row, "told", now)
+            session.add(EventRow.now(row, "told", SENDER))
 
-        self._change(alert_id, record)
-
-    def record_failure(self, alert_id: str, error: str, next_at: datetime | None) -> None:
+    @writing
+    def record_failure(
+        self, session: Session, alert_id: str, error: str, next_at: datetime | None
+    ) -> None:
         """Record a failed try; without a next one, the history says that the client was not
         notified.
         """
-
-        def record(row: Alert, now: datetime) -> EventRow | None:
-            row.error = error
-            row.tries += 1
-            if next_at is not None:
-                row.next_at = next_at
-                return None
+        row = session.get(Alert, alert_id)
+        if row is None:
+            return
+        row.error = error
+        row.tries += 1
+        if next_at is not None:
+            row.next_at = next_at
+        else:
             row.state = "given_up"
-            return _event(row, NOT_NOTIFIED, now, error)
+            session.add(EventRow.now(row, NOT_NOTIFIED, SENDER, remark=error))
 
-        self._change(alert_id, record)
-
-    def withdraw(self, alert_id: str) -> None:
+    @writing
+    def withdraw(self, session: Session, alert_id: str) -> None:
         """Withdraw an alert whose observation was deleted or made less severe before it was
         sent.
         """
-
-        def record(row: Alert, now: datetime) -> None:
-            row.state = "withdrawn"
-
-        self._change(alert_id, record)
-
-    @writing
-    def _change(
-        self, session: Session, alert_id: str, record: Callable[[Alert, datetime], EventRow | None]
-    ) -> None:
         row = session.get(Alert, alert_id)
-        if row is None:
-            return  # its inspection was deleted meanwhile
-        event = record(row, datetime.now(UTC))
-        if event is not None:
-            session.add(event)
-
-
-def _event(row: Alert, action: str, at: datetime, remark: str | None = None) -> EventRow:
-    return EventRow(
-        inspection_id=row.inspection_id,
-        observation_id=row.observation_id,
-        action=action,
-        who=SENDER,
-        at=at,
-        remark=remark,
-    )
+        if row is not None:
+            row.state = "withdrawn"

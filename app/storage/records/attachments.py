@@ -199,15 +199,6 @@ def _drawing_of(attachment: Attachment) -> dict[str, object] | None:
 
 
 def _log(session: Session, attachment: Attachment, action: str, who: str) -> None:
-    is_there = action == "attached"
-    session.add(
-        EventRow(
-            inspection_id=attachment.inspection_id,
-            observation_id=attachment.observation_id,
-            action=action,
-            who=who,
-            at=datetime.now(UTC),
-            before=None if is_there else attachment.stated(),
-            after=attachment.stated() if is_there else None,
-        )
-    )
+    stated = attachment.stated()
+    changed = (None, stated) if action == "attached" else (stated, None)
+    session.add(EventRow.now(attachment, action, who, *changed))

@@ -251,14 +251,5 @@ def _unchanged(session: Session, shown: Observation) -> ObservationRow | None:
 def _log(
     session: Session, row: ObservationRow, action: str, who: str, before: dict[str, Any] | None
 ) -> None:
-    session.add(
-        EventRow(
-            inspection_id=row.inspection_id,
-            observation_id=row.id,
-            action=action,
-            who=who,
-            at=datetime.now(UTC),
-            before=before,
-            after=None if row.deleted_at is not None else row.fields,
-        )
-    )
+    after = None if row.deleted_at is not None else row.fields
+    session.add(EventRow.now(row, action, who, before, after))

@@ -148,7 +148,7 @@ class ReviewStore(Store):
             made_by=who,
         )
         session.add(row)
-        session.add(_event(row, kind, who))
+        session.add(EventRow.now(row, kind, who, remark=row.text or None))
 
     @writing
     def settle(
@@ -166,7 +166,11 @@ class ReviewStore(Store):
             return
         row.settled_at = datetime.now(UTC) if is_settled else None
         row.settled_by = who if is_settled else None
-        session.add(_event(row, "settled" if is_settled else "unsettled", who))
+        session.add(
+            EventRow.now(
+                row, "settled" if is_settled else "unsettled", who, remark=row.text or None
+            )
+        )
 
     @writing
     def withdraw(
@@ -188,7 +192,7 @@ class ReviewStore(Store):
                 f"{row.made_by} has made this remark, so only they or an admin may remove it."
             )
         session.delete(row)
-        session.add(_event(row, "withdrawn", who))
+        session.add(EventRow.now(row, "withdrawn", who, remark=row.text or None))
 
 
 def _require_step(session: Session, row: Inspection, state: ReviewState) -> None:
@@ -208,14 +212,3 @@ def _remark(session: Session, inspection_id: str, remark_id: str) -> RemarkRow:
     if row is None:
         raise RemarkNotFound("There is no such remark.")
     return row
-
-
-def _event(row: RemarkRow, action: str, who: str) -> EventRow:
-    return EventRow(
-        inspection_id=row.inspection_id,
-        observation_id=row.observation_id,
-        action=action,
-        who=who,
-        at=datetime.now(UTC),
-        remark=row.text or None,
-    )
