@@ -21,7 +21,6 @@ class Jpeg:
     content: bytes
     size: tuple[int, int]
     """Width and height, px."""
-    is_grey: bool
 
 
 def jpeg_of(stored: Readable | None, enough_px: int) -> Jpeg | None:
@@ -59,7 +58,7 @@ def _fitted(content: bytes, enough_px: int) -> Jpeg | None:
                 # decoded.
                 picture.draft(picture.mode, (1, 1))
                 picture.load()
-                return Jpeg(content, size, picture.mode == "L")
+                return Jpeg(content, size)
             return _encoded(_halved(picture, times))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
         return None
@@ -97,4 +96,4 @@ def _encoded(picture: Image.Image) -> Jpeg:
         picture = Image.alpha_composite(paper, picture).convert("RGB")
     out = io.BytesIO()
     picture.save(out, "JPEG", quality=_QUALITY)
-    return Jpeg(out.getvalue(), picture.size, picture.mode == "L")
+    return Jpeg(out.getvalue(), picture.size)
