@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from keys import Key
 from random_reports import reports
-from reports import codes, entry, report
+from reports import codes, report
 
 from app.errors import ExportNotAvailable, MediaFailed, UnusableBundle
 from app.reports.bundle import bundle
@@ -277,25 +277,3 @@ def test_fingerprints_are_read_as_people_write_them():
     assert read_fingerprint(f" {own[:20]} {own[20:]}\n") == own
     assert read_fingerprint(own[:-1]) is None
     assert read_fingerprint("signing-key.pem") is None
-
-
-def test_many_photos_need_no_memory(tmp_path):
-    import tracemalloc
-
-    picture = tmp_path / "big.jpg"
-    picture.write_bytes(bytes(2**20))
-    sha256 = hashlib.sha256(picture.read_bytes()).hexdigest()
-    one = report(tmp_path, observations=[{"distance_m": 1.0}]).entries[0]
-    entries = tuple(
-        replace(entry(seq, distance_m=1.0), photo=replace(one.photo, name=f"C-{seq:03d}.jpg",
-                                                          jpeg=picture, sha256=sha256))
-        for seq in range(1, 41)
-    )  # fmt: skip
-    many = replace(report(template=SHORT), entries=entries, signer=KEY)
-    tracemalloc.start()
-    written = FORMATS["zip"].write(replace(many, entries=entries))
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert written.size > 40 * 2**20
-    assert peak < 20 * 2**20
-    written.file.close()
