@@ -155,6 +155,7 @@ def _write_document(wanted: Wanted, sources: Sources, file: IO[bytes], watcher: 
         words,
         begin=watcher.begin,
         done=watcher.end_step,
+        scratch=sources.scratch,
     )
     watcher.not_made += [
         NotMade(inspection_id, name, "document", detail) for inspection_id, name, detail in missing

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
 from typing import IO
 
 from app.errors import InspectionNotFound
@@ -40,6 +42,32 @@ Missing = tuple[str, str, str]
 """Id and name of an inspection that is not in the document, and why, in its language."""
 
 
+@dataclass
+class _Read:
+    """What has been read of the inspections."""
+
+    found: list[Collected] = field(default_factory=list)
+    missing: list[Missing] = field(default_factory=list)
+    company: Company = field(default_factory=Company)
+    """Nobody where projects have different ones."""
+    made_at: datetime = datetime.min
+    """When the first report was made."""
+
+    def add(self, report: Report) -> Collected:
+        """Keep the facts of one more report."""
+        if not self.found:
+            self.company, self.made_at = report.company, report.made_at
+        elif report.company != self.company:
+            self.company = Company()
+        self.found.append(collected(len(self.found) + 1, report))
+        return self.found[-1]
+
+    @property
+    def projects(self) -> list[str]:
+        """Their projects, each once."""
+        return list(dict.fromkeys(one.project for one in self.found if one.project))
+
+
 def write(
     out: IO[bytes],
     ids: Sequence[str],
@@ -48,6 +76,7 @@ def write(
     *,
     begin: Callable[[str], None],
     done: Callable[[], None],
+    scratch: Path | None = None,
 ) -> list[Missing]:
     """Write the document; only one report is in memory at a time.
 
@@ -58,6 +87,7 @@ def write(
         t: The language and the units.
         begin: Gets the name of each inspection that is read.
         done: Is called once for each inspection that is in the document, or cannot be.
+        scratch: Folder for what the document is made of; None for the usual one.
 
     Returns:
         What is not in it.
@@ -65,53 +95,48 @@ def write(
     Raises:
         ChainageError: None of the inspections can be read.
     """
-    missing: list[Missing] = []
-    found: list[Collected] = []
-    company, made_at = Company(), None
-    with ExitStack() as stack:
-        shop = None
+    read = _Read()
+    with workshop(scratch) as shop:
         for inspection_id in ids:
             try:
                 report = report_of(inspection_id)
             except ChainageError as error:
-                missing.append((inspection_id, "", t.phrase(failure(error))))
-                done()
-                continue
-            begin(report.name)
-            if shop is None or made_at is None:
-                shop = stack.enter_context(workshop(report.scratch))
-                company, made_at = report.company, report.made_at
-            elif report.company != company:  # projects have different ones
-                company = Company()
-            one = collected(len(found) + 1, report)
-            found.append(one)
-            title = t("collection.part", number=one.number, asset=one.asset)
-            data = report_data(report, t, shop, key=f"{one.number}-", title=title)
-            shop.write_data(f"report-{one.number}", data)
+                read.missing.append((inspection_id, "", t.phrase(failure(error))))
+            else:
+                begin(report.name)
+                one = read.add(report)
+                title = t("collection.part", number=one.number, asset=one.asset)
+                data = report_data(report, t, shop, key=f"{one.number}-", title=title)
+                shop.write_data(f"report-{one.number}", data)
             done()
-        if shop is None or made_at is None:
+        if not read.found:
             raise InspectionNotFound("None of these inspections is there any more.")
-        projects = list(dict.fromkeys(one.project for one in found if one.project))
-        foot = t("collection.foot", n=len(found), made=t.instant(made_at))
+        foot = t("collection.foot", n=len(read.found), made=t.instant(read.made_at))
         about = About(
-            title=one_line(" · ".join([t("collection.title"), *projects])[:200]),
-            author=one_line(company.name or "") or "Chainage",
+            title=one_line(" · ".join([t("collection.title"), *read.projects])[:200]),
+            author=one_line(read.company.name or "") or "Chainage",
             subject=foot,
             language=t.language,
-            made_at=made_at,
+            made_at=read.made_at,
         )
-        shop.write_data("front", {
-            "accent": DEFAULT_TEMPLATE.accent,
-            "running": running_data(company, t("collection.title"), foot),
-            "company": company_data(company, DEFAULT_TEMPLATE.accent, t, shop),
-            "reports": [f"report-{one.number}.json" for one in found],
-            **_cover(found, projects, t.instant(made_at), t),
-            "list": _list(found, missing, t),
-            "statistics": _statistics(found, t, shop),
-            "plan": _plan(found, t, shop),
-        })  # fmt: skip
+        shop.write_data("front", _front(read, foot, t, shop))
         shop.set_document("collection", about, out, is_large=True)
-    return missing
+    return read.missing
+
+
+def _front(read: _Read, foot: str, t: Translator, shop: Workshop) -> Data:
+    """Return what precedes the reports."""
+    accent, found = DEFAULT_TEMPLATE.accent, read.found
+    return {
+        "accent": accent,
+        "running": running_data(read.company, t("collection.title"), foot),
+        "company": company_data(read.company, accent, t, shop),
+        "reports": [f"report-{one.number}.json" for one in found],
+        **_cover(found, read.projects, t.instant(read.made_at), t),
+        "list": _list(found, read.missing, t),
+        "statistics": _statistics(found, t, shop),
+        "plan": _plan(found, t, shop),
+    }
 
 
 def _cover(found: Sequence[Collected], projects: Sequence[str], made: str, t: Translator) -> Data:
