@@ -137,14 +137,15 @@ def test_once_for_each_time_that_it_becomes_severe_and_metrics_count_it(
 def test_an_alert_of_which_no_message_can_be_made_keeps_no_other_from_being_sent(
     notifying_server: Client, receiver: Receiver, done: str
 ) -> None:
-    receiver.statuses = [500]
+    receiver.statuses = [500] * 50  # until it was seen
     notifying_server.tag(done, severity=5)
     wait_for_error(notifying_server, done)
     with closing(sqlite3.connect(notifying_server.data / "chainage.db")) as other, other:
         other.execute("UPDATE observations SET fields = '[]', edited_at = created_at")
     wait_until(lambda: "could not be made" in wait_for_error(notifying_server, done))
+    receiver.statuses, refused = [], len(receiver.received)
     notifying_server.tag(done, severity=5)
-    wait_until(lambda: len(receiver.received) == 2)
+    wait_until(lambda: len(receiver.received) > refused)
 
 
 NOT_TAKEN = (
@@ -160,13 +161,14 @@ def test_what_is_not_taken_is_sent_again_with_the_same_id_and_no_secret_is_shown
     caplog.set_level(logging.DEBUG)
     receiver.location = f"http://127.0.0.1:{receiver.port}/elsewhere"
     for number, (status, code, values) in enumerate(NOT_TAKEN):
-        receiver.statuses = [status]
+        receiver.statuses = [status] * 50  # until it was seen
         notifying_server.tag(done, severity=5)
         failed = wait_until(
             lambda: [each for each in alerts(notifying_server, done)[number:] if each["error"]]  # noqa: B023
         )
         assert failed[0]["reason"] == {"code": code, "values": values}
-        assert wait_for(notifying_server, done, "told")["tries"] == 2
+        receiver.statuses = []
+        assert wait_for(notifying_server, done, "told")["tries"] >= 2
         first, second = receiver.received[-2:]
         assert first.message["id"] == second.message["id"]
         assert first.path == second.path
