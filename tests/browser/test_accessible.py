@@ -75,20 +75,6 @@ def test_new_inspection(page: Page, server: Server) -> None:
     expect_no_fault(page, ("light",), within="source-picker")
 
 
-@pytest.mark.long
-def test_in_malay(page: Page, server: Server, inspection: str) -> None:
-    page.add_init_script("""localStorage.setItem('chainage.preferences', '{"language":"ms"}')""")
-    page.route("**/api/me", lambda route: route.abort())  # the server has no say in it here
-    page.goto(server.url)
-    expect_no_fault(page, ("light",))
-    page.get_by_label("Token akses").fill(TOKEN)
-    page.get_by_role("button", name="Log masuk").click()
-    expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
-    page.goto(f"{server.url}/inspections/{inspection}")
-    expect(page.get_by_role("heading", level=1)).to_be_visible()
-    expect_no_fault(page, ("light",))
-
-
 def test_inspection(page: Page, server: Server, inspection: str) -> None:
     """Other panels and dialogs are looked at where they are used."""
     log_in(page, server, f"/inspections/{inspection}")

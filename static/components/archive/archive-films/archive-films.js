@@ -12,7 +12,7 @@ import {
   whereOf,
 } from '../../../core/survey/archive.js';
 import { poll } from '../../../core/server/api.js';
-import { html, render, setText } from '../../../core/page/html.js';
+import { html, render, renderNew, setText } from '../../../core/page/html.js';
 import { withKey } from '../../../core/page/keys.js';
 import { may } from '../../../core/page/rights.js';
 import { Selection } from '../../../core/defects/selection.js';
@@ -47,7 +47,7 @@ const UNDER_WAY = ['waiting', 'queued', 'running'];
 
 export class ArchiveFilms extends Component {
   #list;
-  /** @type {Selection<Api['app__web__schemas__archive__FilmOut']>} */
+  /** @type {Selection<Api['app__web__schemas__library__archive__FilmOut']>} */
   #selection = new Selection();
   #states = {};
 
@@ -129,13 +129,9 @@ export class ArchiveFilms extends Component {
     parts.empty.hidden = all > 0;
     parts.body.hidden = all === 0;
     parts.progress.hidden = all === 0;
-    const markup = progressMarkup(progress, all);
-    if (markup.text !== this.progressText) {
-      this.progressText = markup.text;
-      const focused = document.activeElement?.dataset?.go;
-      render(parts.progress, markup);
-      if (focused !== undefined) parts.progress.querySelector(`[data-go="${focused}"]`)?.focus();
-    }
+    const focused = document.activeElement?.dataset?.go;
+    renderNew(parts.progress, progressMarkup(progress, all));
+    if (focused !== undefined) parts.progress.querySelector(`[data-go="${focused}"]`)?.focus();
     return this.#pauseS;
   }
 

@@ -1,7 +1,7 @@
 /** All assets on a map, each with the worst grade of its newest inspection; the list beside it has those in sight. */
 
 import { get, pause, poll } from '../../../core/server/api.js';
-import { html, patchList, render, setText } from '../../../core/page/html.js';
+import { html, patchList, render, renderNew, setText } from '../../../core/page/html.js';
 import { bindKeys, withKey } from '../../../core/page/keys.js';
 import { Component } from '../../../core/page/store.js';
 import { count, day } from '../../../core/wall/units.js';
@@ -238,9 +238,7 @@ const newRow = () => {
 
 function fillRow(row, { asset }) {
   const facts = [asset.project, gradeWord(asset), asset.last_at && day(asset.last_at)].filter(Boolean).join(' · ');
-  if (row.dataset.facts === facts) return; // a new content would take the focus away
-  row.dataset.facts = facts;
-  render(
+  renderNew(
     row,
     html`<a class="row grow shrinks plain" href="${assetPath(asset.asset)}">${severityMark(asset.worst_severity)}<span><b class="breaks">${asset.asset}</b><small class="help">${facts}</small></span></a>
       <button type="button" class="button button--quiet button--small button--icon" title="${t('map.show', { asset: asset.asset })}" aria-label="${t('map.show', { asset: asset.asset })}">${icon('map')}</button>`,

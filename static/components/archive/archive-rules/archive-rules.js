@@ -100,7 +100,7 @@ export class ArchiveRules extends Component {
     const names = Object.keys(rigs);
     render(
       parts.rules,
-      html`${rules.map((rule, i) => html`<li class="panel rule" data-rule="${i}">${ruleCard(rule, i, { rules, names, fields: this.#fields })}</li>`)}`,
+      html`${rules.map((rule, i) => html`<li class="panel rule stack gap-3 pad-4" data-rule="${i}">${ruleCard(rule, i, { rules, names, fields: this.#fields })}</li>`)}`,
     );
     render(
       parts.rigs,

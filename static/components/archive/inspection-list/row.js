@@ -1,6 +1,6 @@
 /** One inspection in the list. */
 
-import { html, render } from '../../../core/page/html.js';
+import { html, render, renderNew } from '../../../core/page/html.js';
 import { hasFilm, isUnfinished } from '../../../core/survey/inspection.js';
 import { isLocked } from '../../../core/defects/review.js';
 import { may } from '../../../core/page/rights.js';
@@ -12,9 +12,6 @@ import { labelFilters } from '../labels/labels.js';
 import { GRAVEST, worstMarkup } from '../../shared/severity-mark/severity-mark.js';
 import { outdatedFilter, reviewChip, statusChip } from '../../shared/status-chip/status-chip.js';
 import { thumbnail, thumbnailImage } from '../../shared/thumbnail/thumbnail.js';
-
-/** Markup of each part as last rendered. */
-const shown = new WeakMap();
 
 /** Whether it has a defect of the highest severity. */
 const isGrave = ({ worst_severity: worst }) => worst === GRAVEST;
@@ -64,8 +61,8 @@ export function updateRow(item, inspection) {
   const { id, name, status, progress, distance_m, defects, worst_severity, created_at, labels, error } = inspection;
   parts.name.textContent = name;
   parts.markName.textContent = t('list.select', { name });
-  show(parts.about, aboutMarkup(inspection));
-  show(parts.labels, labelFilters(labels));
+  renderNew(parts.about, aboutMarkup(inspection));
+  renderNew(parts.labels, labelFilters(labels));
   // Another state may have another picture.
   const state = [status, worst_severity, defects].join('-');
   if (hasFilm(inspection) && item.dataset.state !== state) render(parts.picture, thumbnailImage(id, state));
@@ -102,13 +99,6 @@ export function updateRow(item, inspection) {
 /** Asset, project and file; the first two narrow the list to their like. */
 const aboutMarkup = ({ asset, project, source }) =>
   html`${asset && likeButton('asset', asset)}${asset && ' · '}${project && likeButton('project', project)}${project && ' · '}<span class="inspection__file">${source.filename}</span>`;
-
-/** Renders only what is new: the focus stays. */
-function show(element, markup) {
-  if (shown.get(element) === markup.text) return;
-  shown.set(element, markup.text);
-  render(element, markup);
-}
 
 /** '63 % · 84 frames/s · 20 s left' */
 export function pace({ frames_done, frames_total, fps, eta_s }) {

@@ -1,7 +1,7 @@
 /** The labels of inspections: as chips, and the dialog that changes them. */
 
 import { get, put } from '../../../core/server/api.js';
-import { html, render } from '../../../core/page/html.js';
+import { html, render, renderNew } from '../../../core/page/html.js';
 import { may } from '../../../core/page/rights.js';
 import { t } from '../../../core/page/words.js';
 import { formFoot, openDialog } from '../../shared/dialog/dialog.js';
@@ -30,12 +30,10 @@ export const labelChips = (labels) =>
 /** Shows the labels on a button that changes them; who may only look reads them. */
 export function showLabelButton(button, labels) {
   const text = labels.join(', ');
-  if (button.dataset.shows === text) return;
-  button.dataset.shows = text;
   button.disabled = !may('operator');
   button.hidden = button.disabled && labels.length === 0;
   button.title = text || t('labels.change');
-  render(
+  renderNew(
     button,
     html`${icon('label')}<span class="visually-hidden">${t('labels.label')}</span>${labelChips(labels.slice(0, SHOWN))}${labels.length > SHOWN && html`<span class="number">+${labels.length - SHOWN}</span>`}`,
   );

@@ -1,6 +1,6 @@
 /** Details of one observation. Every letter is stored as it is typed; there is no Save button. */
 
-import { html, render, setText } from '../../../core/page/html.js';
+import { html, render, renderNew, setText } from '../../../core/page/html.js';
 import { withKey } from '../../../core/page/keys.js';
 import { mayEdit } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
@@ -8,7 +8,7 @@ import { openStretches, partsOf, stretchNumber, stretchRole } from '../../../cor
 import { chainage, plusMinus, timecode } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { codeSearch } from '../code-search/code-search.js';
-import { nameOf } from '../defect-list/names.js';
+import { nameOf, roleText } from '../defect-list/names.js';
 import { icon } from '../../shared/icon/icon.js';
 import { copyLink } from '../../desk/actions/links.js';
 import {
@@ -93,7 +93,7 @@ export class DefectForm extends Component {
           </fieldset>
           <div class="field form__clock" data-part="clockField">
             <span class="form__needs flow apart"><span class="label">${t('dial.label')}</span>${needed('clock')}</span>
-            <clock-dial data-part="dial"></clock-dial>
+            <clock-dial class="stack" data-part="dial"></clock-dial>
           </div>
           <div class="form__beside stack gap-3 packed">
             ${[1, 2].map(
@@ -124,7 +124,7 @@ export class DefectForm extends Component {
           <section class="form__place stack at-start form__wide" aria-label="${t('form.place')}">
             <p class="help number" data-part="anchor"></p>
             <button type="button" class="button button--small" data-part="move" data-needs="operator" title="${t('form.move_help')}">${icon('move')}${t('form.move')}</button>
-            <defect-attachments data-part="attachments"></defect-attachments>
+            <defect-attachments class="stack shrinks" data-part="attachments"></defect-attachments>
           </section>
           <defect-review class="form__wide"></defect-review>
         </form>`,
@@ -363,10 +363,7 @@ export class DefectForm extends Component {
             isOpen && ['change', 'edit', t('stretch.change'), 'C'],
             ['dissolve', 'close', t('stretch.dissolve'), ''],
           ];
-    const shows = JSON.stringify(buttons);
-    if (parts.stretchButtons.dataset.shows === shows) return;
-    parts.stretchButtons.dataset.shows = shows;
-    render(
+    renderNew(
       parts.stretchButtons,
       html`${buttons.filter(Boolean).map(
         ([what, sign, label, key]) => html`<button type="button"
@@ -378,17 +375,13 @@ export class DefectForm extends Component {
   #offer(name, choices, value) {
     const select = this.parts[name];
     this.parts[`${name}Field`].hidden = choices.length === 0;
-    const shows = JSON.stringify(choices);
-    if (select.dataset.shows !== shows) {
-      select.dataset.shows = shows;
-      render(
-        select,
-        html`<option value="">${t('page.not_stated')}</option>${choices.map(
-          (choice) => html`<option value="${choice.value}">
+    renderNew(
+      select,
+      html`<option value="">${t('page.not_stated')}</option>${choices.map(
+        (choice) => html`<option value="${choice.value}">
           ${choice.value} – ${choice.label}</option>`,
-        )}`,
-      );
-    }
+      )}`,
+    );
     select.value = value ?? '';
   }
 
@@ -424,14 +417,9 @@ const head = (id, label, name) =>
  * @param {import('../../../core/defects/observations.js').Observation} item
  */
 function stretchText({ observations, hereM }, item) {
-  const number = stretchNumber(item);
   const parts = partsOf(observations.value, item);
   const [start, finish] = ['A', 'B'].map((role) => parts.find((part) => stretchRole(part) === role));
-  const role = {
-    A: t('stretch.role_start', { number }),
-    B: t('stretch.role_finish', { number }),
-    C: t('stretch.role_change', { number }),
-  }[stretchRole(item)];
+  const role = roleText(item);
   if (!start) return t('stretch.without_start', { role });
   if (start.distance_m === null) return role;
   const end = finish?.distance_m ?? hereM ?? start.distance_m;

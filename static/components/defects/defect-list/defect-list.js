@@ -1,10 +1,10 @@
 /** The tagged defects along the culvert; the form of the selected one replaces the list. */
 
-import { html, patchList, render, setText } from '../../../core/page/html.js';
+import { html, patchList, render, renderNew, setText } from '../../../core/page/html.js';
 import { isKeyOn } from '../../../core/page/keys.js';
 import { isOpen } from '../../../core/defects/review.js';
 import { Component } from '../../../core/page/store.js';
-import { coveredShare, defectCount, stretchNumber, stretchRole, stretchesOf } from '../../../core/defects/stretches.js';
+import { coveredShare, defectCount, stretchesOf } from '../../../core/defects/stretches.js';
 import { chainage, clockRange, plusMinus, timecode } from '../../../core/wall/units.js';
 import { pieces, t, wordFor } from '../../../core/page/words.js';
 import { mainPhotoOf } from '../attachments/photos.js';
@@ -12,7 +12,7 @@ import { icon } from '../../shared/icon/icon.js';
 import { linkTo } from '../../desk/actions/links.js';
 import { severityMark } from '../../shared/severity-mark/severity-mark.js';
 import { FILTERS, lacksOf, matcher } from './filters.js';
-import { nameOf } from './names.js';
+import { nameOf, roleText } from './names.js';
 import './open-stretches.js';
 import '../defect-form/defect-form.js';
 
@@ -195,17 +195,12 @@ export class DefectList extends Component {
     const { catalogue } = this.desk;
     const name = nameOf(item);
     row.classList.toggle('defect--act-now', item.severity === ACT_NOW);
-    if (parts.mark.dataset.shows !== String(item.severity)) {
-      parts.mark.dataset.shows = String(item.severity);
-      render(parts.mark, severityMark(item.severity));
-    }
+    renderNew(parts.mark, severityMark(item.severity));
     parts.code.textContent = [item.code, item.char1, item.char2].filter(Boolean).join(' ');
     parts.label.textContent = catalogue.label(item.code, item.char1, item.char2);
     parts.distance.textContent = chainage(item.distance_m);
     parts.interval.textContent = plusMinus(item.distance_u95_m);
-    parts.more.textContent = [stretchText(item), clockText(item), timeText(item), item.remark]
-      .filter(Boolean)
-      .join(' · ');
+    parts.more.textContent = [roleText(item), clockText(item), timeText(item), item.remark].filter(Boolean).join(' · ');
     parts.save.textContent = saveText(item);
     parts.save.classList.toggle('defect__save--refused', item.save === 'refused');
     parts.lacks.textContent = lacksOf(item, catalogue).join(', ');
@@ -317,15 +312,6 @@ function showPhoto({ photo, parts: { photo: shown } }) {
 function saveText({ save, refusal }) {
   if (save === 'refused') return t('defects.refused', { reason: refusal });
   return save === 'waiting' ? t('defects.waiting') : '';
-}
-
-function stretchText(item) {
-  const number = stretchNumber(item);
-  return {
-    A: t('stretch.role_start', { number }),
-    B: t('stretch.role_finish', { number }),
-    C: t('stretch.role_change', { number }),
-  }[stretchRole(item)];
 }
 
 const clockText = ({ clock_from: from, clock_to: to, clock }) => {

@@ -1,8 +1,8 @@
 /** Two versions of the same thing, field by field, in the words of the page. */
 
-import { stretchNumber, stretchRole } from '../../../core/defects/stretches.js';
 import { clockHour } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
+import { roleText } from '../../defects/defect-list/names.js';
 import { kindsText } from '../../film/measure/figures.js';
 import { unitOf } from '../../defects/defect-form/units.js';
 import { labelOf, valueText } from '../panels/differences.js';
@@ -60,7 +60,7 @@ function fieldsOfObservation(_mine, catalogue) {
     { label: t('dial.label'), names: ['clock_from', 'clock_to'], text: clockText },
     quantity(1),
     quantity(2),
-    { label: labelOf('continuous'), names: ['continuous'], text: stretchText },
+    { label: labelOf('continuous'), names: ['continuous'], text: (fields) => roleText(fields) ?? '' },
     ...['remark', 'recommendation', 'cost'].map((name) => ({
       label: labelOf(name),
       names: [name],
@@ -78,17 +78,6 @@ function fieldsOfObservation(_mine, catalogue) {
 function clockText({ clock_from: from, clock_to: to }) {
   if (from && to) return t('units.clock_sector', { from, to });
   return from ? clockHour(from) : '';
-}
-
-function stretchText(fields) {
-  const number = stretchNumber(fields);
-  return (
-    {
-      A: t('stretch.role_start', { number }),
-      B: t('stretch.role_finish', { number }),
-      C: t('stretch.role_change', { number }),
-    }[stretchRole(fields)] ?? ''
-  );
 }
 
 const placeText = ({ frame, pixel }) =>

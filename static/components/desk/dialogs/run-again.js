@@ -23,7 +23,7 @@ export async function openRecordOn(inspection) {
     t('again.on_title'),
     t('again.on_submit'),
     html`<p>${t('again.on_text')}</p>
-      <source-picker data-part="camera"></source-picker>
+      <source-picker class="stack gap-3" data-part="camera"></source-picker>
       <fieldset class="again__robot stack"><legend class="strong">${t('again.robot')}</legend>
         <label><input type="radio" name="robot" value="stood_still" /> <b>${t('again.stood_still')}</b>
           <span class="help">${t('again.stood_still_help')}</span></label>

@@ -66,7 +66,7 @@ export class VideoPanel extends Component {
           <p class="stage__badge on-film row small strong" data-part="badge" hidden>${icon('live')}${t('video.live')}
             <picture-age class="stage__age row"></picture-age></p>
           <p class="stage__note on-film unless-empty" data-part="note"></p>
-          <code-chain data-part="chain"></code-chain>
+          <code-chain class="stack one-column pad-3" data-part="chain"></code-chain>
           <div class="stage__tools flow gap-1" role="group" aria-label="${t('video.view')}">
             ${tool('zoomOut', 'minus', t('video.zoom_out'), 'O')}
             <button class="button button--small stage__tool number" data-part="whole" disabled

@@ -72,8 +72,8 @@ export class NewInspection extends Component {
                 ${kind('upload', 'film', t('new.kind_file'), true)}
                 ${kind('live', 'live', t('new.kind_live'), false)}
               </fieldset>
-              <source-picker data-part="camera" hidden></source-picker>
-              <film-picker data-part="picker"></film-picker>
+              <source-picker class="stack gap-3" data-part="camera" hidden></source-picker>
+              <film-picker class="stack" data-part="picker"></film-picker>
               <p class="fault" role="alert" data-part="videoFault"></p>
             </section>
 
@@ -91,7 +91,7 @@ export class NewInspection extends Component {
 
             <section class="panel new__section stack gap-4 one-column" aria-labelledby="new-rig">
               <h2 id="new-rig">${t('new.rig')}</h2>
-              <rig-wizard data-part="wizard"></rig-wizard>
+              <rig-wizard class="stack one-column" data-part="wizard"></rig-wizard>
               <rig-form data-part="rig"></rig-form>
             </section>
 

@@ -3,7 +3,7 @@
  * that move from row to row. On a narrow window each row is a card.
  */
 
-import { html, patchList, render } from '../../../core/page/html.js';
+import { html, patchList, render, renderNew } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { followSorting, sortButton } from './sorting.js';
 
@@ -39,8 +39,6 @@ export function orDash(value) {
 export class DataTable extends Component {
   #columns;
   #keyOf;
-  /** Markup of each cell as last rendered: an unchanged one keeps its focus. */
-  #shown = new WeakMap();
 
   /**
    * @param {object} options
@@ -99,12 +97,7 @@ export class DataTable extends Component {
   }
 
   #update(row, item) {
-    this.#columns.forEach(({ cell }, i) => {
-      const markup = cell(item);
-      if (this.#shown.get(row.children[i]) === markup.text) return;
-      this.#shown.set(row.children[i], markup.text);
-      render(row.children[i], markup);
-    });
+    this.#columns.forEach(({ cell }, i) => renderNew(row.children[i], cell(item)));
   }
 
   /** Up and Down go to the same control of the next row. */
