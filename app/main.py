@@ -284,6 +284,7 @@ def _prepared(
     # Reported here in one sentence; at the start of the application the log would get a traceback.
     folder = DataFolder(settings.data, reserve_bytes=0, is_shared=settings.database is not None)
     try:
+        AddressFile(folder).clear()
         require_its_database(stored, folder)
         migrate(stored)
         with suppress(DiskFull):  # what is stored can be read

@@ -1,7 +1,6 @@
 """Where the server that uses a data folder is reached from its own machine.
 
-The file lies beside the lock. One that a killed server left behind means nothing: the lock shows
-whether a server uses the folder.
+The file lies beside the lock, which shows whether a server uses the folder.
 """
 
 from __future__ import annotations
@@ -42,6 +41,10 @@ class AddressFile:
         with suppress(FileNotFoundError):
             if self._path.read_bytes() == self._kept:
                 self._path.unlink()
+
+    def clear(self) -> None:
+        """Delete what a killed server left, so that commands wait for the address of this one."""
+        self._path.unlink(missing_ok=True)
 
     def read(self) -> Address | None:
         """Return the address; None while a server starts or stops."""
