@@ -9,11 +9,19 @@ from collections.abc import Iterable
 
 from app.reports.report import Loss, Phrase, Report
 from app.reports.text.ascii import one_line
+from app.survey.fields.observation import codes_of
 from app.survey.rounding import decimals
 from app.survey.stated import Stated
+from app.survey.tag import StatedTag
 
 ONE_LINE = Loss("one_line")
 NO_GEOMETRY = Loss("no_geometry")
+_WITHOUT_COLUMN = tuple(
+    name
+    for name in StatedTag.model_fields
+    if name not in codes_of("en") and name not in ("frame", "pixel", "severity")
+)
+"""Fields of a tag that no exchange format holds, beside its place and what stands in words."""
 
 
 def only_json_holds(report: Report, *, is_named: bool = False) -> Loss:
@@ -35,9 +43,10 @@ def only_json_holds(report: Report, *, is_named: bool = False) -> Loss:
         "part.wall_points": any(entry.x_m is not None for entry in entries),
         "part.places": any(entry.lon is not None for entry in entries),
         "part.photo_checksums": any(entry.photo and entry.photo.sha256 for entry in entries),
-        "part.recommendations": any(
-            entry.tag.recommendation or entry.tag.cost is not None for entry in entries
-        ),
+        **{
+            f"part.{name}": any(getattr(entry.tag, name) is not None for entry in entries)
+            for name in _WITHOUT_COLUMN
+        },
         "part.joints": report.joints,
         "part.corrections": report.corrected.stated != Stated(),
         "part.rig_and_track": True,

@@ -18,7 +18,7 @@ from exchange_files import (
 )
 from hypothesis import given
 from random_reports import reports
-from reports import EVERY_FIELD, HEADER, OBSERVATIONS, codes, report, said
+from reports import EVERY_FIELD, HEADER, OBSERVATIONS, codes, measured, report, said
 
 from app.reports.formats import FORMATS
 from app.reports.report import Report
@@ -67,6 +67,9 @@ def test_a_row_holds_every_field_or_the_losses_name_it(kind: str) -> None:
     assert {"half_sector 1", "no_time 1"} <= codes(losses)
     if kind == "isybau":
         assert read.rows[0]["Quantifizierung1Text"] == "0.125", "finer than a number there"
+    made = report(None, [FULL_OBSERVATION])
+    _, losses = write(kind, replace(made, entries=tuple(map(measured, made.entries))))
+    assert "part.measures" in codes(losses), "a field of a tag without a column"
 
 
 @each
