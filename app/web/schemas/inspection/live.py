@@ -18,7 +18,7 @@ from app.viewer.clicks import Click
 from app.viewer.geometry import PinHit
 from app.web.schemas.inspection.inspections import ProgressOut
 from vo_core.image.health import Health, complained, complaints
-from vo_core.track import Estimate
+from vo_core.track import COLUMNS, Estimate
 
 
 def click_message(click: Click) -> dict[str, object]:
@@ -92,13 +92,9 @@ def live_header(
     last = update.estimates[-1] if update.estimates else None
     camera = update.camera
     age_s = None if update.captured_s is None else now_s - update.captured_s
-    pose = {
-        name: getattr(corrected, name, None)
-        for name in (
-            "frame", "time_s", "x_mm", "y_mm", "yaw_deg", "distance_mm", "sigma_distance_mm",
-            "quality", "status", "z_mm", "pitch_deg", "roll_deg", "looking_around",
-        )
-    }  # fmt: skip
+    # The page shows the whole uncertainty.
+    shown = (name for name in COLUMNS if name != "sigma_registration_mm")
+    pose = {name: getattr(corrected, name, None) for name in shown}
     return pose | {
         "seq": update.seq,
         "state": update.state,
