@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from cachetools import LRUCache
+from cachetools import LRUCache, cachedmethod
 from numpy.typing import NDArray
 
 from app.burnt_in.comparison import with_track
@@ -61,16 +61,6 @@ NO_COUNTER = CounterView("unread", None, None, None, None)
 """Nobody has asked for the counter, or there is no film."""
 
 
-@dataclass(frozen=True)
-class _Compared:
-    """A comparison, and what it was made of."""
-
-    readings: CounterReadings
-    run: tuple[int, bool]
-    unit: Unit
-    found: CounterComparison | None
-
-
 class Counters:
     """Compares counters with tracks."""
 
@@ -80,7 +70,7 @@ class Counters:
         self._tracks = tracks
         self._lock = threading.Lock()
         """Guards the next field."""
-        self._compared: LRUCache[str, _Compared] = LRUCache(_COMPARED_KEPT)
+        self._compared: LRUCache[Any, CounterComparison | None] = LRUCache(_COMPARED_KEPT)
 
     def get(self, inspection_id: str) -> CounterView:
         """Return what is known of the counter of an inspection.
@@ -112,20 +102,22 @@ class Counters:
     def _comparison(
         self, inspection_id: str, readings: CounterReadings, unit: Unit
     ) -> CounterComparison | None:
-        run = self._tracks.run(inspection_id)
-        with self._lock:
-            known = self._compared.get(inspection_id)
-        if (
-            known is not None
-            and known.readings is readings
-            and (known.run, known.unit) == (run, unit)
-        ):
-            return known.found
-        track, (_, is_growing) = self._tracks.get(inspection_id), run
+        run, is_growing = self._tracks.run(inspection_id)
+        if is_growing:
+            return None
+        made_of = self._files.version(inspection_id), run, unit
+        return self._compare(inspection_id, made_of, readings)
+
+    @cachedmethod(
+        lambda self: self._compared,
+        lambda self, inspection_id, made_of, readings: (inspection_id, made_of),
+        lock=lambda self: self._lock,
+    )
+    def _compare(
+        self, inspection_id: str, made_of: tuple[str, int, Unit], readings: CounterReadings
+    ) -> CounterComparison | None:
+        track = self._tracks.get(inspection_id)
         try:
-            found = None if is_growing or not len(track) else with_track(readings, track, unit)
+            return with_track(readings, track, made_of[-1]) if len(track) else None
         except InvalidCorrection:  # more frames than readings: the recording was continued
-            found = None
-        with self._lock:
-            self._compared[inspection_id] = _Compared(readings, run, unit, found)
-        return found
+            return None
