@@ -8,8 +8,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
 
-from fontTools.ttLib import TTFont
-
 Weight = Literal[400, 600]
 """Regular, semi-bold."""
 
@@ -68,6 +66,8 @@ def installed() -> list[Face]:
 def _characters(face: Face) -> frozenset[int]:
     if face.file is None:
         return frozenset()
+    from fontTools.ttLib import TTFont  # here, as most texts are ASCII
+
     with TTFont(face.file, lazy=True) as font:
         return frozenset(font.getBestCmap())
 
