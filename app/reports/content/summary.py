@@ -8,6 +8,9 @@ from app.reports.content.grades import grade_of
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.report import Report
 
+MOST_WORST = 15
+"""Defects that a summary lists, the worst first; the table has all."""
+
 
 def opening(report: Report, t: Translator) -> list[str]:
     """Return the first sentences: that the survey was abandoned, if it was, and what is worst."""

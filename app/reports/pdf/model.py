@@ -29,7 +29,7 @@ from app.reports.content.recommendations import (
     recommended,
 )
 from app.reports.content.shown_photos import photos_by_entry, shown_photos
-from app.reports.content.summary import key_figures, opening
+from app.reports.content.summary import MOST_WORST, key_figures, opening
 from app.reports.content.translator import Translator
 from app.reports.drawings.along import along_the_run
 from app.reports.drawings.bars import bars
@@ -48,8 +48,6 @@ Data = dict[str, Any]
 
 _LOGO_PX = 700
 _MOST_ADDRESS_LINES = 12
-_WORST = 15
-"""Defects that the summary lists."""
 _LONG, _SHOWN_OF_LONG = 500, 250
 """A remark with more characters is printed in full after the table, which shows its beginning."""
 _SHORT_REMARK = 90
@@ -191,8 +189,8 @@ def _summary(report: Report, t: Translator, shop: Workshop) -> Data:
         "opening": opening(report, t),
         "figures": [(value, name) for name, value in key_figures(report, t)],
         "glance": shop.add_drawing(pipe_at_a_glance(report, t)),
-        "worst": [order[entry.id] for entry in worst[:_WORST]],
-        "more": t("summary.more", n=len(worst) - _WORST) if len(worst) > _WORST else "",
+        "worst": [order[entry.id] for entry in worst[:MOST_WORST]],
+        "more": t("summary.more", n=len(worst) - MOST_WORST) if len(worst) > MOST_WORST else "",
     }
 
 
