@@ -52,19 +52,20 @@ export class Corrections extends Store {
   #draftOf = null;
   /** @type {Waiting|null} */
   #waiting = null;
-  #kept;
+  /** Where this browser keeps the person's draft that waits. */
+  #key;
 
   /** @param {string} inspection @param {AbortSignal} signal */
   constructor(inspection, signal) {
     super(null);
     this.#path = `/api/inspections/${inspection}/corrections`;
     this.#signal = signal;
-    this.#kept = new KeptDraft(inspection);
+    this.#key = ofPerson(`chainage.unsent-corrections.${inspection}`);
   }
 
   /** Goes on with the draft that waits for a decision since an earlier page. */
   restore() {
-    this.#waiting = this.#kept.value;
+    this.#waiting = recall(this.#key, null);
     if (!this.#waiting) return;
     this.#draftOf = this.#waiting.version;
     this.draft.set(this.#waiting.stated);
@@ -129,7 +130,7 @@ export class Corrections extends Store {
   /** @param {Waiting|null} waiting */
   #keep(waiting) {
     this.#waiting = waiting;
-    this.#kept.keep(waiting);
+    remember(this.#key, waiting);
   }
 
   discard() {
@@ -194,28 +195,8 @@ export class Corrections extends Store {
  * @property {string} version of the statements on which it is based
  */
 
-/** Keeps the person's waiting draft of one inspection in this browser. */
-class KeptDraft {
-  #key;
-
-  /** @param {string} inspection */
-  constructor(inspection) {
-    this.#key = ofPerson(`chainage.unsent-corrections.${inspection}`);
-  }
-
-  /** @returns {Waiting|null} */
-  get value() {
-    return recall(this.#key, null);
-  }
-
-  /** @param {Waiting|null} waiting null: nothing waits any more */
-  keep(waiting) {
-    remember(this.#key, waiting);
-  }
-}
-
 /** Whether two JSON values are equal, in any order of keys. @param {unknown} a @param {unknown} b @returns {boolean} */
-function isSame(a, b) {
+export function isSame(a, b) {
   if (a === b) return true;
   if (typeof a !== 'object' || typeof b !== 'object' || a === null || b === null) return false;
   const [one, other] = [new Map(Object.entries(a)), new Map(Object.entries(b))];

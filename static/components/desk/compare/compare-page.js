@@ -19,6 +19,7 @@ import {
 } from '../../../core/wall/units.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
+import { message } from '../../shared/message/message.js';
 import { showKeys } from '../actions/key-help.js';
 import { drawSeverity, severityMark } from '../../shared/severity-mark/severity-mark.js';
 import { topBar } from '../../shared/top-bar/top-bar.js';
@@ -77,11 +78,8 @@ export class ComparePage extends Component {
     }
   }
 
-  #say(text, kind = 'info') {
-    render(
-      this.parts.message,
-      html`<p class="message message--${kind}">${icon(kind === 'error' ? 'alert' : 'info')}<span>${text}</span></p>`,
-    );
+  #say(text, /** @type {'info'|'error'} */ kind = 'info') {
+    render(this.parts.message, message(kind, text));
   }
 
   async #open() {
@@ -178,24 +176,14 @@ export class ComparePage extends Component {
 
   #bindKeys() {
     const bindings = [
-      { keys: ['ArrowLeft'], shown: ['←'], label: t('compare.back'), run: () => this.#goTo(this.#place - STEP_MM) },
-      { keys: ['ArrowRight'], shown: ['→'], label: t('compare.forward'), run: () => this.#goTo(this.#place + STEP_MM) },
-      {
-        keys: ['Shift+ArrowLeft'],
-        shown: ['Shift + ←'],
-        label: t('compare.back_far'),
-        run: () => this.#goTo(this.#place - LEAP_MM),
-      },
-      {
-        keys: ['Shift+ArrowRight'],
-        shown: ['Shift + →'],
-        label: t('compare.forward_far'),
-        run: () => this.#goTo(this.#place + LEAP_MM),
-      },
+      { keys: ['ArrowLeft'], label: t('compare.back'), run: () => this.#goTo(this.#place - STEP_MM) },
+      { keys: ['ArrowRight'], label: t('compare.forward'), run: () => this.#goTo(this.#place + STEP_MM) },
+      { keys: ['Shift+ArrowLeft'], label: t('compare.back_far'), run: () => this.#goTo(this.#place - LEAP_MM) },
+      { keys: ['Shift+ArrowRight'], label: t('compare.forward_far'), run: () => this.#goTo(this.#place + LEAP_MM) },
       { keys: ['Home'], label: t('compare.to_start'), run: () => this.#goTo(this.#scene.low) },
       { keys: ['End'], label: t('compare.to_end'), run: () => this.#goTo(this.#scene.high) },
-      { keys: ['n'], shown: ['N'], label: t('compare.next'), run: () => this.#neighbour(1) },
-      { keys: ['p'], shown: ['P'], label: t('compare.previous'), run: () => this.#neighbour(-1) },
+      { keys: ['n'], label: t('compare.next'), run: () => this.#neighbour(1) },
+      { keys: ['p'], label: t('compare.previous'), run: () => this.#neighbour(-1) },
       { keys: ['?'], label: t('keys.list'), run: () => showKeys([{ title: t('compare.move'), bindings }]) },
     ];
     bindKeys(document, bindings, this.signal);

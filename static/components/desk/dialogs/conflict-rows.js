@@ -1,5 +1,6 @@
 /** Two versions of the same thing, field by field, in the words of the page. */
 
+import { isSame } from '../../../core/survey/corrections.js';
 import { clockHour } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { roleText } from '../../defects/defect-list/names.js';
@@ -9,18 +10,10 @@ import { labelOf, valueText } from '../panels/differences.js';
 import { severityText } from '../../shared/severity-mark/severity-mark.js';
 
 /**
- * @typedef {object} Row
- * @property {string} label
- * @property {string} mine '' where nothing is stated
- * @property {string} theirs
- * @property {boolean} isOther whether they differ
- */
-
-/**
- * Returns the fields that either version states.
+ * Returns the fields that either version states, and whether they differ.
  * @param {import('../../../core/defects/conflicts.js').Conflict} conflict
  * @param {import('../../../core/defects/codes.js').Catalogue} catalogue
- * @returns {Row[]}
+ * @returns {{label: string, mine: string, theirs: string, isOther: boolean}[]} '' where nothing is stated
  */
 export function rowsOf({ kind, mine, theirs }, catalogue) {
   const [own, stored] = [mine ?? {}, theirs ?? {}];
@@ -29,12 +22,10 @@ export function rowsOf({ kind, mine, theirs }, catalogue) {
       label,
       mine: text(own),
       theirs: text(stored),
-      isOther: names.some((name) => !isSame(own[name], stored[name])),
+      isOther: names.some((name) => !isSame(own[name] ?? null, stored[name] ?? null)),
     }))
     .filter((row) => row.mine || row.theirs);
 }
-
-const FIELDS = { observation: fieldsOfObservation, header: fieldsOfHeader, corrections: fieldsOfCorrections };
 
 function fieldsOfObservation(_mine, catalogue) {
   const quantity = (n) => ({
@@ -80,17 +71,14 @@ function clockText({ clock_from: from, clock_to: to }) {
   return from ? clockHour(from) : '';
 }
 
-const placeText = ({ frame, pixel }) =>
-  [
-    frame !== undefined && t('form.frame', { frame }),
-    pixel && t('form.pixel', { pixel: pixel.map(Math.round).join(', ') }),
-  ]
-    .filter(Boolean)
-    .join(' · ');
+function placeText({ frame, pixel }) {
+  const place = pixel && t('form.pixel', { pixel: pixel.map(Math.round).join(', ') });
+  return [frame !== undefined && t('form.frame', { frame }), place].filter(Boolean).join(' · ');
+}
 
 /** The fields in conflict. */
-function fieldsOfHeader(mine) {
-  return Object.keys(mine).map((name) => ({
+const fieldsOfHeader = (mine) =>
+  Object.keys(mine).map((name) => ({
     label: labelOf(name),
     names: [name],
     text: (fields) => {
@@ -98,15 +86,13 @@ function fieldsOfHeader(mine) {
       return text && name.endsWith('_mm') ? `${text} mm` : text;
     },
   }));
-}
 
-function fieldsOfCorrections(mine) {
-  return Object.keys(mine).map((name) => ({
+const fieldsOfCorrections = (mine) =>
+  Object.keys(mine).map((name) => ({
     label: labelOf(name),
     names: [name],
     text: (fields) => [valueText(name, fields[name]), framesText(fields[name])].filter(Boolean).join(' · '),
   }));
-}
 
 /** Places of marked or omitted joints: equal numbers may hide different joints. */
 function framesText(value) {
@@ -114,11 +100,4 @@ function framesText(value) {
   return frames.length ? t('conflict.frames', { frames: frames.join(', ') }) : '';
 }
 
-/** Compares values, in any order of the fields of objects. */
-function isSame(a, b) {
-  const inOrder = (_name, value) =>
-    value && typeof value === 'object' && !Array.isArray(value)
-      ? Object.fromEntries(Object.entries(value).sort())
-      : value;
-  return JSON.stringify(a ?? null, inOrder) === JSON.stringify(b ?? null, inOrder);
-}
+const FIELDS = { observation: fieldsOfObservation, header: fieldsOfHeader, corrections: fieldsOfCorrections };

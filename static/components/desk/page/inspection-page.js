@@ -2,7 +2,7 @@
 
 import { ApiError, poll } from '../../../core/server/api.js';
 import { DeskWindows, followDesk, partOfWindow } from '../../../core/page/desk-windows.js';
-import { html, render } from '../../../core/page/html.js';
+import { html, render, renderNew } from '../../../core/page/html.js';
 import { isUnfinished } from '../../../core/survey/inspection.js';
 import { bindKeys } from '../../../core/page/keys.js';
 import { People } from '../../../core/survey/people.js';
@@ -150,7 +150,10 @@ export class InspectionPage extends Component {
     this.listen(desk.observations, 'change', () => this.#showObservations());
     this.listen(desk.editing, 'change', () => desk.editing.value && desk.tab.set('defects'));
     this.listen(desk.editing, 'change', () => parts.all.toggleAttribute('data-editing', desk.editing.value));
-    this.listen(desk.large, 'change', () => this.#showLarge());
+    this.listen(desk.large, 'change', () => {
+      if (desk.large.value) parts.all.dataset.large = desk.large.value;
+      else delete parts.all.dataset.large;
+    });
     this.listen(desk.windows, 'change', () =>
       parts.all.toggleAttribute('data-viewer-away', desk.windows.has('viewer')),
     );
@@ -345,12 +348,6 @@ export class InspectionPage extends Component {
     showKeys(this.#keys);
   }
 
-  #showLarge() {
-    const { value } = this.desk.large;
-    if (value) this.parts.all.dataset.large = value;
-    else delete this.parts.all.dataset.large;
-  }
-
   // What changes on the page ------------------------------------------------------------------
 
   #showQuestions() {
@@ -367,10 +364,7 @@ export class InspectionPage extends Component {
       trouble && ['warning', trouble],
       !this.desk.outbox.isKept && ['warning', t('desk.not_kept')],
     ].filter(Boolean);
-    const text = JSON.stringify(messages);
-    if (this.parts.messages.dataset.shows === text) return;
-    this.parts.messages.dataset.shows = text;
-    render(
+    renderNew(
       this.parts.messages,
       html`${messages.map(
         ([kind, sentence]) => html`<p class="message message--${kind}" role="alert" tabindex="0">
