@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Locator, Page, expect
 from steps import Server
 
 # The number that the blocks of the shown picture spell, and the one that the page states.
@@ -54,6 +54,19 @@ def drawn_in_3d(page: Page) -> Iterator[Page]:
     yield other
     other.close()
     assert not faults, faults
+
+
+def box_of(place: Locator) -> dict[str, float]:
+    """Where it is on the screen: x, y, width, height."""
+    box = place.bounding_box()
+    assert box is not None
+    return {"x": box["x"], "y": box["y"], "width": box["width"], "height": box["height"]}
+
+
+def click_at(place: Locator, across: float, down: float = 0.5) -> None:
+    """By shares of its width and height."""
+    box = box_of(place)
+    place.page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
 
 
 def expect_read(page: Page) -> None:

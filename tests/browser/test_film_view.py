@@ -6,12 +6,13 @@ import pytest
 from clip_surveys import FRAMES
 from desks import (
     DRAWN_AND_STATED,
+    box_of,
     delete_observations,
     expect_frame,
     expect_read,
     observations,
 )
-from playwright.sync_api import Locator, Page, Route, expect
+from playwright.sync_api import Page, Route, expect
 from steps import Server, log_in
 
 
@@ -30,16 +31,10 @@ def desk(page: Page, server: Server, inspection: str) -> Page:
     return page
 
 
-def box(found: Locator) -> dict[str, float]:
-    place = found.bounding_box()
-    assert place is not None
-    return dict(place)
-
-
 def test_the_film_is_enlarged_tagged_lightened_and_resized(
     desk: Page, server: Server, inspection: str
 ) -> None:
-    stage = box(desk.locator(".stage"))
+    stage = box_of(desk.locator(".stage"))
     # Of a picture of 320 x 240 that fills the height of the stage, a point right of its middle.
     scale = stage["height"] / 240
     x = stage["x"] + stage["width"] / 2 + 60 * scale
@@ -85,11 +80,11 @@ def the_look_the_size_and_the_speed_of_the_film_are_chosen_and_remembered(desk: 
     # The film fills the screen, and a defect is edited beside it.
     stage, window = desk.locator(".stage"), desk.viewport_size
     assert window is not None
-    usual = box(stage)
+    usual = box_of(stage)
     assert usual["height"] > 320
     desk.keyboard.press("Shift+F")
     expect(desk.locator(".desk__strip")).to_be_hidden()
-    assert box(stage)["height"] > 0.85 * window["height"]
+    assert box_of(stage)["height"] > 0.85 * window["height"]
     expect(desk.locator(".readout__distance")).to_be_in_viewport()
     expect(desk.locator(".desk__side")).to_be_hidden()
     desk.keyboard.press("t")
@@ -99,28 +94,28 @@ def the_look_the_size_and_the_speed_of_the_film_are_chosen_and_remembered(desk: 
     expect(desk.locator(".desk__side")).to_be_hidden()
     desk.keyboard.press("Escape")
     expect(desk.locator(".desk__strip")).to_be_visible()
-    assert box(stage) == usual
+    assert box_of(stage) == usual
 
     # Panels are resized by hand and by key, and remember it.
     edge = desk.get_by_role("separator", name="Height of the strips")
-    height = box(stage)["height"]
-    grip = box(edge)
+    height = box_of(stage)["height"]
+    grip = box_of(edge)
     x, y = grip["x"] + grip["width"] / 2, grip["y"] + grip["height"] / 2
     desk.mouse.move(x, y)
     desk.mouse.down()
     desk.mouse.move(x, y + 120, steps=3)
     desk.mouse.up()
-    assert box(stage)["height"] == pytest.approx(height + 120, abs=1)
+    assert box_of(stage)["height"] == pytest.approx(height + 120, abs=1)
     side = desk.locator(".desk__side")
-    width = box(side)["width"]
+    width = box_of(side)["width"]
     desk.get_by_role("separator", name="Width of the list").focus()
     desk.keyboard.press("ArrowRight")
-    assert box(side)["width"] == pytest.approx(width - 24, abs=1)
+    assert box_of(side)["width"] == pytest.approx(width - 24, abs=1)
     expect_frame(desk, 0)  # the key moved the edge, not the film
     desk.reload()
     expect_read(desk)
-    assert box(side)["width"] == pytest.approx(width - 24, abs=1)
-    assert box(stage)["height"] == pytest.approx(height + 120, abs=1)
+    assert box_of(side)["width"] == pytest.approx(width - 24, abs=1)
+    assert box_of(stage)["height"] == pytest.approx(height + 120, abs=1)
     expect(picture).to_have_css("filter", 'url("#film-look")')
     desk.get_by_label("Brightness and contrast").first.click()
     expect(desk.get_by_label("Gamma")).to_have_value("1.8")
@@ -128,7 +123,7 @@ def the_look_the_size_and_the_speed_of_the_film_are_chosen_and_remembered(desk: 
     expect(picture).to_have_css("filter", "none")
     desk.get_by_label("Brightness and contrast").first.click()
     edge.dblclick()
-    assert box(stage)["height"] == pytest.approx(height, abs=1)
+    assert box_of(stage)["height"] == pytest.approx(height, abs=1)
 
     # Slow motion plays every frame, and keeps its speed.
     speed = desk.get_by_label("Speed of playing")

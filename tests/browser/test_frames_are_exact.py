@@ -9,7 +9,7 @@ import PIL.Image
 import pytest
 from clip_surveys import SHORT_FRAMES
 from clips import NARROWED, SIZE, numbered_clip, rig_for_clip
-from desks import DRAWN_AND_STATED, expect_frame
+from desks import DRAWN_AND_STATED, box_of, expect_frame
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
 from surveys import Survey
@@ -82,8 +82,7 @@ def test_a_film_upside_down_with_wide_pixels_is_shown_and_tagged_as_people_see_i
     page.keyboard.press("ArrowRight")
     expect_frame(page, 1)
     assert page.evaluate(DRAWN_AND_STATED) == [1, 1]
-    stage = page.locator(".stage__overlay").bounding_box()
-    assert stage is not None
+    stage = box_of(page.locator(".stage__overlay"))
     scale = min(stage["width"] / SIZE[0], stage["height"] / SIZE[1])
     left = stage["x"] + (stage["width"] - scale * SIZE[0]) / 2
     top = stage["y"] + (stage["height"] - scale * SIZE[1]) / 2

@@ -7,7 +7,7 @@ import uuid
 
 import pytest
 from clips import SIZE
-from desks import expect_frame, expect_read, expect_saved, observations
+from desks import box_of, expect_frame, expect_read, expect_saved, observations
 from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
@@ -29,8 +29,7 @@ def server(narrow_server: Server) -> Server:
 
 def click_picture(page: Page, u: float, v: float) -> None:
     """Click a pixel of the film."""
-    box = page.locator(".stage__picture").bounding_box()
-    assert box is not None
+    box = box_of(page.locator(".stage__picture"))
     width, height = SIZE
     scale = min(box["width"] / width, box["height"] / height)
     left = box["x"] + (box["width"] - scale * width) / 2

@@ -12,7 +12,7 @@ from uuid import uuid4
 import numpy as np
 import pytest
 from builders import half_size
-from desks import delete_observations, expect_frame, expect_saved, observations
+from desks import box_of, click_at, delete_observations, expect_frame, expect_saved, observations
 from numpy.typing import NDArray
 from playwright.sync_api import Locator, Page, Route, expect
 from playwright.sync_api import TimeoutError as TookTooLong
@@ -89,11 +89,11 @@ def both_strips_show_the_same_stretch(desk: Page, server: Server, inspection: st
 
     desk.get_by_role("button", name="Seek").click()
     there_mm = _mm_at(desk, log, 0.6)
-    _click(log, 0.6)
+    click_at(log, 0.6)
     _expect_shown(desk, there_mm)
-    _click(log, 0.2)
+    click_at(log, 0.2)
     _expect_shown(desk, _mm_at(desk, log, 0.2))
-    _click(wall, 0.6)
+    click_at(wall, 0.6)
     _expect_shown(desk, there_mm)
 
 
@@ -102,7 +102,7 @@ def a_click_on_the_wall_tags_that_place(desk: Page, server: Server, inspection: 
     desk.get_by_role("button", name="Tag", exact=True).click()
     _zoom_in(desk, wall, 0.4)
     wanted_mm, unit_mm = _mm_at(desk, wall, 0.55), _mm_per_px(desk)
-    _click(wall, 0.55, 0.65)
+    click_at(wall, 0.55, 0.65)
     expect(desk.locator(".defect")).to_have_count(1)
     expect(desk.locator(".save")).to_have_text("Saved")
     (item,) = observations(server, inspection)
@@ -114,7 +114,7 @@ def a_click_on_the_wall_tags_that_place(desk: Page, server: Server, inspection: 
     # The mark lies where the click was: another click there selects it and tags nothing.
     desk.keyboard.press("Escape")
     expect(desk.locator(".defect [aria-current=true]")).to_have_count(0)
-    _click(wall, 0.55, 0.65)
+    click_at(wall, 0.55, 0.65)
     expect(desk.locator(".defect [aria-current=true]")).to_have_count(1)
     expect(desk.locator(".defect")).to_have_count(1)
 
@@ -137,9 +137,9 @@ def the_wall_has_the_whole_circle_at_every_size(
         wall.scroll_into_view_if_needed()
         desk.wait_for_function(IS_DRAWN, arg=len(hours))
         for item in observations(server, inspection):
-            hour, box = item["clock_from"], _box(wall)
+            hour, box = item["clock_from"], box_of(wall)
             across = _x_of(desk, wall, 1000 * item["distance_m"]) / box["width"]
-            _click(wall, across, _share_down(hour, seen_mm, box["height"]))
+            click_at(wall, across, _share_down(hour, seen_mm, box["height"]))
             expect(selected).to_contain_text(f"{hour} o’clock")
             desk.keyboard.press("Escape")
             expect(selected).to_have_count(0)
@@ -169,13 +169,13 @@ def of_marks_that_overlap_the_nearest_one_is_clicked(
 
 def a_mark_in_the_log_selects_its_defect(desk: Page, server: Server, inspection: str) -> None:
     log = desk.locator(".strip__track")
-    _click(log, 0.5, 0.6)
+    click_at(log, 0.5, 0.6)
     _expect_shown(desk, _mm_at(desk, log, 0.5))
     desk.keyboard.press("t")
     expect(desk.locator(".defect [aria-current=true]")).to_have_count(1)
     desk.keyboard.press("Escape")
     expect(desk.locator(".defect [aria-current=true]")).to_have_count(0)
-    box = _box(log)
+    box = box_of(log)
     desk.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 18)
     expect(desk.locator(".defect [aria-current=true]")).to_have_count(1)
 
@@ -217,12 +217,12 @@ def the_box_goes_to_what_is_typed_or_says_why_not(
 
 def lanes_are_switched_and_remembered(desk: Page, server: Server, inspection: str) -> None:
     log = desk.locator(".strip__track")
-    before = _box(log)["height"]
+    before = box_of(log)["height"]
     desk.get_by_text("Lanes", exact=True).click()
     desk.get_by_label("Yaw", exact=True).check()
     desk.get_by_role("checkbox", name="Unrolled wall").uncheck()
     expect(desk.locator("wall-strip")).to_be_hidden()
-    taller = _box(log)["height"]
+    taller = box_of(log)["height"]
     assert taller > before
     desk.reload()
     expect(desk.locator(".strip__track")).to_be_visible()
@@ -265,7 +265,7 @@ def a_person_who_looks_elsewhere_is_left_there(desk: Page, server: Server, inspe
     log = desk.locator(".strip__track")
     for _ in range(4):
         desk.keyboard.press("+")
-    box = _box(log)
+    box = box_of(log)
     y = box["y"] + box["height"] / 2
     desk.mouse.move(box["x"] + 0.8 * box["width"], y)
     desk.mouse.down(button="right")
@@ -451,25 +451,14 @@ def _expect_shown(page: Page, mm: float) -> None:
     )
 
 
-def _box(place: Locator) -> dict[str, float]:
-    box = place.bounding_box()
-    assert box is not None
-    return {"x": box["x"], "y": box["y"], "width": box["width"], "height": box["height"]}
-
-
 def _point_at(place: Locator, across: float, down: float = 0.5) -> None:
-    box = _box(place)
+    box = box_of(place)
     place.page.mouse.move(box["x"] + across * box["width"], box["y"] + down * box["height"])
-
-
-def _click(place: Locator, across: float, down: float = 0.5) -> None:
-    box = _box(place)
-    place.page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
 
 
 def _mm_at(page: Page, place: Locator, across: float) -> float:
     """The distance at this share of a strip's width, by the axis that it is drawn with."""
-    width = _box(place)["width"]
+    width = box_of(place)["width"]
     return float(
         page.evaluate(
             """async ([range, width, x]) => {
@@ -505,11 +494,11 @@ def _x_of(page: Page, place: Locator, mm: float) -> float:
               const { Plot } = await import('/static/core/wall/axis.js');
               return new Plot(range, width).toX(mm);
             }""",
-            [_axis(page), _box(place)["width"], mm],
+            [_axis(page), box_of(place)["width"], mm],
         )
     )
 
 
 def _mm_per_px(page: Page) -> float:
-    box, axis = _box(page.locator(".wall__track")), _axis(page)
+    box, axis = box_of(page.locator(".wall__track")), _axis(page)
     return (axis["high"] - axis["low"]) / (box["width"] - 104)

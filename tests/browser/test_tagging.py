@@ -9,7 +9,15 @@ from collections.abc import Iterator
 
 import pytest
 from clip_surveys import FRAMES
-from desks import another_tab, delete_observations, expect_frame, expect_saved, observations
+from desks import (
+    another_tab,
+    box_of,
+    click_at,
+    delete_observations,
+    expect_frame,
+    expect_saved,
+    observations,
+)
 from looks import expect_no_fault
 from playwright.sync_api import Page, Route, expect
 from steps import Server, log_in
@@ -188,9 +196,7 @@ def every_field_is_saved_and_the_clock_is_set_by_keys_and_by_drawing(
     desk.get_by_role("button", name="Open the photo").click()
     photo = desk.get_by_role("dialog").get_by_role("img", name=re.compile("Photo of BAB"))
     expect(photo).to_be_visible()
-    shown, mark = photo.bounding_box(), desk.locator(".photo__line circle").bounding_box()
-    assert shown is not None
-    assert mark is not None
+    shown, mark = box_of(photo), box_of(desk.locator(".photo__line circle"))
     for at, size in (("x", "width"), ("y", "height")):
         middle = shown[at] + shown[size] / 2
         assert mark[at] + mark[size] / 2 == pytest.approx(middle, abs=2)
@@ -208,8 +214,7 @@ def every_field_is_saved_and_the_clock_is_set_by_keys_and_by_drawing(
     # Drawn from 3 back to 1 the sector is the short one, 1 to 3.
     face = desk.locator(".dial")
     face.scroll_into_view_if_needed()
-    box = face.bounding_box()
-    assert box is not None
+    box = box_of(face)
     middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     radius = 68 / 198 * box["width"]
     desk.mouse.move(middle[0] + radius, middle[1])
@@ -490,9 +495,7 @@ def a_clicked_tag_gets_the_code_of_the_next_key(
         return sorted(zip((item["code"] or "" for item in made), in_middle, strict=True))
 
     stage = desk.locator(".stage__overlay")
-    box = stage.bounding_box()
-    assert box is not None
-    stage.click(position={"x": 0.4 * box["width"], "y": 0.7 * box["height"]})
+    click_at(stage, 0.4, 0.7)
     desk.keyboard.press("ArrowRight")
     expect_frame(desk, 1)
     desk.keyboard.press("1")
@@ -521,10 +524,8 @@ def below_the_film_the_form_comes_into_sight_and_goes_again_and_a_tag_scrolls_no
         desk.keyboard.press("e")
         expect(code).to_be_focused()
         expect(code).to_be_in_viewport(ratio=1)
-        readout = desk.locator("distance-readout").bounding_box()
-        title = desk.locator(".form__head").bounding_box()
-        assert readout is not None
-        assert title is not None
+        readout = box_of(desk.locator("distance-readout"))
+        title = box_of(desk.locator(".form__head"))
         assert title["y"] >= readout["y"] + readout["height"]
         desk.keyboard.press("Escape")
         expect(desk.locator(".stage")).to_be_in_viewport(ratio=0.7)

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 from builders import half_size
-from desks import drawn_in_3d, expect_frame, expect_read, expect_saved, observations
+from desks import click_at, drawn_in_3d, expect_frame, expect_read, expect_saved, observations
 from playwright.sync_api import Locator, Page, expect
 from steps import Server, export, export_track, log_in, start_inspection, wait_until_done
 
@@ -65,7 +65,7 @@ def test_a_video_becomes_an_exported_inspection(
     page.keyboard.press("1")
     expect(page.locator(".defect")).to_have_count(2)
     _go_to_time(page, 0.7)
-    _click(page.locator(".stage__overlay"), 0.5, 0.4)
+    click_at(page.locator(".stage__overlay"), 0.5, 0.4)
     expect(page.locator(".defect")).to_have_count(3)
     expect_saved(page)
     with drawn_in_3d(page) as other:
@@ -75,7 +75,7 @@ def test_a_video_becomes_an_exported_inspection(
         view = other.locator("viewer-panel iframe")
         _expect_a_picture_in_3d(view)
         other.keyboard.down("Shift")
-        _click(view, 0.4, 0.85)
+        click_at(view, 0.4, 0.85)
         other.keyboard.up("Shift")
         expect(other.locator(".defect")).to_have_count(4)
         expect_saved(other)
@@ -131,12 +131,6 @@ def _expect_a_picture_in_3d(view: Locator) -> None:
     pytest.fail(f"The 3D view has {colours} colours and {yellow} pixels of a robot.")
 
 
-def _click(place: Locator, across: float, down: float) -> None:
-    box = place.bounding_box()
-    assert box is not None
-    place.page.mouse.click(box["x"] + across * box["width"], box["y"] + down * box["height"])
-
-
 def _true_distances_m(path: Path) -> list[float]:
     with path.open(newline="") as file:
         return [float(row["distance_mm"]) / 1000 for row in csv.DictReader(file)]
@@ -154,8 +148,6 @@ def _go_to_time(page: Page, share: float) -> None:
     """To this share of the film, by the time slider."""
     clock = page.locator(".transport__clock")
     before = clock.inner_text()
-    box = page.get_by_label("Time in the video").bounding_box()
-    assert box is not None
-    page.mouse.click(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
+    click_at(page.get_by_label("Time in the video"), share)
     expect(clock).not_to_have_text(before)
     expect(page.locator(".stage__note")).to_be_hidden()

@@ -28,7 +28,7 @@ export async function askWhichHolds(desk, conflict, settled) {
   const { dialog, parts, closed } = openDialog({
     title: t('conflict.title', { name: nameIn(desk, conflict) }),
     size: conflict.mine && conflict.theirs ? 'wide' : 'narrow',
-    content: html`<p class="conflict__intro">${words.intro}
+    content: html`<p>${words.intro}
         <span data-part="who"></span></p>
       ${tableMarkup(rowsOf(conflict, desk.catalogue), conflict)}
       <form method="dialog" class="conflict__foot line-above">

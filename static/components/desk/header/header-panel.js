@@ -44,14 +44,14 @@ export class HeaderPanel extends Component {
     /** @type {Parts<'header/header-panel'>} */
     this.parts = render(
       this,
-      html`<div class="row wrap apart gap-1 below-3 apart below-3" data-part="rigs" data-needs="operator" hidden>
+      html`<div class="row wrap apart gap-1 below-3" data-part="rigs" data-needs="operator" hidden>
           <button type="button" class="button button--small" data-part="rig">${icon('settings')}${t('again.rig_open')}</button>
           <span class="row wrap gap-1 small" role="group" aria-label="${t('again.turn')}"><span class="dim">${t('again.turn')}</span>
             ${TURNS.map(
               (degrees) => html`<button type="button" class="button button--small number" data-turn="${degrees}"
               title="${t('again.turn_help')}">${degrees < 0 ? `−${-degrees}` : degrees}°</button>`,
             )}</span></div>
-        <p class="row wrap apart gap-1 below-3 apart below-3" data-part="ofAsset" hidden><a class="button button--small" data-part="asset">${icon('layers')}${t('assets.history_of')}</a></p>
+        <p class="row wrap apart gap-1 below-3" data-part="ofAsset" hidden><a class="button button--small" data-part="asset">${icon('layers')}${t('assets.history_of')}</a></p>
         <p class="header-panel__state small dim number" role="status" data-part="state"></p>
         <fieldset class="locked" ${!mayEdit() && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
     );

@@ -42,7 +42,7 @@ export class DistanceReadout extends Component {
           <p class="readout__interval nowrap number"><button class="readout__why bare" data-part="why" title="${t('interval.title')}"><span
             data-part="interval"></span> <span class="dim">(95 %)</span>${icon('info')}</button></p>
           <p class="readout__health strong number"><span data-part="sign"></span><span data-part="health"></span></p>
-          <p class="readout__more flow small dim number"><span class="unless-empty" data-part="joint"></span><span class="readout__speed unless-empty" data-part="speed"></span></p>
+          <p class="readout__more flow small dim number"><span class="unless-empty" data-part="joint"></span><span class="unless-empty" data-part="speed"></span></p>
         </div>
         <p class="readout__joints small dim" data-part="joints" hidden><span data-part="jointsText"></span>
           <button class="link" data-part="takeBack" ${!mayEdit() && 'hidden'}>${t('readout.take_back')}</button></p>

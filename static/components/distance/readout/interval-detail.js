@@ -37,7 +37,7 @@ export function budgetMarkup({ distance_u95_m: u95M, parts, taped }) {
           aria-hidden="true"></meter></td></tr>`,
       )}</tbody>
     </table>
-    <p class="budget__advice row at-top strong">${icon('stretch')}<span>${advice(u95M, parts, taped)}</span></p>`;
+    <p class="row at-top strong">${icon('stretch')}<span>${advice(u95M, parts, taped)}</span></p>`;
 }
 
 function advice(u95M, parts, taped) {

@@ -62,7 +62,7 @@ export class StripLog extends Strip {
             </ul>
           </details>
           <p class="strip__legend flow gap-3 dim" aria-hidden="true">
-            <span class="strip__key strip__key--ok">${t('strip.ok')}</span>
+            <span class="strip__key">${t('strip.ok')}</span>
             <span class="strip__key strip__key--weak">${t('strip.weak')}</span>
             <span class="strip__key strip__key--lost">${t('strip.lost')}</span>
           </p>

@@ -18,7 +18,7 @@ export class MeasureBox extends Component {
     /** @type {Parts<'measure/measure-box'>} */
     this.parts = render(
       this,
-      html`<div class="measure__row flow at-bottom">
+      html`<div class="flow at-bottom">
           <label class="field grow"><span class="label">${t('measure.what')}</span>
             <select class="input" data-part="kind">${Object.keys(KINDS).map(
               (kind) => html`<option
@@ -30,7 +30,7 @@ export class MeasureBox extends Component {
         <div class="measure__now stack pad-row" data-part="now" hidden>
           <p class="help" data-part="hint"></p>
           <p class="strong number" role="status" data-part="figure"></p>
-          <div class="measure__row flow at-bottom">
+          <div class="flow at-bottom">
             <button type="button" class="button button--small button--primary" data-part="finish">${icon('check')}${t('measure.finish')}</button>
             <button type="button" class="button button--small" data-part="back">${icon('undo')}${t('measure.back')}</button>
             <button type="button" class="button button--small button--quiet" data-part="cancel">${t('page.cancel')}</button>
