@@ -1,14 +1,24 @@
-"""A folder is deleted with what is written into it meanwhile."""
+"""Files of the data folder are replaced whole, and deleted with what comes meanwhile."""
 
 from __future__ import annotations
 
 import errno
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-from app.storage.folder.files import delete_tree
+from app.storage.folder.files import delete_tree, replace_file
+
+
+def test_a_file_may_be_replaced_by_several_at_once(tmp_path: Path) -> None:
+    path, contents = tmp_path / "film.jpg", [bytes([n]) * 10_000 for n in range(16)]
+    with ThreadPoolExecutor(len(contents)) as pool:
+        for _ in range(20):
+            list(pool.map(lambda content: replace_file(path, content), contents))
+            assert path.read_bytes() in contents
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_file_that_comes_during_the_deletion_goes_too(
