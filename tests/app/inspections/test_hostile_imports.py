@@ -66,8 +66,9 @@ def test_a_report_in_which_all_is_missing_costs_the_server_nothing(is_long: bool
 
 
 def test_a_report_that_needs_more_memory_than_there_is_is_refused_in_a_sentence() -> None:
+    reader = FileReader(Limits(512 * MIB, cpu_s=30, reads=()))
     nested = b'{"schema": "chainage-report/2", "x": [' + b"[]," * (6 * MIB) + b"[]]}"
-    assert "more memory" in refused(nested)
+    assert "more memory" in refused(nested, reader.read)
 
 
 def test_a_report_that_takes_too_long_is_refused_in_a_sentence() -> None:
