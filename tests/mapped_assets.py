@@ -13,7 +13,7 @@ from sqlalchemy import insert
 
 from app.storage.database.database import Database
 from app.storage.database.tables import Base, Inspection, ObservationRow, RegisteredAsset
-from app.survey.folding import folded, spelling
+from app.survey.folding import folded, normalised_id
 
 MADE_AT = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -66,7 +66,8 @@ def fill(
 def registered_row(asset: Registered) -> dict[str, Any]:
     """Values of its row."""
     return {
-        "asset_id": asset.asset, "spelling": spelling(asset.asset), "project": asset.project,
+        "asset_id": asset.asset, "normalised_id": normalised_id(asset.asset),
+        "project": asset.project,
         "header": {}, "line": asset.line, "folded": folded(asset.asset, asset.project),
         "changed_at": MADE_AT, "changed_by": "test",
     }  # fmt: skip

@@ -13,7 +13,7 @@ from app.storage.records.assets import AssetStore, asset_of
 from app.survey import register_table
 from app.survey.fields.declaration import Value
 from app.survey.fields.header import asset_of as asset_id_of
-from app.survey.folding import spelling
+from app.survey.folding import normalised_id
 from app.survey.register import Asset, completed, fields_of, one_line
 from app.survey.register_table import Step, Table, fault_of_id, read_table
 from app.survey.versions import require_version, version_of
@@ -29,15 +29,15 @@ class Import:
     steps: Sequence[Step]
     """Of the rows without faults."""
     alike: Mapping[int, Sequence[str]]
-    """Ids that are other spellings of the new one, by row."""
+    """Ids that are written otherwise than the new one, by row."""
 
 
 @dataclass(frozen=True)
 class Alike:
-    """What is known under an id and its other spellings."""
+    """What is known under all ways of writing an id."""
 
     same: Sequence[str]
-    """Other spellings of the id in the register and of inspected assets."""
+    """Other ways of writing the id in the register and of inspected assets."""
     fields: Mapping[str, Value] | None
     """What a new inspection takes from the register; None if it does not have this id."""
 
@@ -122,14 +122,14 @@ class Register:
         return self._import(table, done)
 
     def alike(self, asset_id: str) -> Alike:
-        """Return the other spellings of an id, and what is registered under it."""
+        """Return the other ways of writing an id, and what is registered under it."""
         wanted = one_line(asset_id)
         if not wanted:
             return Alike((), None)
-        spelt = self._store.spelt_alike([wanted]).get(spelling(wanted), [])
+        alike = self._store.ids_alike([wanted]).get(normalised_id(wanted), [])
         row = self._store.find(wanted)
         fields = None if row is None else fields_of(asset_of(row))
-        return Alike([other for other in spelt if other != wanted], fields)
+        return Alike([other for other in alike if other != wanted], fields)
 
     def completed(self, header: Mapping[str, Any]) -> dict[str, Any]:
         """Return the header of a new inspection, its empty fields filled from the register, and
@@ -143,15 +143,15 @@ class Register:
 
     def _import(self, table: Table, steps: Sequence[Step]) -> Import:
         added = [step for step in steps if step.action == "add"]
-        spelt = self._store.spelt_alike(step.asset.asset_id for step in added)
-        for step in added:  # two new rows of the table may be spelt alike, too
-            ids = spelt.setdefault(spelling(step.asset.asset_id), [])
+        by_id = self._store.ids_alike(step.asset.asset_id for step in added)
+        for step in added:  # two new rows of the table may be alike, too
+            ids = by_id.setdefault(normalised_id(step.asset.asset_id), [])
             if step.asset.asset_id not in ids:
                 ids.append(step.asset.asset_id)
         alike = {
             step.row: others
             for step in added
-            if (others := _others(spelt[spelling(step.asset.asset_id)], step.asset.asset_id))
+            if (others := _others(by_id[normalised_id(step.asset.asset_id)], step.asset.asset_id))
         }
         return Import(table, steps, alike)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import date
 
 from app.storage.index.asset_places import AssetPlaces, RegisteredPlace, SurveyedPlace
-from app.survey.folding import spelling
+from app.survey.folding import normalised_id
 
 MOST_ASSETS = 20_000
 """On one map; of more, the worst."""
@@ -73,7 +73,7 @@ class AssetMaps:
 
     def map_of(self, wanted: WantedAssets) -> AssetMap:
         """Return the map of the wanted assets."""
-        only = None if wanted.asset is None else spelling(wanted.asset)
+        only = None if wanted.asset is None else normalised_id(wanted.asset)
         every = list(assets_of(*self._places.read(only)))
         found = [asset for asset in every if _is_wanted(asset, wanted)]
         placed = sorted((asset for asset in found if asset.line), key=_worst_first)
@@ -101,13 +101,13 @@ def assets_of(
     for survey in surveys:
         by_asset.setdefault(survey.asset, []).append(survey)
     lines = {asset: _newest_line(own) for asset, own in by_asset.items()}
-    alike = {own[0].spelling: lines[asset] for asset, own in by_asset.items() if lines[asset]}
-    alike |= {one.spelling: one.line for one in register if one.line}
+    alike = {own[0].normalised_id: lines[asset] for asset, own in by_asset.items() if lines[asset]}
+    alike |= {one.normalised_id: one.line for one in register if one.line}
     for one in register:
-        line = one.line or lines.get(one.asset) or alike.get(one.spelling, [])
+        line = one.line or lines.get(one.asset) or alike.get(one.normalised_id, [])
         yield _asset(one.asset, one.project, line, by_asset.pop(one.asset, []))
     for asset, own in by_asset.items():
-        yield _asset(asset, None, lines[asset] or alike.get(own[0].spelling, []), own)
+        yield _asset(asset, None, lines[asset] or alike.get(own[0].normalised_id, []), own)
 
 
 def _newest_line(surveys: Sequence[SurveyedPlace]) -> list[list[float]]:

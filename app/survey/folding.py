@@ -6,7 +6,7 @@ import re
 import unicodedata
 
 _MOST_WORDS = 10
-_LONGEST_SPELLING = 200
+_LONGEST_NORMALISED = 200
 _UNSTORABLE = re.compile("[\x00\ud800-\udfff]")
 
 
@@ -19,15 +19,15 @@ def folded(*texts: object) -> str:
     return " ".join(bare.split())
 
 
-def spelling(asset_id: str) -> str:
+def normalised_id(asset_id: str) -> str:
     """Return what all ways of writing an asset's id have in common: CV-01, cv 01 and CV01.
 
-    An id without a letter or digit is its own spelling. A letter may become many ("ﷺ" is 18), so
-    the spelling is cut at 200: a database indexes no longer text.
+    An id without a letter or digit stands for itself. A letter may become many ("ﷺ" is 18), so the
+    normalised id is cut at 200: a database indexes no longer text.
     """
     bare = folded(asset_id)
     found = "".join(letter for letter in bare if letter.isalnum()) or bare
-    return found[:_LONGEST_SPELLING]
+    return found[:_LONGEST_NORMALISED]
 
 
 def words_of(text: str) -> list[str]:

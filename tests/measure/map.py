@@ -27,7 +27,7 @@ from steps import Server, log_in
 from app.storage.database.database import Database
 from app.storage.database.tables import IndexedInspection, Inspection, RegisteredAsset
 from app.storage.index.defect_index import INDEX_VERSION
-from app.survey.folding import folded, spelling
+from app.survey.folding import folded, normalised_id
 from measure.chromium import chromium
 
 FRAMES = 120
@@ -84,7 +84,7 @@ def fill(database: Database, assets: int, inspections: int) -> None:
                 {
                     "inspection_id": inspected[-1]["id"], "index_version": INDEX_VERSION,
                     "revision": 0, "finished_at": MADE_AT, "newest_event": None, "name": name,
-                    "project": project, "asset": name, "asset_spelling": spelling(name),
+                    "project": project, "asset": name, "asset_normalised_id": normalised_id(name),
                     "surveyed_on": date(2020 + year, 1, 1), "folded": folded(name, project),
                     "start_lat": lat, "start_lon": lon, "end_lat": lat + 0.0002,
                     "end_lon": lon + 0.0003, "distance_m": 30.0, "distance_u95_m": 0.1,

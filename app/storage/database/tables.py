@@ -430,8 +430,8 @@ class RegisteredAsset(Base):
 
     asset_id: Mapped[str] = mapped_column(String(200), primary_key=True)
     """As people write it in the header of an inspection."""
-    spelling: Mapped[str] = mapped_column(String(200), index=True)
-    """What all ways of writing it have in common: see `app.survey.folding.spelling`."""
+    normalised_id: Mapped[str] = mapped_column(String(200), index=True)
+    """What all ways of writing it have in common: see `app.survey.folding.normalised_id`."""
     project: Mapped[str | None] = mapped_column(String(200), index=True)
     header: Mapped[dict[str, Any]]
     """Fields of a header that belong to the asset: what a new inspection begins with."""
@@ -470,8 +470,8 @@ class IndexedInspection(Base):
     name: Mapped[str] = mapped_column(String(200))
     project: Mapped[str | None] = mapped_column(Text, index=True)
     asset: Mapped[str | None] = mapped_column(Text, index=True)
-    asset_spelling: Mapped[str | None] = mapped_column(Text, index=True)
-    """Of the asset: see `app.survey.folding.spelling`."""
+    asset_normalised_id: Mapped[str | None] = mapped_column(Text, index=True)
+    """Of the asset: see `app.survey.folding.normalised_id`."""
     surveyed_on: Mapped[date]
     folded: Mapped[str] = mapped_column(Text)
     """Name, project and asset without case and accents."""

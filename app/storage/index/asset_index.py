@@ -36,7 +36,7 @@ from app.storage.index.queries import (
     with_words,
 )
 from app.storage.records.assets import AssetStore
-from app.survey.folding import spelling
+from app.survey.folding import normalised_id
 from app.survey.review import APPROVED
 from app.survey.search_terms import AssetFilter, AssetSort, Page, ProjectFilter, ProjectSort
 
@@ -87,7 +87,7 @@ class AssetIndex(Store):
         query = select(rows).where(*_fitting_assets(rows.c.asset, wanted))
         order = (unknown_last(_column_of(rows, page.sort), page), rows.c.asset)
         total, found = a_page(session, query, order, page)
-        alike = AssetStore(self.database).spelt_alike(row[0] for row in found)
+        alike = AssetStore(self.database).ids_alike(row[0] for row in found)
         return total, [Asset(*(*row, _others(alike, row[0]))) for row in found]
 
     @reading
@@ -111,7 +111,7 @@ class AssetIndex(Store):
 
     def also_written(self, asset: str) -> tuple[str, ...]:
         """Return other ids with the same letters and digits: probably the same asset."""
-        return _others(AssetStore(self.database).spelt_alike([asset]), asset)
+        return _others(AssetStore(self.database).ids_alike([asset]), asset)
 
     @reading
     def inspections_of(
@@ -279,5 +279,5 @@ def _projects_with_words(project: ColumnElement[Any], text: str) -> Iterator[Col
 
 
 def _others(alike: Mapping[str, Sequence[str]], asset: str) -> tuple[str, ...]:
-    """Return the other ids that are spelled like this one, of all ids by spelling."""
-    return tuple(other for other in alike.get(spelling(asset), ()) if other != asset)
+    """Return the other ids that are spelled like this one, of all ids by normalised id."""
+    return tuple(other for other in alike.get(normalised_id(asset), ()) if other != asset)

@@ -17,7 +17,7 @@ class RegisteredPlace(NamedTuple):
     """An asset of the register."""
 
     asset: str
-    spelling: str
+    normalised_id: str
     project: str | None
     line: list[list[float]]
     """Longitude and latitude in degrees from start to end; may be empty."""
@@ -27,7 +27,7 @@ class SurveyedPlace(NamedTuple):
     """What an inspection says of its asset."""
 
     asset: str
-    spelling: str
+    normalised_id: str
     project: str | None
     has_run: bool
     surveyed_on: date
@@ -49,24 +49,24 @@ class AssetPlaces(Store):
 
     @reading
     def read(
-        self, session: Session, spelling: str | None
+        self, session: Session, normalised_id: str | None
     ) -> tuple[list[RegisteredPlace], list[SurveyedPlace]]:
         """Return the register by id, and the inspections from the oldest to the newest; those that
         were not tracked yet come before all others.
 
         Args:
-            spelling: Of the only assets that are wanted; None for all.
+            normalised_id: Of the only assets that are wanted; None for all.
         """
         registered = select(
             RegisteredAsset.asset_id,
-            RegisteredAsset.spelling,
+            RegisteredAsset.normalised_id,
             RegisteredAsset.project,
             RegisteredAsset.line,
         ).order_by(RegisteredAsset.asset_id)
         surveyed = (
             select(
                 IndexedInspection.asset,
-                IndexedInspection.asset_spelling,
+                IndexedInspection.asset_normalised_id,
                 IndexedInspection.project,
                 HAS_RUN,
                 IndexedInspection.surveyed_on,
@@ -77,12 +77,12 @@ class AssetPlaces(Store):
                 IndexedInspection.end_lat,
             )
             .join(Inspection, Inspection.id == IndexedInspection.inspection_id)
-            .where(IndexedInspection.asset_spelling.is_not(None))
+            .where(IndexedInspection.asset_normalised_id.is_not(None))
             .order_by(*NEWEST_LAST, Inspection.created_at)
         )
-        if spelling is not None:
-            registered = registered.where(RegisteredAsset.spelling == spelling)
-            surveyed = surveyed.where(IndexedInspection.asset_spelling == spelling)
+        if normalised_id is not None:
+            registered = registered.where(RegisteredAsset.normalised_id == normalised_id)
+            surveyed = surveyed.where(IndexedInspection.asset_normalised_id == normalised_id)
         return (
             [RegisteredPlace._make(row) for row in session.execute(registered)],
             [SurveyedPlace._make(row) for row in session.execute(surveyed)],

@@ -33,7 +33,7 @@ from app.storage.index.queries import (
 )
 from app.survey.defects import NO_DEFECTS, is_defect, part_of
 from app.survey.film_quality import PROBLEMS
-from app.survey.folding import folded, spelling
+from app.survey.folding import folded, normalised_id
 from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
 from app.survey.tag import Tag
 
@@ -111,7 +111,7 @@ class DefectIndex(Store):
         for name, value in asdict(token).items():
             setattr(inspection, name, value)
         inspection.index_version = INDEX_VERSION
-        inspection.asset_spelling = inspection.asset and spelling(inspection.asset)
+        inspection.asset_normalised_id = inspection.asset and normalised_id(inspection.asset)
         inspection.folded = folded(inspection.name, inspection.project, inspection.asset)
         severities = [d.severity for d in defects if d.severity is not None]
         inspection.worst_severity = max(severities, default=None)

@@ -15,7 +15,7 @@ from app.storage.database.database import batches
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import IndexedInspection, RegisteredAsset
 from app.storage.index.queries import a_page, with_words
-from app.survey.folding import folded, spelling
+from app.survey.folding import folded, normalised_id
 from app.survey.register import Asset, texts_of
 from app.survey.register_table import Stated, Step, steps
 from app.survey.search_terms import Page
@@ -116,21 +116,21 @@ class AssetStore(Store):
         raise Busy("Others keep changing the register; import the table again in a moment.")
 
     @reading
-    def spelt_alike(self, session: Session, asset_ids: Iterable[str]) -> dict[str, list[str]]:
-        """Return the ids in the register, and of inspected assets, that have one of the spellings
-        of these ids, by spelling.
+    def ids_alike(self, session: Session, asset_ids: Iterable[str]) -> dict[str, list[str]]:
+        """Return the ids in the register, and of inspected assets, that have the normalised id
+        of one of these, by normalised id.
         """
         found: dict[str, list[str]] = {}
-        for some in batches({spelling(asset_id) for asset_id in asset_ids}):
-            known = select(RegisteredAsset.spelling, RegisteredAsset.asset_id).where(
-                RegisteredAsset.spelling.in_(some)
+        for some in batches({normalised_id(asset_id) for asset_id in asset_ids}):
+            known = select(RegisteredAsset.normalised_id, RegisteredAsset.asset_id).where(
+                RegisteredAsset.normalised_id.in_(some)
             )
-            inspected = select(IndexedInspection.asset_spelling, IndexedInspection.asset).where(
-                IndexedInspection.asset_spelling.in_(some)
-            )
+            inspected = select(
+                IndexedInspection.asset_normalised_id, IndexedInspection.asset
+            ).where(IndexedInspection.asset_normalised_id.in_(some))
             both: Executable = union(known, inspected).order_by("asset_id")
-            for spelt, asset_id in session.execute(both):
-                found.setdefault(spelt, []).append(asset_id)
+            for normalised, asset_id in session.execute(both):
+                found.setdefault(normalised, []).append(asset_id)
         return found
 
 
@@ -141,14 +141,14 @@ def asset_of(row: RegisteredAsset) -> Asset:
 
 
 def _columns(asset: Asset, who: str, now: datetime) -> dict[str, Any]:
-    spelt = spelling(asset.asset_id)
+    normalised = normalised_id(asset.asset_id)
     return {
         "asset_id": asset.asset_id,
-        "spelling": spelt,
+        "normalised_id": normalised,
         "project": asset.project,
         "header": dict(asset.header),
         "line": [list(point) for point in asset.line],
-        "folded": folded(spelt, *texts_of(asset)),
+        "folded": folded(normalised, *texts_of(asset)),
         "changed_at": now,
         "changed_by": who,
     }

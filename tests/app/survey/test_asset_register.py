@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.errors import InvalidTable
-from app.survey.folding import spelling
+from app.survey.folding import normalised_id
 from app.survey.register import Asset, InvalidLine, completed, line_of, registered, wkt_of
 from app.survey.register_table import (
     MOST_ROWS,
@@ -161,12 +161,12 @@ def test_fields_that_belong_together_are_not_mixed() -> None:
 
 
 @pytest.mark.parametrize(
-    ("written_as", "spelt"),
+    ("written_as", "expected"),
     [("CV-01", "cv01"), ("cv 01", "cv01"), ("Cülvert/7", "culvert7"), ("--", "--"), ("٣", "٣")],
 )
-def test_all_ways_of_writing_an_id_have_one_spelling(written_as: str, spelt: str) -> None:
-    assert spelling(written_as) == spelt
+def test_all_ways_of_writing_an_id_have_one_normalised_id(written_as: str, expected: str) -> None:
+    assert normalised_id(written_as) == expected
 
 
 def test_a_spelling_fits_into_its_column_whatever_its_letters_become() -> None:
-    assert len(spelling(200 * "ﷺ")) == 200
+    assert len(normalised_id(200 * "ﷺ")) == 200

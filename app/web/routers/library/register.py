@@ -64,7 +64,7 @@ def like(
     register: Service[Register],
     asset_id: Annotated[str, Query(max_length=20_000, pattern=LINE)],
 ) -> AlikeOut:
-    """Return the other spellings of an id, and what the register holds under it."""
+    """Return the other ways of writing an id, and what the register holds under it."""
     return AlikeOut.model_validate(register.alike(asset_id))
 
 

@@ -92,7 +92,7 @@ class RegisterOut(BaseModel):
 
 
 class AlikeOut(Out):
-    """What is known under an id and its other spellings."""
+    """What is known under all ways of writing an id."""
 
     same: list[str]
     """Ids of the register and of inspected assets that differ only in case, spaces and signs."""
@@ -116,7 +116,7 @@ class ImportWarningOut(BaseModel):
     row: int
     asset_id: str
     same: list[str]
-    """Other spellings of the id."""
+    """Other ways of writing the id."""
 
 
 class ImportRowOut(BaseModel):

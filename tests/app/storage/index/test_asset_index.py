@@ -27,7 +27,7 @@ from app.storage.index.defect_index import DefectIndex
 from app.storage.index.inspection_list import InspectionList
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.labels import LabelStore
-from app.survey.folding import folded, spelling
+from app.survey.folding import folded, normalised_id
 from app.survey.search_terms import AssetFilter, InspectionFilter, Page, ProjectFilter
 
 pytestmark = ON_BOTH
@@ -74,7 +74,7 @@ class Archive:
 
     def register(self, asset: str, project: str | None = None) -> None:
         row = RegisteredAsset(
-            asset_id=asset, spelling=spelling(asset), project=project, header={}, line=[],
+            asset_id=asset, normalised_id=normalised_id(asset), project=project, header={}, line=[],
             folded=folded(asset, project), changed_at=NOW, changed_by="test",
         )  # fmt: skip
 

@@ -49,7 +49,7 @@ def upgrade() -> None:
     op.create_table(
         "assets",
         sa.Column("asset_id", sa.String(200), nullable=False),
-        sa.Column("spelling", sa.String(200), nullable=False),
+        sa.Column("normalised_id", sa.String(200), nullable=False),
         sa.Column("project", sa.String(200)),
         sa.Column("header", sa.JSON(), nullable=False),
         sa.Column("line", sa.JSON(), nullable=False),
@@ -59,7 +59,7 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("asset_id"),
     )
     op.create_index("ix_assets_project", "assets", ["project"])
-    op.create_index("ix_assets_spelling", "assets", ["spelling"])
+    op.create_index("ix_assets_normalised_id", "assets", ["normalised_id"])
     op.create_table(
         "code_packs",
         sa.Column("id", sa.String(32), nullable=False),
@@ -218,7 +218,7 @@ def upgrade() -> None:
         sa.Column("name", sa.String(200), nullable=False),
         sa.Column("project", sa.Text()),
         sa.Column("asset", sa.Text()),
-        sa.Column("asset_spelling", sa.Text()),
+        sa.Column("asset_normalised_id", sa.Text()),
         sa.Column("surveyed_on", sa.Date(), nullable=False),
         sa.Column("folded", sa.Text(), nullable=False),
         sa.Column("start_lat", sa.Float()),
@@ -242,7 +242,7 @@ def upgrade() -> None:
     )
     op.create_index("ix_indexed_inspections_asset", "indexed_inspections", ["asset"])
     op.create_index(
-        "ix_indexed_inspections_asset_spelling", "indexed_inspections", ["asset_spelling"]
+        "ix_indexed_inspections_asset_normalised_id", "indexed_inspections", ["asset_normalised_id"]
     )
     op.create_index("ix_indexed_inspections_project", "indexed_inspections", ["project"])
     op.create_table(
