@@ -64,10 +64,7 @@ function writeAddress({ selection, observations }) {
   history.replaceState(null, '', isThere ? linkTo({ defect: selection.value }) : location.pathname);
 }
 
-/**
- * Returns a function that finds the frame of an address, null while it is not tracked; null without a
- * place.
- */
+/** Returns a function that finds the frame of an address, null while it is not tracked; null without a place. */
 function placeIn(address, desk) {
   const number = (name) => {
     const value = Number(address.get(name) ?? NaN);

@@ -1,6 +1,4 @@
-/**
- * The end of a survey: how it ended, the closure, open stretches and issues; for live runs and past ones.
- */
+/** The end of a survey: how it ended, the closure, open stretches and issues; for live runs and past ones. */
 
 import { refusalIn } from '../../../core/server/api.js';
 import { SIGMA_MM, knownLength, withKnownLength } from '../../../core/survey/corrections.js';

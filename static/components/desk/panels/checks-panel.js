@@ -1,7 +1,4 @@
-/**
- * The issues that stand against a report, blocking ones first; each has a button that leads to the place to
- * fix it.
- */
+/** The issues that stand against a report, blocking ones first; each has a button that leads to the place to fix it. */
 
 import { html, render, renderNew } from '../../../core/page/html.js';
 import { lostRuns } from '../../../core/survey/lost.js';

@@ -64,10 +64,7 @@ export function paintHair(context, styles, x, top, bottom) {
   context.stroke();
 }
 
-/**
- * Draws the mark of an observation, with a ring around the selected one.
- * @param {number} size of the mark
- */
+/** Draws the mark of an observation, with a ring around the selected one. @param {number} size of the mark */
 export function paintMark(context, styles, { severity }, x, y, size, isSelected) {
   if (isSelected) {
     context.strokeStyle = styles.getPropertyValue('--accent');

@@ -1,6 +1,4 @@
-/**
- * The run as lanes along its distance: defects, joints, quality, speed and more, with the play head.
- */
+/** The run as lanes along its distance: defects, joints, quality, speed and more, with the play head. */
 
 import { deviations } from '../../../core/survey/counter.js';
 import { COMPLAINTS, USUAL_LIMIT_M_PER_MIN, namesOf } from '../../../core/survey/health.js';

@@ -48,9 +48,7 @@ export class Marks {
     return [...shown.values()];
   }
 
-  /**
-   * Returns the wall point of an observation, or null without a pixel or before its frame is tracked.
-   */
+  /** Returns the wall point of an observation, or null without a pixel or before its frame is tracked. */
   #wallPoint(item) {
     const { track, wall } = this.#desk;
     if (track.generation !== this.#generation) {

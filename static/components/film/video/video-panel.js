@@ -213,9 +213,7 @@ export class VideoPanel extends Component {
     this.repaint();
   }
 
-  /**
-   * Requests the tracked frame nearest to the wanted one: the last live picture can be ahead of the track.
-   */
+  /** Requests the tracked frame nearest to the wanted one: the last live picture can be ahead of the track. */
   #ask(frame) {
     const tracked = Math.min(Math.max(frame, 0), this.desk.track.length - 1);
     this.#wish(() => this.#player.seek(tracked));

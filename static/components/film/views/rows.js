@@ -1,6 +1,4 @@
-/**
- * Maps the arc of the wall to rows of a strip: the whole circle of a pipe, or the whole width of a floor.
- */
+/** Maps the arc of the wall to rows of a strip: the whole circle of a pipe, or the whole width of a floor. */
 
 const RADIANS = Math.PI / 180;
 
