@@ -5,6 +5,7 @@ import { count } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { column, orDash } from '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
+import { message } from '../../shared/message/message.js';
 
 /** Key of the folder that was looked through last. */
 export const REMEMBERED_FOLDER = 'chainage.archive-folder';
@@ -38,5 +39,5 @@ export function additionSummary({ found, new: added, known, films, warnings = []
   const bare = films.filter(({ rig_name: rig, name }) => rig === null && name !== null).length;
   return html`<p><b>${t('add.summary', { n: found, found: count(found), added: count(added), known: count(known) })}</b>
       ${bare > 0 && t('add.without_rig', { n: bare, count: count(bare) })}</p>
-    ${warnings.map((text) => html`<p class="message message--warning">${icon('alert')}<span>${text}</span></p>`)}`;
+    ${warnings.map((text) => message('warning', text))}`;
 }

@@ -5,6 +5,7 @@ import { may } from '../../../core/page/rights.js';
 import { bytes, count, duration } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
+import { message } from '../../shared/message/message.js';
 import { FILM_STATES, statusSign } from '../../shared/status-chip/status-chip.js';
 
 /**
@@ -31,8 +32,8 @@ export function progressMarkup(
         html`<li><button class="button button--small chip--${state}" data-go="${state}">${statusSign(state)}${wordFor('status', state)} <b class="number">${count(states[state])}</b></button></li>`,
     )}</ul>
     ${intake.name && html`<p class="dim number">${t('archive.intake', { name: intake.name, done: bytes(intake.bytes_done), all: bytes(intake.bytes_total) })}</p>`}
-    ${engine.problem && html`<p class="message message--error">${icon('alert')}<span>${engine.problem}</span></p>`}
-    ${intake.hindrance && html`<p class="message message--warning">${icon('alert')}<span>${intake.hindrance}</span></p>`}`;
+    ${engine.problem && message('error', engine.problem)}
+    ${intake.hindrance && message('warning', intake.hindrance)}`;
 }
 
 const fact = (title, value) => html`<div><dt>${title}</dt><dd class="number">${value}</dd></div>`;

@@ -61,9 +61,8 @@ export class Card {
   }
 }
 
-const assetMarkup = (
-  asset,
-) => html`<a class="map-card__name strong breaks" href="${assetPath(asset.asset)}">${asset.asset}</a>
+function assetMarkup(asset) {
+  return html`<a class="map-card__name strong breaks" href="${assetPath(asset.asset)}">${asset.asset}</a>
   ${asset.project && html`<p class="dim">${asset.project}</p>`}
   <p class="map-card__grade">${severityMark(asset.worst_severity)}<b>${asset.worst_severity ?? ''}</b> ${gradeWord(asset)}</p>
   ${
@@ -71,12 +70,11 @@ const assetMarkup = (
     html`<p class="number">${t('map.surveyed', { day: day(asset.last_at) })}</p>
     <p class="number">${t('map.inspections', { n: asset.inspections, count: count(asset.inspections) })}</p>`
   }`;
+}
 
 /** A cluster that is kept is one that no zoom takes apart: its assets are named. */
-const clusterMarkup = (
-  places,
-  isKept,
-) => html`<b>${t('map.assets', { n: places.length, count: count(places.length) })}</b>
+function clusterMarkup(places, isKept) {
+  return html`<b>${t('map.assets', { n: places.length, count: count(places.length) })}</b>
   ${
     isKept
       ? html`<p class="dim">${t('map.one_place')}</p><ul class="map-card__names">${places
@@ -88,3 +86,4 @@ const clusterMarkup = (
       : html`<p class="map-card__grade">${severityMark(places[0].asset.worst_severity)} ${t('map.worst', { word: gradeWord(places[0].asset) })}</p>
       <p class="dim">${t('map.come_closer')}</p>`
   }`;
+}

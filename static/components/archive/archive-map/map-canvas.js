@@ -54,7 +54,7 @@ export class MapCanvas extends Component {
     this.parts = render(
       this,
       html`<div class="map__sheet" data-part="sheet" tabindex="0" role="application" aria-label="${t('map.label')}" aria-describedby="map-keys">
-        <canvas data-part="ground"></canvas><canvas data-part="above"></canvas></div>
+        <canvas class="covers" data-part="ground"></canvas><canvas class="covers" data-part="above"></canvas></div>
         <p class="visually-hidden" id="map-keys">${t('map.keys')}</p>`,
     );
     const { sheet } = this.parts;

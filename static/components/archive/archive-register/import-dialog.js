@@ -148,10 +148,8 @@ function resultMarkup({ added, changed, same, faulty, faults, warnings, rows, ig
     }`;
 }
 
-const tableMarkup = (
-  title,
-  heads,
-  rows,
-) => html`<div class="register__rows framed" tabindex="0" role="region" aria-label="${title}"><table class="plain-table full">
+function tableMarkup(title, heads, rows) {
+  return html`<div class="register__rows framed" tabindex="0" role="region" aria-label="${title}"><table class="plain-table full">
   <thead><tr><th scope="col">${t('register.row')}</th>${heads.map((head) => html`<th scope="col">${head}</th>`)}</tr></thead>
   <tbody>${rows.map(([row, ...cells]) => html`<tr><td class="number">${row}</td>${cells.map((cell) => html`<td>${cell}</td>`)}</tr>`)}</tbody></table></div>`;
+}

@@ -8,6 +8,7 @@ import { Component } from '../../../core/page/store.js';
 import { errorText, t } from '../../../core/page/words.js';
 import { archivePage, showFault, showOvertaken } from '../archive-shell/archive-shell.js';
 import { icon } from '../../shared/icon/icon.js';
+import { message } from '../../shared/message/message.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
 import { askRig } from './rig-dialog.js';
 import { fieldOf, ruleCard, valueOf, writeHeader } from './rule-card.js';
@@ -254,10 +255,7 @@ export class ArchiveRules extends Component {
       first ??= input;
     }
     const all = [...(first ? [t('rules.faults')] : []), ...(rest.length ? rest : [])];
-    render(
-      this.parts.faults,
-      html`<p class="message message--error">${icon('alert')}<span>${first || rest.length ? all.join(' ') : errorText(error)}</span></p>`,
-    );
+    render(this.parts.faults, message('error', first || rest.length ? all.join(' ') : errorText(error)));
     first?.focus();
   }
 

@@ -62,14 +62,10 @@ function headerMarkup(header, i, fields) {
         ${free.map(({ name }) => html`<option value="${name}">${wordFor('header', name) ?? name}</option>`)}</select></div></fieldset>`;
 }
 
-const field = (
-  i,
-  name,
-  title,
-  control,
-  help,
-) => html`<div class="field"><label for="rule-${i}-${name}">${title}</label>${control}
+function field(i, name, title, control, help) {
+  return html`<div class="field"><label for="rule-${i}-${name}">${title}</label>${control}
   <span class="fault" id="rule-${i}-${name}-fault"></span>${help && html`<span class="help" id="rule-${i}-${name}-help">${help}</span>`}</div>`;
+}
 
 /** Returns the value of a field for the API; null: it is left out. */
 export function valueOf(name, input) {

@@ -7,7 +7,7 @@ import { errorText, t } from '../../../core/page/words.js';
 import { REMEMBERED_FOLDER, additionColumns, additionSummary } from '../archive-add/additions.js';
 import '../../shared/data-table/data-table.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
-import { icon } from '../../shared/icon/icon.js';
+import { message } from '../../shared/message/message.js';
 
 const SHOWN = 100;
 
@@ -41,10 +41,7 @@ export function tryRules(rules, signal) {
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       parts.table.hidden = true;
-      render(
-        parts.result,
-        html`<p class="message message--error">${icon('alert')}<span>${errorText(error)}</span></p>`,
-      );
+      render(parts.result, message('error', errorText(error)));
     }
   });
 }

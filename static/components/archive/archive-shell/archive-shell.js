@@ -3,6 +3,7 @@
 import { html, render } from '../../../core/page/html.js';
 import { errorText, t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
+import { message } from '../../shared/message/message.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
 import { topBar } from '../../shared/top-bar/top-bar.js';
 
@@ -50,7 +51,7 @@ export function showFault(element, error, { isAskedAgain = true } = {}) {
   if (!error) return render(element, html``);
   const reason = errorText(error);
   const text = isAskedAgain && error.isTemporary ? t('page.trying_again', { reason }) : reason;
-  return render(element, html`<p class="message message--error">${icon('alert')}<span>${text}</span></p>`);
+  return render(element, message('error', text));
 }
 
 /**

@@ -9,6 +9,7 @@ import { showFault } from '../archive-shell/archive-shell.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
 import { GROUPS, deliveryChoices, formatOf } from '../../reports/export-dialog/formats.js';
 import { icon } from '../../shared/icon/icon.js';
+import { message } from '../../shared/message/message.js';
 
 /** @type {import('../../reports/export-dialog/formats.js').Format['extras']} */
 const EXTRAS = ['burnt_in', 'clips', 'film', 'csv_german', 'photos'];
@@ -169,7 +170,7 @@ class BulkExport {
     choice.hidden = make.hidden = false;
     formats.disabled = false;
     this.#showChoice();
-    render(fault, html`<p class="message message--error">${icon('alert')}<span>${reason}</span></p>`);
+    render(fault, message('error', reason));
     make.focus();
   }
 }

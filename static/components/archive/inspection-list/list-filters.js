@@ -108,13 +108,10 @@ export class ListFilters extends Component {
   }
 }
 
-const choice = (
-  name,
-  title,
-  any,
-  options,
-) => html`<div class="field"><label class="visually-hidden" for="find-${name}">${title}</label>
+function choice(name, title, any, options) {
+  return html`<div class="field"><label class="visually-hidden" for="find-${name}">${title}</label>
   <select class="input" id="find-${name}" data-part="${name}"><option value="">${any}</option>
     ${options.map(([value, text]) => html`<option value="${value}">${text}</option>`)}</select></div>`;
+}
 
 customElements.define('list-filters', ListFilters);

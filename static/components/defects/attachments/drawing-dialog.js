@@ -34,6 +34,7 @@ export async function openDrawing(photo, video, title) {
     content: markup(photo, square),
   });
   parts.picture.style.setProperty('--aspect', square.width / square.height);
+  for (const { value, parentElement } of parts.tools.elements.colour) parentElement.style.background = COLOURS[value];
   const pad = new Pad(parts, photo.strokes, square);
   parts.canvas.focus();
   parts.done.addEventListener('click', () => parts.done.closest('dialog').close());
@@ -177,7 +178,7 @@ const markup = ({ url }, { width, height }) => html`<form class="row wrap" data-
         (
           colour,
           i,
-        ) => html`<label class="drawing__colour drawing__colour--${colour}" title="${wordFor('attach.colour', colour)}"><input type="radio"
+        ) => html`<label class="drawing__colour" title="${wordFor('attach.colour', colour)}"><input type="radio"
         name="colour" value="${colour}" aria-label="${wordFor('attach.colour', colour)}" ${i === 0 && 'checked'} /></label>`,
       )}</fieldset>
     <input class="input drawing__text" name="text" maxlength="200" autocomplete="off" aria-label="${t('attach.text')}" placeholder="${t('attach.text')}" />

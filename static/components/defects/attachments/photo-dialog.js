@@ -121,21 +121,15 @@ class PhotoDialog {
   }
 }
 
-const tool = (
-  what,
-  sign,
-  label,
-  isOff = false,
-) => html`<button type="button" class="button button--small" data-do="${what}"
+function tool(what, sign, label, isOff = false) {
+  return html`<button type="button" class="button button--small" data-do="${what}"
   ${(isOff || !mayEdit()) && 'disabled'}>${icon(sign)}${label}</button>`;
+}
 
-const step = (
-  what,
-  sign,
-  label,
-  isOff,
-) => html`<button type="button" class="button button--small button--icon" data-do="${what}"
+function step(what, sign, label, isOff) {
+  return html`<button type="button" class="button button--small button--icon" data-do="${what}"
   title="${label}" aria-label="${label}" ${isOff && 'disabled'}>${icon(sign)}</button>`;
+}
 
 function markup(desk, item, photos, at, title, isBurntIn) {
   const { video } = desk.inspection.value;

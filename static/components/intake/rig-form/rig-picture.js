@@ -13,6 +13,7 @@ import { Component } from '../../../core/page/store.js';
 import { speed } from '../../../core/wall/units.js';
 import { errorText, t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
+import { message } from '../../shared/message/message.js';
 
 /** The judgement takes the server some tenths of a second, so it waits for a rest in the typing. */
 const REST_MS = 400;
@@ -108,10 +109,7 @@ export class RigPicture extends Component {
       if (!refusalIn(error)) return;
       if (rig !== this.#rig) return;
       this.#clear();
-      render(
-        this.parts.said,
-        html`<p class="message message--error">${icon('alert')}<span>${errorText(error)}</span></p>`,
-      );
+      render(this.parts.said, message('error', errorText(error)));
     }
   }
 

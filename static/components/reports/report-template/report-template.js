@@ -18,6 +18,7 @@ import { date } from '../../../core/wall/units.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
 import { archivePage, showFault, showOvertaken } from '../../archive/archive-shell/archive-shell.js';
 import { icon } from '../../shared/icon/icon.js';
+import { message } from '../../shared/message/message.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
 import { MOST_BLOCKS, addBlock, blockTitles, faultyIn, followBlocks, showBlocks } from './blocks.js';
 import { logoAddress, logoOf } from './logo.js';
@@ -206,7 +207,7 @@ export class ReportTemplate extends Component {
   }
 
   #refuse(text) {
-    render(this.parts.refused, html`<p class="message message--error">${icon('alert')}<span>${text}</span></p>`);
+    render(this.parts.refused, message('error', text));
   }
 
   /** Goes back to the template of all others, or to the defaults; what was stored and what was typed can be brought back. */
@@ -303,12 +304,10 @@ function formMarkup() {
       <button type="button" class="button" data-part="add" data-needs="operator">${icon('plus')}${t('report_template.block_add')}</button></section>`;
 }
 
-const titled = (
-  name,
-  control,
-  help,
-) => html`<div class="field"><label for="template-${name}">${wordFor('report_template.field', name)}</label>${control}
+function titled(name, control, help) {
+  return html`<div class="field"><label for="template-${name}">${wordFor('report_template.field', name)}</label>${control}
   ${help && html`<span class="help" id="template-${name}-help">${help}</span>`}</div>`;
+}
 
 const described = (name, help) => help && html`aria-describedby="template-${name}-help"`;
 
