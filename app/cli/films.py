@@ -45,13 +45,11 @@ def track(
         Path | None,
         typer.Option(
             help="Take the intrinsics from this file instead of the rig's: ROS camera_info, "
-            "Kalibr camchain or OpenCV FileStorage.",
-            show_default=False,
+            "Kalibr camchain or OpenCV FileStorage."
         ),
     ] = None,
     joints: Annotated[
-        Path | None,
-        typer.Option(help="Write the detected joints to this file.", show_default=False),
+        Path | None, typer.Option(help="Write the detected joints to this file.")
     ] = None,
 ) -> None:
     """Measure the pose of the camera in every frame of a video."""
@@ -104,22 +102,17 @@ def counter(
             metavar="U,V,W,H",
             help="Where the counter stands: left, top, width and height of a part of the picture, "
             "in pixels. Without it, the counter is found.",
-            show_default=False,
         ),
     ] = None,
     track: Annotated[
-        Path | None,
-        typer.Option(
-            help="Compare the readings with this track.csv of the film.", show_default=False
-        ),
+        Path | None, typer.Option(help="Compare the readings with this track.csv of the film.")
     ] = None,
     unit: Annotated[
         Literal["m", "ft"] | None,
-        typer.Option(help="Unit of a counter that shows none; for --track.", show_default=False),
+        typer.Option(help="Unit of a counter that shows none; for --track."),
     ] = None,
     comparison: Annotated[
-        Path | None,
-        typer.Option(help="Write the comparison with --track here, JSON.", show_default=False),
+        Path | None, typer.Option(help="Write the comparison with --track here, JSON.")
     ] = None,
 ) -> None:
     """Read the burnt-in distance counter of a film in every frame."""
@@ -219,15 +212,13 @@ def correct(
     joints: Annotated[
         Path | None,
         typer.Option(
-            help="Joints as `chainage track --joints` wrote them; the rig states their spacing.",
-            show_default=False,
+            help="Joints as `chainage track --joints` wrote them; the rig states their spacing."
         ),
     ] = None,
     rig: Annotated[
         Path | None,
         typer.Option(
-            help="Rig file with which the track was made; with it the height is reported too.",
-            show_default=False,
+            help="Rig file with which the track was made; with it the height is reported too."
         ),
     ] = None,
     height_sigma_mm: Annotated[

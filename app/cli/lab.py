@@ -43,7 +43,6 @@ def simulate(
         typer.Option(
             min=1,
             help="Draw lens, mount and wall of a forward scenario at random, as `bench` does.",
-            show_default=False,
         ),
     ] = None,
 ) -> None:
@@ -120,12 +119,9 @@ def evaluate(
 def calibrate(
     out: Annotated[Path, typer.Option(help="Rig file, or its camera part, to write.")],
     images: Annotated[
-        list[Path] | None,
-        typer.Argument(help="Pictures of the board, 10 or more.", show_default=False),
+        list[Path] | None, typer.Argument(help="Pictures of the board, 10 or more.")
     ] = None,
-    board: Annotated[
-        BoardKind | None, typer.Option(help="Pattern of the board.", show_default=False)
-    ] = None,
+    board: Annotated[BoardKind | None, typer.Option(help="Pattern of the board.")] = None,
     columns: Annotated[
         int | None,
         typer.Option(
@@ -133,50 +129,32 @@ def calibrate(
             max=40,
             help="ChArUco: squares along a row. Checkerboard: inner corners along a row; the "
             "number of its squares is accepted too.",
-            show_default=False,
         ),
     ] = None,
     rows: Annotated[
-        int | None,
-        typer.Option(min=4, max=40, help="Squares or corners along a column.", show_default=False),
+        int | None, typer.Option(min=4, max=40, help="Squares or corners along a column.")
     ] = None,
-    square_mm: Annotated[
-        float | None, typer.Option(min=0.1, help="Side of a square.", show_default=False)
-    ] = None,
-    marker_mm: Annotated[
-        float | None, typer.Option(help="Side of a marker; ChArUco only.", show_default=False)
-    ] = None,
+    square_mm: Annotated[float | None, typer.Option(min=0.1, help="Side of a square.")] = None,
+    marker_mm: Annotated[float | None, typer.Option(help="Side of a marker; ChArUco only.")] = None,
     model: Annotated[
         Literal["pinhole", "fisheye"], typer.Option(help="Lens; with a board only.")
     ] = "pinhole",
     rig: Annotated[
-        Path | None,
-        typer.Option(
-            help="Write a whole rig file, with mount and pipe from this one.", show_default=False
-        ),
+        Path | None, typer.Option(help="Write a whole rig file, with mount and pipe from this one.")
     ] = None,
     from_video: Annotated[
         Path | None,
         typer.Option(
             metavar="VIDEO",
             help="Instead make a rig from a film of a camera that looks along the pipe.",
-            show_default=False,
         ),
     ] = None,
     diameter_mm: Annotated[
-        float | None,
-        typer.Option(
-            min=50, max=20_000, help="Inner diameter of the film's pipe.", show_default=False
-        ),
+        float | None, typer.Option(min=50, max=20_000, help="Inner diameter of the film's pipe.")
     ] = None,
     segment_mm: Annotated[
         float | None,
-        typer.Option(
-            min=100,
-            max=20_000,
-            help="Distance from joint to joint in the film's pipe.",
-            show_default=False,
-        ),
+        typer.Option(min=100, max=20_000, help="Distance from joint to joint in the film's pipe."),
     ] = None,
     length_m: Annotated[
         float | None,
@@ -184,14 +162,12 @@ def calibrate(
             min=0.1,
             max=100_000,
             help="Inspected length: from the film's first frame to the furthest place.",
-            show_default=False,
         ),
     ] = None,
     report: Annotated[
         Path | None,
         typer.Option(
-            help="Draw coverage and residuals here; of a film, the wall's grid at five places.",
-            show_default=False,
+            help="Draw coverage and residuals here; of a film, the wall's grid at five places."
         ),
     ] = None,
 ) -> None:
@@ -318,10 +294,7 @@ def advise(
     frame_rate: Annotated[float, typer.Option(min=0.1, help="Frames per second.")] = 30.0,
     plot: Annotated[
         Path | None,
-        typer.Option(
-            help="Draw the displacement field here, as the paper's figures 2 to 4.",
-            show_default=False,
-        ),
+        typer.Option(help="Draw the displacement field here, as the paper's figures 2 to 4."),
     ] = None,
 ) -> None:
     """Judge whether this camera in this pipe is fit for the method."""
@@ -358,16 +331,13 @@ def bench(
     forward: Annotated[
         bool,
         typer.Option(
-            "--forward",
-            help="The forward view as crews have it, beside its peers: half an hour.",
+            "--forward", help="The forward view as crews have it, beside its peers: half an hour."
         ),
     ] = False,
     seed: Annotated[
         int | None,
         typer.Option(
-            min=1,
-            help="With --forward: the seed of lenses, mounts and walls.  [default: 1]",
-            show_default=False,
+            min=1, help="With --forward: the seed of lenses, mounts and walls.  [default: 1]"
         ),
     ] = None,
     metres: Annotated[
@@ -379,16 +349,12 @@ def bench(
             "0.25 with --quick; as each scenario states with --forward]",
         ),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Also write OUT.md and OUT.json.", show_default=False)
-    ] = None,
     calibration: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE.png",
             help="Instead compare the stated interval with the actual error, over 200 rigs that "
             "are wrong by their tolerance (20 with --quick), and draw it here.",
-            show_default=False,
         ),
     ] = None,
     write: Annotated[
@@ -398,14 +364,12 @@ def bench(
             help="Also replace the figures in this file, between <!-- bench:begin --> and "
             "<!-- bench:end --> (bench-field with --field, bench-forward with --forward, "
             "bench-intervals with --calibration).",
-            show_default=False,
         ),
     ] = None,
 ) -> None:
     """Measure accuracy and speed on every scenario, against the paper's method and other peers."""
-    from app.lab import bench as benchmark
     from app.lab import markdown_figures as figures
-    from app.lab.simulation import SCENARIOS
+    from app.lab.bench.choices import CHOICES
 
     kinds = {"--quick": quick, "--field": field, "--forward": forward}
     chosen = [option for option, is_chosen in kinds.items() if is_chosen]
@@ -415,14 +379,10 @@ def bench(
         )
     if seed is not None and not forward:
         raise typer.BadParameter("is for --forward only", param_hint="--seed")
-    if out is not None:
-        require_folder(out, "--out")
-    if calibration is not None:
-        name = "bench-intervals"
-    else:
-        name = "bench-field" if field else "bench-forward" if forward else "bench"
+    choice = CHOICES["".join(chosen)]
+    mark = choice.mark if calibration is None else "bench-intervals"
     if write is not None:
-        _require_markers(write, name)
+        _require_markers(write, mark)
 
     with progress_bar() as progress:
         task = progress.add_task("bench", total=None)
@@ -433,32 +393,8 @@ def bench(
         if calibration is not None:
             markdown = _calibrate_interval(calibration, report, quick=quick)
         else:
-            track_time = None
-            methods = benchmark.METHODS
-            if field:
-                default_mm, choose = benchmark.FIELD_LENGTH_MM, benchmark.field_scenarios
-                methods = benchmark.OURS_ALONE
-            elif forward:
-                default_mm = benchmark.FORWARD_LENGTH_MM
-                choose = partial(benchmark.forward_scenarios, seed=seed or 1)
-                methods = benchmark.FORWARD_METHODS
-            elif quick:
-                default_mm, choose = benchmark.QUICK_LENGTH_MM, benchmark.quick_scenarios
-            else:
-                default_mm, choose = benchmark.LENGTH_MM, benchmark.all_scenarios
-            scenarios = choose(default_mm if metres is None else 1000 * metres)
-            rows = benchmark.bench(scenarios, methods=methods, on_progress=report)
-            if field:
-                markdown = benchmark.to_short_markdown(rows)
-            elif forward:
-                markdown = benchmark.to_forward_markdown(rows)
-            else:
-                track_time = benchmark.time_track(SCENARIOS["nominal"], 1 if quick else 3, report)
-                markdown = benchmark.to_markdown(rows, track_time)
-            if out is not None:
-                json = benchmark.to_json(rows, track_time)
-                out.with_suffix(".md").write_text(markdown, encoding="utf-8")
-                out.with_suffix(".json").write_text(json, encoding="utf-8")
+            length_mm = None if metres is None else 1000 * metres
+            markdown = choice.measure(length_mm, seed or 1, report)
     typer.echo(markdown)
     if write is not None:
         words = ["chainage bench"]
@@ -466,7 +402,7 @@ def bench(
         words += chosen
         words += [] if seed is None else [f"--seed {seed}"]
         words += [] if metres is None else [f"--metres {metres:g}"]
-        figures.write_figures(write, name, " ".join(words), markdown)
+        figures.write_figures(write, mark, " ".join(words), markdown)
 
 
 def _require_markers(file: Path, name: str) -> None:

@@ -53,8 +53,7 @@ def export(
         Literal["m", "ft"], typer.Option(help="Units of the formats that people read.")
     ] = "m",
     exchange: Annotated[
-        str,
-        typer.Option(help="Exchange format of a delivery, such as en13508 or ribx."),
+        str, typer.Option(help="Exchange format of a delivery, such as en13508 or ribx.")
     ] = "en13508",
     film: Annotated[
         bool, typer.Option("--film", help="Put the film into the delivery or the archive.")

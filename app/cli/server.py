@@ -55,11 +55,9 @@ def serve(
     port: Port = 8000,
     data: Data = None,
     tls_cert: Annotated[
-        Path | None, typer.Option(help="Certificate (PEM): serve over https.", show_default=False)
+        Path | None, typer.Option(help="Certificate (PEM): serve over https.")
     ] = None,
-    tls_key: Annotated[
-        Path | None, typer.Option(help="Private key of the certificate.", show_default=False)
-    ] = None,
+    tls_key: Annotated[Path | None, typer.Option(help="Private key of the certificate.")] = None,
     insecure_lan: Annotated[
         bool,
         typer.Option(

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.lab.bench import by_joints
+from app.lab.bench.run import by_joints
 from app.lab.simulation import SCENARIOS, RenderedFrame, Scenario, drawn_rigs, render
 from vo_core.joints.finder import JointFinder
 from vo_core.odometry import Odometry

@@ -23,7 +23,7 @@ import numpy as np
 
 from app.lab.evaluation import Evaluation, Truth, evaluate
 from app.lab.peers import DOWN_PEERS, FORWARD_PEERS, ForwardPeer
-from app.lab.simulation import SCENARIOS, Scenario, simulate, with_drawn_rig
+from app.lab.simulation import Scenario, simulate
 from app.lab.simulation.motion import Trajectory
 from vo_core.errors import InvalidCorrection, InvalidRig
 from vo_core.joints.finder import JointFinder
@@ -35,27 +35,6 @@ from vo_core.scale.proposal import ScaleProposal, propose
 from vo_core.sources import VideoFile
 from vo_core.track import Estimate, Track
 from vo_core.types import Image
-
-LENGTH_MM = 2000.0
-"""Path of each scenario; short, as the paper's method takes a tenth of a second per frame."""
-
-QUICK_LENGTH_MM = 250.0
-QUICK_NAMES = ("nominal", "dirty_lens", "drop_outs", "large_sway", "wide_lens")
-FIELD_LENGTH_MM = 6000.0
-"""Path for which the targets are stated."""
-FIELD_NAMES = (
-    "nominal", "low_texture", "dirty_lens", "drop_outs", "network_jitter", "stop_dead", "bounce",
-    "climb", "rolling_shutter", "low_bit_rate",
-)  # fmt: skip
-"""One scenario for each way in which the field spoils a film."""
-
-FORWARD_LENGTH_MM = 9000.0
-"""Path of the longest forward scenario; each keeps its own."""
-FORWARD_NAMES = (
-    "forward", "forward_crooked", "forward_looking_around", "forward_stream", "forward_slow",
-    "forward_parts", "forward_pumping", "forward_wobble",
-)  # fmt: skip
-"""The forward view as crews have it; each has its own rig, drawn at random."""
 
 WARM_UP_FRAMES = 10
 """Frames left out of the times, as caches fill and the robot does not move yet."""
@@ -75,9 +54,6 @@ METHODS: Mapping[str, Callable[[Rig], Method]] = {
     **DOWN_PEERS,
     **FORWARD_PEERS,
 }
-OURS_ALONE: Mapping[str, Callable[[Rig], Method]] = {OURS: Odometry}
-FORWARD_METHODS: Mapping[str, Callable[[Rig], Method]] = {OURS: Odometry, **FORWARD_PEERS}
-
 Progress = Callable[[str, int, int], None]
 """Called with the current work in words, the steps done and the steps in all."""
 
@@ -152,30 +128,6 @@ class TrackTime:
     def ratio(self) -> float:
         """Ratio of the medians."""
         return self.track_s / self.decode_s
-
-
-def all_scenarios(length_mm: float = LENGTH_MM) -> list[Scenario]:
-    """Every scenario that can be rendered here, shortened to this path."""
-    others = [one for name, one in SCENARIOS.items() if name not in FORWARD_NAMES]
-    return [
-        *(one.shortened(length_mm) for one in others if one.is_available),
-        *forward_scenarios(length_mm),
-    ]
-
-
-def quick_scenarios(length_mm: float = QUICK_LENGTH_MM) -> list[Scenario]:
-    """A few significant scenarios over a short path, which take less than two minutes."""
-    return [SCENARIOS[name].shortened(length_mm) for name in QUICK_NAMES]
-
-
-def field_scenarios(length_mm: float = FIELD_LENGTH_MM) -> list[Scenario]:
-    """Ten scenarios of the field over the path that the targets are for."""
-    return [SCENARIOS[name].shortened(length_mm) for name in FIELD_NAMES]
-
-
-def forward_scenarios(length_mm: float = FORWARD_LENGTH_MM, seed: int = 1) -> list[Scenario]:
-    """The forward view as crews have it, each with a rig drawn from this seed."""
-    return [with_drawn_rig(SCENARIOS[name], seed).shortened(length_mm) for name in FORWARD_NAMES]
 
 
 def bench(

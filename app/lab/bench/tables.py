@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 
 import cv2
 import numpy as np
@@ -219,28 +217,6 @@ def _cost(row: BenchRow | None) -> str:
     time, limit = row.time, STEP_TARGET if row.method == OURS else None
     spread = f"({time.ms:.1f}; {time.ms_p10:.1f}-{time.ms_p90:.1f})"
     return f"{_limited(time.ratio, limit, '.2f')} {spread}"
-
-
-def to_json(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -> str:
-    """Write all figures of all rows with their targets and the environment."""
-    return json.dumps(
-        {
-            "environment": environment(),
-            "targets": {
-                "scenarios": {name: asdict(target) for name, target in TARGETS.items()},
-                "wrong_rigs": asdict(SCALE_TARGET),
-                "least_coverage": LEAST_COVERAGE,
-                "least_registration_coverage": LEAST_REGISTRATION_COVERAGE,
-                "error_over_sigma": ERROR_OVER_SIGMA,
-                "step_ratio": STEP_TARGET,
-                "track_ratio": TRACK_TARGET,
-            },
-            "rows": [asdict(row) for row in rows],
-            "track": None if track_time is None else asdict(track_time),
-        },
-        indent=2,
-        allow_nan=False,
-    )
 
 
 def environment() -> str:

@@ -17,6 +17,7 @@ from films import half_sized
 from forks import Fork, become
 
 from app.inspections.films import samples
+from app.lab.bench.choices import CHOICES
 from app.lab.simulation import SCENARIOS, SimulatedRun, simulate
 from vo_core import Rig, Track
 
@@ -309,8 +310,8 @@ def test_bench_draws_the_stated_interval_against_the_actual_error(chainage, monk
 
 
 def test_bench_writes_its_figures_into_a_file(chainage, monkeypatch, tmp_path):
-    monkeypatch.setattr("app.lab.bench.run.FIELD_NAMES", ("climb",))
-    monkeypatch.setattr("app.lab.bench.FIELD_LENGTH_MM", 60.0)
+    short = replace(CHOICES["--field"], names=("climb",), length_mm=60.0)
+    monkeypatch.setitem(CHOICES, "--field", short)
     file = tmp_path / "accuracy.md"
     file.write_text("before\n<!-- bench-field:begin -->\nold\n<!-- bench-field:end -->\nafter\n")
     done = chainage("bench", "--field", "--write", file)
@@ -323,8 +324,8 @@ def test_bench_writes_its_figures_into_a_file(chainage, monkeypatch, tmp_path):
 
 
 def test_bench_of_the_forward_view_writes_its_own_figures(chainage, monkeypatch, tmp_path):
-    monkeypatch.setattr("app.lab.bench.run.FORWARD_NAMES", ("forward_crooked",))
-    monkeypatch.setattr("app.lab.bench.FORWARD_LENGTH_MM", 30.0)
+    short = replace(CHOICES["--forward"], names=("forward_crooked",), length_mm=30.0)
+    monkeypatch.setitem(CHOICES, "--forward", short)
     file = tmp_path / "accuracy.md"
     file.write_text("<!-- bench-forward:begin -->\n<!-- bench-forward:end -->\n")
     done = chainage("bench", "--forward", "--seed", "3", "--write", file)

@@ -1,6 +1,5 @@
 """The bench on a few centimetres of rendered wall."""
 
-import json
 import sys
 from dataclasses import replace
 
@@ -8,21 +7,10 @@ import numpy as np
 import pytest
 from films import film, half_sized
 
-from app.lab.bench import (
-    TARGETS,
-    BenchRow,
-    Joined,
-    StepTime,
-    WrongRig,
-    all_scenarios,
-    bench,
-    forward_scenarios,
-    quick_scenarios,
-    time_track,
-    to_forward_markdown,
-    to_json,
-    to_markdown,
-)
+from app.lab.bench.choices import CHOICES
+from app.lab.bench.run import BenchRow, Joined, StepTime, WrongRig, bench, time_track
+from app.lab.bench.tables import to_forward_markdown, to_markdown
+from app.lab.bench.targets import TARGETS
 from app.lab.evaluation import Evaluation
 from app.lab.peers import DOWN_PEERS, FORWARD_PEERS, PhaseCorrelate
 from app.lab.simulation import SCENARIOS
@@ -85,15 +73,11 @@ def test_progress_rises_to_its_end_and_says_what_is_done(run):
     assert sentences[:2] == ["rendering nominal", "phaseCorrelate on nominal"]
 
 
-def test_tables_are_markdown_and_json(run):
+def test_tables_are_markdown(run):
     rows, _ = run
     text = to_markdown(rows)
     assert "| scenario | phaseCorrelate |" in text
     assert text.count("\n| nominal | ") == 2  # accuracy and cost; only Chainage has targets
-    stored = json.loads(to_json(rows))
-    assert stored["rows"][0]["evaluation"]["frames"] == rows[0].evaluation.frames
-    assert stored["environment"]
-    assert stored["targets"]["scenarios"]["nominal"]["end_percent"] == 0.05
 
 
 def test_what_reaches_its_target_stands_beside_it():
@@ -229,7 +213,7 @@ def test_command_track_is_timed_against_decoding_and_reported(run):
 
 def test_without_scikit_image_its_photographs_are_left_out_and_named(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "skimage", None)  # as where it is not installed
-    names = [scenario.name for scenario in all_scenarios(100.0)]
+    names = [scenario.name for scenario in CHOICES[""].scenarios()]
     assert set(SCENARIOS) - set(names) == {"photo_wall", "brick_wall"}
     assert "Left out: photo_wall, brick_wall, for which scikit-image" in to_markdown(run[0])
 
@@ -250,12 +234,6 @@ def test_a_feature_peer_without_features_is_lost(name):
     peer = DOWN_PEERS[name](SCENARIOS["nominal"].rig)
     blank = np.full((480, 640), 90, np.uint8)
     assert [peer.step(blank, t).status for t in (0.0, 0.1)] == ["ok", "lost"]
-
-
-def test_quick_bench_is_short():
-    scenarios = quick_scenarios()
-    assert len(scenarios) <= 6
-    assert max(scenario.length_mm for scenario in scenarios) <= 500
 
 
 def forward_line(scenario, *, method="chainage", **changes) -> str:
@@ -285,15 +263,15 @@ def test_whole_bench_has_a_table_for_each_view():
 
 
 def test_every_forward_scenario_has_a_rig_of_its_own_which_the_seed_draws():
-    drawn = forward_scenarios()
+    forward = CHOICES["--forward"]
+    drawn = forward.scenarios()
     assert {scenario.name for scenario in drawn} == {
         name for name in SCENARIOS if name.startswith("forward") and name != "forward_wide"
     }
-    focal_px = [one.rig.camera.fx for seed in (1, 2) for one in forward_scenarios(seed=seed)]
+    focal_px = [one.rig.camera.fx for seed in (1, 2) for one in forward.scenarios(seed=seed)]
     assert len(set(focal_px)) == 2 * len(drawn)
-    assert forward_scenarios() == drawn
-    in_all = [one for one in all_scenarios(9000.0) if one.name in {two.name for two in drawn}]
-    assert in_all == drawn
+    assert forward.scenarios() == drawn
+    assert CHOICES[""].scenarios(9000.0)[-len(drawn) :] == drawn
 
 
 def test_forward_peers_are_finished_with_the_truth_and_have_their_rows():
