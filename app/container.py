@@ -60,7 +60,9 @@ from app.storage.records.access import AccessStore
 from app.storage.records.alerts import AlertStore
 from app.storage.records.assets import AssetStore
 from app.storage.records.imports import ImportStore
+from app.storage.records.labels import LabelStore
 from app.storage.records.preferences import PreferenceStore
+from app.storage.records.reviews import ReviewStore
 from app.storage.records.rigs import RigStore
 from app.storage.records.runs import RunStore
 from app.storage.storage import Storage
@@ -160,9 +162,8 @@ class _Building:
         self.storage = Storage(database, folder, blobs)
         self.client = _client(settings)
         self.records = Records(
-            database, folder, blobs, self.live, issuing(settings),
-            has_webhook=self.client is not None,
-        )  # fmt: skip
+            self.storage, self.live, issuing(settings), has_webhook=self.client is not None
+        )
 
     def _run(self, service: Worker | Tracking) -> None:
         """Start a service with threads, which follows what happens; `stack` stops it."""
@@ -275,7 +276,7 @@ class _Building:
         services.add(Aiming(uploads, media, services[CounterQueue]))
         services.add(Lenses(uploads, self._limits(LENS_CPU_S)))
         services.add(Picking(records.inspection_store, tracks, records.corrections))
-        services.add(Reviews(records.inspection_store, records.review_store, self.live))
+        services.add(Reviews(records.inspection_store, ReviewStore(storage.database), self.live))
         services.add(Rigs(RigStore(storage.database)))
         services.add(Preferences(PreferenceStore(storage.database)))
         services.add(Presence())
@@ -310,7 +311,7 @@ class _Building:
             )
         )
         services.add(
-            Search(records.defect_index, AssetIndex(database), records.label_store, index_worker)
+            Search(records.defect_index, AssetIndex(database), LabelStore(database), index_worker)
         )
         background = Background(settings.map_tiles, settings.map_attribution)
         services.add(AssetMaps(AssetPlaces(database), background))

@@ -14,29 +14,25 @@ from app.inspections.corrections import Corrections
 from app.inspections.counters import Counters
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
-from app.reports.report import Company, Report
+from app.reports.builder import Measurements, ReportBuilder
+from app.reports.report import Company
 from app.reports.reports import Reports
 from app.reports.templates import ReportTemplates
 from app.search.export import ArchiveExport
 from app.search.indexer import Indexer
 from app.search.tables import Rows
 from app.settings import Settings
-from app.storage.blobs.blobs import Blobs
 from app.storage.blobs.stores import blobs_at
 from app.storage.database.database import Database, stored_at
 from app.storage.database.tables import Inspection
 from app.storage.folder.files import Places
-from app.storage.folder.signing_key import SigningKey
 from app.storage.index.defect_index import DefectIndex
-from app.storage.records.assets import AssetStore
-from app.storage.records.attachments import AttachmentStore
 from app.storage.records.corrections import CorrectionStore
 from app.storage.records.inspections import InspectionStore
-from app.storage.records.labels import LabelStore
 from app.storage.records.observations import ObservationStore
 from app.storage.records.packs import PackStore
 from app.storage.records.report_templates import ReportTemplateStore
-from app.storage.records.reviews import ReviewStore
+from app.storage.storage import Stored
 from app.tracking.live import Live
 from app.tracking.pictures.counter_files import CounterFiles
 from app.tracking.tracks import Tracks
@@ -47,51 +43,25 @@ class Records:
     """Stored inspections and everything derived from them, with or without a server."""
 
     def __init__(
-        self,
-        database: Database,
-        places: Places,
-        blobs: Blobs,
-        live: Live,
-        company: Company,
-        *,
-        has_webhook: bool = False,
+        self, stored: Stored, live: Live, company: Company, *, has_webhook: bool = False
     ) -> None:
+        database, blobs = stored.database, stored.blobs
         self.inspection_store = InspectionStore(database)
         self.correction_store = CorrectionStore(database)
         self.observation_store = ObservationStore(database, has_webhook=has_webhook)
-        self.attachment_store = AttachmentStore(database)
-        self.label_store = LabelStore(database)
-        self.review_store = ReviewStore(database)
-        self.tracks = Tracks(blobs, places)
+        self.tracks = Tracks(blobs, stored.folder)
         self.unrolled = Unrolled(blobs, live)
         self.corrections = Corrections(
-            self.inspection_store,
-            self.correction_store,
-            self.tracks,
-            live,
+            self.inspection_store, self.correction_store, self.tracks, live
         )
         self.counter_files = CounterFiles(blobs)
         self.counters = Counters(self.inspection_store, self.counter_files, self.tracks)
         self.observations = Observations(
             self.inspection_store, self.observation_store, self.tracks, self.corrections, live
         )
-        self.attachments = Attachments(
-            self.inspection_store,
-            self.observation_store,
-            self.attachment_store,
-            blobs,
-            self.tracks,
-            live,
-        )
+        self.attachments = Attachments(stored, self.observation_store, self.tracks, live)
         self.packs = Packs(PackStore(database))
-        self.checks = Checks(
-            self.inspection_store,
-            self.observations,
-            self.corrections,
-            self.tracks,
-            self.packs,
-            blobs,
-        )
+        self.checks = Checks(stored, self.observations, self.corrections, self.tracks, self.packs)
         self.defect_index = DefectIndex(database)
         self.indexer = Indexer(
             self.defect_index,
@@ -107,25 +77,18 @@ class Records:
         self.report_templates = ReportTemplates(
             ReportTemplateStore(database), self.inspection_store, company
         )
+        measurements = Measurements(
+            blobs, self.tracks, self.corrections, self.counters, self.unrolled
+        )
         self.reports = Reports(
-            self.inspection_store,
-            self.observations,
-            self.attachment_store,
-            self.label_store,
-            self.review_store,
-            self.corrections,
-            self.checks,
-            self.counters,
-            self.packs,
-            self.tracks,
-            self.unrolled,
-            blobs,
-            self.report_templates,
-            AssetStore(database),
-            company,
-            SigningKey(places.root),
-            places.root,
-            _draw_scene,
+            ReportBuilder(
+                stored,
+                measurements,
+                self.observations,
+                self.checks,
+                self.packs,
+                self.report_templates,
+            )
         )
 
     def named(self, wanted: str) -> list[Inspection]:
@@ -135,12 +98,6 @@ class Records:
         rows = [summary.row for summary in self.inspection_store.summaries()]
         exact = [row for row in rows if wanted in (row.id, row.name)]
         return exact or [row for row in rows if wanted and row.id.startswith(wanted.lower())]
-
-
-def _draw_scene(report: Report) -> str:
-    from app.viewer.still import scene_page  # slow to import, and few formats need it
-
-    return scene_page(report)
 
 
 def issuing(settings: Settings) -> Company:
@@ -159,14 +116,15 @@ def reading(settings: Settings) -> Iterator[Records]:
     Raises:
         UnusableDatabase: The database is missing, damaged or of a newer version.
     """
-    stored = stored_at(settings.database_url, settings.data)
-    if stored.revision() is None:
-        raise UnusableDatabase(stored.missing)
+    known = stored_at(settings.database_url, settings.data)
+    if known.revision() is None:
+        raise UnusableDatabase(known.missing)
     with tempfile.TemporaryDirectory(prefix="chainage-") as folder:
-        database = Database(stored.to_read(Path(folder)))
+        database = Database(known.to_read(Path(folder)))
         try:
             is_here = settings.store is None
             blobs = blobs_at(settings.store, settings.data if is_here else Path(folder))
-            yield Records(database, Places(settings.data), blobs, Live(), issuing(settings))
+            stored = Stored(database, Places(settings.data), blobs)
+            yield Records(stored, Live(), issuing(settings))
         finally:
             database.close()

@@ -8,10 +8,11 @@ from datetime import UTC, datetime
 from app.errors import AttachmentNotFound, FrameNotFound, InvalidRequest, WrongContentType
 from app.inspections.observations import check_frame
 from app.storage.blobs import keys
-from app.storage.blobs.blobs import Blobs, StoredBlob, as_stored
+from app.storage.blobs.blobs import StoredBlob, as_stored
 from app.storage.records.attachments import AttachmentStore
 from app.storage.records.inspections import InspectionStore, require_unlocked
 from app.storage.records.observations import ObservationStore
+from app.storage.storage import Stored
 from app.survey.attachments import VOICE_SUFFIXES, Attachment, Picture
 from app.tracking.live import Live
 from app.tracking.pictures.videos import NO_FILM
@@ -23,17 +24,15 @@ class Attachments:
 
     def __init__(
         self,
-        inspections: InspectionStore,
+        stored: Stored,
         observations: ObservationStore,
-        store: AttachmentStore,
-        blobs: Blobs,
         tracks: Tracks,
         live: Live,
     ) -> None:
-        self._inspections = inspections
+        self._inspections = InspectionStore(stored.database)
         self._observations = observations
-        self._store = store
-        self._blobs = blobs
+        self._store = AttachmentStore(stored.database)
+        self._blobs = stored.blobs
         self._tracks = tracks
         self._live = live
 

@@ -6,8 +6,8 @@ from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.storage.blobs import keys
-from app.storage.blobs.blobs import Blobs
 from app.storage.records.inspections import InspectionStore
+from app.storage.storage import Stored
 from app.survey.checks import Case, Issue, run
 from app.survey.place import ObservationView
 from app.tracking.tracks import Tracks
@@ -18,19 +18,18 @@ class Checks:
 
     def __init__(
         self,
-        inspections: InspectionStore,
+        stored: Stored,
         observations: Observations,
         corrections: Corrections,
         tracks: Tracks,
         packs: Packs,
-        blobs: Blobs,
     ) -> None:
-        self._inspections = inspections
+        self._inspections = InspectionStore(stored.database)
         self._observations = observations
         self._corrections = corrections
         self._tracks = tracks
         self._packs = packs
-        self._blobs = blobs
+        self._blobs = stored.blobs
 
     def run(self, inspection_id: str, views: list[ObservationView] | None = None) -> list[Issue]:
         """Return the issues, those that block first, each kind in the order of the rules.

@@ -151,7 +151,12 @@ def _write_document(wanted: Wanted, sources: Sources, file: IO[bytes], watcher: 
     missing = collection.write(
         file,
         wanted.inspections,
-        partial(sources.reports.report, language=words.language, units=words.units, extras=extras),
+        partial(
+            sources.reports.builder.report,
+            language=words.language,
+            units=words.units,
+            extras=extras,
+        ),
         words,
         begin=watcher.begin,
         done=watcher.end_step,
@@ -174,7 +179,7 @@ class _Order:
         now = datetime.now(UTC)
         self._zip = ListedZip(archive, now)
         self._delivery = (
-            Delivery(archive, now, sources.reports.signer, FORMATS, watcher.check)
+            Delivery(archive, now, sources.reports.builder.signer, FORMATS, watcher.check)
             if DELIVERY in wanted.kinds
             else None
         )
@@ -263,7 +268,7 @@ class _Order:
         self, delivery: Delivery, inspection_id: str, folder: str = "", number: int = 1
     ) -> tuple[str, ...]:
         words, extras = self._wanted.words, self._extras(inspection_id)
-        report = self._sources.reports.report(
+        report = self._sources.reports.builder.report(
             inspection_id, language=words.language, units=words.units, extras=extras
         )
         if film := wanted_film(report):

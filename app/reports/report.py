@@ -274,8 +274,32 @@ class Kept:
     """The table of codes as CSV, if a person has added it."""
 
 
-@dataclass(frozen=True)
-class Report:
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """What was measured along the film of an inspection."""
+
+    distance_m: float | None
+    """Corrected distance of the last frame, like the next two fields."""
+    u95_m: float | None
+    raw_distance_m: float | None
+    corrected: Corrected
+    track: Track
+    """The corrected track, one row for each frame."""
+    raw_track: Track
+    health: Mapping[str, NDArray[np.floating]]
+    """Columns of the picture health by the fields of `Health`, one value for each frame so far."""
+    sightings: tuple[Sighting, ...]
+    """Joints that were seen while tracking, in the order of their frames."""
+    wall: Mapping[int, Readable]
+    """JPEG tiles of the unrolled wall by number, which counts raw distance (`Layout`)."""
+    layout: Layout | None
+    counter: CounterView = NO_COUNTER
+    stance: Stance = AS_STATED
+    """Pose of the camera in the pipe at the first frame, against the rig's."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report(Measured):
     """The report of an inspection in its present state."""
 
     id: str
@@ -295,28 +319,10 @@ class Report:
     source: Source
     entries: tuple[Entry, ...]
     """From `along_the_pipe`."""
-    distance_m: float | None
-    """Corrected distance of the last frame, like the next two fields."""
-    u95_m: float | None
-    raw_distance_m: float | None
-    corrected: Corrected
     issues: tuple[Issue, ...]
     """Issues to resolve before the report is issued."""
     events: tuple[Event, ...]
     """Every change, the oldest first."""
-    track: Track
-    """The corrected track, one row for each frame."""
-    raw_track: Track
-    health: Mapping[str, NDArray[np.floating]]
-    """Columns of the picture health by the fields of `Health`, one value for each frame so far."""
-    sightings: tuple[Sighting, ...]
-    """Joints that were seen while tracking, in the order of their frames."""
-    wall: Mapping[int, Readable]
-    """JPEG tiles of the unrolled wall by number, which counts raw distance (`Layout`)."""
-    layout: Layout | None
-    counter: CounterView = NO_COUNTER
-    stance: Stance = AS_STATED
-    """Pose of the camera in the pipe at the first frame, against the rig's."""
     labels: tuple[str, ...] = ()
     """The words by which people sort their inspections."""
     review: ReviewState = DRAFT

@@ -48,8 +48,8 @@ class ReportTemplates:
     ) -> None:
         self._store = store
         self._inspections = inspections
-        self._company = company
-        """Of the server."""
+        self.company = company
+        """The server's."""
 
     def listed(self) -> list[ReportTemplateRow]:
         """Return the projects that have a template, sorted by name; the rows have no content."""
@@ -116,7 +116,7 @@ class ReportTemplates:
             InvalidImport: It is no template.
         """
         ours, theirs = self.of_project(project).template, _of_another_server(other)
-        ours = ours.model_copy(update={"company_name": company_of(ours, self._company).name or ""})
+        ours = ours.model_copy(update={"company_name": company_of(ours, self.company).name or ""})
         differs = {
             name
             for name in ReportTemplate.model_fields

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.survey.adjustment.adjusted_track import Adjusted, Refusal
+from app.survey.adjustment.joints import FittedJoint
 from app.survey.interval import half_width_m
 from app.survey.notices import notices_of
 from app.survey.rounding import metres, rounded
@@ -52,8 +53,7 @@ def result_of(corrected: Corrected) -> dict[str, Any] | None:
     met = adjusted.distance_class()
     if met is None:
         return None
-    done, closure, height = adjusted.correction, adjusted.closure, adjusted.height
-    refusal = adjusted.joints_refusal
+    done, refusal = adjusted.correction, adjusted.joints_refusal
     return {
         "scale": _rounded(adjusted.scale, 6),
         "scale_sigma": _rounded(adjusted.scale_sigma, 6),
@@ -73,18 +73,7 @@ def result_of(corrected: Corrected) -> dict[str, Any] | None:
             }
             for left in adjusted.residuals()
         ],
-        "joints": [
-            {
-                "number": joint.number,
-                "distance_m": _metres(joint.distance_mm),
-                "u95_m": half_width_m(joint.sigma_mm),
-                "residual_mm": _rounded(joint.residual_mm, 2),
-                "frame": joint.frame,
-                "is_marked": joint.is_marked,
-                "other_frames": list(joint.others),
-            }
-            for joint in adjusted.evidence
-        ],
+        "joints": [_joint(joint) for joint in adjusted.evidence],
         "uncounted_marks": [
             {"frame": mark.frame, "distance_m": _metres(mark.distance_mm)}
             for mark in adjusted.uncounted_marks
@@ -100,27 +89,49 @@ def result_of(corrected: Corrected) -> dict[str, Any] | None:
             {"code": notice.code, "params": notice.params}
             for notice in notices_of(adjusted, corrected.tilt)
         ],
-        "closure": None
-        if closure is None
-        else {
-            "known_length_m": _metres(closure.known_mm),
-            "measured_m": _metres(closure.measured_mm),
-            "residual_mm": _rounded(closure.residual_mm, 1),
-            "residual_percent": _rounded(closure.residual_percent, 3),
-            "sigma_mm": _rounded(closure.sigma_mm, 1),
-        },
-        "height": None
-        if height is None
-        else {
-            "height_mm": _rounded(height.height_mm, 2),
-            "sigma_mm": _rounded(height.sigma_mm, 2),
-        },
+        "closure": _closure(adjusted),
+        "height": _height(adjusted),
         "distance_class": {
             "percent": met.percent,
             "half_width_m": met.half_width_m,
             "residual_m": _metres(met.residual_mm),
             "length_m": _metres(met.length_mm),
         },
+    }
+
+
+def _joint(joint: FittedJoint) -> dict[str, Any]:
+    return {
+        "number": joint.number,
+        "distance_m": _metres(joint.distance_mm),
+        "u95_m": half_width_m(joint.sigma_mm),
+        "residual_mm": _rounded(joint.residual_mm, 2),
+        "frame": joint.frame,
+        "is_marked": joint.is_marked,
+        "other_frames": list(joint.others),
+    }
+
+
+def _closure(adjusted: Adjusted) -> dict[str, Any] | None:
+    closure = adjusted.closure
+    if closure is None:
+        return None
+    return {
+        "known_length_m": _metres(closure.known_mm),
+        "measured_m": _metres(closure.measured_mm),
+        "residual_mm": _rounded(closure.residual_mm, 1),
+        "residual_percent": _rounded(closure.residual_percent, 3),
+        "sigma_mm": _rounded(closure.sigma_mm, 1),
+    }
+
+
+def _height(adjusted: Adjusted) -> dict[str, Any] | None:
+    height = adjusted.height
+    if height is None:
+        return None
+    return {
+        "height_mm": _rounded(height.height_mm, 2),
+        "sigma_mm": _rounded(height.sigma_mm, 2),
     }
 
 

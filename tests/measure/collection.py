@@ -103,7 +103,7 @@ def measured(data: Path, ids: Sequence[str], out: Path, language: str) -> str:
         missing = collection.write(
             file,
             ids,
-            partial(records.reports.report, language=language),
+            partial(records.reports.builder.report, language=language),
             Translator(language, "m"),
             begin=lambda _name: None,
             done=lambda: None,

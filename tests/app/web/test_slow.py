@@ -70,13 +70,13 @@ def test_a_report_is_written_once_for_its_losses_and_for_itself(
     shared: Client, own: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     reports = shared.server.app.state.services[Reports]
-    make, made = reports.report, []
+    make, made = reports.builder.report, []
 
     def counted(*positional: Any, **named: Any) -> Any:
         made.append(named)
         return make(*positional, **named)
 
-    monkeypatch.setattr(reports, "report", counted)
+    monkeypatch.setattr(reports.builder, "report", counted)
     path = f"/api/inspections/{own}/exports/m150"
     tag_with_photo(shared, own, frame=20, code="BAB")
     shared.get(f"{path}/losses")

@@ -211,7 +211,7 @@ def test_a_photo_of_another_frame_is_captioned_with_its_own_place_and_time(
         )
     with reading(Settings(data=tmp_path)) as records:
         extras = Extras(burnt_in=True, film_path="film.mp4")
-        made = records.reports.report(survey.id, extras=extras)
+        made = records.reports.builder.report(survey.id, extras=extras)
     (entry,) = made.entries
     at = estimate_at(made.track, 38)
     place = f"{at.distance_mm / 1000:.2f} m"
