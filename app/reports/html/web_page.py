@@ -17,11 +17,9 @@ from markupsafe import Markup
 from app.reports.content import (
     condition,
     cover,
-    grade_words,
-    grades,
     measurement,
     pictures,
-    recommendations,
+    sections,
     shown_photos,
     summary,
 )
@@ -83,7 +81,7 @@ _TEMPLATES = Environment(
 _TEMPLATES.globals |= {
     module.__name__.rpartition(".")[2]: module
     for module in (
-        condition, cover, grade_words, measurement, pictures, recommendations, summary,
+        condition, cover, measurement, pictures, summary,
         along, glance, pipe_graphic, survey_plan, svg, shown_photos,
     )
 }  # fmt: skip
@@ -97,6 +95,7 @@ def _base64(content: bytes) -> Markup:
 
 _TEMPLATES.globals |= {
     "NOTHING": NOTHING,
+    "content": sections,
     "ENOUGH_PX": ENOUGH_PX,
     "LOGO_PX": _LOGO_PX,
     "iso": iso,
@@ -116,14 +115,12 @@ def write(report: Report) -> Written:
         style=_asset("web_page.css"),
         script=_asset("web_page.js"),
         sections=[(section, t(_TITLES.get(section, f"{section}.title"))) for section in chosen],
-        grade=grades.grade_of(report),
         wall=_wall(report, t) if "wall" in chosen else None,
         shown=shown,
         photos_of=shown_photos.photos_by_entry(shown),
         scene=scene,
         header=header_groups(report, t),
         measured=_measured(report, t),
-        entry_of={entry.id: entry for entry in report.entries},
     )
     return Written(page.encode(), losses)
 

@@ -4,14 +4,11 @@ language.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from app.reports.content.condition import SEVERITIES, condition_of, worst_first
 from app.reports.content.cover import cover_rows, warnings_of
-from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
-from app.reports.content.grades import Grade, Input, grade_of
 from app.reports.content.header import header_groups
 from app.reports.content.measurement import (
     correction_rows,
@@ -22,12 +19,7 @@ from app.reports.content.measurement import (
     video_rows,
 )
 from app.reports.content.pictures import logo_of
-from app.reports.content.recommendations import (
-    costs_of,
-    count_without,
-    has_recommendations,
-    recommended,
-)
+from app.reports.content.sections import checks, condition, order_of
 from app.reports.content.shown_photos import photos_by_entry, shown_photos
 from app.reports.content.summary import MOST_WORST, key_figures, opening
 from app.reports.content.translator import Translator
@@ -52,7 +44,6 @@ _LONG, _SHOWN_OF_LONG = 500, 250
 """A remark with more characters is printed in full after the table, which shows its beginning."""
 _SHORT_REMARK = 90
 """Characters of a remark in the list of the worst."""
-_EVENTS = 12
 
 
 def report_data(
@@ -178,13 +169,8 @@ def _where(report: Report) -> str:
     return " · ".join(part for part in parts if part)
 
 
-def _order(report: Report) -> dict[str, int]:
-    """Return the index of each entry in the data, by its id."""
-    return {entry.id: n for n, entry in enumerate(report.entries)}
-
-
 def _summary(report: Report, t: Translator, shop: Workshop) -> Data:
-    worst, order = worst_first(report), _order(report)
+    worst, order = worst_first(report), order_of(report)
     return {
         "opening": opening(report, t),
         "figures": [(value, name) for name, value in key_figures(report, t)],
@@ -206,67 +192,7 @@ def _observations(report: Report, t: Translator, _: Workshop) -> Data:
 
 
 def _condition(report: Report, t: Translator, shop: Workshop) -> Data:
-    found, grade = condition_of(report), grade_of(report)
-    sentences = [t("condition.who")]
-    if found.stretch_percent is not None:
-        sentences.append(t("condition.stretches", percent=f"{found.stretch_percent:.0f}"))
-    if report.header.get("end_condition") == "abandoned":
-        sentences.append(t("condition.abandoned"))
-    return {
-        "counts": _counts(report, t, shop),
-        "sentences": sentences,
-        "grade": _graded(report, grade, t) if grade else None,
-        "recommendations": _recommendations(report, t) if has_recommendations(report) else None,
-    }
-
-
-def _graded(report: Report, grade: Grade, t: Translator) -> Data:
-    """Return a grade with its rule, and the defects that it classes or cannot class."""
-    order, worst = _order(report), grade.worst
-
-    def reasoned(found: Input, *why: str) -> Data:
-        return {"entry": order[found.entry.id], "why": why}
-
-    more, unclassified = len(grade.inputs) - SHOWN, len(grade.unclassified) - SHOWN
-    return {
-        "name": t("condition.overall") if grade.rule == "own" else t("grade.structural"),
-        "word": t(grade.word),
-        "deciding": None if worst is None else order[worst.id],
-        "place": "" if worst is None else f"{t.place(worst)} · {t.code(worst)}",
-        "rule": rule_of(grade, t),
-        "inputs": [
-            reasoned(found, threshold_of(grade, found, t), class_of(grade, found, t))
-            for found in grade.inputs[:SHOWN]
-        ],
-        "more": t("grade.more", n=more) if more > 0 else "",
-        "unclassified": [reasoned(found, t(found.why)) for found in grade.unclassified[:SHOWN]],
-        "more_unclassified": (
-            t("grade.more_unclassified", n=unclassified) if unclassified > 0 else ""
-        ),
-    }
-
-
-def _recommendations(report: Report, t: Translator) -> Data:
-    """Return what people accepted for the defects, and the sums of its costs."""
-    costs, order = costs_of(report), _order(report)
-    currency = report.template.currency
-    return {
-        "rows": [
-            {
-                "entry": order[entry.id],
-                "text": entry.tag.recommendation or "",
-                "cost": "" if entry.tag.cost is None else t.amount(entry.tag.cost),
-            }
-            for entry in recommended(report)
-        ],
-        "without": t("recommendation.without", n=count_without(report)),
-        "cost_head": t("sheet.cost", currency=currency) if costs else "",
-        "sums": [
-            {"severity": severity, "name": t.severity(severity), "cost": t.amount(amount)}
-            for severity, amount in (costs.by_severity if costs else {}).items()
-        ],
-        "total": t.amount(costs.total) if costs else "",
-    }
+    return {"counts": _counts(report, t, shop), **condition(report, t)}
 
 
 def _measurement(report: Report, t: Translator, shop: Workshop) -> Data:
@@ -283,44 +209,6 @@ def _measurement(report: Report, t: Translator, shop: Workshop) -> Data:
         "counter": counter_rows(report, t),
         "rig": rig_rows(report, t),
         "video": video_rows(report, t),
-    }
-
-
-def _checks(report: Report, t: Translator, _: Workshop) -> Data:
-    entries = {entry.id: entry for entry in report.entries}
-    counts = Counter((event.who, t.action(event)) for event in report.events)
-    last = report.events[-1] if report.events else None
-    header = report.header
-    certificate = header.get("operator_certificate")
-    return {
-        "issues": [
-            {
-                "level": t(f"sign.{issue.level}"),
-                "is_blocking": issue.level == "block",
-                "text": t.issue(issue, entries),
-            }
-            for issue in report.issues
-        ],
-        "history": [
-            (who, action, str(count)) for (who, action), count in counts.most_common(_EVENTS)
-        ],
-        "last": (
-            t("sign.last", at=t.instant(last.at), who=last.who, n=len(report.events))
-            if last
-            else ""
-        ),
-        "statements": [
-            f"{t('cover.review')}: {t.review(report)}.",
-            t("sign.statement", report=report.id, revision=report.revision),
-        ],
-        "people": [
-            (
-                t("sign.operator"),
-                str(header.get("operator") or ""),
-                t("sign.certificate", certificate=certificate) if certificate else "",
-            ),
-            (t("sign.reviewer"), str(header.get("reviewer") or ""), ""),
-        ],
     }
 
 
@@ -362,6 +250,6 @@ _SECTIONS: Mapping[Section, Callable[[Report, Translator, Workshop], Any] | None
     "wall": _wall,
     "condition": _condition,
     "measurement": _measurement,
-    "checks": _checks,
+    "checks": lambda report, t, _: checks(report, t),
 }
 """What may follow the cover."""
