@@ -364,14 +364,21 @@ class Recorder:
     def _recover(self, inspection: Inspection) -> None:
         """Finalise a recording that a server left open, and queue it, once the store answers."""
         logger.info("Inspection %s (%s): recording recovered.", inspection.id, inspection.name)
-        while not self._stopping.is_set():
-            try:
-                self._queue_recovered(inspection)
-            except StoreUnavailable as away:
-                logger.warning("The recording of %s waits: %s", inspection.id, away)
-                self._stopping.wait(_PAUSE_AFTER_FAULT_S)
-            else:
-                return
+        # From `record_video` on its row is that of an interrupted film, which a slot would track
+        # beside the one that tracks it after `_queue`.
+        run = Run(TrackedFilm.from_row(inspection))
+        self._runs.add(run)
+        try:
+            while not self._stopping.is_set():
+                try:
+                    self._queue_recovered(inspection)
+                except StoreUnavailable as away:
+                    logger.warning("The recording of %s waits: %s", inspection.id, away)
+                    self._stopping.wait(_PAUSE_AFTER_FAULT_S)
+                else:
+                    return
+        finally:
+            self._runs.remove(run)
 
     def _queue_recovered(self, inspection: Inspection) -> None:
         old = self._finalised(inspection)

@@ -95,7 +95,8 @@ class InspectionWorker(Worker):
         return True
 
     def _step(self) -> float | None:
-        inspection_id = self._take(is_asked=True) or self._take(is_asked=False)
+        asked = self._take(is_asked=True)
+        inspection_id = asked or self._take(is_asked=False)
         if inspection_id is None:
             return _LOOK_AGAIN_S if self._due else None
         try:
@@ -104,11 +105,11 @@ class InspectionWorker(Worker):
         except InspectionNotFound:
             logger.debug("Inspection %s was deleted meanwhile.", inspection_id)
         except HINDRANCES:
-            self.announce(inspection_id)
+            self.announce(inspection_id, is_asked=asked is not None)
             raise
         except Exception:
             logger.exception("%s: inspection %s is tried again.", self.name, inspection_id)
-            self.announce(inspection_id)
+            self.announce(inspection_id, is_asked=asked is not None)
             self._pause(_PAUSE_AFTER_FAULT_S)
         return 0.0
 

@@ -62,11 +62,13 @@ class RunStore(Store):
         or None if there is nothing to track.
 
         What is running by its row, but not among those `with_run`, was interrupted and comes first.
+        What has a run is left alone until this has ended, even if it is queued again already.
         """
+        has_no_run = Inspection.id.not_in(with_run)
 
         def next_id(session: Session) -> str | None:
-            interrupted = select(Inspection.id).where(_IS_TRACKED, Inspection.id.not_in(with_run))
-            return session.scalar(interrupted.limit(1)) or session.scalar(_FIRST_QUEUED)
+            interrupted = select(Inspection.id).where(_IS_TRACKED, has_no_run).limit(1)
+            return session.scalar(interrupted) or session.scalar(_FIRST_QUEUED.where(has_no_run))
 
         with self.database.read() as session:
             if next_id(session) is None:

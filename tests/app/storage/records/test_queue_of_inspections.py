@@ -104,6 +104,14 @@ def test_what_runs_without_a_run_is_taken_again_and_its_earlier_result_refused(
     assert InspectionStore(database).get(inspection_id).status == "done"
 
 
+def test_what_is_queued_again_before_its_run_has_ended_waits_for_that(
+    database: Database, store: RunStore
+) -> None:
+    inspection_id = add(database, "film")
+    assert store.claim_next([inspection_id]) is None
+    assert name_of(store.claim_next([])) == "film"
+
+
 def test_a_start_queues_again_what_was_interrupted(database: Database, store: RunStore) -> None:
     for name in ("one", "two", "waits"):
         add(database, name)
