@@ -21,6 +21,11 @@ PAGES = {
 MOST_LINES = 120
 """Of the README: what is longer belongs to a page of docs/."""
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+NAMED = re.compile(
+    r"`((?:app|core|jobs|storage|survey|tracking|reports|vo_core|static|tests)/[a-z_/.-]+)`"
+)
+"""Parts of the code."""
+ENDINGS = ("", ".py", ".js")
 LINK = re.compile(r"\]\(([^)#]+)[^)]*\)")
 
 
@@ -46,6 +51,20 @@ def test_each_link_leads_to_a_file():
         for page, text in PAGES.items()
         for link in LINK.findall(text)
         if not link.startswith("http") and not ((ROOT / page).parent / link).is_file()
+    ]
+    assert not missing
+
+
+def test_each_part_of_the_code_that_is_named_exists():
+    roots = ("", "app", "vo_core", "static", "tests")
+    missing = [
+        (page, name)
+        for page, text in PAGES.items()
+        for name in NAMED.findall(text)
+        if "xx" not in name
+        and not any(
+            (ROOT / root / f"{name}{ending}").exists() for root in roots for ending in ENDINGS
+        )
     ]
     assert not missing
 
