@@ -1,7 +1,7 @@
 """The shell of the page and its files.
 
 The page consists of some hundred and fifty small files, sent as one script and one style sheet
-(`bundles`). The shell refers to them under a version, a part of the path that changes with any
+(`joined_files`). The shell refers to them under a version, a part of the path that changes with any
 file. Browsers cache such paths without revalidation, and the server answers from memory.
 """
 
@@ -24,8 +24,8 @@ from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
 import app
-from app.web.bundles import script_of, style_of, with_bundles
 from app.web.deps import PrincipalDep, viewer
+from app.web.joined_files import script_of, style_of, with_joined_files
 from app.web.languages import WORDS, languages_of, with_languages
 from app.web.middleware import is_encrypted
 
@@ -37,7 +37,7 @@ _ASKED = {"Cache-Control": "no-cache"}
 _SHELL = "index.html"
 _FIRST_MODULE = "main.js"
 _SCRIPT, _STYLE = "page.js", "page.css"
-"""Names of the two bundles in the folder of static files."""
+"""Names of the two joined files in the folder of static files."""
 
 
 def static_folder() -> Path:
@@ -75,12 +75,12 @@ class Assets(StaticFiles):
         return _VERSION.sub("", super().get_path(scope))
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """Return the file or bundle."""
+        """Return the file, or a joined one."""
         folder = static_folder()
         version = version_of(folder)
         full_path, found = self.lookup_path(path)
         if path in (_SCRIPT, _STYLE) and scope["method"] == "GET":
-            response = _answer(*_bundle(folder, path, version), Headers(scope=scope))
+            response = _answer(*_joined(folder, path, version), Headers(scope=scope))
         elif (code := _language(folder, path, version)) and scope["method"] == "GET":
             response = _answer(*_words(folder, code, version), Headers(scope=scope))
         elif found is not None and stat.S_ISREG(found.st_mode) and scope["method"] == "GET":
@@ -109,8 +109,8 @@ def _content(path: str, _changed_ns: int, _size: int) -> tuple[bytes, str, str |
 
 
 @lru_cache(maxsize=4)
-def _bundle(folder: Path, name: str, _version: str) -> tuple[bytes, str, str | None]:
-    """Return bytes, tag and media type of a bundle; the version makes changed files another key."""
+def _joined(folder: Path, name: str, _version: str) -> tuple[bytes, str, str | None]:
+    """Return bytes, tag and media type of a joined file; a version makes files another key."""
     if name == _SCRIPT:
         return _tagged(script_of(folder, _FIRST_MODULE).encode(), name)
     return _tagged(style_of(folder, (folder / _SHELL).read_text("utf-8")).encode(), name)
@@ -153,8 +153,8 @@ def shell(request: Request, principal: PrincipalDep) -> Response:
     folder = static_folder()
     text = (folder / _SHELL).read_text("utf-8")
     version = version_of(folder)
-    bundled = with_bundles(text, _FIRST_MODULE, script=_SCRIPT, style=_STYLE)
-    whole = with_languages(bundled, languages_of(folder, version))
+    joined = with_joined_files(text, _FIRST_MODULE, script=_SCRIPT, style=_STYLE)
+    whole = with_languages(joined, languages_of(folder, version))
     versioned = whole.replace('"/static/', f'"/static/{version}/')
     return HTMLResponse(
         _with_facts(versioned, request, role=principal.role, person=principal.name), headers=_ASKED

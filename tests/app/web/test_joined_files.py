@@ -6,7 +6,7 @@ import re
 from itertools import pairwise
 from pathlib import Path
 
-from app.web.bundles import script_of, style_of, with_bundles
+from app.web.joined_files import script_of, style_of, with_joined_files
 from app.web.routers.server.pages import static_folder
 
 STATIC = static_folder()
@@ -57,7 +57,7 @@ def test_a_module_keeps_its_own_names_and_gets_those_it_imports(tmp_path: Path) 
 
 def test_a_page_asks_for_one_script_and_one_style_sheet() -> None:
     shell = (STATIC / "index.html").read_text("utf-8")
-    page = with_bundles(shell, "main.js", script="page.js", style="page.css")
+    page = with_joined_files(shell, "main.js", script="page.js", style="page.css")
     assert re.findall(r'rel="stylesheet" href="([^"]+)"', page) == ["/static/page.css"]
     assert re.findall(r'<script[^>]* src="([^"]+)"', page) == ["/static/page.js"]
 

@@ -1,10 +1,10 @@
-"""Bundles the page's scripts and its style sheets, each kind into one answer.
+"""Joins the page's scripts and its style sheets, each kind into one answer.
 
 In the tree every module and every style sheet is a separate file. Loading them one by one would
 take two hundred requests at the first visit, so the server joins them: the modules in the order in
 which a browser would run them, each in its own function, so that their names do not clash. The
 modules use two forms of import and one of export, and no imports form a circle;
-tests/app/web/test_bundles.py checks that.
+tests/app/web/test_joined_files.py checks that.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ def style_of(folder: Path, shell: str) -> str:
     return "\n".join(f"/* {name} */\n{(folder / name).read_text('utf-8')}" for name in sheets)
 
 
-def with_bundles(shell: str, first: str, *, script: str, style: str) -> str:
-    """Replace the scripts and style sheets of a page by the two bundles."""
+def with_joined_files(shell: str, first: str, *, script: str, style: str) -> str:
+    """Replace the scripts and style sheets of a page by the two joined files."""
     linked = _STYLE_SHEET.sub("", shell)
     link = f'    <link rel="stylesheet" href="/static/{style}" />\n  </head>'
     return linked.replace(f"/static/{first}", f"/static/{script}").replace("  </head>", link, 1)
