@@ -15,7 +15,7 @@ from app.inspections.counters import Counters
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.reports.builder import Measurements, ReportBuilder
-from app.reports.report import Company
+from app.reports.report import Company, Report
 from app.reports.reports import Reports
 from app.reports.templates import ReportTemplates
 from app.search.export import ArchiveExport
@@ -80,16 +80,16 @@ class Records:
         measurements = Measurements(
             blobs, self.tracks, self.corrections, self.counters, self.unrolled
         )
-        self.reports = Reports(
-            ReportBuilder(
-                stored,
-                measurements,
-                self.observations,
-                self.checks,
-                self.packs,
-                self.report_templates,
-            )
+        builder = ReportBuilder(
+            stored,
+            measurements,
+            self.observations,
+            self.checks,
+            self.packs,
+            self.report_templates,
         )
+        builder.draw_scene = _scene_of
+        self.reports = Reports(builder)
 
     def named(self, wanted: str) -> list[Inspection]:
         """Return the inspections with exactly this id or name, else those whose id begins
@@ -98,6 +98,12 @@ class Records:
         rows = [summary.row for summary in self.inspection_store.summaries()]
         exact = [row for row in rows if wanted in (row.id, row.name)]
         return exact or [row for row in rows if wanted and row.id.startswith(wanted.lower())]
+
+
+def _scene_of(report: Report) -> str:
+    from app.viewer.still import scene_page  # slow to import, and few formats need it
+
+    return scene_page(report)
 
 
 def issuing(settings: Settings) -> Company:

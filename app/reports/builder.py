@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
@@ -156,6 +156,8 @@ class ReportBuilder:
         self._packs = packs
         self._templates = templates
         self.signer: Signer = SigningKey(stored.folder.root)
+        self.draw_scene: Callable[[Report], str] | None = None
+        """Draws the 3D view for the page; a room above this one gives it."""
 
     def state(self, inspection_id: str) -> Hashable:
         """Return a value that changes with the report.
@@ -219,7 +221,7 @@ class ReportBuilder:
             scratch=self._scratch,
             template=template,
             line=line,
-            draw_scene=_scene_of,
+            draw_scene=self.draw_scene,
             extras=extras,
             kept=self._kept_of(row, attachments),
             language=language,
@@ -256,12 +258,6 @@ class ReportBuilder:
         asset_id = asset_of(header)
         row = self._register.find(one_line(asset_id)) if asset_id else None
         return registered_asset(row).line if row else ()
-
-
-def _scene_of(report: Report) -> str:
-    from app.viewer.still import scene_page  # slow to import, and few formats need it
-
-    return scene_page(report)
 
 
 def _taken(track: Track, frame: int, *, has_sigma: bool) -> Taken:
