@@ -28,6 +28,7 @@ ANSWER_S = 8
 """Longest time that a statement of the session may take."""
 _LIVES_S = 12.0
 """Time without an answer of the database after which an active server ends."""
+_AT_ONCE_S = 1e-6
 _SILENCE_S = 15.0
 """Silence of the session after which a standby ends it."""
 _LOOK_EVERY_S = 0.5
@@ -69,12 +70,18 @@ class ActiveSession:
         """Whether another server may be the active one by now."""
         return self._connection.closed
 
-    def answered(self) -> None:
-        """Note an answer of the database: from now on the process may live for a while."""
+    def answered(self, asked_s: float) -> None:
+        """Note an answer of the database to what was asked then, by `time.monotonic`: for a while
+        from then on the process may live.
+
+        A standby counts from when the database has answered, which is later, however long the
+        answer was on its way.
+        """
         if self._ends_process and not self.is_lost:
+            left_s = asked_s + _LIVES_S - time.monotonic()
             # By the kernel, whose signal ends the process also when its threads are held up, and
-            # reaches a frozen process before these go on.
-            signal.setitimer(signal.ITIMER_REAL, _LIVES_S)
+            # reaches a frozen process before these go on.  Zero would stop the timer.
+            signal.setitimer(signal.ITIMER_REAL, max(left_s, _AT_ONCE_S))
 
     def stop(self) -> None:
         """Close the session, so that a standby takes over; the process may go on."""

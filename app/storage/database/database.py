@@ -151,7 +151,16 @@ class Database:
     def _write_all(self) -> None:
         active = self.dialect.active
         if active is not None:
-            event.listen(self._writer_engine, "after_cursor_execute", lambda *_: active.answered())
+            asked_s = 0.0
+
+            def ask(*_: object) -> None:
+                nonlocal asked_s
+                asked_s = time.monotonic()
+
+            event.listen(self._writer_engine, "before_cursor_execute", ask)
+            event.listen(
+                self._writer_engine, "after_cursor_execute", lambda *_: active.answered(asked_s)
+            )
             self._show_that_it_is_active()
         while self._write_next():
             pass

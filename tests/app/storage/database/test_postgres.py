@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
@@ -21,7 +22,7 @@ from sqlalchemy.orm import Session
 
 from app.errors import Busy, DiskFull, InvalidSettings, OtherServerActive, UnusableDatabase
 from app.settings import Settings
-from app.storage.database.active import LOST_CODE
+from app.storage.database.active import LOST_CODE, ActiveSession
 from app.storage.database.database import Database, stored_at
 from app.storage.database.tables import LoginSession
 
@@ -69,6 +70,19 @@ def test_one_server_is_active_at_a_time(database: Database, url: str, tmp_path: 
     database.close()
     with closing(Database(stored_at(url, tmp_path))) as other:
         other.beat()
+
+
+def test_an_active_server_lives_from_its_question_on_and_not_from_the_answer(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("signal.setitimer", lambda _, left_s: lives.append(left_s))
+    lives: list[float] = []
+    with psycopg.connect(url) as connection:
+        active = ActiveSession(connection, ends_process=True)
+        for waited_s in (5.0, 60.0):
+            active.answered(time.monotonic() - waited_s)
+    assert 0 < lives[0] < 7.1
+    assert 0 < lives[1] < 0.1
 
 
 def test_a_write_that_waits_too_long_is_busy_and_leaves_nothing(
