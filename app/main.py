@@ -226,12 +226,13 @@ def run(settings: Settings, host: str, listener: socket.socket, on_ready: OnRead
     """
     logs.configure(settings.log_format)
     keep_little()
-    server = _prepared(settings, host, on_ready)
-    # What is loaded by now stays.  To search it for garbage, as a 3D view that closes does, would
-    # hold up all requests for 140 ms.
-    gc.freeze()
-    gc.enable()
-    with suppress(KeyboardInterrupt):  # uvicorn raises it again after a graceful stop
+    # A signal stops a standby that waits; uvicorn raises it again after a graceful stop.
+    with suppress(KeyboardInterrupt):
+        server = _prepared(settings, host, on_ready)
+        # What is loaded by now stays.  To search it for garbage, as a 3D view that closes does,
+        # would hold up all requests for 140 ms.
+        gc.freeze()
+        gc.enable()
         server.run([listener])
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import ssl
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ import httpx
 
 from app.back_off import BackOff
 from app.cli.console import err
-from app.errors import NotReady, ServerAway, ServerRefused
+from app.errors import DataFolderInUse, NotReady, OtherServerActive, ServerAway, ServerRefused
 from app.settings import Settings
 from app.storage.folder.address import Address, AddressFile
 from app.storage.folder.files import Places
@@ -94,21 +94,31 @@ def api(settings: Settings, folders: Sequence[Path] = (), *, tracks: bool = Fals
         OtherServerActive: A server uses the same database, but not this folder.
     """
     file = AddressFile(Places(settings.data))
-    address = _running(file)
-    if address is not None:
-        with _client(address.url, _token(settings), address.certificate) as client:
-            yield Api(False, address.url, client)
-        return
+    with ExitStack() as opened:
+        login_url, address = "", _running(file)
+        if address is None:
+            try:
+                login_url = opened.enter_context(_started(settings, folders, tracks=tracks))
+                parts = urlsplit(login_url)
+                address = Address(f"{parts.scheme}://{parts.netloc}", None)
+            except (DataFolderInUse, OtherServerActive):
+                address = _running(file)  # of one that has just begun, such as a standby
+                if address is None:
+                    raise
+        client = _client(address.url, _token(settings), address.certificate)
+        yield Api(bool(login_url), login_url or address.url, opened.enter_context(client))
+
+
+def _started(
+    settings: Settings, folders: Sequence[Path], *, tracks: bool
+) -> AbstractContextManager[str]:
+    """Run a server for the time of the command; yield its log-in address."""
     from app.main import in_background  # slow to import
 
     changes: dict[str, Any] = {"archive_folders": (*settings.archive_folders, *folders)}
     if not tracks:
         changes |= {"max_jobs": 0, "dask": None, "inbox": None}
-    own = settings.model_copy(update=changes)
-    with in_background(own) as login_url:
-        parts = urlsplit(login_url)
-        with _client(f"{parts.scheme}://{parts.netloc}", _token(settings), None) as client:
-            yield Api(True, login_url, client)
+    return in_background(settings.model_copy(update=changes))
 
 
 def _running(file: AddressFile) -> Address | None:

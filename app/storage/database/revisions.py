@@ -27,11 +27,12 @@ def of(connection: Connection) -> str | None:
 
 
 def require_known(revision: str, database: str) -> None:
-    """Raise UnusableDatabase if a newer version of Chainage made the tables of `database`."""
+    """Raise UnusableDatabase if a version that this one does not know made the tables."""
     if revision not in _known():
         raise UnusableDatabase(
-            f"The database {database} was made by a newer version of Chainage (its revision is "
-            f"{revision}). Install that version, or restore a backup of this one."
+            f"The database {database} was made by a newer version of Chainage, or by one before "
+            f"its first release (its revision is {revision}). Install that version, or restore a "
+            "backup of this one."
         )
 
 

@@ -11,13 +11,15 @@ from pathlib import Path
 
 import psycopg
 import pytest
-from builders import TOKEN, Client, make_clip, tag_until_it_fails, wait_until
+from builders import PATIENCE_S, TOKEN, Client, make_clip, tag_until_it_fails, wait_until
+from forks import Fork
 from postgres import PostgresServer
 from processes import Process
 
 from app.storage.database.active import LOST_CODE
-from app.storage.folder.address import AddressFile
-from app.storage.folder.files import Places
+from app.storage.database.database import stored_at
+from app.storage.folder.address import Address, AddressFile
+from app.storage.folder.files import DataFolder, Places
 
 FRAMES, PACE = 150, "0.25"
 """A film that takes 24 s so slowly: enough to lose a server meanwhile."""
@@ -83,3 +85,50 @@ def test_a_standby_takes_over_and_nothing_is_lost_or_there_twice(
         with psycopg.connect(url) as connection:
             runs = connection.execute("SELECT attempt, status FROM inspections").fetchall()
         assert runs == [(2, "done")]  # so it was lost in the middle, and tracked once more
+
+
+def test_a_standby_that_waits_is_stopped_as_a_server_is(
+    postgres: PostgresServer, tmp_path: Path
+) -> None:
+    url = postgres.new_database()
+    active = stored_at(url, tmp_path)
+    active.lead(None)
+    standby = Process(tmp_path / "data", tmp_path / "log", is_standby=True, DATABASE=url)
+    try:
+        wait_until(lambda: "standby" in standby.log.read_text())
+        assert standby.terminate() == 0
+    finally:
+        standby.end()
+        active.stop()
+
+
+def test_a_command_finds_the_standby_that_has_just_taken_over(
+    postgres: PostgresServer, tmp_path: Path
+) -> None:
+    url, data, log = postgres.new_database(), tmp_path / "data", tmp_path / "log"
+    successor = stored_at(url, data)
+    successor.lead(None)  # it leads, and does not hold the folder yet
+    command = Fork(
+        ["archive", "list", "--data", str(data)],
+        os.environ | {"CHAINAGE_DATABASE": url, "CHAINAGE_TOKEN": TOKEN},
+        log,
+    )
+    try:
+        wait_until(lambda: waits_for_the_lock(url))
+        folder = DataFolder(data, reserve_bytes=0, is_shared=True)
+        AddressFile(folder).keep(Address("http://127.0.0.1:1", None))
+        assert command.wait(PATIENCE_S) == 1
+    finally:
+        command.end()
+        successor.stop()
+    folder.close()
+    assert "The server at http://127.0.0.1:1 does not answer" in " ".join(log.read_text().split())
+
+
+def waits_for_the_lock(url: str) -> bool:
+    with psycopg.connect(url) as connection:
+        found = connection.execute(
+            "SELECT count(*) FROM pg_stat_activity "
+            "WHERE application_name = 'chainage' AND datname = current_database()"
+        )
+        return found.fetchone() == (2,)  # the one that has it, and the one that waits
