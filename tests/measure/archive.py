@@ -391,10 +391,6 @@ class Server:
         headers = {"Authorization": f"Bearer {TOKEN}"}
         self._client = httpx.Client(base_url=self.url, headers=headers, timeout=60)
 
-    def post(self, action: str, where: Mapping[str, str]) -> None:
-        """Do something with films of the archive."""
-        self.ask("POST", f"/api/archive/{action}", json={"where": where}, patience_s=60)
-
     def ask(
         self, method: str, path: str, *, patience_s: float = 0.0, **more: object
     ) -> httpx.Response:

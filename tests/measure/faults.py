@@ -1,31 +1,26 @@
-"""Checks that acknowledged content survives repeated kill -9; not a test.
-
-    python tests/measure faults [--rounds 200] [--seed 1] [--data FOLDER]
+"""Checks that acknowledged content survives repeated kill -9; `resilience` runs it.
 
 A real server is under load all the time: uploads in pieces, tags that are put, changed and deleted,
 a video that is tracked over and over and a camera that is recorded.  In each round the server or
 one of its processes is killed at a random moment; then all is compared with what was acknowledged.
-`tests/app/tracking/films/test_faults.py` does ten rounds of the same.
+`tests/app/tracking/films/test_faults.py` does some rounds of the same.
 """
 
 from __future__ import annotations
 
-import argparse
 import base64
 import json
-import logging
 import os
 import random
 import shutil
 import signal
 import sqlite3
-import sys
 import tempfile
 import threading
 import time
 import urllib.error
 from contextlib import closing, suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from http.client import HTTPException
 from pathlib import Path
 from typing import Any
@@ -386,29 +381,3 @@ def is_running(pid: int, module: str) -> bool:
     with suppress(FileNotFoundError, ProcessLookupError):
         return module in Path(f"/proc/{pid}/cmdline").read_text().split("\0")
     return False
-
-
-def main() -> None:
-    """Run and print the counts; exit with 1 if anything was lost."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--rounds", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--data", type=Path, help="folder to leave the server's data in")
-    asked = parser.parse_args()
-    logging.disable()
-    begun_s = time.monotonic()
-    with tempfile.TemporaryDirectory() as folder:
-        storm = Storm(asked.data or Path(folder), asked.seed)
-        try:
-            storm.run(asked.rounds)
-        finally:
-            for field in fields(storm.tally):
-                number = getattr(storm.tally, field.name)
-                print(f"{field.name.replace('_', ' '):24} {number:8}")  # noqa: T201
-            each_s = (time.monotonic() - begun_s) / max(storm.tally.rounds, 1)
-            print(f"{'seconds a round':24} {each_s:8.1f}")  # noqa: T201
-    sys.exit(1 if storm.tally.faults else 0)
-
-
-if __name__ == "__main__":
-    main()

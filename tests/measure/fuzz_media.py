@@ -1,18 +1,13 @@
-"""Tries thousands of damaged and malicious media files; prints the outcomes as a table.
-
-    python tests/measure fuzz_media --rounds 5000 --served 200 --seed 1
+"""Tries thousands of damaged and malicious media files; `resilience` runs it.
 
 Every round does one to four things to the bytes of a whole clip (tests/hostile.py) and gives the
 file to the code of the children, each in a process of its own under their limits.  `--served` of
 the rounds go through a real server too: upload, inspection, track, a page that asks meanwhile.
-Exits with 1 if the server failed once, or a child met something that nobody had foreseen.  A file
-that did so is kept in `--keep`.
 """
 
 # ruff: noqa: T201
 from __future__ import annotations
 
-import argparse
 import random
 import sys
 import tempfile
@@ -40,7 +35,6 @@ class Attacks:
     """By seed and outcome."""
     server: Counter[str] = field(default_factory=Counter)
     """Outcomes of those that went through a server."""
-    slowest_s: float = 0.0
 
     def count(self, *ends: str) -> int:
         """Return the number of files with these outcomes."""
@@ -52,18 +46,7 @@ class Attacks:
         return self.count("unforeseen") + self.server["server failure"]
 
 
-def main() -> int:
-    """Run; return 1 if something was wrong."""
-    options = _options()
-    found = attack(options.rounds, options.served, options.seed, options.keep)
-    _print_table(found.tally)
-    print(f"\nslowest file {found.slowest_s:.1f} s, seed {options.seed}")
-    served = sorted(found.server.items())
-    print("through the server: " + ", ".join(f"{kind} {n}" for kind, n in served))
-    return int(bool(found.faults))
-
-
-def attack(rounds: int, served: int, seed: int, keep: Path | None = None) -> Attacks:
+def attack(rounds: int, served: int, seed: int) -> Attacks:
     """Try several files, some of them through a server too; Ctrl+C ends with the outcomes so
     far.
     """
@@ -83,21 +66,13 @@ def attack(rounds: int, served: int, seed: int, keep: Path | None = None) -> Att
                 path.write_bytes(_mutation(rng, seeds, name))
                 verdict = tracker.verdict(path)
                 found.tally[name, _column(verdict)] += 1
-                found.slowest_s = max(found.slowest_s, verdict.seconds)
                 if verdict.end in BAD:
-                    _keep(keep, path, n, verdict)
+                    print(
+                        f"round {n}: {verdict.end}: {verdict.said.strip()[-1500:]}", file=sys.stderr
+                    )
                 if n in through_server:
                     found.server[_served(client, path)] += 1
     return found
-
-
-def _options() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=5000)
-    parser.add_argument("--served", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", type=Path, help="folder for files that a child did not survive")
-    return parser.parse_args()
 
 
 def _mutation(rng: random.Random, seeds: dict[str, bytes], name: str) -> bytes:
@@ -138,28 +113,3 @@ def _served(client: Client, path: Path) -> str:
     if ended["status"] == "failed":
         return "clear failure"
     return "partial result" if ended["warning"] else "whole"
-
-
-def _keep(folder: Path | None, path: Path, n: int, verdict: Verdict) -> None:
-    print(f"round {n}: {verdict.end}: {verdict.said.strip()[-1500:]}", file=sys.stderr)
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{n}-{verdict.end.replace(' ', '-')}{path.suffix}").write_bytes(
-            path.read_bytes()
-        )
-
-
-def _print_table(tally: Counter[tuple[str, str]]) -> None:
-    columns = ("whole", "partial", "clear failure", *BAD)
-    print("| seed | attacks | " + " | ".join(columns) + " |")
-    print("|---" * (len(columns) + 2) + "|")
-    for name in [*sorted({name for name, _ in tally}), "all"]:
-        counts = [
-            sum(n for (each, kind), n in tally.items() if kind == column and name in (each, "all"))
-            for column in columns
-        ]
-        print(f"| {name} | {sum(counts)} | " + " | ".join(map(str, counts)) + " |")
-
-
-if __name__ == "__main__":
-    sys.exit(main())

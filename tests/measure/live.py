@@ -1,31 +1,23 @@
-"""How old the live picture is when it is on screen, measured in a real Chromium; not a test.
-
-    python tests/measure live [--seconds 20] [--runs 3]
+"""What the scripts that watch a live camera share: a camera that numbers its pictures, and a page.
 
 A rendered culvert with the number of the frame as blocks in its first rows is served as an MJPEG
-camera at 30 frames a second, the server records and tracks it, the page shows it.  At each
-animation frame, after everything has been drawn, the page reads the number off its own canvas.
-Camera, server and browser have one clock, so that the number identifies the time of the camera's
-picture.
+camera.  At each animation frame, after everything has been drawn, the page reads the number off its
+own canvas.  Camera, server and browser have one clock, so that the number identifies the time of
+the camera's picture.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
-import os
-import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from builders import BLOCK, blocks
 from cameras import MjpegCamera
@@ -41,9 +33,6 @@ RATE_HZ = 30
 LEG_MM = 1500.0
 SPEED_MM_S = 120.0
 WARM_UP_S = 12.0
-CHECKED = 40
-"""Number of frames compared with the recording."""
-
 # What is about to be presented: size observers run after all animation callbacks of a frame.
 WATCH = """(seconds) => import('/static/core/wall/units.js')
   .then((units) => new Promise((resolve) => {
@@ -112,85 +101,12 @@ class NumberedCamera(MjpegCamera):
         return picture
 
 
-@dataclass(frozen=True)
-class Measured:
-    """The figures of one run; times in ms."""
-
-    first_shown: list[float]
-    """Age of each picture when it is first on screen."""
-    on_screen: list[float]
-    """Age of the picture on screen, at each animation frame."""
-    gaps: list[float]
-    """Time between two pictures on screen."""
-    long_tasks: list[float]
-    mixed: int
-    """Animation frames in which picture, number, pose or read-out came from different frames."""
-    interactive: float
-    tracked_hz: float
-    load: float
-
-
 def drive() -> list[NDArray[np.uint8]]:
     scenario = replace(
         SAMPLE, name="measure", length_mm=LEG_MM, legs=(1.0,), rest_s=0.0, speed_mm_s=SPEED_MM_S,
         frames_per_s=RATE_HZ, defects=(),
     )  # fmt: skip
     return [frame.image for frame in render(scenario)]
-
-
-def measure(page: Page, server: Server, camera: NumberedCamera, seconds: float) -> Measured:
-    body = {
-        "name": "Measured", "source": {"kind": "live", "url": camera.url},
-        "rig": SAMPLE.rig.model_dump(mode="json"), "header": {},
-    }  # fmt: skip
-    made = ask_json(server, "POST", "/api/inspections", body)
-    path = f"/api/inspections/{made['id']}"
-    page.goto(f"{server.url}/inspections/{made['id']}")
-    interactive = page.evaluate(INTERACTIVE)
-    page.wait_for_function(
-        "() => document.querySelector('inspection-page').desk?.playhead.value.row"
-    )
-    time.sleep(WARM_UP_S)
-    before, begun = ask_json(server, "GET", path), time.monotonic()
-    seen: dict[str, Any] = page.evaluate(WATCH, seconds)
-    after, load = ask_json(server, "GET", path), os.getloadavg()[0]
-    tracked_hz = _tracked(after) - _tracked(before)
-    tracked_hz /= time.monotonic() - begun
-    server.ask("POST", f"{path}/finish", {"end_condition": "complete"}).close()
-    samples = seen["samples"]
-    shown_ms = {}
-    for at_ms, number, _, _ in samples:
-        shown_ms.setdefault(number, at_ms)
-    checked = {frame for _, _, frame, _ in samples[:: len(samples) // CHECKED]}
-    recorded = _numbers_of_frames(server, path, checked)
-    return Measured(
-        [at_ms - camera.sent_ms[number] for number, at_ms in shown_ms.items()],
-        [at_ms - camera.sent_ms[number] for at_ms, number, _, _ in samples],
-        [later - earlier for earlier, later in pairwise(sorted(shown_ms.values()))],
-        [duration for _, duration in seen["tasks"]],
-        sum(
-            not is_one or recorded.get(frame, number) != number
-            for _, number, frame, is_one in samples
-        ),
-        interactive,
-        tracked_hz,
-        load,
-    )
-
-
-def _numbers_of_frames(server: Server, path: str, frames: set[int]) -> dict[int, int]:
-    """Return the numbers shown by some frames of the recording."""
-    found = {}
-    for frame in frames:
-        with server.ask("GET", f"{path}/frames/{frame}.jpg") as answer:
-            picture = cv2.imdecode(np.frombuffer(answer.read(), np.uint8), cv2.IMREAD_GRAYSCALE)
-        row = picture[BLOCK // 2, BLOCK // 2 : 256 : BLOCK]
-        found[frame] = sum(1 << i for i, grey in enumerate(row) if grey > 127)
-    return found
-
-
-def _tracked(inspection: dict[str, Any]) -> int:
-    return int(inspection["progress"]["frames_done"]) - int(inspection["live"]["dropped"])
 
 
 def ask_json(server: Server, method: str, path: str, body: object = None) -> dict[str, Any]:
@@ -200,21 +116,6 @@ def ask_json(server: Server, method: str, path: str, body: object = None) -> dic
 
 def percentile(values: Sequence[float], percent: float) -> float:
     return float(np.percentile(values, percent))
-
-
-COLUMNS: tuple[tuple[str, Callable[[Measured], str]], ...] = (
-    ("first shown p50", lambda m: f"{percentile(m.first_shown, 50):.0f}"),
-    ("p95", lambda m: f"{percentile(m.first_shown, 95):.0f}"),
-    ("on screen p50", lambda m: f"{percentile(m.on_screen, 50):.0f}"),
-    ("p95", lambda m: f"{percentile(m.on_screen, 95):.0f}"),
-    ("pictures/s", lambda m: f"{1000 / statistics.mean(m.gaps):.1f}"),
-    ("tracked/s", lambda m: f"{m.tracked_hz:.1f}"),
-    ("tasks > 100", lambda m: str(sum(ms > 100 for ms in m.long_tasks))),
-    ("longest", lambda m: f"{max(m.long_tasks, default=0):.0f}"),
-    ("mixed", lambda m: str(m.mixed)),
-    ("interactive", lambda m: f"{m.interactive:.0f}"),
-    ("load", lambda m: f"{m.load:.1f}"),
-)
 
 
 @contextmanager
@@ -233,22 +134,3 @@ def server_and_page() -> Iterator[tuple[Server, Page]]:
 def print_line(line: str) -> None:
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
-
-
-def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    arguments.add_argument("--seconds", type=float, default=20)
-    arguments.add_argument("--runs", type=int, default=3)
-    chosen = arguments.parse_args()
-    pictures = drive()
-    print_line("  ".join(name for name, _ in COLUMNS) + "  (ms)")
-    with server_and_page() as (server, page):
-        for _ in range(chosen.runs):
-            with NumberedCamera(pictures) as camera:
-                found = measure(page, server, camera, chosen.seconds)
-            cells = [value(found).rjust(len(name)) for name, value in COLUMNS]
-            print_line("  ".join(cells))
-
-
-if __name__ == "__main__":
-    main()

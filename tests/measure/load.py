@@ -1,19 +1,15 @@
-"""Measures whether server, cameras and viewers sustain the stated load on this machine; not a test.
-
-    python tests/measure load [four viewers] [--seconds 45]
+"""Measures whether server, cameras and viewers sustain the stated load; `resilience` runs it.
 
 `four`: four cameras at 15 frames a second, one real page, programs as viewers of the others.
 `viewers`: one camera at 30, twenty viewers: a real page, seventeen programs that keep up, one that
 takes a second for each message and one that never acknowledges.  The cameras send 640 x 480 of a
 rendered culvert with the number of the frame in it; the number says when a picture was taken, so
 that the age of what is shown is known whatever the server claims.  Cameras, viewers and Chromium
-with its 3D view in software use the same cores as the server; the second table shows the share of
-each.
+with its 3D view in software use the same cores as the server.
 """
 
 from __future__ import annotations
 
-import argparse
 import io
 import json
 import multiprocessing
@@ -21,11 +17,10 @@ import os
 import statistics
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import av
@@ -43,16 +38,11 @@ from measure.live import (
     ask_json,
     drive,
     percentile,
-    print_line,
     server_and_page,
 )
 
-MAX_AGE_MS = 250
-MAX_GROWTH = 0.05
-"""Allowed growth of the memory, from the first third of the run to the last."""
 NEVER_S = 1e6
 _LOOK_EVERY_S = 0.01
-_TICKS_HZ = os.sysconf("SC_CLK_TCK")
 _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 
 
@@ -95,14 +85,7 @@ class Held:
     """Age of the picture on the page at each of its animation frames."""
     programs: list[float]
     """p95 of each viewer that keeps up."""
-    slow: list[int]
-    """Number of messages received by the others."""
-    backwards: int
-    """Poses older than the previous one, over all viewers."""
     rss_mb: list[float]
-    cores: dict[str, float]
-    """Processor seconds per second, by group."""
-    load: float
 
     @property
     def growth(self) -> float:
@@ -111,52 +94,26 @@ class Held:
         first, last = map(statistics.median, (self.rss_mb[:third], self.rss_mb[-third:]))
         return last / first - 1
 
-    @property
-    def misses(self) -> list[str]:
-        """Return the missed targets."""
-        found = {
-            "poses lost": any(it.rows != it.frames for it in self.recorded),
-            "poses interpolated": any(it.left_out for it in self.recorded),
-            "old poses shown": self.backwards > 0,
-            "page too late": percentile(self.page, 95) > MAX_AGE_MS,
-            "programs too late": max(self.programs) > MAX_AGE_MS,
-            "memory grows": self.growth > MAX_GROWTH,
-        }
-        return [name for name, is_so in found.items() if is_so]
-
 
 class Census:
-    """Memory of the server with its children once a second, and processor time by group."""
+    """Memory of the server with its children once a second."""
 
-    def __init__(self, groups: dict[str, Callable[[], list[int]]]) -> None:
+    def __init__(self, server: Server) -> None:
         self.rss_mb: list[float] = []
-        self._groups = groups
-        self._before = self._ticks()
-        self._began_s = time.monotonic()
+        self._server = server
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
 
-    def end(self) -> dict[str, float]:
-        """Stop; return cores by group."""
+    def end(self) -> None:
+        """Stop."""
         self._ended.set()
         self._thread.join()
-        seconds, after = time.monotonic() - self._began_s, self._ticks()
-        return {
-            name: sum(ticks - self._before[name].get(pid, 0) for pid, ticks in by_pid.items())
-            / _TICKS_HZ / seconds
-            for name, by_pid in after.items()
-        }  # fmt: skip
 
     def _watch(self) -> None:
         while not self._ended.wait(1):
-            pids = self._groups["server"]() + self._groups["its children"]()
+            pids = [self._server.pid, *descendants(self._server.pid)]
             self.rss_mb.append(sum(map(_rss_bytes, pids)) / 2**20)
-
-    def _ticks(self) -> dict[str, dict[int, int]]:
-        return {
-            name: {pid: _cpu_ticks(pid) for pid in pids()} for name, pids in self._groups.items()
-        }
 
 
 def descendants(pid: int) -> list[int]:
@@ -176,14 +133,6 @@ def _rss_bytes(pid: int) -> int:
         return 0
 
 
-def _cpu_ticks(pid: int) -> int:
-    try:
-        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    except (FileNotFoundError, ProcessLookupError):
-        return 0
-    return int(fields[11]) + int(fields[12])
-
-
 def measure(page: Page, server: Server, load: Load, cameras: Sequence[NumberedCamera],
             pool: ProcessPoolExecutor, seconds: float) -> Held:  # fmt: skip
     ids = [_started(server, camera) for camera in cameras]
@@ -201,9 +150,9 @@ def measure(page: Page, server: Server, load: Load, cameras: Sequence[NumberedCa
     watching = pool.submit(watch, viewers, until_s)
     time.sleep(WARM_UP_S)
     since_s, before = time.time(), [_dropped(server, id_) for id_ in ids]
-    census = Census(_groups(server, pool))
+    census = Census(server)
     samples = page.evaluate(WATCH, until_s - time.time())["samples"]
-    cores, load_average = census.end(), os.getloadavg()[0]
+    census.end()
     seen = watching.result(60)
     after = [_dropped(server, id_) for id_ in ids]
     recorded = [
@@ -215,7 +164,6 @@ def measure(page: Page, server: Server, load: Load, cameras: Sequence[NumberedCa
         for camera, pauses in zip(cameras, load.pauses_s, strict=True)
         for _ in pauses
     ]  # fmt: skip
-    page_frames = [frame for _, _, frame, _ in samples]
     return Held(
         recorded=recorded,
         page=[at_ms - cameras[0].sent_ms[number] for at_ms, number, _, _ in samples],
@@ -224,15 +172,7 @@ def measure(page: Page, server: Server, load: Load, cameras: Sequence[NumberedCa
             for viewer, got, camera in zip(viewers, seen, whose, strict=True)
             if not viewer.pause_s
         ],
-        slow=[len(got.frames) for viewer, got in zip(viewers, seen, strict=True) if viewer.pause_s],
-        backwards=sum(
-            later < earlier
-            for frames in (page_frames, *(got.frames for got in seen))
-            for earlier, later in pairwise(frames)
-        ),
         rss_mb=census.rss_mb,
-        cores=cores,
-        load=load_average,
     )
 
 
@@ -270,40 +210,6 @@ def _ended(server: Server, inspection_id: str) -> tuple[int, int]:
     return frames, len(columns["frame"])
 
 
-def _groups(server: Server, pool: ProcessPoolExecutor) -> dict[str, Callable[[], list[int]]]:
-    def viewers() -> list[int]:
-        return [child.pid for child in multiprocessing.active_children() if child.pid]
-
-    def browser() -> list[int]:
-        others = {server.pid, *descendants(server.pid), *viewers()}
-        return [pid for pid in descendants(os.getpid()) if pid not in others]
-
-    return {
-        "server": lambda: [server.pid],
-        "its children": lambda: descendants(server.pid),
-        "page": browser,
-        "programs": viewers,
-        "cameras": lambda: [os.getpid()],
-    }
-
-
-COLUMNS: tuple[tuple[str, Callable[[Held], str]], ...] = (
-    ("frames", lambda h: "+".join(str(it.frames) for it in h.recorded)),
-    ("lost", lambda h: str(sum(it.frames - it.rows for it in h.recorded))),
-    ("interpolated", lambda h: str(sum(it.left_out for it in h.recorded))),
-    ("(at start)", lambda h: str(sum(it.left_out_before for it in h.recorded))),
-    ("backwards", lambda h: str(h.backwards)),
-    ("page p50", lambda h: f"{percentile(h.page, 50):.0f}"),
-    ("p95", lambda h: f"{percentile(h.page, 95):.0f}"),
-    ("worst program p95", lambda h: f"{max(h.programs):.0f}"),
-    ("slow readers got", lambda h: "+".join(map(str, h.slow)) or "-"),
-    ("MB", lambda h: f"{statistics.median(h.rss_mb):.0f}"),
-    ("growth %", lambda h: f"{100 * h.growth:+.1f}"),
-    ("load", lambda h: f"{h.load:.1f}"),
-    ("misses", lambda h: ", ".join(h.misses) or "none"),
-)
-
-
 def holding(loads: Sequence[str], seconds: float) -> Iterator[tuple[str, Held]]:
     """Apply each load to one server; yield the figures."""
     pictures = drive()
@@ -320,20 +226,3 @@ def holding(loads: Sequence[str], seconds: float) -> Iterator[tuple[str, Held]]:
                 ]
                 held = measure(page, server, load, cameras, pool, seconds)
             yield name, held
-
-
-def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    arguments.add_argument("loads", nargs="*", metavar="LOAD", help=f"of {', '.join(LOADS)}; all")
-    arguments.add_argument("--seconds", type=float, default=45)
-    chosen = arguments.parse_args()
-    headings = ["load".ljust(8), *(name for name, _ in COLUMNS)]
-    print_line("  ".join(headings) + "  (ages in ms)")
-    for name, held in holding(chosen.loads or list(LOADS), chosen.seconds):
-        cells = [value(held).rjust(len(head)) for head, value in COLUMNS]
-        print_line("  ".join([name.ljust(8), *cells]))
-        print_line("  cores: " + ", ".join(f"{who} {n:.2f}" for who, n in held.cores.items()))
-
-
-if __name__ == "__main__":
-    main()

@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import re
 import statistics
 import tempfile
 import time
@@ -25,6 +24,7 @@ from typing import Any
 from playwright.sync_api import Browser, Page
 from steps import Server, log_in
 
+from app.lab.markdown_figures import write_figures
 from measure.chromium import chromium
 from measure.live import INTERACTIVE, print_line
 from measure.load import descendants
@@ -39,7 +39,6 @@ TAG_EVERY_S = 5.0
 QUIET_S = 4.0
 PATIENCE_S = 600
 _TABLE = Path(__file__).parents[2] / "docs" / "long_survey.md"
-_BEGIN, _END = "<!-- measured: begin -->", "<!-- measured: end -->"
 
 Figures = dict[str, float]
 
@@ -301,14 +300,6 @@ def _cell(value: float | None, limit: float | None, decimals: int = 0) -> str:
     return f"**{text}**" if limit is not None and value > limit else text
 
 
-def write(text: str) -> None:
-    """Write a table between the markers in the docs."""
-    page = _TABLE.read_text("utf-8")
-    parts = re.split(f"({re.escape(_BEGIN)}|{re.escape(_END)})", page)
-    parts[2] = f"\n{text}"
-    _TABLE.write_text("".join(parts), "utf-8")
-
-
 def _size(text: str) -> tuple[int, int]:
     defects, _, frames = text.partition("x")
     return int(defects), int(frames)
@@ -331,7 +322,7 @@ def main() -> None:
         f"Load of the machine at the end: {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores."
     )
     if chosen.write:
-        write(text)
+        write_figures(_TABLE, "measured", "python tests/measure long_survey --write", text)
 
 
 if __name__ == "__main__":

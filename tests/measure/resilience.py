@@ -2,7 +2,7 @@
 
     python tests/measure resilience [--files 5000] [--rounds 200] [--seconds 45] [--write FILE.md]
 
-Runs `fuzz_media`, `faults` and `measure_load` one after the other, 40 minutes on two quiet cores.
+Runs `fuzz_media`, `faults` and `load` one after the other, 40 minutes on two quiet cores.
 Ends with 1 if a server failed or something acknowledged was lost.
 """
 
