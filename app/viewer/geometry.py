@@ -183,35 +183,44 @@ def tube(radius_m: float, length_m: float, *, sides: int = 64, inward: bool) -> 
     """Return a cylinder's side along +X from the origin, visible from inside or from outside
     only.
     """
-    phi = np.linspace(0, 2 * np.pi, sides, endpoint=False)
-    ring = radius_m * np.stack([np.zeros(sides), np.sin(phi), np.cos(phi)], axis=1)
-    vertices = np.concatenate([ring, ring + np.array([length_m, 0, 0])])
-    return Mesh(vertices, _strip_faces(sides, flip=inward))
+    ring = radius_m * _ring(np.linspace(0, 2 * np.pi, sides, endpoint=False))
+    return _extruded(ring, length_m, is_closed=True, flip=inward)
 
 
 def torus(radius_m: float, thickness_m: float, *, sides: int = 64, around: int = 8) -> Mesh:
     """Return a ring around the X axis; `radius_m` is that of its centre line."""
-    phi = np.linspace(0, 2 * np.pi, sides, endpoint=False)
-    psi = np.linspace(0, 2 * np.pi, around, endpoint=False)
-    reach = radius_m + thickness_m / 2 * np.cos(psi)[:, None]
-    x = np.broadcast_to(thickness_m / 2 * np.sin(psi)[:, None], (around, sides))
-    vertices = np.stack([x, reach * np.sin(phi), reach * np.cos(phi)], axis=-1).reshape(-1, 3)
-    strip = _strip_faces(sides, flip=False)
+    ring = _ring(np.linspace(0, 2 * np.pi, sides, endpoint=False))
+    psi = np.linspace(0, 2 * np.pi, around, endpoint=False)[:, None, None]
+    vertices = (radius_m + thickness_m / 2 * np.cos(psi)) * ring
+    vertices[..., 0] = thickness_m / 2 * np.sin(psi[..., 0])
+    strip = _strip_faces(sides, is_closed=True)
     faces = np.concatenate([strip + sides * k for k in range(around)]) % (sides * around)
-    return Mesh(vertices, faces)
+    return Mesh(vertices.reshape(-1, 3), faces)
 
 
-def _strip_faces(sides: int, *, flip: bool) -> NDArray[np.int64]:
-    """Return faces between a closed ring of vertices and the next one."""
-    here = np.arange(sides)
-    there = (here + 1) % sides
-    faces = np.concatenate(
+def _ring(phi: Vector) -> NDArray[np.float64]:
+    """Return (N, 3) points at the distance 1 from the axis, at x = 0."""
+    return np.stack([np.zeros_like(phi), np.sin(phi), np.cos(phi)], axis=1)
+
+
+def _extruded(
+    line: NDArray[np.float64], length_m: float = 1.0, *, is_closed: bool = False, flip: bool = False
+) -> Mesh:
+    """Return the surface over which an (N, 3) line sweeps along +X."""
+    faces = _strip_faces(len(line), is_closed=is_closed)
+    return Mesh(np.concatenate([line, line + [length_m, 0, 0]]), faces[:, ::-1] if flip else faces)
+
+
+def _strip_faces(count: int, *, is_closed: bool) -> NDArray[np.int64]:
+    """Return faces between a line of so many vertices and the next one."""
+    here = np.arange(count if is_closed else count - 1)
+    there = (here + 1) % count
+    return np.concatenate(
         [
-            np.stack([here, here + sides, there], axis=1),
-            np.stack([there, here + sides, there + sides], axis=1),
+            np.stack([here, here + count, there], axis=1),
+            np.stack([there, here + count, there + count], axis=1),
         ]
     )
-    return faces[:, ::-1] if flip else faces
 
 
 def plank(length_m: float, half_width_m: float) -> Mesh:
@@ -230,21 +239,10 @@ def strip(
     The second value holds the (V, 2) texture coordinates of its vertices: u along +X, v from the
     first arc.
     """
-    radius_m = section.radius_m
     v = np.linspace(0.0, 1.0, sides + 1)
-    arc = arc_from_m + v * (arc_to_m - arc_from_m)
-    if radius_m is None:
-        ring = np.stack([np.zeros_like(arc), arc, np.zeros_like(arc)], axis=1)
-    else:
-        phi = arc / radius_m
-        ring = radius_m * np.stack([np.zeros_like(arc), np.sin(phi), np.cos(phi)], axis=1)
-    here = np.arange(sides)
-    there = here + sides + 1
-    faces = np.concatenate(
-        [np.stack([here, here + 1, there], axis=1), np.stack([there, here + 1, there + 1], axis=1)]
-    )
-    uv = np.concatenate([np.stack([np.full_like(v, u), v], axis=1) for u in (0.0, 1.0)])
-    return Mesh(np.concatenate([ring, ring + np.array([1.0, 0, 0])]), faces), uv
+    arcs_m = arc_from_m + v * (arc_to_m - arc_from_m)
+    mesh = _extruded(wall_points(section, np.zeros_like(v), arcs_m, 0.0), flip=True)
+    return mesh, np.concatenate([np.stack([np.full_like(v, u), v], axis=1) for u in (0.0, 1.0)])
 
 
 def dashed(mesh: Mesh, sides: int, *, dashes: int, share: float) -> Mesh:
@@ -259,25 +257,11 @@ def half_shell(radius_m: float, thickness_m: float, phi_from: float, phi_to: flo
 
     Its triangles have no common side to face, so it is to be drawn from both sides.
     """
-    phi = np.linspace(phi_from, phi_to, 33)
-    ring = np.stack([np.zeros_like(phi), np.sin(phi), np.cos(phi)], axis=1)
+    ring = _ring(np.linspace(phi_from, phi_to, 33))
     inner, outer = radius_m * ring, (radius_m + thickness_m) * ring
     # Each part has its own vertices: shared ones would round the edges of the cut.
     parts = [inner, outer, np.stack([inner[0], outer[0]]), np.stack([inner[-1], outer[-1]])]
-    meshes = [_extruded(line) for line in parts]
-    return joined(meshes)
-
-
-def _extruded(line: NDArray[np.float64]) -> Mesh:
-    count = len(line)
-    here = np.arange(count - 1)
-    faces = np.concatenate(
-        [
-            np.stack([here, here + count, here + 1], axis=1),
-            np.stack([here + count, here + count + 1, here + 1], axis=1),
-        ]
-    )
-    return Mesh(np.concatenate([line, line + np.array([1.0, 0.0, 0.0])]), faces)
+    return joined([_extruded(line) for line in parts])
 
 
 def cut_away(mesh: Mesh, phi_from: float, phi_to: float) -> Mesh:

@@ -6,8 +6,6 @@ hatched between dotted edges.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import viser
 
 from app.survey.interval import half_width_m
@@ -25,16 +23,6 @@ _LEAST_HALF_WIDTH: dict[CameraMode, float] = {"overview": 0.06, "follow": 0.02, 
 _SIDES = 144
 
 
-@dataclass(frozen=True)
-class _Look:
-    band: viser.MeshHandle
-    edges: tuple[viser.MeshHandle, viser.MeshHandle]
-
-    @property
-    def nodes(self) -> tuple[viser.MeshHandle, ...]:
-        return (self.band, *self.edges)
-
-
 class Interval:
     """Three rings, one for each status, created once and then only moved and hidden."""
 
@@ -46,14 +34,13 @@ class Interval:
         self._lift_m = 0.01 * size if section.radius_m is None else 0.0
         band, _ = strip(inner, *inner.arcs_m, sides=_SIDES)
         if section.radius_m is None:
-            flat, _ = strip(inner, *inner.arcs_m, sides=_SIDES)
-            edge = Mesh((flat.vertices - [0.5, 0, 0]) * [0.03 * size, 1, 1], flat.faces)
+            edge = Mesh((band.vertices - [0.5, 0, 0]) * [0.03 * size, 1, 1], band.faces)
         else:
             edge = torus(0.98 * section.radius_m, 0.022 * size, sides=_SIDES)
         dashes = dashed(edge, _SIDES, dashes=18, share=0.6)
         dots = dashed(edge, _SIDES, dashes=36, share=0.5)
         hatch = dashed(band, _SIDES, dashes=36, share=0.5)
-        self._looks: dict[Status, _Look] = {
+        self._nodes: dict[Status, tuple[viser.MeshHandle, ...]] = {
             "ok": self._draw("ok", band, edge),
             "weak": self._draw("weak", band, dashes),
             "lost": self._draw("lost", hatch, dots),
@@ -65,18 +52,18 @@ class Interval:
         x_m = estimate.distance_mm / 1000
         least_m = _LEAST_HALF_WIDTH[mode] * self._section.scale_m
         half_m = max(half_width_m(estimate.sigma_distance_mm), least_m)
-        look = self._looks[estimate.status]
-        look.band.position = (x_m - half_m, 0.0, -self._lift_m)
-        look.band.scale = (2 * half_m, 1.0, 1.0)
-        for side, edge in zip((-1, 1), look.edges, strict=True):
+        band, *edges = self._nodes[estimate.status]
+        band.position = (x_m - half_m, 0.0, -self._lift_m)
+        band.scale = (2 * half_m, 1.0, 1.0)
+        for side, edge in zip((-1, 1), edges, strict=True):
             edge.position = (x_m + side * half_m, 0.0, -self._lift_m)
         if estimate.status != self._status:
             self._status = estimate.status
-            for status, other in self._looks.items():
-                for node in other.nodes:
+            for status, nodes in self._nodes.items():
+                for node in nodes:
                     node.visible = status == estimate.status
 
-    def _draw(self, status: Status, band: Mesh, edge: Mesh) -> _Look:
+    def _draw(self, status: Status, band: Mesh, edge: Mesh) -> tuple[viser.MeshHandle, ...]:
         def node(name: str, mesh: Mesh, opacity: float | None) -> viser.MeshHandle:
             return self._scene.add_mesh_simple(
                 f"/interval/{status}/{name}",
@@ -89,4 +76,4 @@ class Interval:
                 visible=False,
             )
 
-        return _Look(node("band", band, 0.4), (node("from", edge, None), node("to", edge, None)))
+        return node("band", band, 0.4), node("from", edge, None), node("to", edge, None)

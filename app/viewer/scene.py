@@ -61,14 +61,7 @@ def still_page(
 ) -> str:
     """Make a page that shows a finished run without a server; blocks for some 100 ms.
 
-    Args:
-        rig: The rig of the run.
-        track: The corrected track, with poses in the pipe.
-        pose: Pose of the robot; None leaves it at the zero.
-        pins: Defects to show.
-        joints: Seen and expected joints.
-        wall: Pictures of the wall, as many as a browser can hold; None if there are none.
-        wording: Language and unit of the labels.
+    The track is corrected, with poses in the pipe; without a `pose` the robot stands at the zero.
 
     Raises:
         ViewerUnavailable: The viser server could not be started.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Collection, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from app.back_off import BackOff
 from app.errors import InspectionNotFound, StoreUnavailable, TileNotFound
@@ -54,22 +54,8 @@ _AGAIN = BackOff(first_s=0.5, longest_s=30.0)
 _OF_SCENE = frozenset(("mode", "cut", "selected"))
 
 
-@dataclass
-class _Due:
-    """What to draw next, only the newest of each kind."""
-
-    frames: Update | None = None
-    """The newest update of the tracking."""
-    path_is_reset: bool = False
-    track: bool = False
-    """Whether to redraw the whole corrected track."""
-    robot: bool = False
-    wall: bool = False
-    wording: bool = False
-    pins: bool = False
-
-    def __bool__(self) -> bool:
-        return self != _Due()
+_Part = Literal["reset", "track", "frames", "robot", "wall", "wording", "pins"]
+"""What may be due: the path from its start, the corrected track, the newest frames ..."""
 
 
 class SceneFeed(Worker):
@@ -108,7 +94,9 @@ class SceneFeed(Worker):
         rig = rig_of(inspection)
         self._wall_layout = unrolled.layout(rig)
         self.scene = CulvertScene(rig, socket_path)
-        self._due = _Due()
+        self._due: set[_Part] = set()
+        self._newest: Update | None = None
+        """Of the tracking."""
         self._drawn = 0
         """Number of frames whose path is drawn."""
         self._failures = 0
@@ -119,7 +107,7 @@ class SceneFeed(Worker):
         self._subscription.enter_context(live.listening(inspection_id, self._on_event))
         try:
             self.show_look(ALL)
-            self._draw(_Due(track=True, wall=True, wording=True))
+            self._draw({"track", "wall", "wording"}, None)
         except BaseException:
             self._subscription.close()
             self.scene.close()
@@ -138,26 +126,26 @@ class SceneFeed(Worker):
         self.scene.show(**{name: getattr(look, name) for name in _OF_SCENE.intersection(changed)})
         if "is_measuring" in changed:
             self.scene.set_measuring(look.is_measuring)
-        due = {"robot": "frame", "wording": "wording"}
-        self._note(**{part: True for part, field in due.items() if field in changed})
+        if "frame" in changed:
+            self._note("robot")
+        if "wording" in changed:
+            self._note("wording")
 
-    def _note(self, **due: bool | Update | None) -> None:
+    def _note(self, *due: _Part) -> None:
         with self._changed:
-            for name, value in due.items():
-                setattr(self._due, name, value)
+            self._due.update(due)
         self.wake()
 
     def _step(self) -> float | None:
         with self._changed:
             # The tag is answered first: drawing 2000 pins takes as long as storing one.
-            self._changed.wait_for(
-                lambda: self._due != _Due(pins=True) or self._stopping, _PINS_PAUSE_S
-            )
-            due, self._due = self._due, _Due()
+            self._changed.wait_for(lambda: self._due != {"pins"} or self._stopping, _PINS_PAUSE_S)
+            due, self._due = self._due, set()
+            newest = self._newest
         if not due or self._stopping:
             return None
         try:
-            self._draw(due)
+            self._draw(due, newest)
         except InspectionNotFound:  # deleted while somebody looked at it
             logger.debug("Inspection %s has been deleted.", self._inspection_id)
         except Exception:
@@ -165,32 +153,31 @@ class SceneFeed(Worker):
                 "Inspection %s could not be drawn and is drawn again.", self._inspection_id
             )
             self._pause(_AGAIN.pause_s(self._failures))
-            self._note(path_is_reset=True, track=True, robot=True, wall=True, wording=True)
+            self._note("reset", "track", "robot", "wall", "wording")
             self._failures += 1
         else:
             self._failures = 0
         return None
 
-    def _draw(self, due: _Due) -> None:
-        if due.path_is_reset:
+    def _draw(self, due: set[_Part], newest: Update | None) -> None:
+        if "reset" in due:
             self._drawn = 0
             self.scene.reset_path()
-        if due.track:
+        if "track" in due:
             self._draw_track()
-        elif due.frames is not None:
-            self._draw_frames(due.frames)
-        if due.robot or due.track:
+        elif "frames" in due and newest is not None:
+            self._draw_frames(newest)
+        if due & {"robot", "track"}:
             self._draw_robot()
-        if due.wall:
+        if "wall" in due:
             self._draw_wall()
-        if due.wording:
+        if "wording" in due:
             self.scene.show(wording=self._look().wording)
-        if due.wording or due.pins:
+        if due & {"wording", "pins"}:
             self._draw_pins()
 
     def _draw_track(self) -> None:
-        track = self._corrections.track(self._inspection_id)
-        self._extend_path(track)
+        self._extend_path(self._corrections.track(self._inspection_id))
         self._draw_joints(self._corrections.adjusted(self._inspection_id))
 
     def _draw_joints(self, adjusted: Adjusted) -> None:
@@ -250,17 +237,19 @@ class SceneFeed(Worker):
         """Mark what is due; called in the publisher's thread."""
         match event:
             case Update(estimates=(), state="running"):
-                self._note(frames=None, path_is_reset=True, wall=True, pins=True)
+                self._newest = None
+                self._note("reset", "wall", "pins")
             case Update(estimates=()):
-                self._note(pins=True)  # distances appear or vanish with the track
+                self._note("pins")  # distances appear or vanish with the track
             case Update():
-                self._note(frames=event)
+                self._newest = event
+                self._note("frames")
             case DistancesCorrected():
-                self._note(path_is_reset=True, track=True, wall=True, pins=True)
+                self._note("reset", "track", "wall", "pins")
             case WallChanged():
-                self._note(wall=True)
+                self._note("wall")
             case ObservationsChanged():
-                self._note(pins=True)
+                self._note("pins")
 
     def _draw_frames(self, update: Update) -> None:
         stance = self._corrections.stance(self._inspection_id)
@@ -286,15 +275,11 @@ class SceneFeed(Worker):
 
 def joint_marks(adjusted: Adjusted) -> list[JointMark]:
     """Return the joints that were seen, and the places where others are expected."""
-    seen = [
-        JointMark(joint.number, metres(joint.distance_mm), is_seen=True)
-        for joint in adjusted.joints
+    return [
+        JointMark(joint.number, metres(joint.distance_mm), is_seen=is_seen)
+        for joints, is_seen in ((adjusted.joints, True), (adjusted.expected_joints, False))
+        for joint in joints
     ]
-    expected = [
-        JointMark(joint.number, metres(joint.distance_mm), is_seen=False)
-        for joint in adjusted.expected_joints
-    ]
-    return seen + expected
 
 
 def _pins(views: Sequence[ObservationView], table: CodeTable, language: Language) -> list[Pin]:
@@ -342,19 +327,11 @@ def defect_pin(
     lateral_m: float,
     figures: Sequence[Figure | None],
 ) -> Pin:
-    """Return the pin of an observation.
+    """Return the pin of an observation: its tag, its row in the code pack if that has one, and the
+    corrected places.
 
-    Args:
-        observation_id: Id of the observation.
-        tag: What was stated.
-        kind: Row of the code pack; None for a code that is not in it.
-        language: Language of the label.
-        distance_m: Corrected distance.
-        finish_m: Corrected distance of the finish, if the observation starts a stretch.
-        u95_m: Half of the 95 % interval of the distance; None where it is unknown.
-        clock_h: Exact clock position from the pixel, used if none was stated.
-        lateral_m: Distance to the right of the axis.
-        figures: What was measured there.
+    `finish_m` is that of a stretch which begins here; `clock_h`, the exact position by the pixel,
+    counts where none was stated.
     """
     code = " ".join(filter(None, (tag.code, tag.char1, tag.char2)))
     label = None if kind is None else kind.label_in(language)
