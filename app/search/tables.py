@@ -17,6 +17,7 @@ from app.storage.index.defect_index import DefectIndex, FoundDefect
 from app.storage.index.queries import FoundInspection
 from app.survey.film_quality import problems_of
 from app.survey.folding import storable
+from app.survey.tag import MEANINGS
 from app.tracking.tracks import Tracks
 from vo_core.track import COLUMNS
 
@@ -76,6 +77,13 @@ INSPECTIONS = Table(
         Column("finished_at", "time", "When its tracking ended"),
     ),
 )
+
+
+def _stated(name: str, kind: Kind, unit: str | None = None) -> Column:
+    """Return the column of a field that a person states."""
+    return Column(name, kind, MEANINGS[name], unit)
+
+
 DEFECTS = Table(
     "defects",
     "One observation",
@@ -88,39 +96,25 @@ DEFECTS = Table(
         Column("asset", "text", "As in the table of the inspections"),
         Column("surveyed_on", "day", "As in the table of the inspections"),
         Column("seq", "integer", "Number within the inspection; never used twice"),
-        Column("frame", "integer", "Number of the frame; the first one is 0"),
-        Column("code", "text", "Main code; unknown for a tag whose details are still to come"),
-        Column("char1", "text", "First characterisation of the code"),
-        Column("char2", "text", "Second characterisation of the code"),
+        _stated("frame", "integer"),
+        _stated("code", "text"),
+        _stated("char1", "text"),
+        _stated("char2", "text"),
         Column("label", "text", "The code in English words, of its code pack"),
         Column("label_ms", "text", "The code in Malay words"),
-        Column("quant1", "number", "First quantity", "unit1"),
+        _stated("quant1", "number", "unit1"),
         Column("unit1", "text", "Unit of quant1: mm, %, deg, ppm or count"),
-        Column("quant2", "number", "Second quantity", "unit2"),
+        _stated("quant2", "number", "unit2"),
         Column("unit2", "text", "Unit of quant2"),
-        Column(
-            "severity", "integer", "0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now"
-        ),
-        Column(
-            "continuous", "text", "Mark of a stretch: A1 starts, C1 changes, B1 finishes number 1"
-        ),
+        _stated("severity", "integer"),
+        _stated("continuous", "text"),
         Column(
             "distance_m", "number", "Corrected distance; unknown until the frame is tracked", "m"
         ),
         Column("distance_u95_m", "number", "Half-width of its 95 % interval", "m"),
-        Column(
-            "clock",
-            "integer",
-            "Clock position, or where its sector begins: 12 crown, 6 invert",
-            "h",
-        ),
-        Column(
-            "clock_to",
-            "integer",
-            "Where the sector ends, clockwise in the direction of travel",
-            "h",
-        ),
-        Column("remark", "text", "In the words of the person who tagged it"),
+        Column("clock", "integer", MEANINGS["clock_from"], "h"),
+        _stated("clock_to", "integer", "h"),
+        _stated("remark", "text"),
         Column("photo", "boolean", "Whether its server has a photo"),
         Column("created_at", "time", "When it was tagged"),
     ),

@@ -21,27 +21,23 @@ Severity = Annotated[int, Field(ge=0, le=5)]
 _REMARK = held_in(en="F", isybau="Kommentar", m150="HZ010", wincan="OBS_Observation OBS_Memo")
 
 
-class Tag(Given):
-    """The fields that a person enters; everything else is derived. Only `frame` is required."""
+class Coded(Given):
+    """A code, with what is said of each defect of it."""
 
     # What exchange formats hold has its columns beside its type; they have the severity in words
     # behind the remark, and nothing else of a tag.
-    frame: Frame
-    pixel: Pixel | None = Field(
-        None, description="[u, v] of the wall point; without it the camera's distance counts."
-    )
     code: Annotated[
         CodeName | None,
         held_in(en="A", isybau="InspektionsKode", m150="HZ002", wincan="OBS_OpCode"),
-    ] = None
+    ] = Field(None, description="Main code; unknown for a tag whose details are still to come")
     char1: Annotated[
         Letter | None,
         held_in(en="B", isybau="Charakterisierung1", m150="HZ014", wincan="OBS_Char1"),
-    ] = None
+    ] = Field(None, description="First characterisation of the code")
     char2: Annotated[
         Letter | None,
         held_in(en="C", isybau="Charakterisierung2", m150="HZ015", wincan="OBS_Char2"),
-    ] = None
+    ] = Field(None, description="Second characterisation of the code")
     quant1: Annotated[
         Quantity | None,
         held_in(
@@ -50,7 +46,7 @@ class Tag(Given):
             m150="HZ003",
             wincan="OBS_Q1_Value",
         ),
-    ] = None
+    ] = Field(None, description="First quantity")
     quant2: Annotated[
         Quantity | None,
         held_in(
@@ -59,15 +55,24 @@ class Tag(Given):
             m150="HZ004",
             wincan="OBS_Q2_Value",
         ),
-    ] = None
+    ] = Field(None, description="Second quantity")
     clock_from: Annotated[
         Clock | None, held_in(en="G", isybau="PositionVon", m150="HZ006", wincan="OBS_ClockPos1")
-    ] = None
+    ] = Field(None, description="Clock position, or where its sector begins: 12 crown, 6 invert")
     clock_to: Annotated[
         Clock | None, held_in(en="H", isybau="PositionBis", m150="HZ007", wincan="OBS_ClockPos2")
-    ] = None
+    ] = Field(None, description="Where the sector ends, clockwise in the direction of travel")
     severity: Severity | None = Field(
-        None, description="0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now."
+        None, description="0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now"
+    )
+
+
+class Tag(Coded):
+    """The fields that a person enters; everything else is derived. Only `frame` is required."""
+
+    frame: Frame = Field(description="Number of the frame; the first one is 0")
+    pixel: Pixel | None = Field(
+        None, description="[u, v] of the wall point; without it the camera's distance counts."
     )
     continuous: Annotated[
         Annotated[str, StringConstraints(pattern=r"^[ABC][1-9][0-9]{0,2}$")] | None,
@@ -77,15 +82,15 @@ class Tag(Given):
             m150="HZ005",
             wincan="OBS_CD_Code1 OBS_CDCode OBS_Continuous",
         ),
-    ] = Field(None, description="Mark of a stretch: A1 starts, C1 changes, B1 finishes number 1.")
+    ] = Field(None, description="Mark of a stretch: A1 starts, C1 changes, B1 finishes number 1")
     remark: Annotated[
         Annotated[str, StringConstraints(max_length=4000, pattern=TEXT)] | None, _REMARK
-    ] = None
+    ] = Field(None, description="In the words of the person who tagged it")
     recommendation: Annotated[str, StringConstraints(max_length=1000, pattern=TEXT)] | None = Field(
-        None, description="What should be done about it."
+        None, description="What should be done about it, as a person accepted it"
     )
     cost: Annotated[float, Field(ge=0, le=1e9)] | None = Field(
-        None, description="Estimated cost of that, in the currency of the report's template."
+        None, description="Estimated cost of that, in the currency of the report's template"
     )
     measures: Measures | None = Field(
         None, description="What was measured on the wall; the answer has the figures in `measured`."
@@ -124,6 +129,12 @@ class StatedTag(Tag):
             for name in type(self).model_fields
             if (value := getattr(self, name)) is not None
         }
+
+
+MEANINGS: Mapping[str, str] = {
+    name: field.description for name, field in Tag.model_fields.items() if field.description
+}
+"""What tables say about the fields."""
 
 
 def entered(fields: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from app.reports.content.sizes import figure_text
 from app.reports.report import Entry, Loss, Report, Written
 from app.reports.text.legible import iso, legible
 from app.survey.rounding import decimals
+from app.survey.tag import MEANINGS
 from vo_core.csv_rows import plain
 
 Cell = str | int | float | None
@@ -45,6 +46,11 @@ def _measured(_: Report, entry: Entry) -> str | None:
     return "; ".join(found) or None
 
 
+def _stated(name: str, unit: str | None = None) -> Column:
+    """Return the column of a field that a person states."""
+    return Column(name, MEANINGS[name], unit)
+
+
 DICTIONARY = (
     Column("report_id", "Of the inspection, and so of its report", source=lambda r, _: r.id),
     Column("asset_id", "Name of the culvert, of the header",
@@ -63,24 +69,24 @@ DICTIONARY = (
            "to_go_m"),
     Column("joint_no", "Number of the joint beside it; the first after the zero point is 1"),
     Column("at_joint", "1 within 200 mm of a joint that was seen, else 0"),
-    Column("code", "Main code; empty for a tag whose details are still to come"),
-    Column("char1", "First characterisation of the code"),
-    Column("char2", "Second characterisation of the code"),
+    _stated("code"),
+    _stated("char1"),
+    _stated("char2"),
     Column("label", "The code in words, of the code pack", source=lambda _, e: e.label("en")),
-    Column("quant1", "First quantity", "unit1"),
+    _stated("quant1", "unit1"),
     Column("unit1", "Unit of quant1: mm, %, deg, ppm or count"),
-    Column("quant2", "Second quantity", "unit2"),
+    _stated("quant2", "unit2"),
     Column("unit2", "Unit of quant2"),
-    Column("clock_from", "Clock position, or where its sector begins: 12 crown, 6 invert", "h"),
-    Column("clock_to", "Where the sector ends, clockwise seen in the direction of travel", "h"),
+    _stated("clock_from", "h"),
+    _stated("clock_to", "h"),
     Column("cont_id", "Number of the stretch (continuous defect) that it belongs to"),
     Column("cont_role", "Its part in the stretch: start, change or finish"),
     Column("cont_length_m", "Length of the stretch, given at its start", "m"),
-    Column("severity", "0 note, 1 as new, 2 slight, 3 watch, 4 plan repair, 5 act now"),
+    _stated("severity"),
     Column("code_pack", "Name of the table of codes", source=lambda r, _: r.pack),
     Column("video_file", "Name of the video", source=lambda r, _: r.source.filename),
     Column("video_time_s", "Time of the frame in the video", "s", "time_s"),
-    Column("frame", "Number of the frame; the first one is 0"),
+    _stated("frame"),
     Column("photo_file", "Name of the photo, as in the evidence bundle of its server",
            source=lambda _, e: e.photo and e.photo.name),
     Column("photo_sha256", "SHA-256 of the photo, hexadecimal",
@@ -90,14 +96,14 @@ DICTIONARY = (
     Column("z_m", "Wall point below the axis of a pipe, or below a floor", "m"),
     Column("lon", "Longitude between the ends of the header, WGS 84", "deg"),
     Column("lat", "Latitude between the ends of the header, WGS 84", "deg"),
-    Column("remark", "In the words of the person who tagged it"),
+    _stated("remark"),
     Column("tagged_by", "Who tagged it"),
     Column("tagged_at", "When, ISO 8601"),
     Column("edited_at", "When it was changed last, ISO 8601; empty if never"),
     Column("measured", "Sizes measured on the wall, with the half-widths of their 95 % intervals",
            source=_measured),
-    Column("recommendation", "What should be done about it, as a person accepted it"),
-    Column("cost", "Estimated cost of that, in the currency of the project's reports"),
+    _stated("recommendation"),
+    _stated("cost"),
 )  # fmt: skip
 
 COLUMNS = tuple(column.name for column in DICTIONARY)

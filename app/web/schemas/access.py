@@ -10,8 +10,8 @@ from pydantic import BaseModel, Field, field_validator
 from app.access.access import fault_of_name
 from app.reports.content.words import Language
 from app.storage.folder.tokens import Role
-from app.survey.given import Clock, CodeName, Given, Letter, PackId
-from app.survey.tag import Quantity, Severity
+from app.survey.given import CodeName, Given, PackId
+from app.survey.tag import Coded
 from app.web.schemas.out import Out
 
 RoleName = Literal["viewer", "operator", "admin"]
@@ -82,17 +82,10 @@ class TokensOut(BaseModel):
     tokens: list[TokenOut]
 
 
-class QuickCode(Given):
+class QuickCode(Coded):
     """What a digit key or a template tags: a code, with what else is given to each tag of it."""
 
     code: CodeName
-    char1: Letter | None
-    char2: Letter | None
-    severity: Severity | None = None
-    quant1: Quantity | None = None
-    quant2: Quantity | None = None
-    clock_from: Clock | None = None
-    clock_to: Clock | None = None
 
 
 class PreferencesIn(Given):
