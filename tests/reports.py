@@ -263,10 +263,14 @@ def full_report(folder: Path, **changes: Any) -> Report:
         for frame, mm in zip(frames, at_mm, strict=True)
     )
     stated = Stated(
-        zero=Zero(0, 0.0),
-        lengths=(Length(0, rows - 1, LENGTH_M, 5.0, "known"),),
+        zero=Zero(frame=0),
+        lengths=(
+            Length(
+                first_frame=0, last_frame=rows - 1, length_m=LENGTH_M, sigma_mm=5.0, kind="known"
+            ),
+        ),
         joints=Joints(use=True),
-        rig_sigma=RigSigma(2.0, 3.0),
+        rig_sigma=RigSigma(height_mm=2.0, focal_px=3.0),
     )
     adjusted = adjust(raw, rig, stated, sightings)
     assert adjusted.joints

@@ -13,6 +13,7 @@ import numpy as np
 
 from app.imports.moved.whole_inspection import Part, WholeInspection
 from app.imports.surveys.survey import ImportedFile
+from app.survey.stated import Stated
 from vo_core import Rig, Track
 from vo_core.image.health import Health
 
@@ -59,7 +60,7 @@ def unpack(packed: bytes) -> ImportedFile | WholeInspection:
 
 
 def _packed(value: object) -> object:
-    if isinstance(value, Rig | Part):
+    if isinstance(value, Rig | Part | Stated):
         return value.model_dump(mode="json")
     if isinstance(value, np.ndarray):
         return (value.astype(_STATUS) if value.dtype.kind == "U" else value).tobytes()
@@ -69,7 +70,7 @@ def _packed(value: object) -> object:
 def _unpacked(kind: Any, value: Any) -> object:
     if kind is Rig:
         return Rig.parse(value)
-    if issubclass(kind, Part):
+    if issubclass(kind, Part | Stated):
         return kind.model_validate(value)
     # NDArray[np.float64] is ndarray[shape, dtype[float64]].
     (scalar,) = get_args(get_args(kind)[1])

@@ -13,8 +13,6 @@ import time
 from dataclasses import dataclass
 from itertools import count
 
-import msgspec
-
 from app.back_off import BackOff
 from app.errors import AppError, InspectionNotFound
 from app.inspections.corrections import Corrections
@@ -193,10 +191,10 @@ class MeterCounter(Worker):
         inspection_id, estimate = newest
         try:
             with about(inspection_id):
-                zero = Zero(estimate.frame, rounded(value_m, 3))
+                zero = Zero(frame=estimate.frame, offset_m=rounded(value_m, 3))
                 self._corrections.change(
                     inspection_id,
-                    lambda stated: msgspec.structs.replace(stated, zero=zero),
+                    lambda stated: stated.model_copy(update={"zero": zero}),
                     None,
                     NAME,
                 )

@@ -52,9 +52,8 @@ PackName = Annotated[
 PackId = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
 Letter = Annotated[str, StringConstraints(pattern=r"^[A-Z][A-Z0-9]{0,3}$")]
 Clock = Annotated[int, Field(ge=1, le=12)]
-Pixel = Annotated[
-    list[Annotated[float, Field(ge=-100_000, le=100_000)]], Field(min_length=2, max_length=2)
-]
+Coordinate = Annotated[float, Field(ge=-100_000, le=100_000)]
+Pixel = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 """The service checks whether the picture has this pixel."""
 Frame = Annotated[int, Field(ge=0, le=2**31 - 1)]
 Metres = Annotated[float, Field(gt=0, le=100_000)]

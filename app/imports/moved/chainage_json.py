@@ -65,7 +65,7 @@ def read(content: bytes) -> WholeInspection:
     return WholeInspection(
         about=about,
         rig=rig,
-        stated=file.corrections.stated.to_stated(),
+        stated=file.corrections.stated,
         track=track,
         health=tuple(health),
         sightings=tuple(Sighting(**sighting.model_dump()) for sighting in file.sightings),

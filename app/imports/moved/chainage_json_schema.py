@@ -11,7 +11,7 @@ from itertools import pairwise
 from types import GenericAlias
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, create_model, field_validator, model_validator
 
 from app.imports.moved.whole_inspection import (
     MediaPath,
@@ -24,7 +24,7 @@ from app.imports.moved.whole_inspection import (
     Part,
 )
 from app.survey.given import Frame, PackName
-from app.survey.stated import JointsIn, StatedIn
+from app.survey.stated import Stated
 from vo_core import Track
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
@@ -110,17 +110,17 @@ def _columns_of(kind: type, base: type[_Columns]) -> Any:
     return create_model(f"{kind.__name__}Part", __base__=Part, columns=(columns, ...)), ...
 
 
-class _Joints(JointsIn):
-    use: bool | None = False
-    """Files without this field are older than joints that count without a person."""
-
-
-class _Stated(StatedIn):
-    joints: _Joints = Field(default_factory=_Joints)
-
-
 class _Corrections(Part):
-    stated: _Stated
+    stated: Stated
+
+    @field_validator("stated", mode="before")
+    @classmethod
+    def _with_joints(cls, stated: Any) -> Any:
+        """Files that do not say it are older than joints that count without a person."""
+        if not isinstance(stated, dict):
+            return stated
+        joints = stated.get("joints", {})
+        return {**stated, "joints": {"use": False} | joints if isinstance(joints, dict) else joints}
 
 
 class Parts(Part):

@@ -8,8 +8,8 @@ import { ofPerson, recall, remember } from '../page/remembered.js';
 import { Store } from '../page/store.js';
 
 /**
- * @typedef {Api['LengthIn']} Length
- * @typedef {Required<Api['StatedIn']>} Stated
+ * @typedef {Required<Api['Length']>} Length
+ * @typedef {Required<Api['Stated']>} Stated
  * @typedef {Record<string, any> & import('../wall/joints.js').Joints} Result
  * @typedef {{stated: Stated, result: Result|null, error: Api['ErrorOut']|null,
  *     reason?: import('./evidence.js').Reason|null, version?: string}} Answer

@@ -8,7 +8,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import pytest
 from builders import clip_rig
 from reports import track_of
@@ -29,7 +28,7 @@ from app.tracking.live import Live
 from app.tracking.tracks import Tracks
 
 ID = "a" * 32
-BY_ALI = Stated(rig_sigma=RigSigma(1.0, 2.0))
+BY_ALI = Stated(rig_sigma=RigSigma(height_mm=1.0, focal_px=2.0))
 ROWS = 20
 RAW = track_of(1.0, ROWS)
 
@@ -63,7 +62,7 @@ def corrections(database: Database, store: CorrectionStore, tmp_path: Path) -> C
 
 
 def with_zero(stated: Stated) -> Stated:
-    return msgspec.structs.replace(stated, zero=Zero(3, 1.5))
+    return stated.model_copy(update={"zero": Zero(frame=3, offset_m=1.5)})
 
 
 def test_what_others_state_while_one_value_is_changed_stays(corrections: Corrections) -> None:
@@ -86,7 +85,7 @@ def test_who_is_never_fast_enough_is_refused(corrections: Corrections) -> None:
 
     def change(stated: Stated) -> Stated:
         tries.append(stated)
-        corrections.put(ID, Stated(rig_sigma=RigSigma(float(len(tries)), 0.0)), None, "Ali")
+        corrections.put(ID, Stated(rig_sigma=RigSigma(height_mm=float(len(tries)))), None, "Ali")
         return with_zero(stated)
 
     with pytest.raises(ChangedMeanwhile):

@@ -78,7 +78,16 @@ def trajectory_of(name: str, stated: Stated) -> Trajectory:
 @pytest.mark.parametrize("name", RIGS)
 @pytest.mark.parametrize(
     "stated",
-    [Stated(), Stated(lengths=(Length(0, FRAMES - 1, 2.1, 3.0, "tape"),))],
+    [
+        Stated(),
+        Stated(
+            lengths=(
+                Length(
+                    first_frame=0, last_frame=FRAMES - 1, length_m=2.1, sigma_mm=3.0, kind="tape"
+                ),
+            )
+        ),
+    ],
     ids=["raw", "corrected"],
 )
 @given(frame=st.integers(80, 300), across=st.floats(0.1, 0.9), along=st.floats(0.1, 0.9))
@@ -178,7 +187,14 @@ def test_standing_robot_is_one_pass() -> None:
 @pytest.mark.parametrize("tape_m", [1.995, 2.1])
 def test_a_line_between_two_places_has_the_length_of_the_corrected_wall(tape_m: float) -> None:
     trajectory = trajectory_of(
-        "down", Stated(lengths=(Length(0, FRAMES - 1, tape_m, 3.0, "tape"),))
+        "down",
+        Stated(
+            lengths=(
+                Length(
+                    first_frame=0, last_frame=FRAMES - 1, length_m=tape_m, sigma_mm=3.0, kind="tape"
+                ),
+            )
+        ),
     )
     radius_mm = DOWN.pipe.diameter_mm / 2 * tape_m / 1.995  # type: ignore[operator]
     start = WallPlace(1000.0, 6.0, None)

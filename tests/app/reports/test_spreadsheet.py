@@ -83,7 +83,9 @@ def test_the_header_states_field_value_and_unit():
 
 def test_the_joints_are_listed_with_interval_and_residual():
     stated = Stated(
-        joints=Joints(True, tuple(Mark(frame, (127.5, 79.5)) for frame in (32, 65, 97)))
+        joints=Joints(
+            use=True, marked=tuple(Mark(frame=frame, pixel=(127.5, 79.5)) for frame in (32, 65, 97))
+        )
     )
     fields = report().rig.model_dump(mode="json")
     fields["pipe"]["segment_length_mm"] = 1600.0

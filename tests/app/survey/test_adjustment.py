@@ -47,8 +47,18 @@ def make_track(distance_mm: np.ndarray, sigma_mm: float = 5.0) -> Track:
 
 
 RAW = make_track(TRUE_MM / 1.01)
-TAPE = Length(0, 300, 12.0, 5.0, "tape")
-KNOWN = Length(0, 300, 12.0, 20.0, "known")
+
+
+def taped(length_m: float) -> Length:
+    return Length(first_frame=0, last_frame=300, length_m=length_m)
+
+
+def known(length_m: float) -> Length:
+    return taped(length_m).model_copy(update={"sigma_mm": 20.0, "kind": "known"})
+
+
+TAPE = taped(12.0)
+KNOWN = known(12.0)
 
 
 def joints_at(*true_mm: float, scale: float = 1.01) -> list[Sighting]:
@@ -76,7 +86,7 @@ def test_nothing_stated_leaves_the_track_as_it_is() -> None:
 
 
 def test_the_interval_has_the_tolerance_of_the_rig_in_it_from_the_zero_on() -> None:
-    found = adjusted(Stated(zero=Zero(100, 0.0)))
+    found = adjusted(Stated(zero=Zero(frame=100)))
     way_mm = RAW.distance_mm - RAW.distance_mm[100]
     by_rig = scale_sigma(RIG) * np.abs(way_mm)
     drift = np.sqrt(np.abs(RAW.sigma_registration_mm**2 - RAW.sigma_registration_mm[100] ** 2))
@@ -90,7 +100,7 @@ def test_a_rig_has_nothing_to_do_with_what_another_program_has_measured() -> Non
         sigma_registration_mm=np.zeros(FRAMES),
         quality=np.zeros(FRAMES),
     )
-    found = adjusted(Stated(zero=Zero(0, 1.0)), raw=imported)
+    found = adjusted(Stated(zero=Zero(frame=0, offset_m=1.0)), raw=imported)
     assert not found.track.sigma_distance_mm.any()
     assert (found.scale_sigma, found.distance_class()) == (None, None)
 
@@ -103,8 +113,8 @@ def test_a_rig_has_nothing_to_do_with_what_another_program_has_measured() -> Non
 def test_the_zero_frame_has_its_offset_after_scaling(
     frame: int, offset_m: float, length: float | None
 ) -> None:
-    lengths = () if length is None else (Length(0, 300, length, 5.0, "tape"),)
-    found = adjusted(Stated(zero=Zero(frame, offset_m), lengths=lengths))
+    lengths = () if length is None else (taped(length),)
+    found = adjusted(Stated(zero=Zero(frame=frame, offset_m=offset_m), lengths=lengths))
     assert found.track.distance_mm[frame] == pytest.approx(1000 * offset_m, abs=1e-6)
     assert found.track.sigma_distance_mm[frame] == pytest.approx(0, abs=1e-3)
     assert found.track.x_mm == pytest.approx(found.track.distance_mm)
@@ -139,7 +149,7 @@ def test_a_known_length_gives_the_closure() -> None:
 
 
 def test_a_known_length_that_cannot_be_is_left_out_and_reported() -> None:
-    found = adjusted(Stated(lengths=(Length(0, 300, 13.0, 20.0, "known"),)))
+    found = adjusted(Stated(lengths=(known(13.0),)))
     assert found.refused is not None
     said = found.refused.refusal()
     assert "-1119 mm (-8.61 %)" in said
@@ -148,7 +158,7 @@ def test_a_known_length_that_cannot_be_is_left_out_and_reported() -> None:
 
 
 def test_a_rig_that_is_known_well_refuses_more() -> None:
-    of_rig = RigSigma(0.2, 0.0)  # 0.1 % of 200 mm
+    of_rig = RigSigma(height_mm=0.2)  # 0.1 % of 200 mm
     found = adjusted(Stated(lengths=(KNOWN,), rig_sigma=of_rig))
     assert found.closure is not None
     assert found.refused is found.closure
@@ -156,7 +166,9 @@ def test_a_rig_that_is_known_well_refuses_more() -> None:
 
 
 def test_a_forced_length_holds_against_the_rig() -> None:
-    found = adjusted(Stated(lengths=(KNOWN,), rig_sigma=RigSigma(0.2, 0.0), forced="I taped it"))
+    found = adjusted(
+        Stated(lengths=(KNOWN,), rig_sigma=RigSigma(height_mm=0.2), forced="I taped it")
+    )
     assert found.refused is None
     assert found.scale == pytest.approx(1.01)
     assert found.closure is not None
@@ -166,7 +178,7 @@ def test_a_forced_length_holds_against_the_rig() -> None:
 def test_the_uncertainty_of_the_rig_widens_every_interval() -> None:
     # 0.5 % of 200 mm over a floor, in place of the tape that the rig file stands for
     level = RIG.known_to(tilt_deg=0.0)
-    found = adjust(RAW, level, Stated(rig_sigma=RigSigma(1.0, 0.0)), [])
+    found = adjust(RAW, level, Stated(rig_sigma=RigSigma(height_mm=1.0)), [])
     wider = np.hypot(RAW.sigma_registration_mm, 0.005 * RAW.distance_mm)
     assert found.track.sigma_distance_mm == pytest.approx(wider, rel=0.001)
     assert found.track.distance_mm == pytest.approx(RAW.distance_mm)
@@ -192,7 +204,7 @@ def test_joints_are_numbered_from_the_zero_and_scale_the_track() -> None:
 
 @pytest.mark.parametrize(("zero_at", "first"), [(0, 1), (45, 0), (100, -2)])
 def test_joint_numbers_follow_the_zero(zero_at: int, first: int) -> None:
-    found = adjusted(Stated(zero=Zero(zero_at, 0.0), joints=Joints(use=True)), SEEN)
+    found = adjusted(Stated(zero=Zero(frame=zero_at), joints=Joints(use=True)), SEEN)
     assert found.sighted[0].number == first
 
 
@@ -226,7 +238,7 @@ def test_joints_are_expected_whole_segments_from_those_that_were_seen() -> None:
     assert [joint.distance_mm for joint in expected] == pytest.approx([5300, 6800, 11_300], abs=20)
 
 
-@pytest.mark.parametrize(("zero", "numbers"), [(None, []), (Zero(0, 0.0), list(range(1, 8)))])
+@pytest.mark.parametrize(("zero", "numbers"), [(None, []), (Zero(frame=0), list(range(1, 8)))])
 def test_where_no_joint_was_seen_they_are_expected_from_the_zero_that_was_set(
     zero: Zero | None, numbers: list[int]
 ) -> None:
@@ -281,7 +293,7 @@ def test_rings_that_cannot_be_counted_are_not_forced() -> None:
 
 
 def test_joints_that_contradict_a_tape_are_not_forced() -> None:
-    stated = Stated(lengths=(Length(0, 300, 12.4, 5.0, "tape"),))
+    stated = Stated(lengths=(taped(12.4),))
     found = adjusted(stated, SEEN)
     assert found.source == "odometry"
     assert found.scale == pytest.approx(1.0437, abs=0.001)
@@ -290,7 +302,7 @@ def test_joints_that_contradict_a_tape_are_not_forced() -> None:
 
 
 def test_a_ring_that_is_no_joint_is_left_out() -> None:
-    stated = Stated(joints=Joints(use=True, left_out=(LeftOut(SEEN[3].frame),)))
+    stated = Stated(joints=Joints(use=True, left_out=(LeftOut(frame=SEEN[3].frame),)))
     found = adjusted(stated, SEEN)
     assert [joint.number for joint in found.joints] == [1, 2, 3, 5, 6, 7]
 
@@ -300,14 +312,14 @@ def test_marked_joints_alone_are_enough() -> None:
     for sighting in SEEN:
         # Over a floor 200 mm below, a pixel is 0.8 mm: image-right is ahead.
         u = (FIELDS["camera"]["width"] - 1) / 2 + sighting.ahead_mm / 0.8
-        marks.append(Mark(sighting.frame, (u, 60.0)))
+        marks.append(Mark(frame=sighting.frame, pixel=(u, 60.0)))
     found = adjusted(Stated(joints=Joints(marked=tuple(marks))))
     assert [joint.is_marked for joint in found.joints] == [True] * 7
     assert found.scale == pytest.approx(1.01, abs=1e-3)
 
 
 def test_joints_find_a_known_length_out() -> None:
-    stated = Stated(lengths=(Length(0, 300, 12.2, 20.0, "known"),), joints=Joints(use=True))
+    stated = Stated(lengths=(known(12.2),), joints=Joints(use=True))
     found = adjusted(stated, SEEN)
     assert found.refused is not None
     assert found.refused.residual_mm == pytest.approx(-200, abs=20)
@@ -318,11 +330,14 @@ def test_joints_find_a_known_length_out() -> None:
 @pytest.mark.parametrize(
     ("stated", "said"),
     [
-        (Stated(zero=Zero(301, 0.0)), "no frame 301 in the track"),
-        (Stated(lengths=(Length(0, 999, 12.0, 5.0, "known"),)), "no frame 999"),
-        (Stated(lengths=(Length(0, 300, 120.0, 5.0, "tape"),)), "cannot be right"),
+        (Stated(zero=Zero(frame=301)), "no frame 301 in the track"),
+        (Stated(lengths=(Length(first_frame=0, last_frame=999, length_m=12.0),)), "no frame 999"),
+        (Stated(lengths=(taped(120.0),)), "cannot be right"),
         (Stated(joints=Joints(use=True)), "No joints were seen"),
-        (Stated(joints=Joints(use=True, marked=(Mark(400, (1, 1)),))), "400, which is not tracked"),
+        (
+            Stated(joints=Joints(use=True, marked=(Mark(frame=400, pixel=(1, 1)),))),
+            "400, which is not tracked",
+        ),
     ],
 )
 def test_what_cannot_be_applied_is_refused(stated: Stated, said: str) -> None:
@@ -334,11 +349,11 @@ def test_what_cannot_be_applied_is_refused(stated: Stated, said: str) -> None:
     ("length_mm", "stated", "percent"),
     [
         (20_000, Stated(), 5.0),  # 2.2 % of a rig that was measured with a tape
-        (12_000, Stated(rig_sigma=RigSigma(0.2, 0.0)), 0.5),
+        (12_000, Stated(rig_sigma=RigSigma(height_mm=0.2)), 0.5),
         (12_000, Stated(lengths=(TAPE,)), 0.5),
         (6_060, Stated(), 5.0),  # ± 0.13 m: no floor makes a narrower class of a short run
-        (100_000, Stated(lengths=(Length(0, 300, 101.0, 20.0, "known"),)), 1.0),  # closure 0.99 %
-        (100_000, Stated(lengths=(Length(0, 300, 105.5, 20.0, "known"),), forced="x"), None),
+        (100_000, Stated(lengths=(known(101.0),)), 1.0),  # closure 0.99 %
+        (100_000, Stated(lengths=(known(105.5),), forced="x"), None),
     ],
 )
 def test_half_width_and_closure_determine_the_class(
@@ -361,8 +376,8 @@ def test_a_run_that_goes_on_is_carried_on_exactly_without_solving(
     rows: int, zero: int | None, height_mm: float | None
 ) -> None:
     stated = Stated(
-        zero=Zero(zero, 0.4) if zero is not None and zero < rows else None,
-        rig_sigma=RigSigma(height_mm, 0.0) if height_mm is not None else None,
+        zero=Zero(frame=zero, offset_m=0.4) if zero is not None and zero < rows else None,
+        rig_sigma=RigSigma(height_mm=height_mm) if height_mm is not None else None,
     )
     begun = Track(**{name: getattr(RAW, name)[:rows] for name in vars(RAW)})
     early, late = adjusted(stated, raw=begun), adjusted(stated)
@@ -377,8 +392,8 @@ def test_a_run_that_goes_on_is_carried_on_exactly_without_solving(
 
 def test_a_track_without_rows_can_be_carried_on() -> None:
     empty = Track.from_estimates(())
-    early = adjusted(Stated(rig_sigma=RigSigma(1.0, 0.0)), raw=empty)
-    late = adjusted(Stated(rig_sigma=RigSigma(1.0, 0.0)))
+    early = adjusted(Stated(rig_sigma=RigSigma(height_mm=1.0)), raw=empty)
+    late = adjusted(Stated(rig_sigma=RigSigma(height_mm=1.0)))
     assert early.distance_class() is None
     assert early.chainage_mm(5.0) == 5.0
     assert early.extended(RAW).sigma_distance_mm == pytest.approx(
@@ -389,7 +404,7 @@ def test_a_track_without_rows_can_be_carried_on() -> None:
 def test_a_raw_distance_is_mapped_along_the_corrected_track() -> None:
     there_and_back = np.concatenate([TRUE_MM, TRUE_MM[::-1]])
     raw = make_track(there_and_back / 1.01)
-    found = adjusted(Stated(zero=Zero(10, 0.25), lengths=(TAPE,)), raw=raw)
+    found = adjusted(Stated(zero=Zero(frame=10, offset_m=0.25), lengths=(TAPE,)), raw=raw)
     zero_mm = TRUE_MM[10]
     for at_mm in (-500.0, 0.0, 3333.0, 12_000.0, 13_000.0):
         assert found.chainage_mm(at_mm / 1.01) == pytest.approx(at_mm - zero_mm + 250, abs=1)
@@ -397,16 +412,23 @@ def test_a_raw_distance_is_mapped_along_the_corrected_track() -> None:
 
 def test_what_was_stated_survives_its_json() -> None:
     stated = Stated(
-        Zero(3, -0.2), (TAPE, KNOWN), Joints(True, (Mark(5, (1.5, 2.5)),), (LeftOut(9),)),
-        RigSigma(1.0, 0.5), "because",
-    )  # fmt: skip
+        zero=Zero(frame=3, offset_m=-0.2),
+        lengths=(TAPE, KNOWN),
+        joints=Joints(
+            use=True,
+            marked=(Mark(frame=5, pixel=(1.5, 2.5)),),
+            left_out=(LeftOut(frame=9),),
+        ),
+        rig_sigma=RigSigma(height_mm=1.0, focal_px=0.5),
+        forced="because",
+    )
     assert Stated.from_json(stated.to_json()) == stated
     assert Stated.from_json({}) == Stated()
 
 
 def clicked(frame: int, ahead_mm: float) -> Mark:
     # Over a floor 200 mm below, a pixel is 0.8 mm: image-right is ahead.
-    return Mark(frame, ((FIELDS["camera"]["width"] - 1) / 2 + ahead_mm / 0.8, 60.0))
+    return Mark(frame=frame, pixel=((FIELDS["camera"]["width"] - 1) / 2 + ahead_mm / 0.8, 60.0))
 
 
 def test_a_joint_that_is_seen_and_clicked_on_is_one() -> None:
@@ -432,7 +454,7 @@ def test_a_click_beside_the_joints_is_named_with_its_place(use: bool | None) -> 
 def test_the_3d_view_and_the_report_show_the_same_joints(zero_at: int) -> None:
     seen = SEEN[1]
     marks = (clicked(seen.frame + 1, float(seen.ahead_mm - 40)),)
-    stated = Stated(zero=Zero(zero_at, 0.0), joints=Joints(use=True, marked=marks))
+    stated = Stated(zero=Zero(frame=zero_at), joints=Joints(use=True, marked=marks))
     found = adjusted(stated, SEEN)
     drawn = [(mark.number, mark.x_m) for mark in joint_marks(found) if mark.is_seen]
     reported = [

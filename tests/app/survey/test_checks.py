@@ -184,7 +184,7 @@ def test_what_lies_outside_the_asset_blocks() -> None:
     issue = the_issue(case(header=HEADER | {"known_length_m": 0.2}))
     assert (issue.code, issue.params["known_length_m"]) == ("beyond_end", 0.2)
     left = HEADER | {"known_length_m": END_M - 40 * STEP_MM / 1000}
-    issue = the_issue(case(header=left, stated=Stated(zero=Zero(40, 0.0))))
+    issue = the_issue(case(header=left, stated=Stated(zero=Zero(frame=40))))
     assert (issue.level, issue.code) == ("block", "before_zero")
     assert issue.params["distance_m"] == pytest.approx(-0.064, abs=0.001)
 

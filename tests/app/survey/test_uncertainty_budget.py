@@ -40,7 +40,9 @@ def test_a_tape_is_recommended_with_what_it_would_make_of_the_interval() -> None
     assert before.taped is not None
     assert before.taped.length_m == 5.0
     at = int(np.searchsorted(RAW.distance_mm, 5000))
-    taped = Length(0, at, RAW.distance_mm[at] / 1000, 5.0, "tape")
+    taped = Length(
+        first_frame=0, last_frame=at, length_m=RAW.distance_mm[at] / 1000, sigma_mm=5.0, kind="tape"
+    )
     after = made_of(Stated(lengths=(taped,)))
     assert after.half_width_m == pytest.approx(before.taped.half_width_m, abs=0.002)
     assert after.half_width_m < before.half_width_m / 3
@@ -49,11 +51,11 @@ def test_a_tape_is_recommended_with_what_it_would_make_of_the_interval() -> None
 
 
 def test_beside_the_zero_there_is_nothing_to_tape() -> None:
-    found = made_of(Stated(zero=Zero(LAST, 3.0)))
+    found = made_of(Stated(zero=Zero(frame=LAST, offset_m=3.0)))
     assert (found.distance_m, found.half_width_m, found.taped) == (3.0, 0.01, None)
 
 
 def test_what_was_stated_of_the_rig_counts() -> None:
-    found = made_of(Stated(rig_sigma=RigSigma(0.1, 0.0)))
+    found = made_of(Stated(rig_sigma=RigSigma(height_mm=0.1)))
     assert found.half_width_m < made_of(Stated()).half_width_m / 2
     assert "focal" not in {part.name for part in found.parts}

@@ -12,7 +12,7 @@ from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.reports.content.translator import Translator
-from app.survey.stated import StatedIn
+from app.survey.stated import Stated
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.inspection.corrections import CorrectionsIn, CorrectionsOut, IntervalOut
@@ -56,7 +56,7 @@ def put(
 ) -> CorrectionsOut:
     """Replace all statements; to undo, send the earlier ones."""
     corrected = corrections.put(
-        inspection_id, body.to_stated(), body.remark, principal.name, replaced=replaced
+        inspection_id, body.stated(), body.remark, principal.name, replaced=replaced
     )
     tag_with(response, corrected.version)
     return CorrectionsOut.of(corrected)
@@ -65,10 +65,10 @@ def put(
 @router.post("/corrections/preview")
 @viewer
 def preview(
-    inspection_id: InspectionId, body: StatedIn, corrections: Service[Corrections]
+    inspection_id: InspectionId, body: Stated, corrections: Service[Corrections]
 ) -> CorrectionsOut:
     """Return the result of other statements without storing them."""
-    return CorrectionsOut.of(corrections.preview(inspection_id, body.to_stated()))
+    return CorrectionsOut.of(corrections.preview(inspection_id, body))
 
 
 @router.get("/interval")

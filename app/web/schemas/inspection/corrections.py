@@ -8,16 +8,20 @@ from pydantic import BaseModel, Field
 
 from app.survey.corrected import Corrected, reason_of, result_of
 from app.survey.given import Remark
-from app.survey.stated import StatedIn
+from app.survey.stated import Stated
 from app.survey.uncertainty_budget import PartName
 from app.web.schemas.failures import ErrorOut
 from app.web.schemas.out import Out
 
 
-class CorrectionsIn(StatedIn):
+class CorrectionsIn(Stated):
     """Statements to be stored."""
 
     remark: Remark | None = None
+
+    def stated(self) -> Stated:
+        """Return them without the remark."""
+        return Stated(**{name: getattr(self, name) for name in Stated.model_fields})
 
 
 class CorrectionsOut(BaseModel):

@@ -25,9 +25,9 @@ from vo_core.rig import Tolerance
 from vo_core.track import COLUMNS
 
 STATED = Stated(
-    zero=Zero(3, 0.25),
-    lengths=(Length(0, 499, 24.5, 5.0, "tape"),),
-    joints=Joints(use=False, marked=(Mark(32, (127.5, 79.5)),)),
+    zero=Zero(frame=3, offset_m=0.25),
+    lengths=(Length(first_frame=0, last_frame=499, length_m=24.5),),
+    joints=Joints(use=False, marked=(Mark(frame=32, pixel=(127.5, 79.5)),)),
 )
 
 
