@@ -25,6 +25,8 @@ from app.reports.text.typesetting import clean
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _COMPILE = Path(__file__).parent / "compile.py"
+_MOST_S = 1800
+"""Longest time for a document; one of 100 inspections takes 10 s."""
 _TEXT_OF_SVG = re.compile(
     r'<text x="(?P<x>[^"]+)" y="(?P<y>[^"]+)" font-size="(?P<size>[^"]+)" fill="(?P<fill>[^"]+)" '
     r'text-anchor="(?P<anchor>[^"]+)" font-weight="(?P<weight>[^"]+)">(?P<said>[^<]*)</text>'
@@ -149,14 +151,19 @@ def _compile_here(template: str, out: str, font_folders: list[str], made_at_s: i
 
 
 def _compile_apart(*order: object) -> None:
-    done = subprocess.run(  # noqa: S603
-        [sys.executable, "-I", str(_COMPILE)],
-        input=json.dumps(order),
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-    )
+    try:
+        done = subprocess.run(  # noqa: S603
+            [sys.executable, "-I", "-X", "utf8", str(_COMPILE)],
+            input=json.dumps(order),
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            check=False,
+            timeout=_MOST_S,
+            env={},  # the access token and other secrets stay with the server
+        )
+    except subprocess.TimeoutExpired as late:
+        raise NotTypeset(f"Typst was stopped: {order[0]} took more than {_MOST_S} s.") from late
     if done.returncode:
         why = done.stderr.strip() or f"its process ended with {done.returncode}"
         raise NotTypeset(f"Typst has refused {order[0]}: {why}")
