@@ -7,7 +7,6 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from app.reports.content.words import Language, words_of
 from app.reports.drawings.svg import Drawing, measures
 from app.reports.text.fonts import LATIN, has, installed
 from app.reports.text.typesetting import clean
+from app.storage.folder.temporary import temporary_folder
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _COMPILE = Path(__file__).parent / "compile.py"
@@ -172,8 +172,7 @@ def _compile_apart(*order: object) -> None:
 @contextmanager
 def workshop(scratch: Path | None) -> Iterator[Workshop]:
     """Open a folder in which a document is made, and delete it afterwards."""
-    with tempfile.TemporaryDirectory(prefix="pdf-", dir=scratch) as name:
-        folder = Path(name)
+    with temporary_folder("pdf-", scratch) as folder:
         shutil.copytree(_TEMPLATES, folder, dirs_exist_ok=True)
         yield Workshop(folder)
 

@@ -27,7 +27,7 @@ from app.storage.blobs.stores import blobs_at
 from app.tracking.films.engines import EngineState
 from app.tracking.films.run_files import RunFiles
 from app.tracking.films.runs import Run, Runs
-from app.tracking.films.work import IsStopped, Manifest, OnReport, Report, Spec, run, sweep
+from app.tracking.films.work import IsStopped, Manifest, OnReport, Report, Spec, run
 from app.tracking.pictures.counter_reading import CounterOrder, OnProgress, read_counter
 
 if TYPE_CHECKING:
@@ -339,7 +339,6 @@ def run_on_worker(spec: bytes, store: bytes, topic: str) -> bytes:
             tell((progress.frames_done, progress.fps))
 
     tell((0, None))
-    sweep()
     blobs = msgspec.json.decode(store, type=Store).opened()
     order = msgspec.json.decode(spec, type=Spec)
     return msgspec.json.encode(run(order, blobs, is_stopped=is_stopped, report=report))

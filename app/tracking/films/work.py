@@ -10,15 +10,12 @@ queue has accepted its manifest (`queue`).
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import logging
 import secrets
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -35,7 +32,8 @@ from app.jobs.track.parts import Mark
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
 from app.storage.blobs.folder import FolderBlobs
-from app.storage.folder.files import Places, delete_tree
+from app.storage.folder.files import Places
+from app.storage.folder.temporary import temporary_folder
 from app.storage.records.runs import Outcome
 from app.tracker import tracker
 from app.tracking.films.film_run import FilmTracker
@@ -54,7 +52,7 @@ Decoded = TypeVar("Decoded")
 
 _POLL_S = 0.5
 _MANIFEST, _CHECKPOINT, _JOURNAL, _PARTS = "manifest.json", "checkpoint", "journal", "journal-parts"
-_SCRATCH, _LOCK = "chainage-work-", "lock"
+_SCRATCH = "chainage-work-"
 LAYERS = "layers"
 """Folder of the pictures of a chunk's own wall."""
 
@@ -155,24 +153,12 @@ def run(
     finished = _finished(spec, blobs, left)
     if finished is not None:
         return finished
-    with (
-        tempfile.TemporaryDirectory(prefix=_SCRATCH) as scratch,
-        Path(scratch, _LOCK).open("wb") as lock,
-    ):
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        work = _Work(spec, blobs, Path(scratch))
+    with temporary_folder(_SCRATCH) as scratch:
+        work = _Work(spec, blobs, scratch)
         if spec.joins:
             return work.join()
         work.prepare(left)
         return work.track(is_stopped, report)
-
-
-def sweep() -> None:
-    """Delete the scratch folders of runs that were killed."""
-    for scratch in Path(tempfile.gettempdir()).glob(f"{_SCRATCH}*"):
-        with suppress(OSError), (scratch / _LOCK).open("rb") as lock:  # still used, or not ours
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            delete_tree(scratch)
 
 
 def _finished(spec: Spec, blobs: Blobs, left: Iterable[str]) -> Manifest | None:
