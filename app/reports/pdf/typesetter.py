@@ -20,7 +20,7 @@ from app.reports.content.sizes import Outline
 from app.reports.content.words import Language, words_of
 from app.reports.drawings.svg import Drawing, measures
 from app.reports.text.fonts import LATIN, has, installed
-from app.reports.text.typesetting import clean
+from app.reports.text.typesetting import clean, is_mark
 from app.storage.folder.temporary import temporary_folder
 
 _TEMPLATES = Path(__file__).parent / "templates"
@@ -84,13 +84,14 @@ class Workshop:
         """Add a drawing; return it as templates take it.
 
         Texts that are not in Latin letters are set over it: in an SVG, Typst takes fonts for other
-        scripts in a weight of its own, and cannot say what joined letters stand for.
+        scripts in a weight of its own, and cannot say what joined letters, or letters with marks
+        of their own, stand for.
         """
         name, texts = f"{self._next_name()}.svg", []
 
         def taken_out(found: re.Match[str]) -> str:
             said = unescape(found["said"])
-            if all(has(LATIN, char) for char in said):
+            if all(has(LATIN, char) and not is_mark(char) for char in said):
                 return found[0]
             texts.append({**found.groupdict(), "said": said})
             return ""

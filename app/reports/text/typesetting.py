@@ -29,6 +29,11 @@ def clean(text: str) -> str:
     return "".join(_in_a_font(char) for char in unicodedata.normalize("NFC", kept))
 
 
+def is_mark(char: str) -> bool:
+    """Return whether a character is written on, below or around the letter before it."""
+    return unicodedata.category(char)[0] == "M"
+
+
 def one_line(text: str) -> str:
     """Return the cleaned text with blanks for line breaks."""
     return " ".join(clean(text).split())
@@ -55,7 +60,7 @@ def pieces_of(text: str) -> Iterator[tuple[Face, str]]:
     whole = next((face for face in installed() if all(has(face, char) for char in text)), None)
     face, piece = whole or LATIN, ""
     for char in text:
-        is_tied = char in _JOINERS or char == " " or unicodedata.category(char)[0] == "M"
+        is_tied = char in _JOINERS or char == " " or is_mark(char)
         keeps = whole or (is_tied and (char in _JOINERS or has(face, char)))
         wanted = face if keeps else face_of(char) or face
         if wanted is not face:
@@ -117,8 +122,8 @@ def _clusters(word: str) -> Iterator[str]:
     """Yield what is read as one letter: a character with its marks and what is joined to it."""
     cluster = ""
     for char in word:
-        is_mark = unicodedata.category(char)[0] == "M" or char in _JOINERS
-        if cluster and not is_mark and cluster[-1] not in _JOINERS:
+        is_tied = is_mark(char) or char in _JOINERS
+        if cluster and not is_tied and cluster[-1] not in _JOINERS:
             yield cluster
             cluster = ""
         cluster += char

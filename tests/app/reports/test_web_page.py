@@ -12,11 +12,20 @@ from hypothesis import given
 from lxml import html
 from playwright.sync_api import expect
 from random_reports import reports
-from reports import EVERY_FIELD, OBSERVATIONS, advised, full_report, measured, report, said
+from reports import (
+    EVERY_FIELD,
+    HEADER,
+    OBSERVATIONS,
+    advised,
+    full_report,
+    measured,
+    report,
+    said,
+)
 
 from app.errors import NoScene
 from app.reports.html.web_page import write
-from app.reports.report import Extras
+from app.reports.report import Company, Extras
 from app.reports.template import ReportTemplate
 from app.survey.checks import Issue
 from app.survey.records import Event
@@ -158,9 +167,12 @@ def test_links_lead_only_to_sections_that_the_template_has(tmp_path, sections):
 
 
 def test_on_paper_there_are_no_buttons_and_on_a_phone_nothing_is_cut(opened):
-    page = opened(replace(report(), draw_scene=lambda _: "<p>scene</p>"))
-    page.set_viewport_size({"width": 360, "height": 700})
-    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    long = dict.fromkeys(("asset_id", "operator", "reviewer", "road", "client"), 400 * "W")
+    made = replace(report(), header={**HEADER, **long}, company=Company(400 * "W"))
+    page = opened(replace(made, draw_scene=lambda _: "<p>scene</p>"))
+    for width in (1280, 360):
+        page.set_viewport_size({"width": width, "height": 700})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
     page.emulate_media(media="print")
     expect(page.get_by_role("button")).to_be_hidden()
     expect(page.locator("nav")).to_be_hidden()

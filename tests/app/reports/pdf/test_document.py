@@ -98,8 +98,14 @@ def test_every_page_states_its_number_of_all_and_the_report(full, english):
         assert full.id in page
 
 
-def test_no_page_is_empty_and_nothing_is_drawn_outside_the_margins(english):
-    for picture in pictures_of(english):
+def test_no_page_is_empty_and_nothing_is_drawn_outside_the_margins(full, english):
+    word = 600 * "W"
+    said = {name: word if isinstance(value, str) else value for name, value in full.header.items()}
+    entries = tuple(remarked(one, word) for one in full.entries)
+    company = replace(full.company, name=word, address=word)
+    template = DEFAULT_TEMPLATE.model_copy(update={"introduction": word, "closing": word})
+    long = replace(full, header=said, entries=entries, company=company, template=template)
+    for picture in pictures_of(english) + pictures_of(document.write(long).content):
         dark = picture.min(axis=2) < 200
         height, width = dark.shape
         assert dark[int(0.09 * height) : int(0.9 * height)].any()
@@ -211,12 +217,13 @@ def test_names_in_every_script_are_drawn_and_can_be_searched(full, english):
 
 
 def test_names_in_every_script_stand_in_drawings_too(full):
-    header = {**full.header, "start_node": "قرية-1", "end_node": "陈伟明-北"}
-    made = replace(full, header=header, template=only("graphic"))
-    text = text_of(document.write(made).content)
+    for start, end in (("قرية-1", "陈伟明-北"), ("क्षत्रिय-1", "x̄-2"), ("e\u0301\u0301-1", "陈-2")):
+        header = {**full.header, "start_node": start, "end_node": end}
+        made = replace(full, header=header, template=only("summary", "header", "graphic"))
+        text = text_of(document.write(made).content)
 
-    assert "陈伟明-北" in text
-    assert "1-" in text
+        assert end in text
+        assert "1-" in text or "-1" in text
 
 
 def test_a_remark_of_ten_thousand_characters_is_printed_in_full(full):
