@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
@@ -236,30 +236,31 @@ def retry(
     out.print(f"{changed} films wait for another try.{goes_on}")
 
 
-@commands.command()
-def pause(
-    ids: Ids = None,
-    search: Search = None,
-    state: OfState = None,
-    project: Project = None,
-    asset: Asset = None,
-    data: Data = None,
-) -> None:
-    """Stop films that wait or are being tracked, until `run` starts them again."""
-    _act("pause", _meant(ids, _filters(search, state, project, asset, None)), "paused", data)
+def _acting(action: str, done: str) -> Callable[..., None]:
+    """Return a command that does something with the films that are meant."""
+
+    def act(
+        ids: Ids = None,
+        search: Search = None,
+        state: OfState = None,
+        project: Project = None,
+        asset: Asset = None,
+        data: Data = None,
+    ) -> None:
+        films = _meant(ids, _filters(search, state, project, asset, None))
+        with _api(data) as api:
+            changed = api.ask("POST", f"/archive/{action}", json=films)["changed"]
+        out.print(f"{changed} films {done}.")
+
+    return act
 
 
-@commands.command()
-def cancel(
-    ids: Ids = None,
-    search: Search = None,
-    state: OfState = None,
-    project: Project = None,
-    asset: Asset = None,
-    data: Data = None,
-) -> None:
-    """Stop films that wait, are paused or are being tracked."""
-    _act("cancel", _meant(ids, _filters(search, state, project, asset, None)), "cancelled", data)
+commands.command(
+    "pause", help="Stop films that wait or are being tracked, until `run` starts them again."
+)(_acting("pause", "paused"))
+commands.command("cancel", help="Stop films that wait, are paused or are being tracked.")(
+    _acting("cancel", "cancelled")
+)
 
 
 @commands.command()
@@ -309,12 +310,6 @@ def _meant(ids: list[str] | None, where: dict[str, Any]) -> dict[str, Any]:
     if ids and where:
         raise typer.BadParameter("go without filters", param_hint="IDS")
     return {"ids": ids} if ids else {"where": where}
-
-
-def _act(action: str, films: Mapping[str, Any], done: str, data: Path | None) -> None:
-    with _api(data) as api:
-        changed = api.ask("POST", f"/archive/{action}", json=films)["changed"]
-    out.print(f"{changed} films {done}.")
 
 
 def _follow(api: Api, query: Mapping[str, Any]) -> dict[str, int]:

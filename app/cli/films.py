@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -21,23 +20,16 @@ from app.cli.console import out as console
 
 if TYPE_CHECKING:  # slow to import, and few commands need them
     from app.burnt_in.box import Box
-    from app.tracking.films.offline import TrackedVideo
     from vo_core.scale.counter import CounterComparison
-
-
-class TrackFormat(StrEnum):
-    """Forms of a track file."""
-
-    CSV = "csv"
-    TUM = "tum"
-    JSON = "json"
 
 
 def track(
     video: Annotated[Path, typer.Argument(help="MP4, MOV, MKV, WebM, AVI, MPEG-TS or MPEG.")],
     rig: Annotated[Path, typer.Option(help="Rig file: camera, mount and pipe.")],
     out: Annotated[Path, typer.Option(help="Track file to write.")],
-    format: Annotated[TrackFormat, typer.Option(help="Format of the file.")] = TrackFormat.CSV,  # noqa: A002
+    format: Annotated[  # noqa: A002
+        Literal["csv", "tum", "json"], typer.Option(help="Format of the file.")
+    ] = "csv",
     method: Annotated[
         Literal["chainage", "paper"], typer.Option(help="How motion is measured.")
     ] = "chainage",
@@ -79,16 +71,21 @@ def track(
     metadata: dict[str, object] = {"video": video.name, "rig": rig.name, "method": method}
     if camera is not None:
         metadata["camera"] = camera.name
-    out.write_text(_as_text(result, format, metadata), encoding="utf-8")
-    lost = int((result.track.status == "lost").sum())
+    measured = result.track
+    if format == "tum":
+        text = measured.to_tum()
+    else:
+        text = measured.to_csv(metadata) if format == "csv" else measured.to_json(metadata)
+    out.write_text(text, encoding="utf-8")
+    lost = int((measured.status == "lost").sum())
     console.print(
-        f"{out}: {len(result.track)} frames, {result.track.distance_mm[-1] / 1000:.3f} m, "
+        f"{out}: {len(measured)} frames, {measured.distance_mm[-1] / 1000:.3f} m, "
         f"{lost} frames without a lock"
     )
     if joints is not None and finder is not None:
         seen = finder.finish()
-        joints.write_text(joints_to_csv(result.track, seen, metadata), encoding="utf-8")
-        console.print(f"{joints}: {len(set(numbered(result.track, seen)))} joints")
+        joints.write_text(joints_to_csv(measured, seen, metadata), encoding="utf-8")
+        console.print(f"{joints}: {len(set(numbered(measured, seen)))} joints")
     if result.problem is not None:
         err.print(f"warning: {result.problem}", style="yellow")
 
@@ -267,13 +264,3 @@ def correct(
     if result.by_joints is not None:
         console.print(str(result.by_joints))
     console.print(f"{out}: corrected track")
-
-
-def _as_text(result: TrackedVideo, form: TrackFormat, metadata: dict[str, object]) -> str:
-    match form:
-        case TrackFormat.CSV:
-            return result.track.to_csv(metadata)
-        case TrackFormat.TUM:
-            return result.track.to_tum()
-        case TrackFormat.JSON:
-            return result.track.to_json(metadata)

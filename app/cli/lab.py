@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from enum import StrEnum
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -23,13 +22,6 @@ from app.cli.console import out as console
 
 if TYPE_CHECKING:
     from vo_core import Pose  # slow to import, and few commands need it
-
-
-class BoardKind(StrEnum):
-    """Calibration patterns."""
-
-    CHECKERBOARD = "checkerboard"
-    CHARUCO = "charuco"
 
 
 def simulate(
@@ -98,9 +90,10 @@ def evaluate(
     if len(runs) == 1:
         print_rows(results[0].rows())
     else:
-        table = Table(*evaluation.SUMMARY_HEADINGS, box=None, padding=(0, 1, 0, 0))
+        table = Table("run", *evaluation.SUMMARY, box=None, padding=(0, 1, 0, 0))
         for run, result in zip(runs, results, strict=True):
-            table.add_row(*evaluation.summary_row(run.name, result))
+            figures = (figure(result) for figure in evaluation.SUMMARY.values())
+            table.add_row(run.name, *figures)
         console.print(table)
         errors = [evaluation.errors_of(run.track, run.truth) for run in runs]
         print_rows(evaluation.displacement_error(errors).rows(), title="all runs together")
@@ -121,7 +114,9 @@ def calibrate(
     images: Annotated[
         list[Path] | None, typer.Argument(help="Pictures of the board, 10 or more.")
     ] = None,
-    board: Annotated[BoardKind | None, typer.Option(help="Pattern of the board.")] = None,
+    board: Annotated[
+        Literal["checkerboard", "charuco"] | None, typer.Option(help="Pattern of the board.")
+    ] = None,
     columns: Annotated[
         int | None,
         typer.Option(
@@ -182,45 +177,31 @@ def calibrate(
         "--rows": rows,
         "--square-mm": square_mm,
     }
-    if from_video is None:
-        if not (images and board and columns and rows and square_mm):
-            missing = [name for name, value in of_board.items() if not value]
-            raise typer.BadParameter(
-                "is required, unless --from-video is given", param_hint=" ".join(missing)
-            )
-        of_film: dict[str, object] = {
-            "--diameter-mm": diameter_mm,
-            "--segment-mm": segment_mm,
-            "--length-m": length_m,
-        }
-        if surplus := [name for name, value in of_film.items() if value]:
-            raise typer.BadParameter(
-                "is allowed with --from-video only", param_hint=" ".join(surplus)
-            )
-        if (board is BoardKind.CHARUCO) != (marker_mm is not None):
-            raise typer.BadParameter(
-                "is required with --board charuco, and allowed with it only",
-                param_hint="--marker-mm",
-            )
-        _calibrate_on_a_board(
-            images, (columns, rows, square_mm, marker_mm), model, rig, out, report
-        )
+    if from_video is not None:
+        of_board |= {"--marker-mm": marker_mm, "--rig": rig}
+        _refuse_given(of_board, "cannot be combined with --from-video")
+        if diameter_mm is None:
+            raise typer.BadParameter("is required with --from-video", param_hint="--diameter-mm")
+        length_mm = None if length_m is None else 1000 * length_m
+        _calibrate_from_a_film(from_video, diameter_mm, segment_mm, length_mm, out, report)
         return
-    of_board |= {"--marker-mm": marker_mm, "--rig": rig}
-    if surplus := [name for name, value in of_board.items() if value]:
+    if not (images and board and columns and rows and square_mm):
+        missing = [name for name, value in of_board.items() if not value]
         raise typer.BadParameter(
-            "cannot be combined with --from-video", param_hint=" ".join(surplus)
+            "is required, unless --from-video is given", param_hint=" ".join(missing)
         )
-    if diameter_mm is None:
-        raise typer.BadParameter("is required with --from-video", param_hint="--diameter-mm")
-    _calibrate_from_a_film(
-        from_video,
-        diameter_mm,
-        segment_mm,
-        None if length_m is None else 1000 * length_m,
-        out,
-        report,
-    )
+    of_film = {"--diameter-mm": diameter_mm, "--segment-mm": segment_mm, "--length-m": length_m}
+    _refuse_given(of_film, "is allowed with --from-video only")
+    if (board == "charuco") != (marker_mm is not None):
+        raise typer.BadParameter(
+            "is required with --board charuco, and allowed with it only", param_hint="--marker-mm"
+        )
+    _calibrate_on_a_board(images, (columns, rows, square_mm, marker_mm), model, rig, out, report)
+
+
+def _refuse_given(options: Mapping[str, object], why: str) -> None:
+    if given := [name for name, value in options.items() if value]:
+        raise typer.BadParameter(why, param_hint=" ".join(given))
 
 
 def _calibrate_on_a_board(
@@ -231,15 +212,17 @@ def _calibrate_on_a_board(
     out: Path,
     report: Path | None,
 ) -> None:
-    from app.lab import calibration
+    from app.lab.calibration.boards import Board
+    from app.lab.calibration.fitting import calibrate_files
+    from app.lab.calibration.report import plot
     from vo_core import Rig
 
     setup = None if rig is None else Rig.load(rig)
     with progress_bar() as progress:
         task = progress.add_task("looking for the board", total=len(images))
-        result = calibration.calibrate_files(
+        result = calibrate_files(
             images,
-            calibration.Board(*printed),
+            Board(*printed),
             model,
             on_progress=partial(advance, progress, task),
         )
@@ -256,7 +239,7 @@ def _calibrate_on_a_board(
     print_rows(result.rows())
     console.print(f"{out}: {'rig' if setup is not None else 'camera part of a rig'}")
     if report is not None:
-        calibration.plot(result, report)
+        plot(result, report)
 
 
 def _calibrate_from_a_film(
@@ -267,7 +250,8 @@ def _calibrate_from_a_film(
     out: Path,
     report: Path | None,
 ) -> None:
-    from app.lab import film_rig
+    from app.lab.film_rig.calibrate import KnownPipe, calibrate_film
+    from app.lab.film_rig.report import plot
 
     with progress_bar() as progress:
         task = progress.add_task(f"looking at {video.name}", total=None)
@@ -275,15 +259,15 @@ def _calibrate_from_a_film(
         def show(what: str, done: int, total: int | None) -> None:
             progress.update(task, description=what, completed=done, total=total)
 
-        pipe = film_rig.KnownPipe(diameter_mm, segment_mm, length_mm)
-        found = film_rig.calibrate_film(video, pipe, show)
+        pipe = KnownPipe(diameter_mm, segment_mm, length_mm)
+        found = calibrate_film(video, pipe, show)
     out.write_text(found.rig.model_dump_json(indent=2) + "\n", encoding="utf-8")
     print_rows(found.rows())
     for sentence in found.findings():
         console.print(f"- {sentence}")
     console.print(f"{out}: rig")
     if report is not None:
-        film_rig.plot(found, report)
+        plot(found, report)
 
 
 def advise(
@@ -306,10 +290,7 @@ def advise(
         require_picture(plot, "--plot")
     setup = Rig.load(rig)
     result = advice.advise(setup, motion, frame_rate)
-    table = Table(show_header=False, box=None)
-    for name, value in drawing.rows(result):
-        table.add_row(name, value)
-    console.print(table)
+    print_rows(drawing.rows(result))
     console.print(f"verdict: {result.verdict}")
     for finding in result.findings:
         console.print(f"- {finding.sentence}")

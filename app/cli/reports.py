@@ -80,14 +80,16 @@ def export(
     from app.reports.formats import EXCHANGE, FORMATS
     from app.reports.report import Extras
 
-    if format not in FORMATS:
-        raise typer.BadParameter(
-            f"there is no {format!r}; there are {', '.join(FORMATS)}", param_hint="--format"
-        )
-    if lang not in LANGUAGES:
-        raise typer.BadParameter(
-            f"there is no {lang!r}; there are {', '.join(LANGUAGES)}", param_hint="--lang"
-        )
+    for value, known, hint in (
+        (format, FORMATS, "--format"),
+        (lang, LANGUAGES, "--lang"),
+        (exchange, EXCHANGE, "--exchange"),
+    ):
+        if value not in known:
+            there_are = ", ".join(known)
+            raise typer.BadParameter(
+                f"there is no {value!r}; there are {there_are}", param_hint=hint
+            )
     require_folder(file, "--out")
     if file.is_dir():
         raise typer.BadParameter(f"{file} is a folder", param_hint="--out")
@@ -95,10 +97,6 @@ def export(
     if not wanted and project is None:
         raise typer.BadParameter("name an inspection, or --project", param_hint="INSPECTION")
     is_several = len(wanted) > 1 or project is not None
-    if exchange not in EXCHANGE:
-        raise typer.BadParameter(
-            f"there is no {exchange!r}; there are {', '.join(EXCHANGE)}", param_hint="--exchange"
-        )
     settings = settings_of(data)
     extras = Extras(exchange=exchange, film=film, photos=photos == "embedded", csv_style=csv)
     try:

@@ -6,7 +6,7 @@ would hide the most important error, the scale.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -192,28 +192,19 @@ class Evaluation(DisplacementError):
         ]
 
 
-SUMMARY_HEADINGS = (
-    "run", "missing", "lost", "end %", "max mm", "ATE mm", "RPE mm", "yaw °",
-    "in 3σ", "|e|/σ", "NEES",
-)  # fmt: skip
-"""Headings of `summary_row`; |e|/σ is the median."""
-
-
-def summary_row(name: str, result: Evaluation) -> tuple[str, ...]:
-    """Format one run as a row of a table of several runs."""
-    return (
-        name,
-        str(result.missing_frames),
-        str(result.lost_frames),
-        f"{result.end_error_percent:+.3f}",
-        f"{result.max_error_mm:.2f}",
-        f"{result.ate_mm:.2f}",
-        or_dash(result.rpe_mm),
-        f"{result.yaw_rms_deg:.3f}",
-        f"{result.coverage:.1%}",
-        or_dash(result.error_over_sigma),
-        or_dash(result.nees),
-    )
+SUMMARY: Mapping[str, Callable[[Evaluation], str]] = {
+    "missing": lambda run: str(run.missing_frames),
+    "lost": lambda run: str(run.lost_frames),
+    "end %": lambda run: f"{run.end_error_percent:+.3f}",
+    "max mm": lambda run: f"{run.max_error_mm:.2f}",
+    "ATE mm": lambda run: f"{run.ate_mm:.2f}",
+    "RPE mm": lambda run: or_dash(run.rpe_mm),
+    "yaw °": lambda run: f"{run.yaw_rms_deg:.3f}",
+    "in 3σ": lambda run: f"{run.coverage:.1%}",
+    "|e|/σ": lambda run: or_dash(run.error_over_sigma),
+    "NEES": lambda run: or_dash(run.nees),
+}
+"""Figures of a table of several runs by their headings; |e|/σ is the median."""
 
 
 def or_dash(value: float | None) -> str:
@@ -284,32 +275,32 @@ def displacement_error(runs: Sequence[Errors]) -> DisplacementError:
     error_mm = np.concatenate([run.distance_mm for run in runs])
     sigma_mm = np.concatenate([run.sigma_mm for run in runs])
     registration_mm = np.concatenate([run.sigma_registration_mm for run in runs])
-    ratio = _over_sigma(error_mm, sigma_mm)
-    registration_ratio = _over_sigma(error_mm, registration_mm)
+    coverage, ratio, nees = _honesty(error_mm, sigma_mm)
+    registration_coverage, registration_ratio, _ = _honesty(error_mm, registration_mm)
     return DisplacementError(
         mean_error_mm=float(error_mm.mean()),
         sd_error_mm=float(error_mm.std()),
         variance_error_mm2=float(error_mm.var()),
         max_error_mm=float(np.abs(error_mm).max()),
-        coverage=_coverage(error_mm, sigma_mm),
-        error_over_sigma=float(np.median(ratio)) if ratio.size else None,
-        nees=float(np.mean(ratio**2)) if ratio.size else None,
-        registration_coverage=_coverage(error_mm, registration_mm),
-        error_over_registration=(
-            float(np.median(registration_ratio)) if registration_ratio.size else None
-        ),
+        coverage=coverage,
+        error_over_sigma=ratio,
+        nees=nees,
+        registration_coverage=registration_coverage,
+        error_over_registration=registration_ratio,
     )
 
 
-def _over_sigma(error_mm: _Column, sigma_mm: _Column) -> _Column:
-    """|error| / sigma of the frames that state a sigma."""
-    stated = sigma_mm > 0
-    return np.abs(error_mm[stated]) / sigma_mm[stated]
+def _honesty(error_mm: _Column, sigma_mm: _Column) -> tuple[float, float | None, float | None]:
+    """Share of the frames within three sigma, median |error| / sigma, and NEES.
 
-
-def _coverage(error_mm: _Column, sigma_mm: _Column) -> float:
-    """Share of the frames within three sigma."""
-    return float(np.mean(np.abs(error_mm) <= 3 * sigma_mm + _ROUNDING_MM))
+    The latter two are of the frames that state a sigma; None if none does.
+    """
+    coverage = float(np.mean(np.abs(error_mm) <= 3 * sigma_mm + _ROUNDING_MM))
+    is_stated = sigma_mm > 0
+    if not is_stated.any():
+        return coverage, None, None
+    ratio = np.abs(error_mm[is_stated]) / sigma_mm[is_stated]
+    return coverage, float(np.median(ratio)), float(np.mean(ratio**2))
 
 
 def load_runs(pairs: Sequence[tuple[Path, Path]]) -> list[Run]:

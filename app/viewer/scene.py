@@ -17,32 +17,15 @@ from typing import Unpack
 from app.survey.measure import Figure
 from app.viewer.culvert import JointMark
 from app.viewer.drawing import Changes, Drawing, Measure
-from app.viewer.geometry import Cut, PinHit, Section, WallHit
-from app.viewer.look import CameraMode
+from app.viewer.geometry import PinHit, Section, WallHit
 from app.viewer.pin import Pin
 from app.viewer.pins import pin_under
 from app.viewer.private_server import ViewerUnavailable, start_private_server, stop_private_server
 from app.viewer.trail import MAX_POINTS, Thinner
-from app.viewer.wall import WallLayout, WallPictures, WallTile
+from app.viewer.wall import WallPictures
 from app.viewer.wording import Wording
 from vo_core.rig import Rig
 from vo_core.track import Estimate, Track
-
-__all__ = [
-    "CameraMode",
-    "CulvertScene",
-    "Cut",
-    "JointMark",
-    "Pin",
-    "PinHit",
-    "ViewerUnavailable",
-    "WallHit",
-    "WallLayout",
-    "WallPictures",
-    "WallTile",
-    "Wording",
-    "still_page",
-]
 
 _TICK_S = 1 / 15
 """Interval at which robot and following cameras move together."""

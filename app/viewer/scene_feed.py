@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Collection, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -32,15 +33,11 @@ from app.tracking.live import (
 )
 from app.tracking.unrolled import Unrolled
 from app.tracking.worker import Worker
+from app.viewer.culvert import JointMark
 from app.viewer.look import ALL, Look
-from app.viewer.scene import (
-    CulvertScene,
-    JointMark,
-    Pin,
-    WallLayout,
-    WallPictures,
-    WallTile,
-)
+from app.viewer.pin import Pin
+from app.viewer.scene import CulvertScene
+from app.viewer.wall import WallPictures
 from vo_core import Track
 
 logger = logging.getLogger(__name__)
@@ -204,29 +201,19 @@ class SceneFeed(Worker):
             self._drawn = len(track)
 
     def _draw_wall(self) -> None:
-        layout = self._wall_layout
-        tiles = [
-            WallTile(
-                tile.index,
-                tile.revision,
-                self._chainage_m(tile.index * layout.tile_mm),
-                self._chainage_m((tile.index + 1) * layout.tile_mm),
-            )
-            for tile in self._unrolled.tiles(self._inspection_id)
-        ]
-        shape = WallLayout(
-            layout.arc_from_mm / 1000, layout.arc_to_mm / 1000, layout.width_px, layout.height_px
+        pictures = WallPictures.placed(
+            {tile.index: tile.revision for tile in self._unrolled.tiles(self._inspection_id)},
+            self._wall_layout,
+            partial(self._corrections.chainage_mm, self._inspection_id),
+            self._wall_picture,
         )
-        self.scene.show(wall=WallPictures(tiles, shape, self._wall_picture))
+        self.scene.show(wall=pictures)
 
     def _wall_picture(self, index: int) -> bytes | None:
         try:
             return self._unrolled.picture(self._inspection_id, index)
         except (TileNotFound, StoreUnavailable):
             return None  # tracking has started again, or the tile can be read later
-
-    def _chainage_m(self, raw_mm: float) -> float:
-        return self._corrections.chainage_mm(self._inspection_id, raw_mm) / 1000
 
     def _draw_pins(self) -> None:
         views = self._observations.all(self._inspection_id)

@@ -144,7 +144,7 @@ class Scenes:
 
     async def _feed(self, inspection_id: str, view: PageView) -> SceneFeed:
         # They load viser, which a server without an open view does not need.
-        from app.viewer.scene import ViewerUnavailable
+        from app.viewer.private_server import ViewerUnavailable
         from app.viewer.scene_feed import SceneFeed
 
         async with self._opening:

@@ -8,15 +8,11 @@ from functools import partial
 from app.errors import NoScene
 from app.reports.report import Report
 from app.survey.track_rows import estimate_at
-from app.viewer.scene import (
-    ViewerUnavailable,
-    WallLayout,
-    WallPictures,
-    WallTile,
-    Wording,
-    still_page,
-)
+from app.viewer.private_server import ViewerUnavailable
+from app.viewer.scene import still_page
 from app.viewer.scene_feed import defect_pin, joint_marks
+from app.viewer.wall import WallPictures
+from app.viewer.wording import Wording
 
 
 def scene_page(report: Report) -> str:
@@ -49,12 +45,10 @@ def scene_page(report: Report) -> str:
     track = report.stance.added_to(report.track)
     wall = None
     if layout is not None and adjusted is not None:
-        shape = WallLayout(
-            layout.arc_from_mm / 1000, layout.arc_to_mm / 1000, layout.width_px, layout.height_px
+        revisions = dict.fromkeys(report.wall, 1)
+        wall = WallPictures.placed(
+            revisions, layout, adjusted.chainage_mm, partial(_picture, report)
         )
-        ends_m = {n: adjusted.chainage_mm(n * layout.tile_mm) / 1000 for n in _ends(report)}
-        tiles = [WallTile(n, 1, ends_m[n], ends_m[n + 1]) for n in report.wall]
-        wall = WallPictures(tiles, shape, partial(_picture, report))
     try:
         return still_page(
             report.rig,
@@ -74,8 +68,3 @@ def _picture(report: Report, index: int) -> bytes | None:
         return report.wall[index].read_bytes()
     except FileNotFoundError:
         return None
-
-
-def _ends(report: Report) -> set[int]:
-    """Return the indices of the borders between tiles."""
-    return {*report.wall, *(index + 1 for index in report.wall)}

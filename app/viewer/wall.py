@@ -8,13 +8,14 @@ around the robot shows pictures.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import viser
 
 from app.viewer.geometry import Cut, Section, strip
 from app.viewer.glb import textured_glb
+from vo_core.mosaic.layout import Layout
 
 MAX_PIXELS = 24_000_000
 """Most pixels of all pictures together: 128 MB of textures, and 360 MB of Chromium where it draws
@@ -38,19 +39,6 @@ class WallTile:
     to_m: float
 
 
-@dataclass(frozen=True, slots=True)
-class WallLayout:
-    """The common layout of all pictures; rows run around the wall to the right, columns along
-    it.
-    """
-
-    arc_from_m: float
-    """Arc of the first row; 0 at the invert, or the axis of a floor."""
-    arc_to_m: float
-    width_px: int
-    height_px: int
-
-
 ReadPicture = Callable[[int], bytes | None]
 """Returns the JPEG of a tile by its index; None if it has just been removed."""
 
@@ -60,8 +48,24 @@ class WallPictures:
     """All tiles of a wall, and access to their pictures."""
 
     tiles: Sequence[WallTile]
-    layout: WallLayout
+    layout: Layout
     read: ReadPicture
+
+    @classmethod
+    def placed(
+        cls,
+        revisions: Mapping[int, int],
+        layout: Layout,
+        chainage_mm: Callable[[float], float],
+        read: ReadPicture,
+    ) -> WallPictures:
+        """Place tiles, by their index and revision, at their corrected distances."""
+
+        def border_m(index: int) -> float:
+            return chainage_mm(index * layout.tile_mm) / 1000
+
+        tiles = [WallTile(n, at, border_m(n), border_m(n + 1)) for n, at in revisions.items()]
+        return cls(tiles, layout, read)
 
 
 @dataclass(slots=True)
@@ -80,7 +84,7 @@ class TexturedWall:
         self._scene = scene
         self._section = section
         self._cut: Cut = "none"
-        self._layout: WallLayout | None = None
+        self._layout: Layout | None = None
         self._read: ReadPicture = lambda _: None
         self._tiles: dict[int, WallTile] = {}
         self._drawn: dict[int, _Drawn] = {}
@@ -102,10 +106,13 @@ class TexturedWall:
             self._cut = cut
             self._remove(list(self._drawn))
 
-    def _kept_m(self, layout: WallLayout) -> tuple[float, float] | None:
+    def _kept_m(self, layout: Layout) -> tuple[float, float] | None:
         """Return first and last arc of the pictures that the cut leaves; None if nothing."""
         first_m, last_m = self._section.kept_arcs_m(self._cut)
-        first_m, last_m = max(first_m, layout.arc_from_m), min(last_m, layout.arc_to_m)
+        first_m, last_m = (
+            max(first_m, layout.arc_from_mm / 1000),
+            min(last_m, layout.arc_to_mm / 1000),
+        )
         return (first_m, last_m) if first_m < last_m else None
 
     def due_in_s(self) -> float | None:
@@ -144,14 +151,15 @@ class TexturedWall:
             return None
         return max(0.0, drawn.sent_at_s + _PERIOD_S - time.monotonic())
 
-    def _send(self, tile: WallTile, layout: WallLayout) -> None:
+    def _send(self, tile: WallTile, layout: Layout) -> None:
         jpeg = self._read(tile.index)
         kept_m = self._kept_m(layout)
         if jpeg is None or kept_m is None:
             return
         mesh, uv = strip(self._section, *kept_m)
-        height_m = layout.arc_to_m - layout.arc_from_m
-        uv[:, 1] = (kept_m[0] - layout.arc_from_m + uv[:, 1] * (kept_m[1] - kept_m[0])) / height_m
+        first_m, last_m = layout.arc_from_mm / 1000, layout.arc_to_mm / 1000
+        v = kept_m[0] - first_m + uv[:, 1] * (kept_m[1] - kept_m[0])
+        uv[:, 1] = v / (last_m - first_m)
         glb = textured_glb(mesh, uv, jpeg)
         drawn = self._drawn.get(tile.index)
         if drawn is not None:

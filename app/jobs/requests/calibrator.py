@@ -56,7 +56,9 @@ class Calibrated(msgspec.Struct, frozen=True):
 def _calibrate(request: CalibrationRequest, _parent: Parent) -> Calibrated:
     # Imported here so that OpenCV is loaded under the limits.
     from app.errors import InvalidCalibration
-    from app.lab.calibration import Board, UnusableBoards, calibrate, find_boards
+    from app.lab.calibration.boards import Board, UnusableBoards
+    from app.lab.calibration.finding import find_boards
+    from app.lab.calibration.fitting import calibrate
     from vo_core.errors import UnreadableVideo
 
     filmed = request.board

@@ -6,19 +6,3 @@
 - `fitting`: fits, rejects outliers and fits again; the result and its verdict.
 - `report`: draws the part of the picture that the boards covered, and the residuals.
 """
-
-from app.lab.calibration.boards import Board, Boards, UnusableBoards, View
-from app.lab.calibration.finding import find_boards
-from app.lab.calibration.fitting import calibrate, calibrate_files
-from app.lab.calibration.report import plot
-
-__all__ = [
-    "Board",
-    "Boards",
-    "UnusableBoards",
-    "View",
-    "calibrate",
-    "calibrate_files",
-    "find_boards",
-    "plot",
-]

@@ -10,14 +10,3 @@
 - `calibrate`: all of it together, the rig, and what the film does not show.
 - `report`: draws the wall's grid on the film.
 """
-
-from app.lab.film_rig.calibrate import (
-    FilmRig,
-    KnownPipe,
-    UnusableFilm,
-    calibrate_film,
-    with_lengths,
-)
-from app.lab.film_rig.report import plot
-
-__all__ = ["FilmRig", "KnownPipe", "UnusableFilm", "calibrate_film", "plot", "with_lengths"]

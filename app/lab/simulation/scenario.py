@@ -120,8 +120,6 @@ class Scenario:
     """Frame whose time stamp lies `BURST_S` before that of the next."""
     interlaced: bool = False
     """Whether the odd rows are a second field, exposed half a frame later."""
-    coded_in_fields: bool = False
-    """Whether the file is flagged as interlaced, upper field first."""
     crf: int = 18
     """Quality of the H.264 film, as libx264 counts: 18 is good, 38 is poor."""
 

@@ -215,18 +215,7 @@ def _scatter_stones(tone: FloatImage, sheet: _Sheet) -> None:
         sheet.rng.uniform(0, 180, count).tolist(),
         strict=True,
     ):
-        cv2.ellipse(
-            faces,
-            centre,
-            axes,
-            turn,
-            0,
-            360,
-            shade,
-            -1,
-            cv2.LINE_8,
-            _SUBPIXEL_BITS,
-        )
+        cv2.ellipse(faces, centre, axes, turn, 0, 360, shade, -1, cv2.LINE_8, _SUBPIXEL_BITS)
     tone += 1.3 * _blurred(faces, 0.25 / sheet.texel_mm)
 
 

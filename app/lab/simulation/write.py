@@ -83,8 +83,6 @@ def _video_writer(
         stream.options = {
             "crf": str(scenario.crf), "preset": "veryfast", "g": "30", "threads": "2",
         }  # fmt: skip
-        if scenario.coded_in_fields:
-            stream.options |= {"x264-params": "tff=1"}
         planes = np.empty((camera.height * 3 // 2, camera.width), np.uint8)
         chroma_rows = camera.height // 4
         planes[camera.height : camera.height + chroma_rows] = _CHROMA_BLUE

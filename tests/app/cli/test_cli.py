@@ -154,18 +154,13 @@ def test_track_says_in_the_file_what_it_was_made_of(track):
     assert metadata == ["# video: video.mp4", "# rig: rig.json", "# method: paper"]
 
 
-def test_track_as_tum(track, sample):
-    done, out = track("--format", "tum")
-    assert done.code == 0
+def test_track_as_tum_and_as_json(track, sample):
+    _, out = track("--format", "tum")
     rows = [[float(value) for value in line.split()] for line in out.read_text().splitlines()]
     assert len(rows) == frames_in(sample)
     assert rows[0] == [0, 0, 0, 0, 0, 0, 0, 1]
     assert rows[-1][1] == pytest.approx(0.060, abs=0.0005)
-
-
-def test_track_as_json(track, sample):
-    done, out = track("--format", "json")
-    assert done.code == 0
+    _, out = track("--format", "json")
     content = json.loads(out.read_text())
     assert ",".join(content["columns"]) == HEADER
     assert {len(column) for column in content["columns"].values()} == {frames_in(sample)}
@@ -191,18 +186,27 @@ def test_camera_file_of_another_camera_is_refused(track, tmp_path):
     assert not out.exists()
 
 
-def test_missing_video(track, tmp_path):
-    done, out = track(video=tmp_path / "none.mp4")
-    assert done.code == 1
-    assert "none.mp4" in done.err
-    assert "Traceback" not in done.err
-    assert not out.exists()
-
-
-def test_file_that_is_no_video(track, sample):
-    done, _ = track(video=sample.truth)
-    assert done.code == 1
-    assert "chainage: truth.csv" in done.err
+def test_what_cannot_be_tracked_is_explained_and_nothing_written(track, sample, tmp_path):
+    strange = changed_rig(sample, tmp_path / "strange.json", model="[/b]", fx=-1.0)
+    in_mm = changed_rig(sample, tmp_path / "in_mm.json", fx=8.0, fy=8.0)
+    for files, sentences in (
+        ({"video": tmp_path / "none.mp4"}, ["none.mp4"]),
+        ({"video": sample.truth}, ["chainage: truth.csv"]),
+        ({"rig": tmp_path / "none.json"}, ["none.json cannot be read: No such file"]),
+        (
+            {"rig": strange},
+            [
+                "camera.model: Input should be 'pinhole' or 'fisheye' (found '[/b]')",
+                "camera.fx: Input should be greater than 1 (found -1.0)",
+            ],
+        ),
+        ({"rig": in_mm}, ["Is it the lens's focal length in mm?"]),
+    ):
+        done, out = track(**files)
+        assert done.code == 1, files
+        assert all(sentence in " ".join(done.err.split()) for sentence in sentences), done.err
+        assert "Traceback" not in done.err
+        assert not out.exists()
 
 
 def test_damaged_video_is_tracked_as_far_as_it_goes(track, sample, tmp_path):
@@ -213,26 +217,6 @@ def test_damaged_video_is_tracked_as_far_as_it_goes(track, sample, tmp_path):
     assert done.code == 0
     assert 0 < len(Track.from_csv(out.read_text())) < frames_in(sample)
     assert "warning: " in done.err
-
-
-def test_missing_rig(track, tmp_path):
-    done, _ = track(rig=tmp_path / "none.json")
-    assert done.code == 1
-    assert "none.json cannot be read: No such file" in done.err
-
-
-def test_wrong_rig_is_explained_with_field_and_value_as_they_stand(track, sample, tmp_path):
-    done, _ = track(rig=changed_rig(sample, tmp_path / "rig.json", model="[/b]", fx=-1.0))
-    assert done.code == 1
-    assert "camera.model: Input should be 'pinhole' or 'fisheye' (found '[/b]')" in done.err
-    assert "camera.fx: Input should be greater than 1 (found -1.0)" in done.err
-
-
-def test_focal_length_in_mm_is_explained(track, sample, tmp_path):
-    done, _ = track(rig=changed_rig(sample, tmp_path / "rig.json", fx=8.0, fy=8.0))
-    assert done.code == 1
-    assert "Is it the lens's focal length in mm?" in " ".join(done.err.split())
-    assert "Traceback" not in done.err
 
 
 def test_folder_of_the_track_is_looked_for_before_the_work(chainage, sample, tmp_path):
@@ -309,31 +293,28 @@ def test_bench_draws_the_stated_interval_against_the_actual_error(chainage, monk
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_bench_writes_its_figures_into_a_file(chainage, monkeypatch, tmp_path):
-    short = replace(CHOICES["--field"], names=("climb",), length_mm=60.0)
-    monkeypatch.setitem(CHOICES, "--field", short)
-    file = tmp_path / "accuracy.md"
-    file.write_text("before\n<!-- bench-field:begin -->\nold\n<!-- bench-field:end -->\nafter\n")
-    done = chainage("bench", "--field", "--write", file)
+@pytest.mark.parametrize(
+    ("options", "scenario", "columns"),
+    [(["--field"], "climb", 7), (["--forward", "--seed", "3"], "forward_crooked", 5)],
+)
+def test_bench_writes_its_figures_into_a_file(
+    chainage, monkeypatch, tmp_path, options, scenario, columns
+):
+    choice = CHOICES[options[0]]
+    short = replace(choice, names=(scenario,), length_mm=60.0)
+    monkeypatch.setitem(CHOICES, options[0], short)
+    file, mark = tmp_path / "accuracy.md", choice.mark
+    file.write_text(f"before\n<!-- {mark}:begin -->\nold\n<!-- {mark}:end -->\nafter\n")
+    done = chainage("bench", *options, "--write", file)
     assert done.code == 0
-    assert done.out.strip() in file.read_text()
-    assert "by `chainage bench --field`." in file.read_text()
-    assert [line.split()[1] for line in done.out.splitlines()[2:3]] == ["climb"]
-    assert file.read_text().startswith("before\n")
-    assert file.read_text().endswith("<!-- bench-field:end -->\nafter\n")
-
-
-def test_bench_of_the_forward_view_writes_its_own_figures(chainage, monkeypatch, tmp_path):
-    short = replace(CHOICES["--forward"], names=("forward_crooked",), length_mm=30.0)
-    monkeypatch.setitem(CHOICES, "--forward", short)
-    file = tmp_path / "accuracy.md"
-    file.write_text("<!-- bench-forward:begin -->\n<!-- bench-forward:end -->\n")
-    done = chainage("bench", "--forward", "--seed", "3", "--write", file)
-    assert done.code == 0
-    assert "by `chainage bench --forward --seed 3`." in file.read_text()
     cells = done.out.strip().splitlines()[-1].split("|")
-    assert cells[1].strip() == "forward_crooked"
-    assert len(cells) == 2 + 5
+    assert cells[1].strip() == scenario
+    assert len(cells) == 2 + columns
+    written = file.read_text()
+    assert done.out.strip() in written
+    assert f"by `chainage bench {' '.join(options)}`." in written
+    assert written.startswith("before\n")
+    assert written.endswith(f"<!-- {mark}:end -->\nafter\n")
 
 
 def test_bench_refuses_a_file_without_a_place_before_it_measures(chainage, tmp_path):
@@ -397,21 +378,25 @@ def test_a_port_in_use_is_reported_before_anything_is_done(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_address_of_another_machine_cannot_be_listened_on(chainage):
-    done = chainage("serve", "--host", "192.0.2.1")  # TEST-NET-1 of RFC 5737: nobody has it
-    assert done.code == 1
-    assert "192.0.2.1" in done.err
+@pytest.mark.parametrize(
+    ("words", "settings", "said"),
+    [
+        # TEST-NET-1 of RFC 5737: nobody has it
+        (["--host", "192.0.2.1"], {}, "192.0.2.1"),
+        (
+            ["--port", "0"],
+            {"CHAINAGE_MAX_JOBS": "99"},
+            "chainage: CHAINAGE_MAX_JOBS: Input should be less than or equal to 16 (found '99').",
+        ),
+    ],
+)
+def test_a_server_that_cannot_start_says_why(chainage, monkeypatch, words, settings, said):
+    for name, value in settings.items():
+        monkeypatch.setenv(name, value)
+    done = chainage("serve", *words)
+    assert (done.code, done.out) == (1, "")
+    assert said in done.err
     assert "Traceback" not in done.err
-
-
-def test_a_wrong_setting_is_reported_before_anything_is_done(chainage, monkeypatch):
-    monkeypatch.setenv("CHAINAGE_MAX_JOBS", "99")
-    done = chainage("serve", "--port", "0")
-    assert done.code == 1
-    assert done.err.strip() == (
-        "chainage: CHAINAGE_MAX_JOBS: Input should be less than or equal to 16 (found '99')."
-    )
-    assert done.out == ""
 
 
 def short_demo(*command):

@@ -193,10 +193,14 @@ def test_method_without_equations_for_a_rig_has_a_dash_there():
     assert calls[-1][1] == calls[-1][2]
 
 
-@pytest.mark.parametrize("name", DOWN_PEERS)
-def test_no_such_peer_takes_a_camera_that_looks_ahead(name):
-    with pytest.raises(InvalidRig, match="looks down"):
-        DOWN_PEERS[name](SCENARIOS["forward"].rig)
+@pytest.mark.parametrize(
+    ("peers", "scenario", "said"),
+    [(DOWN_PEERS, "forward", "looks down"), (FORWARD_PEERS, "nominal", "looks along the pipe")],
+)
+def test_no_peer_takes_a_camera_that_looks_elsewhere(peers, scenario, said):
+    for peer in peers.values():
+        with pytest.raises(InvalidRig, match=said):
+            peer(SCENARIOS[scenario].rig)
 
 
 def test_command_track_is_timed_against_decoding_and_reported(run):

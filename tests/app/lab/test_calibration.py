@@ -7,16 +7,10 @@ import numpy as np
 import pytest
 from boards import FISHEYE, MARKER_MM, PINHOLE, SQUARE_MM, Studio, charuco, checkerboard, poses
 
-from app.lab.calibration import (
-    Board,
-    Boards,
-    UnusableBoards,
-    View,
-    calibrate,
-    calibrate_files,
-    find_boards,
-    plot,
-)
+from app.lab.calibration.boards import Board, Boards, UnusableBoards, View
+from app.lab.calibration.finding import find_boards
+from app.lab.calibration.fitting import calibrate, calibrate_files
+from app.lab.calibration.report import plot
 from vo_core import Camera
 from vo_core.geometry.wall import ray_pixels
 

@@ -42,12 +42,6 @@ def followed(name, scenario) -> tuple[Track, Truth]:
     return peer.finish(track, truth), truth
 
 
-@pytest.mark.parametrize("name", FORWARD_PEERS)
-def test_no_such_peer_takes_a_camera_that_looks_down(name):
-    with pytest.raises(InvalidRig, match="looks along the pipe"):
-        FORWARD_PEERS[name](SCENARIOS["nominal"].rig)
-
-
 # A yaw wave of 15 degrees over 1.3 m; the first 250 mm of it turn to the right.
 TURNING = well_lit(yaw_deg=15.0, sway_mm=0.0, speed_mm_s=600.0, acceleration_mm_s2=1800.0)
 

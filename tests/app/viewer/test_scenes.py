@@ -104,12 +104,6 @@ def test_who_looks_at_a_deleted_inspection_is_no_fault(
     assert "failed" not in caplog.text
 
 
-def test_who_opens_the_view_later_sees_the_tags(server: Client, done: str) -> None:
-    server.tag(done, frame=20, code="BBC")
-    with look(server, done) as socket:
-        until(socket, says("BBC"))
-
-
 def test_the_robot_follows_the_tracking(server: Client, long_clip: Path) -> None:
     inspection_id = server.inspect(long_clip)
     with look(server, inspection_id) as socket:
@@ -126,18 +120,6 @@ def test_the_robot_goes_to_the_frame_that_the_player_shows(server: Client, done:
         until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.016) < 0.001)
         command(live, "show", frame=None)
         until(socket, lambda m: robot_moves(m) and abs(m["position"][0] - 0.0624) < 0.001)
-
-
-def test_the_tag_that_is_selected_in_the_list_is_marked(server: Client, done: str) -> None:
-    tag = server.tag(done, frame=20, code="BAB").json()
-    with (
-        page(server, done) as live,
-        look(server, done) as socket,
-    ):
-        command(live, "select", observation=tag["id"])
-        until(socket, says("» BAB"))
-        command(live, "select", observation=None)
-        until(socket, lambda m: "'BAB" in str(m))
 
 
 @pytest.mark.parametrize("theirs", [THEIRS, OURS])

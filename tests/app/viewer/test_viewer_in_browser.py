@@ -12,8 +12,9 @@ from builders import PATIENCE_S
 from playwright.sync_api import Browser, Page
 from viewer_client import Served, make_estimate
 
-from app.viewer.scene import Pin, WallLayout, WallPictures, WallTile
-from vo_core.mosaic.layout import UNSEEN_GREY
+from app.viewer.pin import Pin
+from app.viewer.wall import WallPictures, WallTile
+from vo_core.mosaic.layout import UNSEEN_GREY, Layout
 
 FIRST_PICTURE_MS = 60_000
 """Software GL takes 5 to 7 s on an idle machine."""
@@ -64,7 +65,7 @@ def test_scene_is_drawn_and_clicked_in_a_browser(page: Page, served: Served) -> 
     magenta = cv2.imencode(".jpg", np.full((64, 64, 3), (230, 20, 230), np.uint8))[1].tobytes()
     wall = [WallTile(k, 1, 0.5 * k, 0.5 * k + 0.5) for k in range(8)]
     assert pixels(page, MAGENTA) < 12
-    served.scene.show(wall=WallPictures(wall, WallLayout(-0.47, 0.0, 64, 64), lambda _: magenta))
+    served.scene.show(wall=WallPictures(wall, Layout(500, 8, -470, 0, 64, 64), lambda _: magenta))
     wait_for_pixels(page, MAGENTA, 1250)
 
     middle = page.locator("canvas").first.bounding_box()

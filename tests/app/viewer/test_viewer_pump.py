@@ -7,7 +7,7 @@ from builders import PATIENCE_S
 from viewer_client import Client, Served, is_sent, late_joiner, make_estimate
 
 from app.viewer.geometry import PinHit, WallHit
-from app.viewer.scene import Pin
+from app.viewer.pin import Pin
 
 
 class Tunnels:

@@ -13,7 +13,9 @@ from app.viewer.geometry import Cut, Section, WallHit, cut_away, half_shell, tor
 from app.viewer.pin import Pin
 from app.viewer.ruler import shortest
 from app.viewer.scale_bar import round_length_m
-from app.viewer.scene import WallLayout, WallPictures, WallTile, Wording
+from app.viewer.wall import WallPictures, WallTile
+from app.viewer.wording import Wording
+from vo_core.mosaic.layout import Layout
 
 PIPE = Section(radius_m=0.15, half_width_m=0.15)
 REACH = (0.0, 10.0)
@@ -112,10 +114,12 @@ def test_in_a_low_window_only_the_selected_pin_is_labelled(served: Served) -> No
 
 
 def test_a_cut_sends_what_is_left_of_the_pictures(served: Served) -> None:
-    half_m = 0.15 * np.pi
+    half_mm = 150 * np.pi
     tiles = [WallTile(0, 1, 0.0, 0.5)]
     served.scene.show(
-        wall=WallPictures(tiles, WallLayout(-half_m, half_m, 64, 64), lambda _: b"\xff\xd8\xff\xd9")
+        wall=WallPictures(
+            tiles, Layout(500, 8, -half_mm, half_mm, 64, 64), lambda _: b"\xff\xd8\xff\xd9"
+        )
     )
     with served.client() as client:
         whole = client.until(lambda m: m["type"] == "GlbMessage")[-1]

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from tracks import look, straight_track
 
-from app.lab.film_rig import KnownPipe, UnusableFilm, calibrate_film, plot, with_lengths
+from app.lab.film_rig.calibrate import KnownPipe, UnusableFilm, calibrate_film, with_lengths
+from app.lab.film_rig.report import plot
 from app.lab.film_rig.scale import factors_of
 from app.lab.simulation import SCENARIOS, simulate
 from app.lab.simulation.scenario import Shaking

@@ -67,24 +67,6 @@ def test_joint_appears_where_projection_puts_it(name):
     assert abs(gap[0] + gap[-1]) / 2 < 0.4
 
 
-def test_grout_of_a_floor_appears_where_the_pinhole_puts_it():
-    scenario = clean("tiled_floor", sway_mm=0.0, yaw_deg=0.0, contrast=0.02, lamp_width=9.0)
-    frame = last_frame(scenario)
-    camera = scenario.rig.camera
-    u = camera.cx + camera.fx * (0.0 - frame.x_mm) / scenario.rig.mount.height_mm
-    profile = frame.image[20:200].astype(float).mean(axis=0)
-    grout = round(u)
-    # Each edge lies half-way between its own tile's tone and the grout.
-    left = profile[grout - 20 : grout + 1]
-    right = profile[grout : grout + 21]
-    left_edge = (
-        grout - 20 + np.interp(-(left[:8].mean() + left[-1]) / 2, -left[8:], np.arange(8, 21))
-    )
-    right_edge = grout + np.interp((right[-8:].mean() + right[0]) / 2, right[:13], np.arange(13))
-    assert right_edge - left_edge == pytest.approx(4.0 * camera.fx / 230.0, abs=0.5)
-    assert (left_edge + right_edge) / 2 == pytest.approx(u, abs=0.2)
-
-
 def test_content_of_a_floor_moves_by_the_pinhole_equation():
     scenario = clean("tiled_floor", sway_mm=0.0, yaw_deg=0.0, length_mm=100.0, contrast=1.0)
     before, after = islice(render(scenario), 10, 12)
