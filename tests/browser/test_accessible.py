@@ -130,7 +130,7 @@ def test_every_page_fits_its_window_and_every_target_a_glove(
     """As it is opened in a narrow window, and in a wide one that is made narrower step by step."""
     log_in(touched, server, "/healthz")
     assert touched.evaluate("matchMedia('(pointer: coarse)').matches")
-    for path in ("/", "/new", *ARCHIVE, f"/inspections/{inspection}"):
+    for path in ("/", "/new", "/users", *ARCHIVE, f"/inspections/{inspection}"):
         touched.set_viewport_size({"width": WIDTHS[0], "height": 1180})
         touched.goto(server.url + path)
         expect(touched.locator("main")).to_be_visible()

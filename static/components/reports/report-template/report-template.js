@@ -293,7 +293,7 @@ function formMarkup() {
     <section class="panel template__part" aria-labelledby="template-grade"><h2 id="template-grade">${t('report_template.grading')}</h2>
       <div class="field"><label for="template-grade-rule">${t('report_template.field.grade')}</label>
         <select class="input" id="template-grade-rule" data-name="grade">${GRADES.map((rule) => html`<option value="${rule}">${wordFor('report_template.grade', rule)}</option>`)}</select></div>
-      <label class="check"><input type="checkbox" data-name="costs" /> <span>${t('report_template.costs')}</span></label>
+      <label class="switch row"><input type="checkbox" data-name="costs" /><span>${t('report_template.costs')}</span></label>
       ${line('currency', 8)}</section>
     <section class="panel template__part template__part--wide" aria-labelledby="template-blocks"><h2 id="template-blocks">${t('report_template.blocks')}</h2>
       <p class="help">${t('report_template.blocks_help')}</p>

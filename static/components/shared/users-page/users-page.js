@@ -41,6 +41,7 @@ export class UsersPage extends Component {
       const button = target.closest('[data-revoke]');
       if (button) orToast(() => this.#revoke(this.#tokens[button.dataset.revoke]));
     });
+    this.listen(preferences, 'change', () => this.#show()); // who 'you' is
     orToast(() => this.#load());
   }
 
@@ -72,7 +73,7 @@ export class UsersPage extends Component {
     const revoked = indexed.filter(({ revoked_at: at }) => at !== null);
     render(
       this.parts.list,
-      html`<div class="users panel"><table>
+      html`<div class="users panel holds"><table>
           <thead><tr><th scope="col">${t('users.name')}</th><th scope="col">${t('users.role')}</th><th scope="col">${t('users.seen')}</th>
             <th scope="col">${t('users.sessions')}</th><th scope="col">${t('users.created')}</th><th><span class="visually-hidden">${t('users.revoke')}</span></th></tr></thead>
           <tbody>${indexed.filter(({ revoked_at: at }) => at === null).map(rowMarkup)}</tbody></table></div>
