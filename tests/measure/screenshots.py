@@ -45,6 +45,7 @@ def main() -> None:
     arguments.add_argument("folder", type=Path)
     options = arguments.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
+    expect.set_options(timeout=LIMIT_MS)
     with (
         tempfile.TemporaryDirectory() as data,
         Server(Path(data)) as server,
@@ -109,7 +110,7 @@ def _show_new_live(page: Page, _sample: str) -> None:
 def _show_compare(page: Page, sample: str) -> None:
     identifier = sample.rsplit("/", 1)[1]
     _go(page, f"/compare?a={identifier}")
-    expect(page.get_by_label("Run A")).to_be_visible()
+    expect(page.get_by_label("Run A")).to_have_value(identifier)
 
 
 def _show_settings(page: Page, _sample: str) -> None:
