@@ -12,7 +12,7 @@ from app.reports.content.words import LANGUAGES
 from app.reports.report import Entry, Report, Source
 from app.survey.catalogue import built_in
 from app.survey.fields.header import FIELDS, HeaderField, faults
-from app.survey.records import Event
+from app.survey.observations.records import Event
 
 TEXTS = st.one_of(
     st.none(),

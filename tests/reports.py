@@ -18,13 +18,13 @@ from app.reports.content.translator import Translator
 from app.reports.report import Company, Entry, Loss, Photo, Phrase, Report, Source
 from app.survey.adjustment.adjust import adjust
 from app.survey.catalogue import built_in
-from app.survey.checks import Issue
-from app.survey.corrected import Corrected
-from app.survey.interval import half_width_m
-from app.survey.measure import Figure
-from app.survey.records import Event
-from app.survey.stated import Joints, Length, RigSigma, Stated, Zero
-from app.survey.tag import StatedTag
+from app.survey.distances.corrected import Corrected
+from app.survey.distances.interval import half_width_m
+from app.survey.distances.stated import Joints, Length, RigSigma, Stated, Zero
+from app.survey.observations.checks import Issue
+from app.survey.observations.records import Event
+from app.survey.observations.tag import StatedTag
+from app.survey.places.measure import Figure
 from vo_core import Rig, Track
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting

@@ -31,9 +31,9 @@ from app.inspections.packs import Packs
 from app.logs import about
 from app.storage.database.tables import Alert, Inspection
 from app.storage.records.alerts import EMERGENCY, AlertStore
-from app.survey.place import ObservationView
+from app.survey.observations.undelivered import Undelivered
+from app.survey.places.place import ObservationView
 from app.survey.rounding import metres
-from app.survey.undelivered import Undelivered
 from app.tracking.live import Event, ObservationsChanged
 from app.tracking.worker import HINDRANCES, Worker
 

@@ -228,7 +228,7 @@ def correct(
     ] = 0.0,
 ) -> None:
     """Bring a finished track to scale by known lengths and joints, without decoding again."""
-    from app.survey import correct_track as correction
+    from app.survey.distances import correct_track as correction
     from vo_core import Rig
 
     try:

@@ -13,7 +13,7 @@ import numpy as np
 
 from app.imports.moved.whole_inspection import Part, WholeInspection
 from app.imports.surveys.survey import ImportedFile
-from app.survey.stated import Stated
+from app.survey.distances.stated import Stated
 from vo_core import Rig, Track
 from vo_core.image.health import Health
 

@@ -13,7 +13,7 @@ from app.storage.records.attachments import AttachmentStore
 from app.storage.records.inspections import InspectionStore, require_unlocked
 from app.storage.records.observations import ObservationStore
 from app.storage.storage import Stored
-from app.survey.attachments import VOICE_SUFFIXES, Attachment, Picture
+from app.survey.observations.attachments import VOICE_SUFFIXES, Attachment, Picture
 from app.tracking.live import Live
 from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks

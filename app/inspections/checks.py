@@ -8,8 +8,8 @@ from app.inspections.packs import Packs
 from app.storage.blobs import keys
 from app.storage.records.inspections import InspectionStore
 from app.storage.storage import Stored
-from app.survey.checks import Case, Issue, run
-from app.survey.place import ObservationView
+from app.survey.observations.checks import Case, Issue, run
+from app.survey.places.place import ObservationView
 from app.tracking.tracks import Tracks
 
 

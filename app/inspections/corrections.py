@@ -22,11 +22,11 @@ from app.storage.records.corrections import CorrectionStore, Rescaling
 from app.storage.records.inspections import InspectionStore
 from app.survey.adjustment.adjust import adjust
 from app.survey.adjustment.adjusted_track import Adjusted, Refusal
-from app.survey.corrected import Corrected
-from app.survey.notices import Notice, notices_of
-from app.survey.stated import Joints, Stated
-from app.survey.track_rows import estimate_at
-from app.survey.uncertainty_budget import UncertaintyBudget, budget_of
+from app.survey.distances.corrected import Corrected
+from app.survey.distances.notices import Notice, notices_of
+from app.survey.distances.stated import Joints, Stated
+from app.survey.distances.track_rows import estimate_at
+from app.survey.distances.uncertainty_budget import UncertaintyBudget, budget_of
 from app.survey.versions import require_version
 from app.tracking.live import Live
 from app.tracking.tracks import Tracks

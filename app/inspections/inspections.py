@@ -20,9 +20,9 @@ from app.storage.records.labels import LabelStore
 from app.storage.records.observations import ObservationStore
 from app.storage.records.runs import RunStore
 from app.storage.storage import Storage
-from app.survey.search_terms import InspectionFilter, InspectionSort, Page
-from app.survey.stretches import open_stretches
-from app.survey.track_rows import estimate_at
+from app.survey.assets.search_terms import InspectionFilter, InspectionSort, Page
+from app.survey.distances.track_rows import estimate_at
+from app.survey.places.stretches import open_stretches
 from app.survey.versions import require_version, version_of
 from app.tracking.films.queue import Tracking
 from app.tracking.films.runs import Runs

@@ -20,9 +20,12 @@ from app.inspections.corrections import Corrections
 from app.storage.database.tables import IMPORTED, Inspection
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.observations import ObservationStore
-from app.survey.measure import Figure, Measure
-from app.survey.measuring import figure_of, figures_of
-from app.survey.place import (
+from app.survey.distances.track_rows import is_unmeasured
+from app.survey.observations.records import Event
+from app.survey.observations.tag import StatedTag, Tag, entered
+from app.survey.places.measure import Figure, Measure
+from app.survey.places.measuring import figure_of, figures_of
+from app.survey.places.place import (
     Anchor,
     ObservationView,
     Place,
@@ -34,10 +37,7 @@ from app.survey.place import (
     wall_grid,
     wall_under,
 )
-from app.survey.records import Event
-from app.survey.stretches import next_stretch_number
-from app.survey.tag import StatedTag, Tag, entered
-from app.survey.track_rows import is_unmeasured
+from app.survey.places.stretches import next_stretch_number
 from app.survey.versions import Require, require_version
 from app.tracking.live import Live
 from app.tracking.pictures.videos import NO_FILM

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from app.errors import IncompleteWallPoint
 from app.inspections.corrections import Corrections
 from app.storage.records.inspections import InspectionStore
-from app.survey.measure import Figure, Measure, MeasurePoint
-from app.survey.measuring import figure_of
-from app.survey.place import Trajectory
+from app.survey.places.measure import Figure, Measure, MeasurePoint
+from app.survey.places.measuring import figure_of
+from app.survey.places.place import Trajectory
 from app.tracking.tracks import Tracks
 from vo_core import Rig, Track
 from vo_core.geometry.rectify import Rectifier

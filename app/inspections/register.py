@@ -10,12 +10,12 @@ from typing import Any
 from app.errors import AssetNotFound, InvalidRequest
 from app.storage.database.tables import RegisteredAsset
 from app.storage.records.assets import AssetStore, asset_of
-from app.survey import register_table
+from app.survey.assets import register_table
+from app.survey.assets.register import Asset, completed, fields_of, one_line
+from app.survey.assets.register_table import Step, Table, fault_of_id, read_table
 from app.survey.fields.declaration import Value
 from app.survey.fields.header import asset_of as asset_id_of
 from app.survey.folding import normalised_id
-from app.survey.register import Asset, completed, fields_of, one_line
-from app.survey.register_table import Step, Table, fault_of_id, read_table
 from app.survey.versions import require_version, version_of
 
 logger = logging.getLogger(__name__)

@@ -11,8 +11,8 @@ from app.storage.database.tables import Inspection, RemarkRow
 from app.storage.folder.tokens import Role
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.reviews import ReviewStore
-from app.survey.records import Event
-from app.survey.review import RemarkKind, ReviewState
+from app.survey.observations.records import Event
+from app.survey.observations.review import RemarkKind, ReviewState
 from app.tracking.live import Live
 
 logger = logging.getLogger(__name__)

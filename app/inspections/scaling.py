@@ -16,8 +16,8 @@ from app.inspections.corrections import Corrections
 from app.storage.database.tables import ENDED
 from app.storage.records.corrections import CorrectionStore, Rescaling
 from app.survey.adjustment.adjusted_track import Adjusted
-from app.survey.corrected import reason_of
-from app.survey.interval import LEAST_M, U95
+from app.survey.distances.corrected import reason_of
+from app.survey.distances.interval import LEAST_M, U95
 from app.tracking.live import Event, Update
 from app.tracking.tracks import Tracks
 from app.tracking.worker import HINDRANCES, InspectionWorker

@@ -26,8 +26,8 @@ from app.meter_counter.protocol import (
     refused,
     status,
 )
+from app.survey.distances.stated import Zero
 from app.survey.rounding import metres, rounded
-from app.survey.stated import Zero
 from app.tracking.live import Event, Update
 from app.tracking.worker import Worker
 from vo_core.errors import ChainageError

@@ -10,8 +10,8 @@ from app.reports.content.marked_photo import MarkedPhoto
 from app.reports.report import Entry, Photo, Taken, VoiceNote
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs, Readable, StoredBlob
-from app.survey.attachments import VOICE_SUFFIXES, Attachment, Stroke
-from app.survey.records import Observation
+from app.survey.observations.attachments import VOICE_SUFFIXES, Attachment, Stroke
+from app.survey.observations.records import Observation
 
 
 class Attached:

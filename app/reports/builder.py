@@ -47,17 +47,17 @@ from app.storage.records.inspections import InspectionStore
 from app.storage.records.labels import LabelStore
 from app.storage.records.reviews import ReviewStore
 from app.storage.storage import Stored
-from app.survey.alignment import Alignment, alignment_of
-from app.survey.attachments import Attachment
+from app.survey.assets.register import Line, one_line
 from app.survey.catalogue.table import CodeTable
+from app.survey.distances.interval import half_width_m
+from app.survey.distances.track_rows import estimate_at, is_unmeasured
 from app.survey.fields.header import asset_of, number_of, project_of
-from app.survey.interval import half_width_m
-from app.survey.place import ObservationView, WallUnder
-from app.survey.register import Line, one_line
-from app.survey.review import ReviewState
+from app.survey.observations.attachments import Attachment
+from app.survey.observations.review import ReviewState
+from app.survey.places.alignment import Alignment, alignment_of
+from app.survey.places.place import ObservationView, WallUnder
+from app.survey.places.stretches import role_and_number, stretches
 from app.survey.rounding import metres, rounded
-from app.survey.stretches import role_and_number, stretches
-from app.survey.track_rows import estimate_at, is_unmeasured
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
 from vo_core import Rig, Track

@@ -23,17 +23,17 @@ from app.storage.blobs.blobs import Readable, StoredBlob, as_stored
 from app.storage.database.tables import RemarkRow
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
-from app.survey.attachments import Attachment
+from app.survey.assets.register import Line
 from app.survey.catalogue.table import Code
-from app.survey.checks import Issue
-from app.survey.corrected import Corrected
-from app.survey.defects import is_defect
-from app.survey.measure import Figure
-from app.survey.records import Event
-from app.survey.register import Line
-from app.survey.review import DRAFT, ReviewState
-from app.survey.tag import StatedTag
-from app.survey.track_rows import is_unmeasured
+from app.survey.distances.corrected import Corrected
+from app.survey.distances.track_rows import is_unmeasured
+from app.survey.observations.attachments import Attachment
+from app.survey.observations.checks import Issue
+from app.survey.observations.defects import is_defect
+from app.survey.observations.records import Event
+from app.survey.observations.review import DRAFT, ReviewState
+from app.survey.observations.tag import StatedTag
+from app.survey.places.measure import Figure
 from vo_core import Rig, Track
 from vo_core.errors import ChainageError
 from vo_core.geometry.stance import AS_STATED, Stance

@@ -13,7 +13,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, StringConstraints, field_validator
 
 from app.survey.given import LINE, TEXT, CodeName, Given, Letter
-from app.survey.tag import Severity
+from app.survey.observations.tag import Severity
 
 Section = Literal[
     "summary", "header", "graphic", "observations", "photos", "wall", "scene", "condition",

@@ -20,12 +20,12 @@ from app.storage.database.tables import ENDED, IndexedDefect, IndexedInspection,
 from app.storage.index.defect_index import STATED, DefectIndex, Token
 from app.storage.records.inspections import InspectionStore
 from app.survey.catalogue.table import CodeTable
-from app.survey.clock_hours import hour_bits
+from app.survey.distances.film_quality import quality_of
+from app.survey.distances.interval import half_width_m
 from app.survey.fields.header import asset_of, number_of, project_of
-from app.survey.film_quality import quality_of
 from app.survey.folding import folded, storable
-from app.survey.interval import half_width_m
-from app.survey.place import ObservationView
+from app.survey.places.clock_hours import hour_bits
+from app.survey.places.place import ObservationView
 from app.survey.rounding import metres
 from app.tracking.live import DistancesCorrected, Event, ObservationsChanged, Update
 from app.tracking.tracks import Tracks

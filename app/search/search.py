@@ -11,7 +11,7 @@ from app.storage.index.asset_index import Asset, AssetIndex, Project
 from app.storage.index.defect_index import DefectIndex, FoundDefect
 from app.storage.index.queries import FoundInspection
 from app.storage.records.labels import LabelStore
-from app.survey.asset_history import (
+from app.survey.assets.asset_history import (
     Change,
     Seen,
     Survey,
@@ -20,9 +20,7 @@ from app.survey.asset_history import (
     counted,
     traces_of,
 )
-from app.survey.defects import is_defect
-from app.survey.review import DRAFT
-from app.survey.search_terms import (
+from app.survey.assets.search_terms import (
     AssetFilter,
     AssetSort,
     DefectFilter,
@@ -33,6 +31,8 @@ from app.survey.search_terms import (
     ProjectSort,
     QualitySort,
 )
+from app.survey.observations.defects import is_defect
+from app.survey.observations.review import DRAFT
 
 _MOST_SURVEYS = 50
 """Newest inspections in the history of an asset."""

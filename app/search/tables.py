@@ -15,9 +15,9 @@ from app.errors import DamagedTrack, InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.storage.index.defect_index import DefectIndex, FoundDefect
 from app.storage.index.queries import FoundInspection
-from app.survey.film_quality import problems_of
+from app.survey.distances.film_quality import problems_of
 from app.survey.folding import storable
-from app.survey.tag import MEANINGS
+from app.survey.observations.tag import MEANINGS
 from app.tracking.tracks import Tracks
 from vo_core.track import COLUMNS
 

@@ -10,7 +10,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from app.survey.spans import SAME_M, is_within
+from app.survey.places.spans import SAME_M, is_within
 from app.viewer.geometry import (
     Cut,
     Mesh,

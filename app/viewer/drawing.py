@@ -10,7 +10,7 @@ from typing import TypedDict
 
 import viser
 
-from app.survey.measure import Figure
+from app.survey.places.measure import Figure
 from app.viewer.culvert import Culvert, JointMark
 from app.viewer.geometry import Cut, Section, WallHit
 from app.viewer.interval import Interval

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import viser
 
-from app.survey.interval import half_width_m
+from app.survey.distances.interval import half_width_m
 from app.viewer.geometry import Mesh, Section, dashed, strip, torus
 from app.viewer.look import CameraMode
 from vo_core.track import Estimate, Status

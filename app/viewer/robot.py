@@ -6,7 +6,7 @@ import numpy as np
 import viser
 from viser.transforms import SO3
 
-from app.survey.interval import half_width_m
+from app.survey.distances.interval import half_width_m
 from app.survey.rounding import metres
 from app.viewer.geometry import Frustum, Section, camera_xyz_m, yaw_wxyz
 from app.viewer.look import CameraMode

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import viser
 
-from app.survey.measure import Figure
+from app.survey.places.measure import Figure
 from app.viewer.geometry import Section, WallHit, phi_of_clock, wall_points
 from app.viewer.wording import Wording
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Unpack
 
-from app.survey.measure import Figure
+from app.survey.places.measure import Figure
 from app.viewer.culvert import JointMark
 from app.viewer.drawing import Changes, Drawing, Measure
 from app.viewer.geometry import PinHit, Section, WallHit

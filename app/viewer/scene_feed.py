@@ -18,11 +18,11 @@ from app.inspections.packs import Packs
 from app.reports.content.words import Language
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.catalogue.table import Code, CodeTable
-from app.survey.measure import Figure
-from app.survey.place import ObservationView
+from app.survey.observations.tag import StatedTag
+from app.survey.places.measure import Figure
+from app.survey.places.place import ObservationView
+from app.survey.places.stretches import stretches
 from app.survey.rounding import metres
-from app.survey.stretches import stretches
-from app.survey.tag import StatedTag
 from app.tracking.live import (
     DistancesCorrected,
     Event,

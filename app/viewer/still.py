@@ -7,7 +7,7 @@ from functools import partial
 
 from app.errors import NoScene
 from app.reports.report import Report
-from app.survey.track_rows import estimate_at
+from app.survey.distances.track_rows import estimate_at
 from app.viewer.private_server import ViewerUnavailable
 from app.viewer.scene import still_page
 from app.viewer.scene_feed import defect_pin, joint_marks

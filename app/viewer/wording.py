@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from app.reports.content.words import Language, words_of
-from app.survey.interval import half_width_text
+from app.survey.distances.interval import half_width_text
 from app.survey.rounding import decimals, with_interval
 
 Units = Literal["m", "ft"]

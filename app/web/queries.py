@@ -6,8 +6,8 @@ from typing import Annotated
 
 from fastapi import Depends, Query
 
+from app.survey.assets.search_terms import ProjectFilter
 from app.survey.given import LINE
-from app.survey.search_terms import ProjectFilter
 
 Text = Annotated[
     str,

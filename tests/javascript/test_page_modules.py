@@ -17,12 +17,12 @@ from tracks import straight_track
 
 from app.lab.simulation import SCENARIOS
 from app.survey.adjustment.adjust import adjust
-from app.survey.asset_history import Seen, Survey, changes_of, traces_of
-from app.survey.measure import Measure
-from app.survey.measuring import figure_of
-from app.survey.place import Trajectory, wall_grid
-from app.survey.register import completed, fields_of, registered
-from app.survey.stated import Stated
+from app.survey.assets.asset_history import Seen, Survey, changes_of, traces_of
+from app.survey.assets.register import completed, fields_of, registered
+from app.survey.distances.stated import Stated
+from app.survey.places.measure import Measure
+from app.survey.places.measuring import figure_of
+from app.survey.places.place import Trajectory, wall_grid
 from app.web.schemas.inspection.observations import WallGridOut
 from vo_core import Pose
 from vo_core.geometry.stance import AS_STATED, Stance

@@ -29,8 +29,8 @@ from app.storage.database.database import Database
 from app.storage.database.tables import Inspection
 from app.storage.folder.files import DataFolder, sha256_of
 from app.storage.records.imports import ImportStore, Rows
-from app.survey.records import Event, Observation
-from app.survey.tag import StatedTag
+from app.survey.observations.records import Event, Observation
+from app.survey.observations.tag import StatedTag
 from app.tracking.films.runs import track_metadata
 from app.tracking.pictures.videos import file_name, video_columns
 from app.tracking.tracks import Tracks

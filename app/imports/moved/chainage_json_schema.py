@@ -23,8 +23,8 @@ from app.imports.moved.whole_inspection import (
     MovedTag,
     Part,
 )
+from app.survey.distances.stated import Stated
 from app.survey.given import Frame, PackName
-from app.survey.stated import Stated
 from vo_core import Track
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt

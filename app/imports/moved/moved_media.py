@@ -5,7 +5,7 @@ from __future__ import annotations
 from app.errors import InvalidImport
 from app.imports.moved.archive_manifest import VOICE
 from app.pictures import UnusablePicture, require_picture
-from app.survey.attachments import MOST_VOICE_BYTES
+from app.survey.observations.attachments import MOST_VOICE_BYTES
 
 _MOST_PHOTO_BYTES = 32 * 2**20
 _MOST_SIDE_PX = 8192

@@ -22,12 +22,12 @@ from pydantic import (
 )
 
 from app.imports.moved.archive_manifest import VOICE
-from app.survey.attachments import LONGEST_VOICE_S, MOST_VOICE_BYTES, Kind, Strokes
+from app.survey.distances.stated import Stated
 from app.survey.given import LINE, TEXT, Frame, Header
 from app.survey.labels import Labels
-from app.survey.review import DRAFT, RemarkKind, ReviewState
-from app.survey.stated import Stated
-from app.survey.tag import StatedTag
+from app.survey.observations.attachments import LONGEST_VOICE_S, MOST_VOICE_BYTES, Kind, Strokes
+from app.survey.observations.review import DRAFT, RemarkKind, ReviewState
+from app.survey.observations.tag import StatedTag
 from vo_core import Rig, Track
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt

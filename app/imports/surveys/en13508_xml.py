@@ -8,7 +8,7 @@ from app.imports.surveys.cells import clean, number
 from app.imports.surveys.en13508_fields import Coded, survey_from
 from app.imports.surveys.survey import Caveat, ImportedFile, ImportedSurvey, Notes, file_of
 from app.imports.surveys.xml_file import Element, first_rows, note_unread, unknown_parts
-from app.survey import grids
+from app.survey.places import grids
 
 _PIPES = ("ZB", "ZB_A")
 _ENDS = {"AAE": "AAD", "AAG": "AAF"}

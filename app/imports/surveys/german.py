@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 
 from app.imports.surveys.cells import number, stretch
-from app.survey import grids
+from app.survey.places import grids
 
 _UTM = re.compile(r"UTM\D{0,10}([0-9]{1,2})\s?([NS]?)", re.IGNORECASE)
 _CODED = re.compile(r"(?:^|, )coded (BC[DE])((?: [A-Z][A-Z0-9]{0,3}){1,2})$")

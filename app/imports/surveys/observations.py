@@ -19,7 +19,7 @@ from app.imports.surveys.cells import (
 from app.imports.surveys.survey import ImportedObservation, Notes
 from app.survey.fields.declaration import Family
 from app.survey.fields.observation import codes_of
-from app.survey.tag import LONGEST_IMPORTED_REMARK
+from app.survey.observations.tag import LONGEST_IMPORTED_REMARK
 
 LONGEST_PHOTO_NAME = 255
 _CODE = re.compile(r"[A-Z][A-Z0-9]{0,7}")

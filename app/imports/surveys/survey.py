@@ -12,7 +12,7 @@ from typing import Any
 
 from app.imports.surveys.cells import clean
 from app.survey.fields.header import FIELDS, LONGEST_TEXT, faults
-from app.survey.tag import StatedTag
+from app.survey.observations.tag import StatedTag
 
 MOST_SURVEYS = 200
 MOST_OBSERVATIONS = 10_000

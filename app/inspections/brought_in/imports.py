@@ -3,7 +3,7 @@
 There is no film, so an imported survey is `done` at once. The track of a survey that another
 program measured has one row for each observation, so that a tag stays anchored to a frame and its
 distance is derived as usual. Such a track has neither sigma nor quality, as both are unknown
-(`app.survey.track_rows.is_unmeasured`).
+(`app.survey.distances.track_rows.is_unmeasured`).
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from app.inspections.brought_in.moved import MovedInspections
 from app.inspections.films.uploads import Uploads
 from app.storage.database.tables import IMPORTED, Inspection
 from app.storage.records.imports import Rows
-from app.survey.records import Event, Observation
-from app.survey.spans import is_same
-from app.survey.tag import StatedTag
+from app.survey.observations.records import Event, Observation
+from app.survey.observations.tag import StatedTag
+from app.survey.places.spans import is_same
 from app.tracking.pictures.videos import NO_FILM, unfilmed_columns
 from vo_core import Rig, Track
 from vo_core.track import Estimate

@@ -15,7 +15,7 @@ from app.storage.database.tables import Inspection
 from app.storage.folder.unfinished import Unfinished
 from app.storage.records.imports import ImportStore, Rows
 from app.storage.storage import Storage
-from app.survey.track_rows import estimate_at
+from app.survey.distances.track_rows import estimate_at
 from app.tracking.films.runs import track_metadata
 from app.tracking.tracks import Tracks
 from vo_core import Track

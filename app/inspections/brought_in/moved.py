@@ -42,13 +42,13 @@ from app.storage.folder.tokens import Role
 from app.storage.records.attachments import AttachmentRow
 from app.storage.records.imports import Rows
 from app.storage.storage import Storage
-from app.survey.attachments import VOICE_SUFFIXES, Attachment
+from app.survey.distances.stated import Stated
+from app.survey.distances.track_rows import is_unmeasured
 from app.survey.fields.header import project_of
 from app.survey.labels import distinct
-from app.survey.records import BROUGHT_IN, Event, Observation
-from app.survey.review import APPROVED, DRAFT, ReviewState
-from app.survey.stated import Stated
-from app.survey.track_rows import is_unmeasured
+from app.survey.observations.attachments import VOICE_SUFFIXES, Attachment
+from app.survey.observations.records import BROUGHT_IN, Event, Observation
+from app.survey.observations.review import APPROVED, DRAFT, ReviewState
 from app.tracking.live import Live
 from app.tracking.pictures.counter_files import KeptCounter
 from app.tracking.pictures.media import Media

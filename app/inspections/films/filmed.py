@@ -14,7 +14,7 @@ from app.storage.blobs.blobs import StoredBlob
 from app.storage.database.tables import Inspection
 from app.storage.records.inspections import InspectionStore
 from app.storage.storage import Storage
-from app.survey.track_rows import estimate_at, since
+from app.survey.distances.track_rows import estimate_at, since
 from app.tracking.films.runs import track_metadata
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.media import Media

@@ -12,7 +12,7 @@ from app.lab.simulation.defects import Defect
 from app.lab.simulation.motion import Trajectory
 from app.lab.simulation.scenario import Scenario
 from app.lab.simulation.scenarios import SCENARIOS
-from app.survey.tag import Tag
+from app.survey.observations.tag import Tag
 from vo_core.geometry.wall import enclose, robot_pixels, sight
 
 _CRACK = Defect("crack", x_mm=750, arc_mm=70, length_mm=420, width_mm=60)

@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw
 
 from app.reports.text.typesetting import font_of, lines_of, one_line, pieces_of
 from app.storage.blobs.blobs import Readable
-from app.survey.attachments import Stroke
+from app.survey.observations.attachments import Stroke
 
 QUALITY = 92
 _COLOURS = {"red": "#ff3b30", "yellow": "#ffd60a", "white": "#ffffff", "blue": "#3ea6ff"}

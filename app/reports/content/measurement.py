@@ -11,11 +11,11 @@ from app.reports.content.translator import NOTHING, Translator
 from app.reports.report import Report
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.adjustment.joints import FittedJoint
+from app.survey.distances.interval import LEAST_M, U95, half_width_m
+from app.survey.distances.stated import Length
+from app.survey.distances.uncertainty_budget import budget_of
 from app.survey.fields.header import number_of
-from app.survey.interval import LEAST_M, U95, half_width_m
 from app.survey.rounding import metres, signed
-from app.survey.stated import Length
-from app.survey.uncertainty_budget import budget_of
 from vo_core.scale.counter import Fault
 
 _MOST_FAULTS = 20

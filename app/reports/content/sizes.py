@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.reports.report import Entry, Photo
-from app.survey.measure import Figure
+from app.survey.places.measure import Figure
 from app.survey.rounding import with_interval
 
 _UNITS = {"area": "mm²"}

@@ -15,11 +15,11 @@ from app.reports.content.words import Language, words_of
 from app.reports.report import Entry, Loss, Phrase, Report, Taken, Units
 from app.reports.text.typesetting import one_line
 from app.survey.adjustment.adjusted_track import Refusal
-from app.survey.checks import Issue
-from app.survey.interval import half_width_text
-from app.survey.records import NOT_NOTIFIED, Event
+from app.survey.distances.interval import half_width_text
+from app.survey.observations.checks import Issue
+from app.survey.observations.records import NOT_NOTIFIED, Event
+from app.survey.observations.undelivered import Undelivered
 from app.survey.rounding import decimals, rounded
-from app.survey.undelivered import Undelivered
 
 FOOT_M = 0.3048
 NOTHING = "–"

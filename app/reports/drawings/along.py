@@ -12,7 +12,7 @@ from app.reports.drawings import svg
 from app.reports.drawings.axis import Axis, tick_step_m
 from app.reports.drawings.svg import Drawing
 from app.reports.report import Report
-from app.survey.interval import U95
+from app.survey.distances.interval import U95
 from vo_core.image.health import complained
 
 _BINS = 300

@@ -15,7 +15,7 @@ from app.reports.drawings.placement import spread
 from app.reports.drawings.seen_wall import joints_within
 from app.reports.drawings.svg import Drawing, to_row
 from app.reports.report import Entry, Report, Stretch
-from app.survey.spans import SAME_M, Span, is_within, overlap
+from app.survey.places.spans import SAME_M, Span, is_within, overlap
 
 SCALES = (
     20, 25, 40, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 750, 1000, 1500, 2000, 2500, 5000,

@@ -14,7 +14,7 @@ from app.reports.content.translator import Translator
 from app.reports.drawings.cut_pipe import clock_spans
 from app.reports.report import Entry, Report
 from app.storage.blobs.blobs import Readable
-from app.survey.spans import SAME_M, Span, begins_within, is_within, overlap
+from app.survey.places.spans import SAME_M, Span, begins_within, is_within, overlap
 from vo_core.geometry.measure import developed_points
 from vo_core.mosaic.layout import UNSEEN_GREY, Layout
 

@@ -21,7 +21,7 @@ from app.reports.drawings.seen_wall import (
 )
 from app.reports.drawings.svg import Drawing
 from app.reports.report import Entry, Report
-from app.survey.spans import SAME_M, SAME_MM, Span, is_within
+from app.survey.places.spans import SAME_M, SAME_MM, Span, is_within
 
 SCALES = (10, 20, 25, 50, 100, 200, 250, 500, 1000, 2000, 5000, 10_000)
 """Denominators from 1 : 10 on."""

@@ -36,8 +36,8 @@ from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Written
 from app.reports.tables import table
 from app.reports.text.legible import iso
 from app.settings import MIB
-from app.survey.corrected import result_of
-from app.survey.records import BROUGHT_IN
+from app.survey.distances.corrected import result_of
+from app.survey.observations.records import BROUGHT_IN
 
 _SCHEMA = f"{FAMILY}/{VERSION}"
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from app.reports.exchange.header import Header
 from app.reports.exchange.names import Names
-from app.survey import grids
+from app.survey.places import grids
 
 Point = tuple[float, float]
 _WEST, _SOUTH, _EAST, _NORTH = 3.2, 50.7, 7.3, 53.7

@@ -1,7 +1,7 @@
 """GeoJSON (RFC 7946): the run, its observations and its stretches, WGS 84, to a millimetre.
 
-They lie on the course of the culvert (`app.survey.alignment`): the line of the register, or a
-straight one between the ends.
+They lie on the course of the culvert (`app.survey.places.alignment`): the line of the register, or
+a straight one between the ends.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from app.reports.report import Entry, FormatNeeds, Loss, Phrase, Report, Stretch
 from app.reports.tables import table
 from app.reports.tables.table import Cell
 from app.reports.text.ascii import one_line
-from app.survey.alignment import Alignment, alignment_of, missing_of
+from app.survey.assets.register import Point
 from app.survey.fields.header import number_of
-from app.survey.register import Point
+from app.survey.places.alignment import Alignment, alignment_of, missing_of
 from app.survey.rounding import decimals, rounded
 
 _KILOMETRES = re.compile(r"(?:km\s*)?([0-9]+)\s*\+\s*([0-9]{1,3}(?:\.[0-9]+)?)", re.IGNORECASE)

@@ -9,10 +9,10 @@ from collections.abc import Iterable
 
 from app.reports.report import Loss, Phrase, Report
 from app.reports.text.ascii import one_line
+from app.survey.distances.stated import Stated
 from app.survey.fields.observation import codes_of
+from app.survey.observations.tag import StatedTag
 from app.survey.rounding import decimals
-from app.survey.stated import Stated
-from app.survey.tag import StatedTag
 
 ONE_LINE = Loss("one_line")
 NO_GEOMETRY = Loss("no_geometry")

@@ -16,9 +16,9 @@ from app.reports.exchange.losses import only_bundle_holds, rounded_figures
 from app.reports.exchange.names import film, film_name, film_names
 from app.reports.report import Entry, Loss, Report
 from app.reports.text.ascii import one_line, transliterate
+from app.survey.distances.interval import half_width_text
 from app.survey.fields.declaration import Family
 from app.survey.fields.observation import codes_of
-from app.survey.interval import half_width_text
 from app.survey.rounding import decimals
 
 START = "BCD"

@@ -22,11 +22,11 @@ from app.reports.tables import report_sheet, statistics_sheet, table
 from app.reports.tables.cells import LONGEST_TEXT, Cells, cell_text, fit_on_page
 from app.reports.tables.table import DICTIONARY, Cell, Column
 from app.reports.text.legible import iso, legible
+from app.survey.distances.interval import half_width_m
+from app.survey.distances.stated import Joints, Stated
 from app.survey.fields.header import FIELDS
-from app.survey.interval import half_width_m
-from app.survey.records import RESCALED, RIG_CHANGED
+from app.survey.observations.records import RESCALED, RIG_CHANGED
 from app.survey.rounding import decimals, metres, rounded
-from app.survey.stated import Joints, Stated
 
 _NARROWEST = 8
 """Least width of a column, in characters."""

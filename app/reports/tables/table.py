@@ -11,8 +11,8 @@ from datetime import datetime
 from app.reports.content.sizes import figure_text
 from app.reports.report import Entry, Loss, Report, Written
 from app.reports.text.legible import iso, legible
+from app.survey.observations.tag import MEANINGS
 from app.survey.rounding import decimals
-from app.survey.tag import MEANINGS
 from vo_core.csv_rows import plain
 
 Cell = str | int | float | None

@@ -21,7 +21,7 @@ from app.storage.archive.selection import (
 from app.storage.database.store import Store, writing
 from app.storage.database.tables import ENDED, ArchiveFilm, EventRow, Inspection
 from app.storage.records.inspections import require_unlocked
-from app.survey.review import APPROVED
+from app.survey.observations.review import APPROVED
 
 
 class ArchiveChanges(Store):

@@ -41,7 +41,7 @@ from app.storage.database.sqlite import revision_of
 from app.storage.database.tables import ENDED
 from app.storage.folder import signing_key
 from app.storage.folder.files import DataFolder, raise_if_full, sync_folder
-from app.survey.attachments import VOICE_SUFFIXES
+from app.survey.observations.attachments import VOICE_SUFFIXES
 
 OnProgress = Callable[[int, int], None]
 """Called with the bytes done and the total."""

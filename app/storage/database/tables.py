@@ -25,9 +25,9 @@ from sqlalchemy.engine import Dialect
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from sqlalchemy.types import TypeDecorator
 
-from app.survey.records import Event, Observation
-from app.survey.review import DRAFT
-from app.survey.tag import StatedTag
+from app.survey.observations.records import Event, Observation
+from app.survey.observations.review import DRAFT
+from app.survey.observations.tag import StatedTag
 from app.tracker import measures
 
 ENDED = ("done", "failed", "cancelled")
@@ -138,7 +138,7 @@ class Inspection(Base):
     attempt: Mapped[int] = mapped_column(default=0)
     """Number of the newest run: an older one can store no result."""
     review_state: Mapped[str] = mapped_column(String(10), default=DRAFT, index=True)
-    """One of `app.survey.review.STATES`; who has set it, and when, follows."""
+    """One of `app.survey.observations.review.STATES`; who has set it, and when, follows."""
     reviewed_at: Mapped[datetime | None]
     reviewed_by: Mapped[str | None] = mapped_column(String(100))
 
@@ -182,7 +182,7 @@ def outdated() -> ColumnElement[bool]:
 
 
 class ObservationRow(Base):
-    """A row of `app.survey.records.Observation`."""
+    """A row of `app.survey.observations.records.Observation`."""
 
     __tablename__ = "observations"
 
@@ -244,7 +244,7 @@ class RemarkRow(Base):
 
 
 class EventRow(Base):
-    """A row of `app.survey.records.Event`."""
+    """A row of `app.survey.observations.records.Event`."""
 
     __tablename__ = "events"
     __table_args__ = (

@@ -36,9 +36,9 @@ from app.storage.index.queries import (
     with_words,
 )
 from app.storage.records.assets import AssetStore
+from app.survey.assets.search_terms import AssetFilter, AssetSort, Page, ProjectFilter, ProjectSort
 from app.survey.folding import normalised_id
-from app.survey.review import APPROVED
-from app.survey.search_terms import AssetFilter, AssetSort, Page, ProjectFilter, ProjectSort
+from app.survey.observations.review import APPROVED
 
 
 @dataclass(frozen=True)

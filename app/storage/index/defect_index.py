@@ -31,11 +31,11 @@ from app.storage.index.queries import (
     ordered,
     with_words,
 )
-from app.survey.defects import NO_DEFECTS, is_defect, part_of
-from app.survey.film_quality import PROBLEMS
+from app.survey.assets.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
+from app.survey.distances.film_quality import PROBLEMS
 from app.survey.folding import folded, normalised_id
-from app.survey.search_terms import DefectFilter, DefectSort, Page, Problem, QualitySort
-from app.survey.tag import Tag
+from app.survey.observations.defects import NO_DEFECTS, is_defect, part_of
+from app.survey.observations.tag import Tag
 
 INDEX_VERSION = 4
 """Version of how rows are derived: rows of another version are made again."""

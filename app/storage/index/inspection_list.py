@@ -23,7 +23,7 @@ from app.storage.database.tables import (
 from app.storage.index.queries import a_page, of_project, ordered, unknown_last
 from app.storage.records.alerts import EMERGENCY
 from app.storage.records.inspections import SEVERITY, SUMMARY, Summary
-from app.survey.search_terms import InspectionFilter, InspectionSort, Page
+from app.survey.assets.search_terms import InspectionFilter, InspectionSort, Page
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from sqlalchemy import Column, ColumnElement, Select, func, select
 from sqlalchemy.orm import Session
 
 from app.storage.database.tables import IndexedInspection, Inspection
+from app.survey.assets.search_terms import Page, ProjectFilter
 from app.survey.folding import words_of
-from app.survey.search_terms import Page, ProjectFilter
 
 WITH_INSPECTION = select(IndexedInspection, Inspection).join(
     Inspection, Inspection.id == IndexedInspection.inspection_id

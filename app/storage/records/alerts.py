@@ -11,8 +11,8 @@ from sqlalchemy.orm import Session
 
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ALERT_STATES, Alert, EventRow, ObservationRow
-from app.survey.records import NOT_NOTIFIED
-from app.survey.undelivered import Undelivered
+from app.survey.observations.records import NOT_NOTIFIED
+from app.survey.observations.undelivered import Undelivered
 
 EMERGENCY = 5
 """The severity that is notified at once."""

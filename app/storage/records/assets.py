@@ -15,10 +15,10 @@ from app.storage.database.database import batches
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import IndexedInspection, RegisteredAsset
 from app.storage.index.queries import a_page, with_words
+from app.survey.assets.register import Asset, texts_of
+from app.survey.assets.register_table import Stated, Step, steps
+from app.survey.assets.search_terms import Page
 from app.survey.folding import folded, normalised_id
-from app.survey.register import Asset, texts_of
-from app.survey.register_table import Stated, Step, steps
-from app.survey.search_terms import Page
 from app.survey.versions import Require
 
 _AT_ONCE = 1_000

@@ -13,11 +13,11 @@ from app.errors import AttachmentNotFound, ObservationNotFound, TooManyAttachmen
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import Base, EventRow, ObservationRow
 from app.storage.records.inspections import unlocked
-from app.survey.attachments import MOST, Attachment, Stroke, in_order
+from app.survey.observations.attachments import MOST, Attachment, Stroke, in_order
 
 
 class AttachmentRow(Base):
-    """A row of `app.survey.attachments.Attachment`; its file is a blob."""
+    """A row of `app.survey.observations.attachments.Attachment`; its file is a blob."""
 
     __tablename__ = "attachments"
     __table_args__ = (Index("ix_attachments_observation", "inspection_id", "observation_id"),)

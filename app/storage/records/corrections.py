@@ -12,8 +12,8 @@ from sqlalchemy.orm import Session
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ENDED, EventRow, Inspection
 from app.storage.records.inspections import existing, unlocked
-from app.survey.records import RESCALED
-from app.survey.review import APPROVED
+from app.survey.observations.records import RESCALED
+from app.survey.observations.review import APPROVED
 from app.survey.versions import Require
 
 

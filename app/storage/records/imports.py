@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import Base, EventRow, Inspection, ObservationRow
 from app.storage.records.labels import labelled
-from app.survey.records import Event, Observation
+from app.survey.observations.records import Event, Observation
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from app.errors import InspectionLocked, InspectionNotFound
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
 from app.storage.records.packs import require_pack_of
-from app.survey.defects import NO_DEFECTS
 from app.survey.fields.header import project_of
-from app.survey.records import Event
-from app.survey.review import APPROVED
+from app.survey.observations.defects import NO_DEFECTS
+from app.survey.observations.records import Event
+from app.survey.observations.review import APPROVED
 from app.survey.versions import Require
 
 
@@ -206,7 +206,7 @@ _QUESTIONS = open_questions(Inspection.id).correlate(Inspection).scalar_subquery
 _CODE, _CONTINUOUS = (
     func.coalesce(ObservationRow.fields[name].as_string(), "") for name in ("code", "continuous")
 )
-# As in app.survey.defects.
+# As in app.survey.observations.defects.
 _PART = func.coalesce(func.nullif(func.substr(_CONTINUOUS, 2), ""), ObservationRow.id)
 _DEFECTS = func.count(_PART.distinct()).filter(or_(_CODE.not_in(NO_DEFECTS), SEVERITY > 0))
 SUMMARY = (

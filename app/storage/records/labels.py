@@ -14,7 +14,7 @@ from app.storage.database.database import batches
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import EventRow, InspectionLabel
 from app.storage.records.inspections import existing
-from app.survey.records import LABELLED
+from app.survey.observations.records import LABELLED
 
 
 class LabelStore(Store):

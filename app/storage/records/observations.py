@@ -17,8 +17,8 @@ from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import EventRow, ObservationRow
 from app.storage.records.alerts import note_emergency
 from app.storage.records.inspections import unlocked
-from app.survey.records import Observation
-from app.survey.tag import StatedTag
+from app.survey.observations.records import Observation
+from app.survey.observations.tag import StatedTag
 from app.survey.versions import Require
 
 _RECORDS_KEPT = 20_000

@@ -18,9 +18,15 @@ from app.errors import (
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
 from app.storage.records.inspections import existing, open_questions, unlocked
-from app.survey.records import BROUGHT_IN, REVIEWED, Event
-from app.survey.review import APPROVED, RemarkKind, ReviewState, is_for_admins, may_follow
-from app.survey.tag import StatedTag, entered
+from app.survey.observations.records import BROUGHT_IN, REVIEWED, Event
+from app.survey.observations.review import (
+    APPROVED,
+    RemarkKind,
+    ReviewState,
+    is_for_admins,
+    may_follow,
+)
+from app.survey.observations.tag import StatedTag, entered
 from app.survey.versions import require_version, version_of
 
 

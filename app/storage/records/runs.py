@@ -15,7 +15,7 @@ from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ENDED, ArchiveFilm, EventRow, Inspection, ObservationRow
 from app.storage.records.attachments import AttachmentRow
 from app.storage.records.inspections import existing, require_unlocked, unlocked
-from app.survey.records import RIG_CHANGED
+from app.survey.observations.records import RIG_CHANGED
 from vo_core.track import Estimate
 
 

@@ -19,8 +19,8 @@ from app.survey.adjustment.joint_evidence import (
     require_certainty,
 )
 from app.survey.adjustment.joints import fitted_joints, uncounted_marks
-from app.survey.stated import Length, RigSigma, Stated
-from app.survey.track_rows import is_unmeasured
+from app.survey.distances.stated import Length, RigSigma, Stated
+from app.survey.distances.track_rows import is_unmeasured
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection, InvalidRig
 from vo_core.joints.sightings import Sighting

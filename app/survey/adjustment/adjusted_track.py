@@ -22,10 +22,10 @@ from app.survey.adjustment.joints import (
     each_once,
     expected_joints,
 )
-from app.survey.interval import half_width_m
-from app.survey.spans import SAME_MM
-from app.survey.stated import Zero
-from app.survey.track_rows import estimate_at, is_unmeasured
+from app.survey.distances.interval import half_width_m
+from app.survey.distances.stated import Zero
+from app.survey.distances.track_rows import estimate_at, is_unmeasured
+from app.survey.places.spans import SAME_MM
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection
 from vo_core.geometry.height import Height, implied_height

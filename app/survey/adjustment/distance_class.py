@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from app.survey.spans import SAME_MM
+from app.survey.places.spans import SAME_MM
 
 CLASSES_PERCENT = (0.5, 1.0, 5.0)
 

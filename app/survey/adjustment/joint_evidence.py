@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from app.survey.adjustment.adjusted_track import Adjusted
-from app.survey.stated import Joints, Mark
-from app.survey.track_rows import estimate_at, wall_point_of
+from app.survey.distances.stated import Joints, Mark
+from app.survey.distances.track_rows import estimate_at, wall_point_of
 from vo_core import Rig, Track
 from vo_core.drift import Bed
 from vo_core.errors import InvalidCorrection

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from app.survey.adjustment.closure import CLOSURE_LIMIT
-from app.survey.spans import SAME_MM
+from app.survey.places.spans import SAME_MM
 from vo_core import Track
 from vo_core.drift import row_of
 from vo_core.joints.lattice import Joint

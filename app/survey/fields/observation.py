@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from app.survey.fields.declaration import Column, Family, HeldIn, at
-from app.survey.tag import StatedTag
+from app.survey.observations.tag import StatedTag
 
 _COLUMNS: Mapping[str, Mapping[str, Column]] = {
     "distance_m": at(en="I", isybau="Station", m150="HZ001", wincan="OBS_Distance"),

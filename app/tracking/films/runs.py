@@ -18,7 +18,7 @@ from app.jobs.track.batches import Batch
 from app.jobs.track.messages import FrameRange
 from app.storage.database.tables import Inspection
 from app.storage.records.runs import Outcome
-from app.survey.track_rows import estimate_at
+from app.survey.distances.track_rows import estimate_at
 from app.tracking.live import Live, Progress, Update
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled

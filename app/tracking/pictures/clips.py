@@ -14,7 +14,7 @@ from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs, StoredBlob
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.observations import ObservationStore
-from app.survey.track_rows import estimate_at
+from app.survey.distances.track_rows import estimate_at
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.videos import NO_FILM
 from app.tracking.tracks import Tracks

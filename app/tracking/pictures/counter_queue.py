@@ -31,7 +31,7 @@ from app.jobs.requests.counter import CounterRequest
 from app.storage.blobs.blobs import StoredBlob
 from app.storage.database.tables import ENDED
 from app.storage.records.inspections import InspectionStore, require_unlocked
-from app.survey.review import APPROVED
+from app.survey.observations.review import APPROVED
 from app.tracking.films.work import IsStopped
 from app.tracking.live import Event, Update
 from app.tracking.pictures.counter_files import SEARCHED, CounterFiles, KeptCounter

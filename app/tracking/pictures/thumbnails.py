@@ -17,8 +17,8 @@ from app.storage.records.attachments import AttachmentStore
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.observations import ObservationStore
 from app.storage.storage import Storage
-from app.survey.attachments import Attachment
-from app.survey.records import Observation
+from app.survey.observations.attachments import Attachment
+from app.survey.observations.records import Observation
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.media import Media
 from app.tracking.pictures.photos import photo_of

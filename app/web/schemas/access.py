@@ -11,7 +11,7 @@ from app.access.access import fault_of_name
 from app.reports.content.words import Language
 from app.storage.folder.tokens import Role
 from app.survey.given import CodeName, Given, PackId
-from app.survey.tag import Coded
+from app.survey.observations.tag import Coded
 from app.web.schemas.out import Out
 
 RoleName = Literal["viewer", "operator", "admin"]

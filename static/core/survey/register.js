@@ -8,7 +8,7 @@ const OFFERED = 20;
 /** Largest table that the server takes, in bytes. */
 export const MOST_BYTES = 16 * 2 ** 20;
 
-/** Fields that only mean something together, as in app/survey/register.py. */
+/** Fields that only mean something together, as in app/survey/assets/register.py. */
 const TOGETHER = [
   ['shape', 'height_mm', 'width_mm'],
   ['known_length_m', 'known_length_source'],

@@ -1,5 +1,5 @@
 /**
- * Whether a distance lies within a part of the pipe. Ends are compared up to ROUNDING_MM, as app/survey/spans.py does more coarsely:
+ * Whether a distance lies within a part of the pipe. Ends are compared up to ROUNDING_MM, as app/survey/places/spans.py does more coarsely:
  * 1000 * 16.1 is more than 16100 in binary.
  */
 

@@ -36,7 +36,7 @@ export function chainageNumber(m) {
 export const LEAST_M = 0.01;
 
 /**
- * Half of the 95 % interval in metres, as in app/survey/interval.py: rounded up to a millimetre.
+ * Half of the 95 % interval in metres, as in app/survey/distances/interval.py: rounded up to a millimetre.
  * @param {number} sigmaMm
  */
 export const u95FromSigma = (sigmaMm) => Math.max(LEAST_M, roundedUp((1.96 * sigmaMm) / 1000, 3));

@@ -22,8 +22,8 @@ from app.storage.folder.files import DataFolder, Places
 from app.storage.records.corrections import CorrectionStore, Rescaling
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.runs import RunStore
-from app.survey.stated import Joints, RigSigma, Stated, Zero
-from app.survey.track_rows import estimate_at
+from app.survey.distances.stated import Joints, RigSigma, Stated, Zero
+from app.survey.distances.track_rows import estimate_at
 from app.tracking.live import Live
 from app.tracking.tracks import Tracks
 

@@ -15,8 +15,8 @@ from textures import make_rig
 from app.errors import IncompleteWallPoint
 from app.inspections.picking import SeenAt, WallPlace, length_between, seen_best
 from app.survey.adjustment.adjust import adjust
-from app.survey.place import Trajectory, wall_under
-from app.survey.stated import Length, Stated
+from app.survey.distances.stated import Length, Stated
+from app.survey.places.place import Trajectory, wall_under
 from vo_core import Rig, Track
 
 FRAMES = 400

@@ -23,9 +23,9 @@ from app.storage.folder.files import DataFolder
 from app.storage.records.corrections import CorrectionStore
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.runs import Outcome, RunStore
-from app.survey.records import RESCALED
-from app.survey.stated import Joints, Stated
-from app.survey.track_rows import estimate_at
+from app.survey.distances.stated import Joints, Stated
+from app.survey.distances.track_rows import estimate_at
+from app.survey.observations.records import RESCALED
 from app.tracking.live import DistancesCorrected, Event, Live, Progress, Update
 from app.tracking.tracks import Tracks
 from vo_core.joints.sightings import Sighting

@@ -14,10 +14,10 @@ from tracks import straight_track
 from app.lab.simulation import SCENARIOS, render
 from app.lab.simulation.defects import Defect, draw_defects
 from app.survey.adjustment.adjust import adjust
-from app.survey.measure import Figure, Measure
-from app.survey.measuring import figure_of
-from app.survey.place import Trajectory
-from app.survey.stated import Stated
+from app.survey.distances.stated import Stated
+from app.survey.places.measure import Figure, Measure
+from app.survey.places.measuring import figure_of
+from app.survey.places.place import Trajectory
 from vo_core import Track
 
 LENGTH_MM = 60.0

@@ -13,10 +13,10 @@ from reports import AT, OBSERVATIONS, report, said, track_of
 from app.reports.tables.spreadsheet import write
 from app.reports.tables.table import COLUMNS, DICTIONARY, rows
 from app.survey.adjustment.adjust import adjust
-from app.survey.corrected import Corrected
-from app.survey.interval import half_width_m
-from app.survey.records import Event
-from app.survey.stated import Joints, Mark, Stated
+from app.survey.distances.corrected import Corrected
+from app.survey.distances.interval import half_width_m
+from app.survey.distances.stated import Joints, Mark, Stated
+from app.survey.observations.records import Event
 from vo_core import Rig
 
 

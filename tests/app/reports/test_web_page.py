@@ -27,8 +27,8 @@ from app.errors import NoScene
 from app.reports.html.web_page import write
 from app.reports.report import Company, Extras
 from app.reports.template import ReportTemplate
-from app.survey.checks import Issue
-from app.survey.records import Event
+from app.survey.observations.checks import Issue
+from app.survey.observations.records import Event
 from app.viewer.still import scene_page
 
 ISSUES = (Issue("block", "no_start", params={"needed": "BCD"}),)

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from app.survey.adjustment.adjust import adjust
 from app.survey.adjustment.adjusted_track import Adjusted
-from app.survey.corrected import Corrected, result_of
-from app.survey.stated import Joints, LeftOut, Length, Mark, RigSigma, Stated, Zero
-from app.survey.track_rows import estimate_at, since
+from app.survey.distances.corrected import Corrected, result_of
+from app.survey.distances.stated import Joints, LeftOut, Length, Mark, RigSigma, Stated, Zero
+from app.survey.distances.track_rows import estimate_at, since
 from app.viewer.scene_feed import joint_marks
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection

@@ -6,7 +6,7 @@ from itertools import count
 import numpy as np
 import pytest
 
-from app.survey.asset_history import Growth, Seen, Survey, changes_of, counted, traces_of
+from app.survey.assets.asset_history import Growth, Seen, Survey, changes_of, counted, traces_of
 
 NUMBERS = count()
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 from app.errors import InvalidTable
-from app.survey.folding import normalised_id
-from app.survey.register import Asset, InvalidLine, completed, line_of, registered, wkt_of
-from app.survey.register_table import (
+from app.survey.assets.register import Asset, InvalidLine, completed, line_of, registered, wkt_of
+from app.survey.assets.register_table import (
     MOST_ROWS,
     TEMPLATE,
     Table,
@@ -16,6 +15,7 @@ from app.survey.register_table import (
     template,
     written,
 )
+from app.survey.folding import normalised_id
 
 LINE = ((101.6869, 3.139), (101.687, 3.1391))
 CULVERT = registered(

@@ -14,12 +14,12 @@ from tracks import look, straight_track
 
 from app.survey.adjustment.adjust import adjust
 from app.survey.catalogue import built_in
-from app.survey.checks import Case, Issue, run
-from app.survey.corrected import Corrected
-from app.survey.place import ObservationView, Trajectory, place_of
-from app.survey.records import Observation
-from app.survey.stated import Joints, Stated, Zero
-from app.survey.tag import StatedTag
+from app.survey.distances.corrected import Corrected
+from app.survey.distances.stated import Joints, Stated, Zero
+from app.survey.observations.checks import Case, Issue, run
+from app.survey.observations.records import Observation
+from app.survey.observations.tag import StatedTag
+from app.survey.places.place import ObservationView, Trajectory, place_of
 from vo_core import Rig, Track
 from vo_core.image.health import TOO_DARK
 

@@ -10,7 +10,7 @@ from textures import rig_fields
 
 from app.cli.main import main
 from app.lab.simulation import SCENARIOS, simulate
-from app.survey.correct_track import parse_length
+from app.survey.distances.correct_track import parse_length
 from vo_core import Rig, Track
 from vo_core.joints.sightings import Sighting, from_csv, to_csv
 from vo_core.scale.evidence import KnownLength

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from reports import health_columns, track_of
 
-from app.survey.film_quality import PROBLEMS, problems_of, quality_of
+from app.survey.distances.film_quality import PROBLEMS, problems_of, quality_of
 from vo_core.image.health import Health
 
 GOOD = Health(overlap=0.9, brightness=0.5, overexposed=0.0, sharpness=0.9, fixed_pattern=0.0)

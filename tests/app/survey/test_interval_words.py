@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.reports.content.translator import FOOT_M
-from app.survey.interval import U95, half_width_m, half_width_text
+from app.survey.distances.interval import U95, half_width_m, half_width_text
 
 
 @pytest.mark.parametrize(

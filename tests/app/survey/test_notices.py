@@ -13,8 +13,8 @@ from textures import make_rig
 from app.lab.simulation import SCENARIOS, Scenario, render
 from app.survey.adjustment.adjust import adjust
 from app.survey.adjustment.adjusted_track import Adjusted
-from app.survey.notices import notices_of
-from app.survey.stated import Stated
+from app.survey.distances.notices import notices_of
+from app.survey.distances.stated import Stated
 from vo_core import Odometry, Rig, Track
 from vo_core.geometry.tilt import MountTilt
 from vo_core.joints.sightings import Sighting

@@ -8,9 +8,9 @@ from builders import clip_rig
 from reports import track_of
 
 from app.survey.adjustment.adjust import adjust
-from app.survey.place import Anchor, Place, Trajectory, place_of, places_of
-from app.survey.stated import Stated
-from app.survey.tag import StatedTag
+from app.survey.distances.stated import Stated
+from app.survey.observations.tag import StatedTag
+from app.survey.places.place import Anchor, Place, Trajectory, place_of, places_of
 from vo_core import Rig
 
 RAW = track_of(12.0)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.survey.clock_hours import ALL_ROUND, hour_bits
 from app.survey.folding import folded, storable, words_of
+from app.survey.places.clock_hours import ALL_ROUND, hour_bits
 
 
 def hours(bits):

@@ -12,8 +12,8 @@ from tracks import straight_track
 
 from app.survey.adjustment.distance_class import DistanceClass
 from app.survey.adjustment.joints import expected_joints
-from app.survey.asset_history import Seen, Survey
-from app.survey.spans import SAME_M, begins_within, is_same, is_within, overlap
+from app.survey.assets.asset_history import Seen, Survey
+from app.survey.places.spans import SAME_M, begins_within, is_same, is_within, overlap
 
 SPAN = (3.0, 12.0)
 LAST_BITS = [0.0, 1.3e-11, -1.3e-11, *(math.nextafter(12.0, to) - 12.0 for to in (0.0, 99.0))]

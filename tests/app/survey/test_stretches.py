@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.survey.records import Observation
-from app.survey.stretches import next_stretch_number, open_stretches, stretches
-from app.survey.tag import StatedTag
+from app.survey.observations.records import Observation
+from app.survey.observations.tag import StatedTag
+from app.survey.places.stretches import next_stretch_number, open_stretches, stretches
 
 
 def rows(*marks: str | None) -> list[Observation]:

@@ -8,9 +8,9 @@ from builders import clip_rig
 from reports import track_of
 
 from app.survey.adjustment.adjust import adjust
-from app.survey.interval import U95
-from app.survey.stated import Length, RigSigma, Stated, Zero
-from app.survey.uncertainty_budget import UncertaintyBudget, budget_of
+from app.survey.distances.interval import U95
+from app.survey.distances.stated import Length, RigSigma, Stated, Zero
+from app.survey.distances.uncertainty_budget import UncertaintyBudget, budget_of
 from vo_core import Rig
 from vo_core.geometry.height import scale_effects
 

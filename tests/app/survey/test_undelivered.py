@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.survey.undelivered import CODES, Undelivered
+from app.survey.observations.undelivered import CODES, Undelivered
 
 VALUES = {"status": "503", "seconds": "5", "n": "1000", "why": "self-signed certificate: (x). No"}
 

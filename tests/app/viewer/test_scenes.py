@@ -21,8 +21,8 @@ from app.errors import Busy
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.storage.folder.tokens import Role, TokenFile
+from app.survey.distances.track_rows import estimate_at
 from app.survey.rounding import metres
-from app.survey.track_rows import estimate_at
 from app.tracking.live import Live, Progress, Update
 from app.viewer import scenes
 from app.viewer.scene_feed import SceneFeed

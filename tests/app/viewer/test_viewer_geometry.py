@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from viewer_client import make_rig
 
-from app.survey.spans import is_within
+from app.survey.places.spans import is_within
 from app.viewer.geometry import (
     Frustum,
     PinHit,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from viewer_client import Served, is_sent
 
-from app.survey.measure import Figure
+from app.survey.places.measure import Figure
 from app.viewer.geometry import Cut, Section, WallHit, cut_away, half_shell, torus
 from app.viewer.pin import Pin
 from app.viewer.ruler import shortest

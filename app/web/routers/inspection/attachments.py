@@ -12,7 +12,7 @@ from app.inspections.attachments import Attachments
 from app.reports.content.words import Language
 from app.reports.report import Units
 from app.reports.reports import Reports
-from app.survey.attachments import LONGEST_VOICE_S, VOICE_SUFFIXES, Picture
+from app.survey.observations.attachments import LONGEST_VOICE_S, VOICE_SUFFIXES, Picture
 from app.tracking.pictures.photos import Photos
 from app.web.deps import (
     AttachmentId,

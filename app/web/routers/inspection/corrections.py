@@ -12,7 +12,7 @@ from app.inspections.checks import Checks
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.reports.content.translator import Translator
-from app.survey.stated import Stated
+from app.survey.distances.stated import Stated
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.inspection.corrections import CorrectionsIn, CorrectionsOut, IntervalOut

@@ -15,10 +15,10 @@ from app.inspections.films.recordings import Recordings
 from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
+from app.survey.assets.search_terms import InspectionFilter, InspectionSort, Page, ProjectFilter
 from app.survey.given import LINE
 from app.survey.labels import distinct
-from app.survey.review import ReviewState
-from app.survey.search_terms import InspectionFilter, InspectionSort, Page, ProjectFilter
+from app.survey.observations.review import ReviewState
 from app.tracking.films.queue import Tracking
 from app.tracking.recorder import Recorder
 from app.tracking.tracks import Tracks

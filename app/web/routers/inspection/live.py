@@ -17,7 +17,7 @@ from app.inspections.corrections import Corrections
 from app.inspections.inspections import Inspections
 from app.inspections.presence import Presence, Seat
 from app.reports.content.words import LANGUAGE
-from app.survey.notices import Notice
+from app.survey.distances.notices import Notice
 from app.tracking.live import Event, Live, Update
 from app.viewer.clicks import Click, Clicks
 from app.viewer.geometry import Cut

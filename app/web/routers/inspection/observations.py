@@ -7,7 +7,7 @@ from starlette.responses import StreamingResponse
 
 from app import errors
 from app.inspections.observations import Observations
-from app.survey.tag import Tag
+from app.survey.observations.tag import Tag
 from app.tracking.pictures.clips import Clips
 from app.tracking.pictures.photos import Photos
 from app.web.deps import InspectionId, ObservationId, PrincipalDep, Service, operator, viewer

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query
 from app import errors
 from app.inspections.observations import Observations
 from app.inspections.picking import Picking, WallPlace
-from app.survey.measure import Measure
+from app.survey.places.measure import Measure
 from app.web.deps import InspectionId, Service, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.inspection.observations import FrameAtOut, MeasuredOut

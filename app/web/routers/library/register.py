@@ -9,9 +9,9 @@ from starlette.responses import StreamingResponse
 
 from app import errors
 from app.inspections.register import Register, version_of_asset
+from app.survey.assets.register import LONGEST_ID
+from app.survey.assets.register_table import MEDIA_TYPE, template
 from app.survey.given import LINE
-from app.survey.register import LONGEST_ID
-from app.survey.register_table import MEDIA_TYPE, template
 from app.web.deps import PrincipalDep, Service, operator, viewer
 from app.web.queries import Limit, Offset, Text
 from app.web.schemas.failures import content, failures

@@ -13,9 +13,7 @@ from starlette.responses import StreamingResponse
 from app import errors
 from app.search.export import MEDIA_TYPE, ArchiveExport, Format
 from app.search.search import Search
-from app.survey.clock_hours import hour_bits
-from app.survey.given import LINE
-from app.survey.search_terms import (
+from app.survey.assets.search_terms import (
     AssetFilter,
     AssetSort,
     DefectFilter,
@@ -25,6 +23,8 @@ from app.survey.search_terms import (
     ProjectSort,
     QualitySort,
 )
+from app.survey.given import LINE
+from app.survey.places.clock_hours import hour_bits
 from app.web.deps import Service, viewer
 from app.web.queries import Descending, Limit, Name, Offset, OfProject, SeverityFrom, Text
 from app.web.schemas.failures import content, failures

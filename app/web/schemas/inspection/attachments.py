@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from app.survey.attachments import Attachment, Kind
+from app.survey.observations.attachments import Attachment, Kind
 from app.web.schemas.out import Out
 
 

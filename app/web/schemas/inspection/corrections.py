@@ -6,10 +6,10 @@ from typing import Any
 
 from pydantic import BaseModel, Field
 
-from app.survey.corrected import Corrected, reason_of, result_of
+from app.survey.distances.corrected import Corrected, reason_of, result_of
+from app.survey.distances.stated import Stated
+from app.survey.distances.uncertainty_budget import PartName
 from app.survey.given import Remark
-from app.survey.stated import Stated
-from app.survey.uncertainty_budget import PartName
 from app.web.schemas.failures import ErrorOut
 from app.web.schemas.out import Out
 

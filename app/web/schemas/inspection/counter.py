@@ -12,8 +12,8 @@ from app.burnt_in.box import Box
 from app.burnt_in.readings import BurntIn
 from app.inspections.counters import CounterState, CounterView
 from app.jobs.messages import Progress
+from app.survey.distances.interval import half_width_m
 from app.survey.given import Given
-from app.survey.interval import half_width_m
 from app.tracking.pictures.counter_files import KeptCounter
 from app.web.schemas.out import Hundredths, Out, rounded_to
 from vo_core.scale.counter import CounterComparison, Unit

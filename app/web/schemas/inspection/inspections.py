@@ -11,9 +11,9 @@ from app.inspections.films.samples import SampleState
 from app.inspections.inspections import InspectionView
 from app.storage.database.tables import IMPORTED, Inspection
 from app.storage.index.inspection_list import Found
+from app.survey.distances.interval import half_width_m
 from app.survey.fields.header import asset_of, project_of
 from app.survey.given import TEXT, Given, Header, Name
-from app.survey.interval import half_width_m
 from app.survey.labels import Labels
 from app.web.schemas.failures import ErrorOut
 from app.web.schemas.inspection.counter import CounterIn

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from app.inspections.presence import Person
 from app.storage.database.tables import ENDED
-from app.survey.notices import Notice
+from app.survey.distances.notices import Notice
 from app.tracking.live import Update
 from app.tracking.tracks import HealthColumns
 from app.viewer.clicks import Click

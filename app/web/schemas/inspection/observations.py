@@ -10,9 +10,9 @@ from pydantic import BaseModel, Field, create_model
 
 from app.survey import rounding
 from app.survey.given import Pixel
-from app.survey.measure import Figure
-from app.survey.place import ObservationView, WallGrid, WallUnder
-from app.survey.tag import Tag
+from app.survey.observations.tag import Tag
+from app.survey.places.measure import Figure
+from app.survey.places.place import ObservationView, WallGrid, WallUnder
 from app.web.schemas.out import Hundredths, Out, metres
 from vo_core import Pose
 

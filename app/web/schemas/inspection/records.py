@@ -11,8 +11,8 @@ from pydantic import BaseModel
 from app.reports.content.translator import Translator
 from app.reports.report import Loss
 from app.storage.database.tables import Alert
-from app.survey.records import NOT_NOTIFIED, Event
-from app.survey.undelivered import Undelivered
+from app.survey.observations.records import NOT_NOTIFIED, Event
+from app.survey.observations.undelivered import Undelivered
 from app.web.schemas.out import Out
 
 

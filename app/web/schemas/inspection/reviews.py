@@ -10,8 +10,8 @@ from pydantic import Field, StringConstraints, model_validator
 from app.inspections.reviews import ReviewView
 from app.storage.database.tables import Inspection, RemarkRow
 from app.survey.given import TEXT, Given
-from app.survey.records import Event
-from app.survey.review import REOPENED, RemarkKind, ReviewState
+from app.survey.observations.records import Event
+from app.survey.observations.review import REOPENED, RemarkKind, ReviewState
 from app.web.deps import OBSERVATION_ID
 from app.web.schemas.out import Out
 

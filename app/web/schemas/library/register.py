@@ -10,9 +10,7 @@ from pydantic import AfterValidator, BaseModel, Field
 
 from app.inspections.register import Import, version_of_asset
 from app.storage.database.tables import RegisteredAsset
-from app.survey.fields.header import ASSET_FIELDS
-from app.survey.given import Given, Header, Name
-from app.survey.register import (
+from app.survey.assets.register import (
     LONGEST_REGISTERED,
     MOST_POINTS,
     Asset,
@@ -20,7 +18,9 @@ from app.survey.register import (
     registered,
     require_line,
 )
-from app.survey.register_table import Action
+from app.survey.assets.register_table import Action
+from app.survey.fields.header import ASSET_FIELDS
+from app.survey.given import Given, Header, Name
 from app.web.schemas.out import Out
 
 _SHOWN_ROWS = 200

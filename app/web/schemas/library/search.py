@@ -11,10 +11,10 @@ from app.search.search import Followed, History, Past
 from app.storage.database.tables import IndexedDefect, IndexedInspection
 from app.storage.index.asset_index import Asset, Project
 from app.storage.index.defect_index import FoundDefect
-from app.survey.asset_history import Change, Trace
+from app.survey.assets.asset_history import Change, Trace
+from app.survey.assets.search_terms import Problem
 from app.survey.catalogue import labels_of
-from app.survey.film_quality import problems_of
-from app.survey.search_terms import Problem
+from app.survey.distances.film_quality import problems_of
 from app.web.schemas.out import Out
 
 

@@ -1,6 +1,6 @@
 /** Records a voice note with the browser's recorder. */
 
-/** As the server accepts them, see `app/survey/attachments.py`. */
+/** As the server accepts them, see `app/survey/observations/attachments.py`. */
 export const LONGEST_S = 120;
 const TYPES = ['audio/webm;codecs=opus', 'audio/mp4', 'audio/ogg;codecs=opus'];
 /** Two minutes of speech are below the server's limit of 1 MiB. */

@@ -1,6 +1,6 @@
 /**
  * Matches the defects of two runs, and says what became of each from A to B. The history of an asset has the
- * same rules (`app/survey/asset_history.py`); here the runs may also be aligned by joints, or come from both ends.
+ * same rules (`app/survey/assets/asset_history.py`); here the runs may also be aligned by joints, or come from both ends.
  */
 
 import { ROUNDING_MM, isWithin } from '../../../core/wall/spans.js';

@@ -15,9 +15,9 @@ from app.errors import InvalidImport
 from app.imports.moved.chainage_json import is_chainage_json, read
 from app.reports.exchange.chainage_json import write
 from app.survey.adjustment.adjust import adjust
-from app.survey.corrected import Corrected
-from app.survey.records import Event
-from app.survey.stated import Joints, Length, Mark, Stated, Zero
+from app.survey.distances.corrected import Corrected
+from app.survey.distances.stated import Joints, Length, Mark, Stated, Zero
+from app.survey.observations.records import Event
 from vo_core.geometry.stance import Stance
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting

@@ -8,7 +8,7 @@ from reports import ENGLISH
 from app.errors import InvalidImport
 from app.imports import any_file
 from app.imports.surveys.survey import ImportedFile, ImportedSurvey
-from app.survey import grids
+from app.survey.places import grids
 
 
 def read(text: str, encoding: str = "utf-8") -> ImportedFile:

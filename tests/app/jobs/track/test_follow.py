@@ -17,8 +17,8 @@ from app.jobs.track.batches import Batch
 from app.jobs.track.follow import Follower
 from app.lab.simulation import SCENARIOS, RenderedFrame
 from app.survey.adjustment.adjust import adjust
-from app.survey.place import Trajectory, wall_under
-from app.survey.stated import Stated
+from app.survey.distances.stated import Stated
+from app.survey.places.place import Trajectory, wall_under
 from vo_core import Estimate, Pose, Track
 from vo_core.geometry.stance import Stance
 from vo_core.joints.sightings import places_mm

@@ -9,19 +9,20 @@ import pytest
 from reports import AT
 
 from app.imports.surveys.survey import Caveat
+from app.reports import formats
 from app.reports.content.condition import SEVERITIES, Overall
 from app.reports.content.translator import Translator
 from app.reports.content.words import LANGUAGES, words_of
 from app.reports.report import Loss, Phrase, WhyLost, failure
-from app.survey import checks
 from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.fields.header import FIELDS
-from app.survey.records import Event
-from app.survey.undelivered import CODES
+from app.survey.observations import checks
+from app.survey.observations.records import Event
+from app.survey.observations.undelivered import CODES
 from vo_core.errors import InvalidTrack
 from vo_core.image.health import Health, complaints
 
-FOLDER = Path(checks.__file__).parent.parent / "reports"
+FOLDER = Path(formats.__file__).parent
 
 
 def written(language):

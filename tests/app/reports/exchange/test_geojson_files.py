@@ -14,7 +14,7 @@ from reports import HEADER, LENGTH_M, codes, report
 from app.errors import ExportNotAvailable
 from app.reports.exchange import geojson
 from app.reports.report import Report
-from app.survey.register import Line
+from app.survey.assets.register import Line
 
 
 def features(made: Report) -> list[dict[str, Any]]:

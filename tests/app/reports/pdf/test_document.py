@@ -23,7 +23,7 @@ from app.reports.report import Extras
 from app.reports.tables.table import rows
 from app.reports.template import DEFAULT_TEMPLATE
 from app.reports.text import fonts
-from app.survey.attachments import Stroke
+from app.survey.observations.attachments import Stroke
 
 TEAL_BGR = (0xE0, 0xF2, 0x5F)
 """Colour of what was measured."""

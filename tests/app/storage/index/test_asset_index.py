@@ -27,8 +27,8 @@ from app.storage.index.defect_index import DefectIndex
 from app.storage.index.inspection_list import InspectionList
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.labels import LabelStore
+from app.survey.assets.search_terms import AssetFilter, InspectionFilter, Page, ProjectFilter
 from app.survey.folding import folded, normalised_id
-from app.survey.search_terms import AssetFilter, InspectionFilter, Page, ProjectFilter
 
 pytestmark = ON_BOTH
 NUMBERS = count(1)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from app.storage.database.database import Database
 from app.storage.records.assets import AssetStore
-from app.survey.register import Asset, registered
-from app.survey.register_table import Stated, read_table
+from app.survey.assets.register import Asset, registered
+from app.survey.assets.register_table import Stated, read_table
 
 CLAY = registered("CV-01", None, {"material": "clay"}, ())
 

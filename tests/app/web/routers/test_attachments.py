@@ -29,7 +29,7 @@ from app.reports.report import Extras
 from app.reports.tables import spreadsheet
 from app.settings import Settings
 from app.storage.database.backup import back_up, restore
-from app.survey.track_rows import estimate_at
+from app.survey.distances.track_rows import estimate_at
 
 VOICE = b"\x1aE\xdf\xa3 as a browser's recorder gives it"
 ARROW = {"kind": "arrow", "points": [[40.0, 130.0], [90.0, 60.0]], "colour": "red"}

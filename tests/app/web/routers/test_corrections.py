@@ -21,7 +21,7 @@ from builders import (
     wait_until,
 )
 
-from app.survey.interval import half_width_m
+from app.survey.distances.interval import half_width_m
 from vo_core import Track
 from vo_core.joints.sightings import Sighting, to_csv
 

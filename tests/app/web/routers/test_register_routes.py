@@ -14,7 +14,7 @@ from builders import Client, assert_error, serving, wait_until
 from app.storage.database.backup import back_up, restore
 from app.storage.database.database import Database
 from app.storage.records.assets import AssetStore
-from app.survey.register import registered
+from app.survey.assets.register import registered
 
 API = "/api/register"
 PIPE = {"shape": "circular", "height_mm": 600}

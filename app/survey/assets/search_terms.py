@@ -7,7 +7,7 @@ from datetime import date
 from typing import Generic, Literal, TypeVar
 
 Problem = Literal["lost", "too_fast", "too_dark", "overexposed", "blurred", "lens_dirty"]
-"""What is wrong with a film; `app.survey.film_quality` decides it."""
+"""What is wrong with a film; `app.survey.distances.film_quality` decides it."""
 DefectSort = Literal[
     "created_at", "surveyed_on", "severity", "code", "distance_m", "inspection", "asset", "project"
 ]

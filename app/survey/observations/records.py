@@ -8,7 +8,7 @@ from datetime import datetime
 from functools import cached_property
 from typing import Any
 
-from app.survey.tag import StatedTag, entered
+from app.survey.observations.tag import StatedTag, entered
 from app.survey.versions import version_of
 
 RESCALED = "rescaled"

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.survey.interval import U95
-from app.survey.measure import Figure, Measure, MeasureKind
-from app.survey.place import Trajectory
-from app.survey.tag import Tag
+from app.survey.distances.interval import U95
+from app.survey.observations.tag import Tag
+from app.survey.places.measure import Figure, Measure, MeasureKind
+from app.survey.places.place import Trajectory
 from vo_core import Rig
 from vo_core.geometry.measure import area_mm2, fill_share, gap_mm, length_mm, step_mm
 from vo_core.geometry.wall import (

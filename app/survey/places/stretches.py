@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal, cast
 
-from app.survey.records import Observation
+from app.survey.observations.records import Observation
 
 Role = Literal["A", "B", "C"]
 """A start, B finish, C change."""

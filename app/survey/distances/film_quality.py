@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from app.survey.assets.search_terms import Problem
+from app.survey.distances.track_rows import is_unmeasured
 from app.survey.rounding import rounded
-from app.survey.search_terms import Problem
-from app.survey.track_rows import is_unmeasured
 from vo_core import Track
 from vo_core.image.health import complained
 

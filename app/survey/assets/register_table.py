@@ -14,10 +14,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from app.errors import InvalidTable
-from app.survey.fields.declaration import Value
-from app.survey.fields.header import ASSET_FIELDS, FIELDS
-from app.survey.fields.values import InvalidValue, value_of
-from app.survey.register import (
+from app.survey.assets.register import (
     LONGEST_ID,
     LONGEST_REGISTERED,
     Asset,
@@ -29,6 +26,9 @@ from app.survey.register import (
     require_line,
     wkt_of,
 )
+from app.survey.fields.declaration import Value
+from app.survey.fields.header import ASSET_FIELDS, FIELDS
+from app.survey.fields.values import InvalidValue, value_of
 from vo_core.csv_rows import plain, records, separator_of, unquoted
 
 MEDIA_TYPE = "text/csv; charset=utf-8"

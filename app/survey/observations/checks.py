@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.survey.catalogue.table import Code, CodeTable
-from app.survey.corrected import Corrected
-from app.survey.defects import END_CODES, START_CODE
+from app.survey.distances.corrected import Corrected
+from app.survey.distances.film_quality import LOST_PERCENT, POOR_PERCENT, share
+from app.survey.distances.interval import half_width_m
 from app.survey.fields.header import required_to_issue
-from app.survey.film_quality import LOST_PERCENT, POOR_PERCENT, share
-from app.survey.interval import half_width_m
-from app.survey.place import ObservationView
+from app.survey.observations.defects import END_CODES, START_CODE
+from app.survey.places.place import ObservationView
+from app.survey.places.spans import SAME_MM
+from app.survey.places.stretches import Stretch, stretches
 from app.survey.rounding import metres
-from app.survey.spans import SAME_MM
-from app.survey.stretches import Stretch, stretches
 from vo_core import Track
 from vo_core.image.health import complained
 from vo_core.scale.evidence import TAPE_SIGMA_MM

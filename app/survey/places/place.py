@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from app.survey.adjustment.adjusted_track import Adjusted, Source
 from app.survey.adjustment.joints import NearJoint
-from app.survey.interval import half_width_m
-from app.survey.measure import Figure
-from app.survey.records import Observation
-from app.survey.tag import Tag
-from app.survey.track_rows import estimate_at, is_unmeasured
+from app.survey.distances.interval import half_width_m
+from app.survey.distances.track_rows import estimate_at, is_unmeasured
+from app.survey.observations.records import Observation
+from app.survey.observations.tag import Tag
+from app.survey.places.measure import Figure
 from vo_core import Estimate, Pose, Rig, Track
 from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.wall import (

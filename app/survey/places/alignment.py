@@ -9,9 +9,9 @@ from functools import cache, cached_property
 from itertools import accumulate
 from typing import TYPE_CHECKING
 
+from app.survey.assets.register import Line, Point
 from app.survey.fields.declaration import Value
 from app.survey.fields.header import number_of
-from app.survey.register import Line, Point
 
 if TYPE_CHECKING:
     from pyproj import Geod

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from app.survey.adjustment.adjusted_track import Adjusted
-from app.survey.interval import U95, half_width_m
+from app.survey.distances.interval import U95, half_width_m
 from vo_core import Track
 from vo_core.errors import InvalidCorrection, InvalidRig
 from vo_core.geometry.height import scale_effects

@@ -7,10 +7,10 @@ from typing import Any
 
 from app.survey.adjustment.adjusted_track import Adjusted, Refusal
 from app.survey.adjustment.joints import FittedJoint
-from app.survey.interval import half_width_m
-from app.survey.notices import notices_of
+from app.survey.distances.interval import half_width_m
+from app.survey.distances.notices import notices_of
+from app.survey.distances.stated import Stated
 from app.survey.rounding import metres, rounded
-from app.survey.stated import Stated
 from app.survey.versions import version_of
 from vo_core.geometry.tilt import MountTilt
 

@@ -22,7 +22,7 @@ from datetime import date
 from math import hypot
 from typing import Literal, get_args
 
-from app.survey.spans import SAME_M
+from app.survey.places.spans import SAME_M
 
 Change = Literal["first", "new", "grown", "unchanged", "gone"]
 """What one survey shows about a defect: `first` if no earlier one covered the place, `new` if one

@@ -9,7 +9,7 @@ from pydantic import Field, StringConstraints
 
 from app.survey.fields.declaration import held_in
 from app.survey.given import LINE, TEXT, Clock, CodeName, Frame, Given, Letter, Pixel
-from app.survey.measure import Measures
+from app.survey.places.measure import Measures
 
 LONGEST_IMPORTED_REMARK = 40_000
 """Characters; other programs allow longer remarks than this page."""

@@ -1,0 +1,1 @@
+"""Assets across their inspections: register, history and search."""

@@ -1,0 +1,1 @@
+"""What is stated about distances, and the distances that follow."""

@@ -1,0 +1,1 @@
+"""What people record of an inspection, and its checks."""

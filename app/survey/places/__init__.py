@@ -1,0 +1,1 @@
+"""Places along the pipe and on its wall, and sizes between them."""
