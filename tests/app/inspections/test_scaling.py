@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
@@ -113,6 +114,9 @@ def test_joints_that_come_into_sight_scale_the_run_once_and_it_is_recorded(bench
     assert found["after"]["joints_counted"] == 3
     assert found["after"]["camera_lower_mm"] == pytest.approx(0.008 * 200, abs=0.5)
     assert str(found["remark"]).startswith("3 joints: scale 0.99")
+    page = Path(__file__).parents[3] / "static"
+    words = json.loads((page / "words/en.json").read_text("utf-8"))
+    assert found["after"].keys() <= words["history"]["field"].keys()  # the page names each
     # It is told after the record has it.
     wait_until(lambda: any(isinstance(event, DistancesCorrected) for event in bench.heard))
     assert bench.corrections.revision(ID) == 1
