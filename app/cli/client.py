@@ -40,6 +40,8 @@ class Api:
     page: str
     """Address of its pages, for a browser."""
     client: httpx.Client
+    file: AddressFile | None = None
+    """Says which server uses the data folder, after a standby has taken over too."""
 
     def ask(self, method: str, path: str, **request: Any) -> Any:
         """Return the content of the answer.
@@ -79,6 +81,9 @@ class Api:
                     err.print(f"warning: {away} It is asked again.", style="yellow")
                 time.sleep(max(away.pause_s, _BACK_OFF.pause_s(failures)))
                 failures += 1
+                address = self.file.read() if self.file is not None else None
+                if address is not None:
+                    self.client.base_url = address.url
 
 
 @contextmanager
@@ -106,7 +111,8 @@ def api(settings: Settings, folders: Sequence[Path] = (), *, tracks: bool = Fals
                 if address is None:
                     raise
         client = _client(address.url, _token(settings), address.certificate)
-        yield Api(bool(login_url), login_url or address.url, opened.enter_context(client))
+        page = login_url or address.url
+        yield Api(bool(login_url), page, opened.enter_context(client), file)
 
 
 def _started(

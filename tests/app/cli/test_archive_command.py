@@ -186,6 +186,15 @@ def test_what_follows_a_server_waits_while_it_or_its_database_is_away(
         assert len(server.received) == 6
 
 
+def test_what_follows_a_server_goes_on_with_the_standby_that_took_over(tmp_path: Path) -> None:
+    file = AddressFile(Places(tmp_path))
+    with receiving() as server, httpx.Client(base_url="http://127.0.0.1:1") as client:
+        server.statuses, server.body = [200], b'{"films": 3}'
+        file.keep(Address(f"http://127.0.0.1:{server.port}", None))
+        assert Api(False, "", client, file).ask_patiently("GET", "/archive/progress")
+        assert len(server.received) == 1
+
+
 def test_the_address_of_a_killed_server_means_nothing(tmp_path: Path) -> None:
     file = AddressFile(Places(tmp_path))
     assert not file.is_in_use()
