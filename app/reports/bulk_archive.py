@@ -188,14 +188,14 @@ class _Order:
         """Write a folder for each inspection, the document, and the list; return its name."""
         wanted = self._wanted
         rows: list[tuple[str, ...]] = [_LIST_HEAD]
-        for number, inspection_id in enumerate(wanted.inspections if wanted.kinds else (), 1):
-            rows.append(self._add(number, inspection_id))
-            self._watcher.end_step()
-        if wanted.document:
+        if wanted.document:  # first, as it may be too large
             with tempfile.TemporaryFile(dir=self._sources.scratch) as file:
                 _write_document(wanted, self._sources, file, self._watcher)
                 file.seek(0)
                 self._put(_DOCUMENT, iter(partial(file.read, _BLOCK), b""))
+        for number, inspection_id in enumerate(wanted.inspections if wanted.kinds else (), 1):
+            rows.append(self._add(number, inspection_id))
+            self._watcher.end_step()
         self._put(_LIST, [_listed(rows)])
         if self._delivery is not None:
             self._delivery.close()

@@ -26,11 +26,13 @@ from app.reports.drawings.road_plan import EDGE, FOOT, HEIGHT, road_plan, scale_
 from app.reports.drawings.svg import WIDTH
 from app.reports.pdf.model import Data, company_data, report_data, running_data
 from app.reports.pdf.typesetter import About, Workshop, workshop
-from app.reports.report import Company, Report, failure
+from app.reports.report import Company, FormatNeeds, Phrase, Report, failure
 from app.reports.template import DEFAULT_TEMPLATE
 from app.reports.text.typesetting import one_line
 from vo_core.errors import ChainageError
 
+MOST_INSPECTIONS, MOST_OBSERVATIONS = 150, 2500
+"""More of either would take the memory of the machine: about 1 MB for each observation."""
 _NAMED = 30
 """Numbers of inspections that the warning on the cover names."""
 _BARS = 12
@@ -52,6 +54,7 @@ class _Read:
     """Nobody where projects have different ones."""
     made_at: datetime = datetime.min
     """When the first report was made."""
+    observations: int = 0
 
     def add(self, report: Report) -> Collected:
         """Keep the facts of one more report."""
@@ -60,6 +63,9 @@ class _Read:
         elif report.company != self.company:
             self.company = Company()
         self.found.append(collected(len(self.found) + 1, report))
+        self.observations += len(report.entries)
+        if self.observations > MOST_OBSERVATIONS:
+            raise _too_large()
         return self.found[-1]
 
     @property
@@ -93,8 +99,11 @@ def write(
         What is not in it.
 
     Raises:
+        FormatNeeds: There are more inspections or observations than one document takes.
         ChainageError: None of the inspections can be read.
     """
+    if len(ids) > MOST_INSPECTIONS:
+        raise _too_large()
     read = _Read()
     with workshop(scratch) as shop:
         for inspection_id in ids:
@@ -106,8 +115,7 @@ def write(
                 begin(report.name)
                 one = read.add(report)
                 title = t("collection.part", number=one.number, asset=one.asset)
-                data = report_data(report, t, shop, key=f"{one.number}-", title=title)
-                shop.write_data(f"report-{one.number}", data)
+                shop.write_data(f"report-{one.number}", report_data(report, t, shop, title=title))
             done()
         if not read.found:
             raise InspectionNotFound("None of these inspections is there any more.")
@@ -122,6 +130,18 @@ def write(
         shop.write_data("front", _front(read, foot, t, shop))
         shop.set_document("collection", about, out, is_large=True)
     return read.missing
+
+
+def _too_large() -> FormatNeeds:
+    return FormatNeeds(
+        f"One document takes at most {MOST_INSPECTIONS} inspections and {MOST_OBSERVATIONS} "
+        "observations. Make several documents, or an archive with a PDF of each inspection.",
+        Phrase(
+            "failure.document_too_large",
+            inspections=MOST_INSPECTIONS,
+            observations=MOST_OBSERVATIONS,
+        ),
+    )
 
 
 def _front(read: _Read, foot: str, t: Translator, shop: Workshop) -> Data:

@@ -46,23 +46,21 @@ _SHORT_REMARK = 90
 """Characters of a remark in the list of the worst."""
 
 
-def report_data(
-    report: Report, t: Translator, shop: Workshop, *, key: str = "", title: str = ""
-) -> Data:
+def report_data(report: Report, t: Translator, shop: Workshop, *, title: str = "") -> Data:
     """Return what the templates read of a report; its pictures go into the workshop.
 
     Args:
         report: The report.
         t: Its words.
         shop: Where the document is made.
-        key: Begins the names of its links; sets it apart from other reports of the document.
-        title: Title on its cover; empty for that of a document of its own.
+        title: Title on its cover where it is one report of many, which has no links between rows
+            and photos; empty for a document of its own.
     """
     sections = [section for section in report.template.sections if section in _SECTIONS]
     shown = shown_photos(report) if "photos" in sections else []
     by_entry = photos_by_entry(shown)
     return {
-        "key": key,
+        "has_links": not title,
         "accent": report.template.accent,
         "running": running(report, t, t("cover.title")),
         "company": company_data(report.company, report.template.accent, t, shop),

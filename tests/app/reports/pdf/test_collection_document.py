@@ -13,6 +13,7 @@ from app.errors import InspectionNotFound
 from app.reports.content.translator import Translator
 from app.reports.content.words import LANGUAGES
 from app.reports.pdf import collection
+from app.reports.report import FormatNeeds
 from app.reports.template import ReportTemplate
 
 IDS = [f"{number:032x}" for number in (1, 2, 3)]
@@ -118,3 +119,17 @@ def test_none_at_all_is_an_error():
             io.BytesIO(), [], lambda _: report(), Translator("en", "m"),
             begin=lambda _: None, done=lambda: None,
         )  # fmt: skip
+
+
+@pytest.mark.parametrize(("inspections", "observations"), [(151, 0), (1, 2501)])
+def test_more_than_one_document_takes_is_refused_with_what_to_do(inspections, observations):
+    made = report()
+    large = replace(made, entries=made.entries[:1] * observations)
+    with pytest.raises(FormatNeeds, match="Make several documents") as refused:
+        collection.write(
+            io.BytesIO(), IDS[:1] * inspections, lambda _: large, Translator("de", "m"),
+            begin=lambda _: None, done=lambda: None,
+        )  # fmt: skip
+    assert "höchstens 150 Inspektionen und 2500" in Translator("de", "m").phrase(
+        refused.value.reason
+    )

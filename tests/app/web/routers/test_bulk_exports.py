@@ -174,7 +174,7 @@ def test_deliveries_of_several_are_one_signed_archive_with_films(
     made = order(shared, [done, NOBODY], "delivery", "csv", **wanted)
     found = ended(shared, made)
     assert [(one["inspection_id"], one["format"]) for one in found["not_made"]] == [
-        (NOBODY, ""), (NOBODY, "document"),
+        (NOBODY, "document"), (NOBODY, ""),
     ]  # fmt: skip
     path = tmp_path / "deliveries.zip"
     path.write_bytes(shared.get(f"/api/bulk-exports/{made}/archive").content)
