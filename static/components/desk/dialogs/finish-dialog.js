@@ -146,9 +146,11 @@ class FinishForm {
     renderNew(
       this.#parts.stretches,
       html`${open.map(({ number, start }) => {
-        const label = start.code ? `${start.code} ${catalogue.label(start.code, start.char1, start.char2)}` : '';
         const stretch = `A${number}`;
-        return html`<li class="finish__open row wrap apart pad-row"><span class="number">${t('finish.stretch_since', { stretch, label, where: chainage(start.distance_m) })}</span>
+        const name = start.code
+          ? `${stretch} ${start.code} ${catalogue.label(start.code, start.char1, start.char2)}`
+          : stretch;
+        return html`<li class="finish__open row wrap apart pad-row"><span class="number">${t('finish.stretch_since', { name, where: chainage(start.distance_m) })}</span>
           <button type="button" class="button button--small" data-start="${start.id}"
           aria-label="${t('finish.finish_at', { stretch, where: here })}">${t('finish.finish_here')}
           ${here && html`<span class="dim number">${here}</span>`}</button></li>`;
