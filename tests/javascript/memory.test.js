@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import './browser.js';
 import { Operations } from '../../static/core/server/operations.js';
+import { preferences } from '../../static/core/page/preferences.js';
 import { recall, recallMembers, remember } from '../../static/core/page/remembered.js';
 import { unfinishedFilms } from '../../static/core/server/upload.js';
 
@@ -35,4 +36,9 @@ test('changes stay in memory where the browser gives no storage', async () => {
   await operations.put({ id: '1' });
   assert.equal(operations.isKept, false);
   assert.deepEqual(await operations.all(), [{ id: '1' }]);
+});
+
+test('what a first-time visitor has chosen is what the server says, so the page is not drawn again', async () => {
+  assert.equal(await preferences.load(), false);
+  assert.equal(preferences.person?.role, 'admin');
 });

@@ -65,7 +65,7 @@ class Preferences extends Store {
     this.person = { name: me.name, role: me.role };
     if (this.value !== asked) return false; // changed meanwhile
     this.keep(me.preferences);
-    return JSON.stringify(this.value) !== JSON.stringify(asked);
+    return inOrder(this.value) !== inOrder(asked);
   }
 
   /**
@@ -84,6 +84,12 @@ class Preferences extends Store {
     this.set(value);
   }
 }
+
+/** Returns JSON whose members stand in one order, as the server may send them in any. @param {Chosen} chosen */
+const inOrder = (chosen) =>
+  JSON.stringify(chosen, (_, part) =>
+    part?.constructor === Object ? Object.fromEntries(Object.entries(part).sort()) : part,
+  );
 
 export const preferences = new Preferences();
 
