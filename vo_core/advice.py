@@ -187,8 +187,8 @@ def developed_displacement_mm(rig: Rig, wall_xyz: Points, move: Pose) -> Points:
         develop(rig, cast(rig, NOMINAL, sight(rig, pose, wall_xyz))) for pose in (NOMINAL, move)
     )
     moved = after - before
-    if rig.pipe.diameter_mm is not None:  # across the crown take the shorter way around
-        turn = np.pi * rig.pipe.diameter_mm
+    if rig.pipe.radius_mm is not None:  # across the crown take the shorter way around
+        turn = 2 * np.pi * rig.pipe.radius_mm
         moved[:, 1] -= turn * np.rint(moved[:, 1] / turn)
     return np.asarray(moved)
 
@@ -320,6 +320,13 @@ def _findings(rig: Rig, advice: Advice) -> tuple[Finding, ...]:
             care,
             f"Only {advice.measured_share:.0%} of the picture show the wall well enough to be "
             "measured on: take a longer lens or turn the camera to the invert.",
+        ),
+        (
+            "corrugated",
+            rig.pipe.corrugation is not None,
+            care,
+            "The wall is corrugated and measured at its mean depth, although its crests move "
+            "faster in the picture than its valleys: check the distance against a known length.",
         ),
     ]
     return tuple(

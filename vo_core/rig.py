@@ -197,16 +197,41 @@ class Mount(_Part):
             )
 
 
+class Corrugation(_Part):
+    """The waves of a corrugated metal pipe, which follow each other along it."""
+
+    pitch_mm: float = Field(ge=5, le=1000, description="Distance from crest to crest in mm.")
+    depth_mm: float = Field(ge=0.5, le=300, description="From crest to valley in mm.")
+
+
 class Pipe(_Part):
     """The wall that the camera looks at."""
 
     shape: Literal["circular", "flat"] = Field(description="circular pipe, or flat floor.")
     diameter_mm: float | None = Field(
-        None, ge=50, le=20_000, description="Inner diameter in mm; circular only, there required."
+        None,
+        ge=50,
+        le=20_000,
+        description="Inner diameter in mm, at the crests of a corrugated pipe; circular only, "
+        "there required.",
     )
     segment_length_mm: float | None = Field(
         None, ge=100, le=20_000, description="Length of one pipe segment, joint to joint, in mm."
     )
+    corrugation: Corrugation | None = Field(
+        None, description="Pitch and depth of a corrugated metal pipe; circular only."
+    )
+
+    @property
+    def radius_mm(self) -> float | None:
+        """Radius of the wall, at its mean depth in a corrugated pipe; None for a floor.
+
+        The wall is taken for a smooth one there: pictures show crests and valleys alike.
+        """
+        if self.diameter_mm is None:
+            return None
+        depth_mm = 0.0 if self.corrugation is None else self.corrugation.depth_mm
+        return (self.diameter_mm + depth_mm) / 2
 
     @model_validator(mode="after")
     def _diameter_goes_with_circular(self) -> Self:
@@ -214,6 +239,8 @@ class Pipe(_Part):
             raise ValueError("diameter_mm is missing; a circular pipe needs it (50 to 20000 mm)")
         if self.shape == "flat" and self.diameter_mm is not None:
             raise ValueError("diameter_mm is given for a flat floor; leave it out")
+        if self.shape == "flat" and self.corrugation is not None:
+            raise ValueError("corrugation is given for a flat floor; leave it out")
         return self
 
 

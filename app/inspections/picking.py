@@ -163,13 +163,13 @@ def _pixels(
 
 
 def _raw_arc_mm(rig: Rig, place: WallPlace, scale: float) -> float:
-    if rig.pipe.diameter_mm is None:
+    if rig.pipe.radius_mm is None:
         if place.lateral_mm is None:
             raise IncompleteWallPoint("A place on a floor needs y_mm, its distance from the axis.")
         return place.lateral_mm / scale
     if place.clock_h is None:
         raise IncompleteWallPoint("A place in a pipe needs a clock position, clock.")
-    return float(rig.pipe.diameter_mm / 2 * np.radians(180 - 30 * place.clock_h))
+    return float(rig.pipe.radius_mm * np.radians(180 - 30 * place.clock_h))
 
 
 def _of_nearest_pass(frames: NDArray[np.intp], wanted: Flags, near_frame: int) -> Flags:

@@ -345,8 +345,8 @@ def _stretch_lengths_m(observations: Sequence[ObservationView]) -> dict[str, flo
 def _wall_point_m(wall: WallUnder, rig: Rig) -> dict[str, float]:
     """Return X along the axis, Y right, Z down from the axis, or from the floor."""
     z_mm = 0.0
-    if wall.clock_h is not None and rig.pipe.diameter_mm is not None:
-        z_mm = -rig.pipe.diameter_mm / 2 * math.cos(math.radians(30 * wall.clock_h))
+    if wall.clock_h is not None and rig.pipe.radius_mm is not None:
+        z_mm = -rig.pipe.radius_mm * math.cos(math.radians(30 * wall.clock_h))
     places = {"x_m": wall.distance_mm, "y_m": wall.lateral_mm, "z_m": z_mm}
     return {name: metres(mm) for name, mm in places.items()}
 

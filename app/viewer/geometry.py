@@ -73,8 +73,8 @@ class Section:
         """Make the section of a rig; a floor is drawn six camera heights wide, as its edge is
         unknown.
         """
-        if rig.pipe.diameter_mm is not None:
-            radius_m = rig.pipe.diameter_mm / 2000
+        if rig.pipe.radius_mm is not None:
+            radius_m = rig.pipe.radius_mm / 1000
             return cls(radius_m, radius_m)
         return cls(None, 3e-3 * rig.mount.height_mm)
 

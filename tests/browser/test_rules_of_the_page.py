@@ -92,12 +92,22 @@ def test_rig_form_has_the_fields_and_bounds_of_the_rig_file(page: Page, server: 
         "async () => (await import('/static/components/intake/rig-form/fields.js')).ALL_FIELDS"
     )
     schema = Rig.model_json_schema()
-    for part, reference in schema["properties"].items():
-        model = schema["$defs"][reference["$ref"].rsplit("/", 1)[1]]
-        offered = {f["path"].split(".")[1]: f for f in fields if f["path"].startswith(f"{part}.")}
-        assert offered.keys() == model["properties"].keys()
-        for name, field in offered.items():
-            assert _bounds_of(field) == _bounds_in(model["properties"][name]), name
+    known = dict(_numbers_in(schema, schema))
+    offered = {field["path"]: _bounds_of(field) for field in fields}
+    assert offered == {path: _bounds_in(number) for path, number in known.items()}
+
+
+def _numbers_in(schema: dict, model: dict, path: str = "") -> Iterator[tuple[str, dict]]:
+    """Path and schema of every field below a model, those of its parts included."""
+    for name, field in model["properties"].items():
+        kinds = [field, *field.get("anyOf", [])]
+        part = next((kind["$ref"] for kind in kinds if "$ref" in kind), None)
+        if part is None:
+            yield path + name, field
+        else:
+            yield from _numbers_in(
+                schema, schema["$defs"][part.rsplit("/", 1)[1]], f"{path}{name}."
+            )
 
 
 def _bounds_of(field: dict) -> dict:

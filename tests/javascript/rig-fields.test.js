@@ -32,5 +32,7 @@ test('values that do not go together are said of the field that is likelier wron
     faults({ camera: { ...camera, distortion: [0.1, 0.2] } }).get('camera.distortion'),
     /2 numbers; this lens takes 4, 5, 8, 12, 14, or none\./,
   );
+  const half = { ...pipe, corrugation: { pitch_mm: 67.7 } };
+  assert.equal(faults({ pipe: half }).get('pipe.corrugation.depth_mm'), 'Needed.');
   assert.match(faults({ mount: { height_mm: 310 } }).get('mount.height_mm'), /outside the pipe/);
 });

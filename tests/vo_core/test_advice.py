@@ -194,6 +194,12 @@ def test_the_papers_second_rig_is_fit():
             Verdict.CARE,
             "looks forward along the pipe",
         ),
+        (
+            make_rig(pipe={"corrugation": {"pitch_mm": 67.7, "depth_mm": 13.0}}),
+            Pose(1.0),
+            Verdict.CARE,
+            "The wall is corrugated",
+        ),
     ],
 )
 def test_what_speaks_against_a_rig_is_reported_with_what_to_change(rig, move, verdict, said):

@@ -8,6 +8,9 @@ from textures import make_rig, rig_fields
 from vo_core import InvalidRig, Rig
 from vo_core.geometry.rectify import require_wall_in_view
 
+FLOOR = {"shape": "flat", "diameter_mm": None}
+WAVES = {"pitch_mm": 67.7, "depth_mm": 13.0}
+
 
 def test_the_rig_of_the_design_document_is_read(tmp_path):
     path = tmp_path / "rig.json"
@@ -54,6 +57,9 @@ def test_equal_rigs_are_one_key():
         ("mount", {"view": "up"}, ["mount.view", "'down' or 'forward'"]),
         ("pipe", {"diameter_mm": None}, ["diameter_mm is missing", "50 to 20000"]),
         ("pipe", {"shape": "flat"}, ["diameter_mm", "flat floor"]),
+        ("pipe", {**FLOOR, "corrugation": WAVES}, ["corrugation", "flat floor"]),
+        ("pipe", {"corrugation": {"pitch_mm": 67.7}}, ["pipe.corrugation.depth_mm"]),
+        ("pipe", {"corrugation": WAVES | {"pitch_mm": 0.0677}}, ["corrugation.pitch_mm", "5"]),
     ],
 )
 def test_a_wrong_value_is_named_with_what_is_allowed(part, change, said):
@@ -83,7 +89,7 @@ def test_a_missing_file_is_named(tmp_path):
 
 def test_every_field_is_described_and_bounded():
     definitions = Rig.model_json_schema()["$defs"]
-    for part in ("Camera", "Mount", "Pipe"):
+    for part in ("Camera", "Mount", "Pipe", "Corrugation"):
         for name, field in definitions[part]["properties"].items():
             assert field.get("description"), f"{part}.{name} has no description"
 
@@ -148,6 +154,3 @@ def test_a_view_that_sees_no_wall_is_refused_with_what_to_check():
     with pytest.raises(InvalidRig, match=r"no wall.*pitch_deg 80.*nose up"):
         require_wall_in_view(up)
     require_wall_in_view(make_rig())
-
-
-FLOOR = {"shape": "flat", "diameter_mm": None}

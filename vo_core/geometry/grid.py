@@ -41,9 +41,9 @@ def grid(rig: Rig, pose: Pose = NOMINAL, *, rings_radii: Sequence[float] = RINGS
     Raises:
         InvalidRig: The rig is of a flat floor, which has no rings.
     """
-    if rig.pipe.diameter_mm is None:
+    radius_mm = rig.pipe.radius_mm
+    if radius_mm is None:
         raise InvalidRig("A flat floor has no rings; the grid needs pipe.diameter_mm.")
-    radius_mm = rig.pipe.diameter_mm / 2
     pose = replace(pose, x_mm=0.0)
 
     def seen(axial_radii: Points | float, phi_rad: Points | float) -> Points:

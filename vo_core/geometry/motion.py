@@ -200,7 +200,7 @@ def ring_modes(rig: Rig, grid: PatchGrid, points_px: Points) -> Matrix:
     They are the sine and the cosine around the ring, 1 px each, evenly along the pipe and from -1
     px at the near end of the patch to 1 px at its far end.
     """
-    phi = grid.to_mm(points_px)[:, 1] / (rig.pipe.diameter_mm or np.inf) * 2
+    phi = grid.to_mm(points_px)[:, 1] / (rig.pipe.radius_mm or np.inf)
     along = 2 * points_px[:, 0] / (grid.shape[1] - 1) - 1
     around = np.stack([np.sin(phi), np.cos(phi)], 1)
     return np.concatenate([around, along[:, None] * around], 1)

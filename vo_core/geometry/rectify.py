@@ -290,9 +290,9 @@ def _straight(rig: Rig) -> Rig:
 def _lengths_mm(rig: Rig, steps_mm: Matrix) -> Matrix:
     """Lengths of steps on the developed wall, (..., 2); at the crown the arc begins anew."""
     axial, arc = np.moveaxis(steps_mm, -1, 0)
-    if rig.pipe.diameter_mm is not None:
-        arc = np.remainder(arc + np.pi * rig.pipe.diameter_mm / 2, np.pi * rig.pipe.diameter_mm)
-        arc = arc - np.pi * rig.pipe.diameter_mm / 2
+    if rig.pipe.radius_mm is not None:
+        half_mm = np.pi * rig.pipe.radius_mm
+        arc = np.remainder(arc + half_mm, 2 * half_mm) - half_mm
     return np.asarray(np.hypot(axial, arc))
 
 

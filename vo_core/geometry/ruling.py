@@ -73,12 +73,12 @@ def ruling(rig: Rig) -> Ruling:
         return Line(at, robot_pixels(rig, sight(rig, NOMINAL, wall)))
 
     axial_mm = low[0] + spread * (high[0] - low[0])
-    if rig.pipe.diameter_mm is None:
+    if rig.pipe.radius_mm is None:
         arc_mm = low[1] + spread * (high[1] - low[1])
         rows = _multiples(low[1], high[1], _step_mm(high[1] - low[1]))
         along = [line(right_mm, axial_mm, right_mm) for right_mm in rows]
     else:
-        girth_mm = np.pi * rig.pipe.diameter_mm
+        girth_mm = 2 * np.pi * rig.pipe.radius_mm
         arc_mm = (spread - 0.5) * girth_mm
         # The invert is at 6 o'clock, and 3 o'clock is to the right.
         hours = range(1, HOURS + 1)

@@ -1,12 +1,14 @@
 """Geometry between the camera and the wall: pixels, rays, wall points, the developed wall.
 
 Frames.  Robot: x forward, y right, z down.  World: X along the pipe's axis from the zero point, Y
-right, Z down, the axis of a circular pipe at Y = Z = 0, a flat floor at Z = 0.  With R the radius
-and h the height of the camera above the invert, the camera stands at (x, lateral + y, R - h + z),
-or (x, lateral + y, z - h) above a floor, turned by roll, then pitch, then yaw.
+right, Z down, the axis of a circular pipe at Y = Z = 0, a flat floor at Z = 0.  With r the radius
+at the invert (at the crests of a corrugated pipe) and h the height of the camera above it, the
+camera stands at (x, lateral + y, r - h + z), or (x, lateral + y, z - h) above a floor, turned by
+roll, then pitch, then yaw.
 
 Developed wall: (axial mm, arc mm).  The angle phi of a wall point is 0 at the invert and rises to
-the right, so that arc = R phi; on a floor the arc is Y itself.
+the right, so that arc = R phi with the radius R of the wall, which is midway between the crests
+and the valleys of a corrugated pipe; on a floor the arc is Y itself.
 """
 
 from __future__ import annotations
@@ -118,7 +120,7 @@ def wall_points(rig: Rig, pixels_uv: ArrayLike, pose: Pose | Poses) -> list[Wall
         None where the ray of a pixel meets no wall.
     """
     points = cast(rig, pose, robot_rays(rig, pixels_uv))
-    radius_mm = _radius(rig)
+    radius_mm = rig.pipe.radius_mm
     return [
         None
         if not math.isfinite(distance_mm + arc_mm)
@@ -268,7 +270,7 @@ def cast(rig: Rig, pose: Pose | Poses, robot_rays: Points) -> Points:
     """
     oy, oz = rig.mount.lateral_mm + pose.y_mm, _camera_z(rig) + pose.z_mm
     dx, dy, dz = np.moveaxis(_turned(rotation(pose), robot_rays), -1, 0)
-    radius = _radius(rig)
+    radius = rig.pipe.radius_mm
     with np.errstate(invalid="ignore", divide="ignore"):
         if radius is None:
             t = -oz / dz
@@ -310,7 +312,7 @@ def _turned(matrix: Matrix, vectors: Points) -> Points:
 
 def develop(rig: Rig, wall_xyz: Points) -> Points:
     """(axial mm, arc mm) of points on the wall."""
-    radius = _radius(rig)
+    radius = rig.pipe.radius_mm
     if radius is None:
         return np.asarray(wall_xyz[..., :2])
     arc = radius * np.arctan2(wall_xyz[..., 1], wall_xyz[..., 2])
@@ -319,7 +321,7 @@ def develop(rig: Rig, wall_xyz: Points) -> Points:
 
 def wall_axes(rig: Rig, wall_xyz: Points) -> tuple[Points, Points]:
     """(N, 3) unit vectors at points on the wall: along the arc, and outward through the wall."""
-    radius = _radius(rig)
+    radius = rig.pipe.radius_mm
     zero, one = np.zeros(len(wall_xyz)), np.ones(len(wall_xyz))
     if radius is None:
         return _xyz(zero, one, zero), _xyz(zero, zero, one)
@@ -330,7 +332,7 @@ def wall_axes(rig: Rig, wall_xyz: Points) -> tuple[Points, Points]:
 def enclose(rig: Rig, axial_arc: Points) -> Points:
     """World points of the developed wall: the inverse of `develop`."""
     axial, arc = axial_arc.T
-    radius = _radius(rig)
+    radius = rig.pipe.radius_mm
     if radius is None:
         return np.stack([axial, arc, np.zeros_like(arc)], 1)
     return np.stack([axial, radius * np.sin(arc / radius), radius * np.cos(arc / radius)], 1)
@@ -343,9 +345,5 @@ def _xyz(x: Matrix, y: Matrix, z: Matrix) -> Points:
 
 
 def _camera_z(rig: Rig) -> float:
-    radius = _radius(rig)
-    return -rig.mount.height_mm if radius is None else radius - rig.mount.height_mm
-
-
-def _radius(rig: Rig) -> float | None:
-    return None if rig.pipe.diameter_mm is None else rig.pipe.diameter_mm / 2
+    invert_mm = 0.0 if rig.pipe.diameter_mm is None else rig.pipe.diameter_mm / 2
+    return invert_mm - rig.mount.height_mm

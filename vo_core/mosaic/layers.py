@@ -91,8 +91,8 @@ def joined_tile(rig: Rig, layout: Layout, index: int, layers: Iterable[Layer]) -
     """
     shape = (layout.height_px, layout.width_px)
     colour, weight = np.full((*shape, 3), UNSEEN_GREY, np.uint8), np.zeros(shape, np.float32)
-    is_ring = rig.pipe.diameter_mm is not None and isclose(
-        layout.arc_to_mm - layout.arc_from_mm, pi * rig.pipe.diameter_mm
+    is_ring = rig.pipe.radius_mm is not None and isclose(
+        layout.arc_to_mm - layout.arc_from_mm, 2 * pi * rig.pipe.radius_mm
     )
     for shift, read in layers:
         moved = _moved(layout, shift, index, read, is_ring=is_ring)

@@ -61,8 +61,8 @@ class Layout:
         low_mm = grid.arc_mm - grid.mm_per_px / 2
         seen_mm = grid.shape[0] * grid.mm_per_px
         start_mm, end_mm = low_mm - SWAY * seen_mm, low_mm + (1 + SWAY) * seen_mm
-        if rig.pipe.diameter_mm is not None:
-            half_mm = pi * rig.pipe.diameter_mm / 2
+        if rig.pipe.radius_mm is not None:
+            half_mm = pi * rig.pipe.radius_mm
             start_mm, end_mm = max(start_mm, -half_mm), min(end_mm, half_mm)
         arc_mm = end_mm - start_mm
         longest = max(rig.camera.width, rig.camera.height)

@@ -283,6 +283,9 @@ def rig_rows(report: Report, t: Translator) -> Rows:
         if pipe.diameter_mm is None
         else t("measurement.circular", diameter=t.figure(pipe.diameter_mm))
     )
+    if pipe.corrugation is not None:
+        wave = {name: t.figure(mm) for name, mm in pipe.corrugation.model_dump().items()}
+        wall += " " + t("measurement.corrugated", pitch=wave["pitch_mm"], depth=wave["depth_mm"])
     if pipe.segment_length_mm is not None:
         wall += " " + t("measurement.segment", length=t.length(pipe.segment_length_mm / 1000))
     place = t(

@@ -204,9 +204,8 @@ def place_of(report: Report, entry: Entry) -> Place | None:
     """
     if entry.distance_m is None:
         return None
-    diameter_mm = report.rig.pipe.diameter_mm
     drawn = [
-        developed_points(np.array(figure.points_mm), diameter_mm and diameter_mm / 2)
+        developed_points(np.array(figure.points_mm), report.rig.pipe.radius_mm)
         for figure in entry.figures
         if figure is not None and len(figure.points_mm) > 1
     ]
@@ -227,9 +226,9 @@ def clock_places(report: Report, *, feet: bool) -> list[tuple[str, float]]:
         report: The report.
         feet: Name the distances on a floor in feet.
     """
-    diameter_mm = report.rig.pipe.diameter_mm
-    if diameter_mm is not None:
-        hour_mm = math.pi * diameter_mm / 12
+    radius_mm = report.rig.pipe.radius_mm
+    if radius_mm is not None:
+        hour_mm = math.pi * radius_mm / 6
         return [(str((6 - n) % 12 or 12), n * hour_mm) for n in range(-6, 7)]
     unit_mm, step = (304.8, 0.5) if feet else (1000.0, 0.1)
     return [(f"{n * step:+.1f}" if n else "0", n * step * unit_mm) for n in range(-50, 51)]
@@ -237,10 +236,10 @@ def clock_places(report: Report, *, feet: bool) -> list[tuple[str, float]]:
 
 def _sector_mm(report: Report, entry: Entry) -> list[Span]:
     """Return the arcs of its clock position or sector; a point on the wall is known exactly."""
-    diameter_mm = report.rig.pipe.diameter_mm
-    if diameter_mm is None:
+    radius_mm = report.rig.pipe.radius_mm
+    if radius_mm is None:
         return [] if entry.y_m is None else [(1000 * entry.y_m, 1000 * entry.y_m)]
-    around_mm = math.pi * diameter_mm
+    around_mm = 2 * math.pi * radius_mm
     spans = clock_spans(entry.clock_from, entry.tag.clock_to)
     is_sector = any(low < high for low, high in spans)
     if not is_sector and entry.y_m is not None and entry.z_m is not None:

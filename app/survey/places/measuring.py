@@ -138,9 +138,10 @@ def _size(kind: MeasureKind, path: _Path, *, is_corrected: bool) -> Figure | Non
 
 
 def _depth(path: _Path) -> Figure | None:
-    rig, diameter_mm = path.rig, path.rig.pipe.diameter_mm
-    if diameter_mm is None:
+    rig, radius_mm = path.rig, path.rig.pipe.radius_mm
+    if radius_mm is None:
         return None
+    diameter_mm = 2 * radius_mm
 
     def share(sight: _Sight) -> float:
         return fill_share(sight.points_xyz)
@@ -152,7 +153,7 @@ def _depth(path: _Path) -> Figure | None:
     percent = _figure("depth", 100 * value, [100 * error for error in errors])
     # Another diameter changes the share and what it is a share of.
     errors_mm = [diameter_mm * error for error in by_clicks] + [
-        found * (other.pipe.diameter_mm or diameter_mm) - value * diameter_mm
+        found * 2 * (other.pipe.radius_mm or radius_mm) - value * diameter_mm
         for other, found in others
     ]
     whole = _figure("depth", value * diameter_mm, errors_mm)
@@ -209,7 +210,7 @@ class _Path:
         wall = cast(rig, poses, rays @ rotation_robot_camera(rig.mount).T)
         camera = camera_position(rig, poses).T
         origin, start = _along(poses.x_mm), _along(self.distance_mm[of])
-        radius_mm = None if rig.pipe.diameter_mm is None else self.scale * rig.pipe.diameter_mm / 2
+        radius_mm = rig.pipe.radius_mm and self.scale * rig.pipe.radius_mm
         return _Sight(
             start + self.scale * (wall - origin), start + self.scale * (camera - origin), radius_mm
         )

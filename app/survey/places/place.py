@@ -152,11 +152,10 @@ def _wall_under(
     """Find and correct the wall point under a pixel, from the pose of its raw estimate."""
     if seen is None:
         return None
-    (raw, corrected), diameter_mm = estimates, trajectory.adjusted.rig.pipe.diameter_mm
-    if diameter_mm is None:
+    (raw, corrected), radius_mm = estimates, trajectory.adjusted.rig.pipe.radius_mm
+    if radius_mm is None:
         lateral_mm = trajectory.adjusted.scale * seen.arc_mm
     else:
-        radius_mm = diameter_mm / 2
         lateral_mm = radius_mm * math.sin(seen.arc_mm / radius_mm)
     ahead_mm = seen.distance_mm - raw.x_mm
     return WallUnder(
@@ -195,7 +194,7 @@ def wall_grid(
         u_px.tolist(),
         v_px.tolist(),
         robot_rays(rig, pixels).reshape(rows, cols, 3),
-        None if rig.pipe.diameter_mm is None else rig.pipe.diameter_mm / 2,
+        rig.pipe.radius_mm,
         replace(stance.pose, y_mm=y_mm, z_mm=z_mm),
         scale,
     )

@@ -61,7 +61,7 @@ class AdviceOut(Out):
     verdict: str
     """fit, fit with care, not fit."""
     findings: list[str]
-    """What speaks against it: forward, fast, hurried, near, coarse, oblique."""
+    """What speaks against it: forward, fast, hurried, near, coarse, oblique, corrugated."""
     seen_mm: Tenths = Field(validation_alias="measured_axial_mm")
     """Length of the wall along the pipe on which motion is measured."""
     mm_per_px: Thousandths = Field(validation_alias="measured_mm_per_px")

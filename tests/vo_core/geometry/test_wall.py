@@ -8,6 +8,7 @@ from textures import make_rig
 
 from vo_core import Pose, wall_point
 from vo_core.geometry.wall import (
+    camera_position,
     cast,
     clock_of,
     develop,
@@ -119,3 +120,16 @@ def test_clock_lies_in_0_to_12(phi):
 def test_no_pixels_show_no_places(distortion):
     rig = make_rig(camera={"distortion": distortion})
     assert wall_points(rig, [], Pose()) == []
+
+
+def test_a_corrugated_wall_lies_between_its_crests_and_its_valleys():
+    waves = {"pitch_mm": 67.7, "depth_mm": 13.0}
+    smooth, waved = make_rig(), make_rig(pipe={"corrugation": waves})
+    below, crest = (
+        cast(rig, Pose(), np.array([[0.0, 0.0, 1.0]]))[0] - camera_position(rig, Pose())
+        for rig in (waved, smooth)
+    )
+    # The camera keeps its place in the pipe: its height is stated above the crests.
+    assert camera_position(waved, Pose()) == pytest.approx(camera_position(smooth, Pose()))
+    assert below - crest == pytest.approx([0.0, 0.0, 6.5])
+    assert waved.pipe.radius_mm == pytest.approx(156.5)

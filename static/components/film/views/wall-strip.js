@@ -58,8 +58,9 @@ export class WallStrip extends Strip {
   mount() {
     this.desk = this.closest('inspection-page').desk;
     const { desk } = this;
-    const { diameter_mm: diameter } = desk.inspection.value.rig.pipe;
-    this.radius = diameter ? diameter / 2 : null;
+    const { diameter_mm: diameter, corrugation } = desk.inspection.value.rig.pipe;
+    // A corrugated wall is unrolled at its mean depth.
+    this.radius = diameter ? (diameter + (corrugation?.depth_mm ?? 0)) / 2 : null;
     this.pictures = new TilePictures(desk.unrolled, this.signal);
     /** @type {Parts<'views/wall-strip'>} */
     this.parts = render(

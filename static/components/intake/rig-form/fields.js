@@ -46,6 +46,15 @@ export const GROUPS = [
       ]),
       number('pipe.diameter_mm', t('rig.diameter'), 'mm', { min: 50, max: 20000, help: t('rig.diameter_help') }),
       optional('pipe.segment_length_mm', t('rig.segment'), 'mm', 100, 20000, t('rig.segment_help')),
+      optional('pipe.corrugation.pitch_mm', t('rig.corrugation_pitch'), 'mm', 5, 1000, t('rig.corrugation_help')),
+      optional(
+        'pipe.corrugation.depth_mm',
+        t('rig.corrugation_depth'),
+        'mm',
+        0.5,
+        300,
+        t('rig.corrugation_depth_help'),
+      ),
     ],
   },
   {
@@ -122,6 +131,16 @@ const LONGEST_SIDE = { pinhole: 7.5, fisheye: 12.5 };
 
 const DISTORTION_LENGTHS = { pinhole: [0, 4, 5, 8, 12, 14], fisheye: [0, 4] };
 
+/** Returns the value of a rig at a path such as 'pipe.corrugation.pitch_mm'; undefined where there is none. */
+export const valueAt = (rig, path) => path.split('.').reduce((part, name) => part?.[name], rig);
+
+/** Sets the value of a rig at a path; its parts are made where they are missing. */
+export function setAt(rig, path, value) {
+  const names = path.split('.');
+  const last = names.pop();
+  names.reduce((part, name) => (part[name] ??= {}), rig)[last] = value;
+}
+
 /** Returns an angle turned by some degrees, in [-180, 180). */
 export const turned = (degrees, by) => ((((degrees + by + 180) % 360) + 360) % 360) - 180;
 
@@ -176,6 +195,9 @@ export function jointFaults({ camera, mount, pipe }) {
       faults.push([`camera.${name}`, t('rig.fault_focal', { least: Math.ceil(least), pixels, focal: camera[name] })]);
     }
   }
+  const { pitch_mm: pitch, depth_mm: depth } = pipe.corrugation ?? {};
+  if (pitch !== undefined && depth === undefined) faults.push(['pipe.corrugation.depth_mm', t('page.needed')]);
+  if (depth !== undefined && pitch === undefined) faults.push(['pipe.corrugation.pitch_mm', t('page.needed')]);
   if (pipe.shape === 'circular') {
     const radius = pipe.diameter_mm / 2;
     if (Math.hypot(mount.lateral_mm ?? 0, radius - mount.height_mm) >= radius) {

@@ -12,7 +12,7 @@ import { recall, remember } from '../../../core/page/remembered.js';
 import { Component } from '../../../core/page/store.js';
 import { t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
-import { ALL_FIELDS, FOLDED, GROUPS, LENS_PX, fault, jointFaults, parse, turned } from './fields.js';
+import { ALL_FIELDS, FOLDED, GROUPS, LENS_PX, fault, jointFaults, parse, setAt, turned, valueAt } from './fields.js';
 import { askBoard } from './board-dialog.js';
 import './known-by.js';
 import './lens-fields.js';
@@ -22,10 +22,15 @@ import { rigSketch } from './rig-sketch.js';
 
 const REMEMBERED = 'chainage.rig';
 const REMEMBERED_LENS = 'chainage.rig.lens';
-const OF_A_PIPE = ['pipe.diameter_mm', 'tolerance.diameter_mm'];
+const OF_A_PIPE = [
+  'pipe.diameter_mm',
+  'pipe.corrugation.pitch_mm',
+  'pipe.corrugation.depth_mm',
+  'tolerance.diameter_mm',
+];
 /** fy / fx of a lens may differ from what its film states by this share: digitisers of television round it. */
 const PIXELS_DIFFER = 0.03;
-const idOf = (path) => `rig-${path.replace('.', '-')}`;
+const idOf = (path) => `rig-${path.replaceAll('.', '-')}`;
 
 export class RigForm extends Component {
   #touched = new Set();
@@ -106,9 +111,8 @@ export class RigForm extends Component {
   get value() {
     const rig = { camera: {}, mount: {}, pipe: {}, tolerance: {} };
     for (const field of ALL_FIELDS) {
-      const [part, name] = field.path.split('.');
       const value = this.#isUsed(field) ? parse(field, this.#input(field).value) : undefined;
-      if (value !== undefined) rig[part][name] = value;
+      if (value !== undefined) setAt(rig, field.path, value);
     }
     return rig;
   }
@@ -217,8 +221,7 @@ export class RigForm extends Component {
     this.parts.loadFault.textContent = '';
     this.#touched.clear();
     for (const field of ALL_FIELDS) {
-      const [part, name] = field.path.split('.');
-      const value = rig[part]?.[name];
+      const value = valueAt(rig, field.path);
       const input = this.#input(field);
       if (value !== undefined && value !== null) input.value = [value].flat().join(', ');
       else input.value = field.kind === 'choice' ? field.options[0][0] : '';
@@ -271,8 +274,7 @@ export class RigForm extends Component {
     const rig = this.value;
     const faults = new Map(jointFaults(rig));
     for (const field of ALL_FIELDS) {
-      const [part, name] = field.path.split('.');
-      const reason = this.#isUsed(field) ? fault(field, rig[part][name]) : null;
+      const reason = this.#isUsed(field) ? fault(field, valueAt(rig, field.path)) : null;
       if (reason) faults.set(field.path, reason);
     }
     this.#compareWithVideo(rig.camera, faults);

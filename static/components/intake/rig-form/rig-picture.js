@@ -188,6 +188,7 @@ const findingsOf = (figures) => ({
   near: t('rigview.finding_near'),
   coarse: t('rigview.finding_coarse', figures),
   oblique: t('rigview.finding_oblique', figures),
+  corrugated: t('rigview.finding_corrugated'),
 });
 
 /** Returns the judgement of a rig as a sentence and what to look after. */

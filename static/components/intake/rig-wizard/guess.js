@@ -46,12 +46,15 @@ export function changesFor({ camera, mount, pipe }, { width, height, pixel_aspec
   return { changes, isLensGuessed };
 }
 
+/** Half a corrugation is still being typed. */
+const wholeOf = (corrugation) => (corrugation?.pitch_mm && corrugation.depth_mm ? corrugation : undefined);
+
 /** Returns a rig that is complete enough to be aimed. */
 export function statedOf({ camera, mount, pipe }) {
   const diameter = pipe.diameter_mm > 0 ? pipe.diameter_mm : ANY_DIAMETER_MM;
   return {
     camera,
     mount: { ...mount, height_mm: mount.height_mm > 0 ? mount.height_mm : diameter / 2 },
-    pipe: { shape: 'circular', diameter_mm: diameter },
+    pipe: { shape: 'circular', diameter_mm: diameter, corrugation: wholeOf(pipe.corrugation) },
   };
 }

@@ -140,6 +140,8 @@ export class RigWizard extends Component {
           ${field('diameter', t('wizard.diameter'), 'mm')}
           ${field('height', t('wizard.height'), 'mm')}
           ${field('focal', t('wizard.focal'), 'px')}
+          ${field('pitch', t('rig.corrugation_pitch'), 'mm')}
+          ${field('depth', t('rig.corrugation_depth'), 'mm')}
         </div>
         <p class="message" data-part="guessed">${icon('info')}<span>${t('wizard.guessed')}</span></p>
         <div class="flow">
@@ -179,6 +181,10 @@ export class RigWizard extends Component {
     });
     this.listen(inside.diameter, 'input', () => this.#typedDiameter());
     this.listen(inside.height, 'input', () => this.#rig.change({ 'mount.height_mm': inside.height.value }));
+    for (const name of ['pitch', 'depth']) {
+      const path = `pipe.corrugation.${name}_mm`;
+      this.listen(inside[name], 'input', () => this.#rig.change({ [path]: inside[name].value }));
+    }
     this.listen(inside.focal, 'input', () => {
       const focal = Number(inside.focal.value.replace(',', '.'));
       const down = focal > 0 ? focalDown(focal, this.#first.pixel_aspect) : inside.focal.value;
@@ -250,7 +256,8 @@ export class RigWizard extends Component {
     if (!this.#first) return;
     const { camera, mount, pipe } = this.#rig.value;
     const { parts } = this;
-    const shown = { diameter: pipe.diameter_mm, height: mount.height_mm, focal: camera.fx };
+    const { pitch_mm: pitch, depth_mm: depth } = pipe.corrugation ?? {};
+    const shown = { diameter: pipe.diameter_mm, height: mount.height_mm, focal: camera.fx, pitch, depth };
     for (const [name, value] of Object.entries(shown)) {
       if (parts[name] !== document.activeElement) parts[name].value = Number.isFinite(value) ? value : '';
     }
