@@ -325,8 +325,8 @@ def _findings(rig: Rig, advice: Advice) -> tuple[Finding, ...]:
             "corrugated",
             rig.pipe.corrugation is not None,
             care,
-            "The wall is corrugated and measured at its mean depth, although its crests move "
-            "faster in the picture than its valleys: check the distance against a known length.",
+            "The wall is corrugated, and half of an error of its stated depth adds to the distance "
+            "from the camera to the wall: check the distance against a known length.",
         ),
     ]
     return tuple(

@@ -20,6 +20,7 @@ from vo_core.geometry.motion import (
     WallMotion,
     moved_by_content,
     parameters,
+    relief_modes,
     ring_modes,
     shear_mode,
 )
@@ -80,6 +81,10 @@ CODING_PX = 0.15
 
 From one picture to the next the wall moves by a pixel or two, and coding would place the camera
 tens of millimetres beside the axis, with a small uncertainty."""
+
+RELIEF_PX = 1.0
+"""Way, px of the patch, over which the relief of a corrugated wall shows even at a standstill: the
+start of an alignment may be wrong by as much."""
 
 MOTIONS_KEPT = 16
 """Motion models that are kept: each costs as much as some steps of an alignment."""
@@ -236,6 +241,7 @@ class Locator:
         self._centres = self._blocks.centres(self._blocks.nodes())
         half = (self._grid.shape[0] // 2, self._grid.shape[1] // 2)
         self._coarse_blocks = BlockGrid.over(half)
+        self._relief_modes = relief_modes(self._rig, self._grid.to_mm(self._blocks.nodes()))
         self._ring_modes: Matrix | None = None
         self._aside_mm, self._least_psr = np.inf, LOCK_PSR
         self._settled: int | None = None
@@ -407,10 +413,10 @@ class Locator:
             known = _widened(known, Prior(rates, information))
             habit = _widened(habit, Prior(rates, 0 * information))
         motion: WallMotion | RollingMotion | CodedMotion = exact
-        modes, sigma = self._coding(outlook)
-        if modes is not None:
-            motion, none = CodedMotion(exact, modes), np.zeros(modes.shape[1])
-            certain = np.diag(np.full(len(none), sigma**-2))
+        modes, sigma = self._modes(outlook, abs(start.x_mm - reference.pose.x_mm))
+        if len(sigma) > 0:
+            motion, none = CodedMotion(exact, modes), np.zeros(len(sigma))
+            certain = np.diag(sigma**-2)
             known = _widened(known, Prior(none, certain))
             habit = _widened(habit, Prior(none, 0 * certain))
             parameters, scales = np.append(parameters, none), np.append(scales, motion.scales)
@@ -456,13 +462,21 @@ class Locator:
             ),
         )
 
-    def _coding(self, outlook: Outlook) -> tuple[Matrix | None, float]:
-        """Displacements by coding to expect, and the standard deviation of their parameters."""
+    def _modes(self, outlook: Outlook, way_mm: float) -> tuple[Matrix, Matrix]:
+        """(N, k) displacements to expect that are no motion, and (k,) sigmas of their parameters.
+
+        They are those by the relief over a way, and those by coding.
+        """
+        relief, way_px = self._relief_modes, way_mm / self._grid.mm_per_px
+        sigma = np.full(relief.shape[1], way_px + RELIEF_PX)
         if self._ring_modes is not None:
-            return self._ring_modes, CODING_PX
-        if outlook.shear_rad > 0:
-            return shear_mode(self._blocks.nodes()), outlook.shear_rad
-        return None, 0.0
+            coding, coding_sigma = self._ring_modes, CODING_PX
+        elif outlook.shear_rad > 0:
+            coding, coding_sigma = shear_mode(self._blocks.nodes()), outlook.shear_rad
+        else:
+            return relief, sigma
+        sigma = np.append(sigma, np.full(coding.shape[1], coding_sigma))
+        return np.hstack([relief, coding]), sigma
 
 
 def _known(reference: Reference, parameters: Matrix, gaze: Matrix | None, aside_mm: float) -> Prior:

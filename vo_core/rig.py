@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -224,14 +225,18 @@ class Pipe(_Part):
 
     @property
     def radius_mm(self) -> float | None:
-        """Radius of the wall, at its mean depth in a corrugated pipe; None for a floor.
+        """Radius of the wall, midway between crests and valleys of a corrugated pipe; None for a
+        floor.
 
-        The wall is taken for a smooth one there: pictures show crests and valleys alike.
+        Motion in the picture goes with the inverse of the distance; its mean over a wave from
+        radius a to b is that at sqrt(a b), the integral of 1 / (m + d cos t) over a turn being
+        2 pi / sqrt(m^2 - d^2).
         """
         if self.diameter_mm is None:
             return None
+        crest_mm = self.diameter_mm / 2
         depth_mm = 0.0 if self.corrugation is None else self.corrugation.depth_mm
-        return (self.diameter_mm + depth_mm) / 2
+        return math.sqrt(crest_mm * (crest_mm + depth_mm))
 
     @model_validator(mode="after")
     def _diameter_goes_with_circular(self) -> Self:

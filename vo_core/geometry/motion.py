@@ -152,8 +152,9 @@ class RollingMotion:
 
 
 class CodedMotion:
-    """A motion model plus displacements along the pipe by video coding, the last elements of q.
+    """A motion model plus displacements along the pipe that are no motion, the last elements of q.
 
+    They are those by video coding, and those by the relief of a corrugated wall (`relief_modes`).
     A coder predicts the motion of a block from the blocks before it, and keeps a prediction that is
     nearly right.  The wall moves faster at the borders of the picture than in its middle, so blocks
     move too fast from the upper border on and too slowly below the middle: by 0.12 px of the patch
@@ -204,6 +205,22 @@ def ring_modes(rig: Rig, grid: PatchGrid, points_px: Points) -> Matrix:
     along = 2 * points_px[:, 0] / (grid.shape[1] - 1) - 1
     around = np.stack([np.sin(phi), np.cos(phi)], 1)
     return np.concatenate([around, along[:, None] * around], 1)
+
+
+def relief_modes(rig: Rig, points_mm: Points) -> Matrix:
+    """(N, 2) displacements by the waves of a corrugated wall, in ways; (N, 0) on a smooth one.
+
+    Points are (axial, arc).  Nobody knows where in the picture the crests lie, so the modes are
+    the cosine and the sine along the pipe, as large as the relief makes them: a wall that is by d
+    farther than the mean one at the distance h moves less by the share d / h of the way.
+    """
+    waves, across_mm = rig.pipe.corrugation, rig.mount.height_mm
+    if waves is None:
+        return np.zeros((len(points_mm), 0))
+    if rig.looks_along_pipe and rig.pipe.radius_mm is not None:
+        across_mm = rig.pipe.radius_mm
+    phase = 2 * np.pi / waves.pitch_mm * points_mm[:, 0]
+    return waves.depth_mm / 2 / across_mm * np.stack([np.cos(phase), np.sin(phase)], 1)
 
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:

@@ -59,8 +59,9 @@ export class WallStrip extends Strip {
     this.desk = this.closest('inspection-page').desk;
     const { desk } = this;
     const { diameter_mm: diameter, corrugation } = desk.inspection.value.rig.pipe;
-    // A corrugated wall is unrolled at its mean depth.
-    this.radius = diameter ? (diameter + (corrugation?.depth_mm ?? 0)) / 2 : null;
+    // A corrugated wall is unrolled between its crests and its valleys, as `Pipe.radius_mm` has it.
+    const valleys = diameter / 2 + (corrugation?.depth_mm ?? 0);
+    this.radius = diameter ? Math.sqrt((diameter / 2) * valleys) : null;
     this.pictures = new TilePictures(desk.unrolled, this.signal);
     /** @type {Parts<'views/wall-strip'>} */
     this.parts = render(
