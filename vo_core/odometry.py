@@ -9,8 +9,10 @@ pose.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from array import array
+from dataclasses import astuple, dataclass, replace
 from itertools import product
+from typing import get_args
 
 import numpy as np
 
@@ -38,7 +40,7 @@ from vo_core.matching.fields import Interlacing
 from vo_core.matching.skipped import Skipping, blank
 from vo_core.rig import Rig
 from vo_core.state import State
-from vo_core.track import Estimate, Status
+from vo_core.track import COLUMNS, Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
 
 KEYFRAME_OVERLAP = {"circular": 0.68, "flat": 0.5}
@@ -155,6 +157,8 @@ SCALE_ERROR = np.array([5e-5, 9e-4])
 It is multiplied by the unevenness of the picture, because blur and coding vary with the resolution.
 """
 
+_STATUSES = get_args(Status)
+
 
 @dataclass(frozen=True)
 class Traits:
@@ -174,6 +178,8 @@ class Odometry:
         camera = rig.camera
         self._known = known
         overlay = Overlay((camera.width, camera.height)) if rig.looks_along_pipe else None
+        self._made = array("d")
+        """The estimates so far, field by field; a status by its number in `_STATUSES`."""
         self._start(rig, COARSEST, overlay)
 
     def _start(self, rig: Rig, coarsest: float, overlay: Overlay | None) -> None:
@@ -266,7 +272,20 @@ class Odometry:
             self._learn_overlay(self._overlay, image)
         if self._opening is not None:
             self._keep_opening(self._opening, image, t_s)
-        return self._track(image, t_s)
+        estimate = self._track(image, t_s)
+        self._made.extend(_STATUSES.index(v) if v in _STATUSES else v for v in astuple(estimate))
+        return estimate
+
+    def smoothed(self) -> list[Estimate]:
+        """Return the estimates of all frames so far, in order, as the whole film shows them.
+
+        Call it at the end of a recorded film.
+        """
+        rows = np.array(self._made).reshape(-1, len(COLUMNS)).tolist()
+        whole, status = COLUMNS.index("frame"), COLUMNS.index("status")
+        for row in rows:
+            row[whole], row[status] = int(row[whole]), _STATUSES[int(row[status])]
+        return [Estimate(*row) for row in rows]
 
     def _track(self, image: Image, t_s: float) -> Estimate:
         """Estimate the pose in the next frame, (H, W) grey, with what is known of the film."""
