@@ -144,6 +144,8 @@ def _follow(capture: Capture, follower: Follower, parent: Parent) -> None:
     rest = follower.batch()
     if rest is not None:
         parent.tell(rest)
+    for batch in follower.smoothed():
+        parent.tell(batch)
 
 
 def _state(capture: Capture) -> CameraState:

@@ -57,5 +57,7 @@ class Batch(msgspec.Struct, frozen=True, tag="batch"):
     """Of a chunk: one for each frame."""
     start: Stance | None = None
     """Of a chunk: `Odometry.start`."""
+    smoothed: list[Estimate] = []
+    """At the end of a run: its next rows anew, each by what all frames show."""
     layers: list[WallPicture] = []
     """Of a chunk, in place of `tiles`: the tiles that it has left."""

@@ -111,15 +111,17 @@ def mended(ranges: Sequence[FrameRange], part: int, lacks: Sequence[str] = ()) -
 
 
 def gather(frames: FrameRange, batches: Iterable[Batch]) -> Chunk:
-    """Collect all results of a tracker of these frames."""
+    """Collect all results of a tracker of these frames; unless it was stopped, smoothed ones."""
     found = list(batches)
-    last = found[-1]
+    last = next(batch for batch in reversed(found) if not batch.smoothed)
     assert last.tilt is not None  # noqa: S101  (a chunk states it, and the next two)
     assert last.stance is not None  # noqa: S101
     assert last.start is not None  # noqa: S101
+    rows = [each for batch in found for each in batch.estimates]
+    smoothed = [each for batch in found for each in batch.smoothed]
     return Chunk(
         frames,
-        [each for batch in found for each in batch.estimates],
+        smoothed if len(smoothed) == len(rows) else rows,
         [tie for batch in found for tie in batch.ties],
         [each for batch in found for each in batch.health],
         [seen for batch in found for seen in batch.sightings],

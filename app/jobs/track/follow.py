@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import pickle
 import zlib
 from dataclasses import astuple, fields, replace
-from typing import TYPE_CHECKING, Any, Self
+from itertools import islice
+from typing import TYPE_CHECKING, Self
 
 import cv2
 
 from app.jobs.track.batches import Batch, Tie, WallPicture
-from app.jobs.track.gaps import POSE, SIGMAS, between, place_after
+from app.jobs.track.rows import RowPlan, Rows
 from vo_core import Odometry, Rig
 from vo_core.geometry.stance import Stance
 from vo_core.image.health import Health
@@ -21,7 +21,7 @@ from vo_core.mosaic.mosaic import Mosaic
 from vo_core.odometry import Traits
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from app.jobs.track.messages import FrameRange
     from app.jobs.track.parts import Between
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 PREVIEW_WIDTH_PX = 960
 PREVIEW_JPEG_QUALITY = 72
 WALL_JPEG_QUALITY = 85
+_SMOOTHED_AT_ONCE = 2000
+"""Most rows of a batch of smoothed rows, some 200 bytes each."""
 
 
 class Follower:
@@ -61,12 +63,10 @@ class Follower:
         self._odometry = Odometry(rig, known)
         self._joints = JointFinder(rig)
         self._wall = Mosaic(rig)
-        self._start, self._between = start, between
-        self._is_first = True
+        self._rows, self._plan = Rows(start, between), RowPlan(start, between)
         self._preview_width_px = preview_width_px
         self._frames = frames
         self._ties: list[Tie] = []
-        self._last_estimate = start
         self._sightings: list[Sighting] = []
         self._estimates: list[Estimate] = []
         self._health: list[tuple[int, Health]] = []
@@ -77,35 +77,26 @@ class Follower:
         """Track the next frame; `skipped` holds number and time of frames left out before it."""
         # The odometry counts the frames it receives; those of a camera may have gaps.
         estimate = replace(self._odometry.step(frame.image, frame.t_s), frame=frame.index)
-        in_run = estimate
-        if self._start is not None:
-            if self._is_first and frame.index > self._start.frame:
-                self._start = place_after(self._start, self._between, frame.t_s)
-                if self._between != "stood_still":
-                    in_run = replace(in_run, status="lost")
-            in_run = _placed(in_run, self._start)
-        self._is_first = False
+        before, in_run = self._rows.place(estimate, skipped)
+        self._plan.add(frame.index, skipped)
         if self._frames is not None:
             self._ties.append(self._tie(frame, self._frames))
         self._look(frame, self._origin().added_to(_along(estimate, in_run)))
-        if self._last_estimate is not None:
-            self._estimates.extend(between(self._last_estimate, in_run, skipped))
-        self._estimates.append(in_run)
-        self._last, self._last_estimate = frame, in_run
+        self._estimates += [*before, in_run]
+        self._last = frame
 
     def begin_part(self, between: Between | None) -> None:
         """Start a new part: the film does not show what the robot did before the next frame."""
         self._joints.finish()
         self._sightings += self._joints.take()
+        self._rows.begin_part(between)
+        self._plan.begin_part(between, self._odometry.smoothed())
         self._odometry, self._joints = Odometry(self._rig), JointFinder(self._rig)
-        self._start, self._between, self._is_first = self._last_estimate, between, True
 
     def leave_out(self, frames: Sequence[tuple[int, float]]) -> None:
         """Add number and time of frames at the end that the film does not show."""
-        for frame, time_s in frames:
-            if self._last_estimate is not None:
-                held = place_after(self._last_estimate, None, time_s)
-                self._estimates.append(replace(held, frame=frame, time_s=time_s, quality=0.0))
+        self._estimates += self._rows.leave_out(frames)
+        self._plan.leave_out(frames)
 
     def reach(self, frames: FrameRange) -> None:
         """Go on as a chunk of these frames, which begin where its frames begin."""
@@ -141,6 +132,12 @@ class Follower:
         self._sightings = []
         return batch
 
+    def smoothed(self) -> Iterator[Batch]:
+        """Yield the rows of a run anew, at its end, each by what all frames of its part show."""
+        rows = self._plan.rows(self._odometry.smoothed())
+        while some := list(islice(rows, _SMOOTHED_AT_ONCE)):
+            yield Batch([], smoothed=some)
+
     def state(self) -> bytes:
         """Return the state needed to resume, after `batch` has returned all results."""
         return pickle.dumps(self, pickle.HIGHEST_PROTOCOL)
@@ -159,12 +156,13 @@ class Follower:
     def _stance(self) -> Stance | None:
         """Return the stance of the run, as the longest part shows it."""
         stance = self._odometry.stance
-        if self._start is None or self._last_estimate is None or self._rig.mount.view == "down":
+        start, last = self._rows.start, self._rows.last
+        if start is None or last is None or self._rig.mount.view == "down":
             return stance
-        if self._last_estimate.frame - self._start.frame < self._start.frame:
+        if last.frame - start.frame < start.frame:
             return None
         own = {
-            each.name: getattr(stance, each.name) - getattr(self._start, each.name)
+            each.name: getattr(stance, each.name) - getattr(start, each.name)
             for each in fields(Stance)
         }
         return Stance(**own)
@@ -225,15 +223,6 @@ def wall_tile(index: int, picture: ByteImage) -> WallPicture:
     quality = [cv2.IMWRITE_JPEG_QUALITY, WALL_JPEG_QUALITY]
     _, jpeg = cv2.imencode(".jpg", picture, quality)
     return WallPicture(index, jpeg.tobytes())
-
-
-def _placed(estimate: Estimate, start: Estimate) -> Estimate:
-    """Convert a pose relative to this run's first frame to the earlier run, which ends at
-    `start`.
-    """
-    sums: dict[str, Any] = {name: getattr(start, name) + getattr(estimate, name) for name in POSE}
-    sums |= {name: math.hypot(getattr(start, name), getattr(estimate, name)) for name in SIGMAS}
-    return replace(estimate, **sums)
 
 
 def _preview(frame: Frame, width_px: int) -> bytes:

@@ -78,6 +78,8 @@ def track(request: TrackRequest, parent: Parent) -> Problem:
             checkpoints.make(follower, end)
         follower.finish()
         _send(follower, parent)
+        for batch in follower.smoothed():
+            parent.tell(batch)
         return Problem(video.problem)
 
 

@@ -56,7 +56,7 @@ def track_video(
     *,
     finder: JointFinder | None = None,
 ) -> TrackedVideo:
-    """Track every frame of a video.
+    """Track every frame of a video; at its end the track is smoothed, if the method can do that.
 
     Args:
         finder: Receives every frame with its pose.
@@ -76,4 +76,6 @@ def track_video(
                 finder.add(frame.image, stepper.stance.added_to(estimates[-1]))
             if on_progress is not None:
                 on_progress(len(estimates), frames.info.frames)
+    if isinstance(stepper, Odometry):
+        estimates = stepper.smoothed()
     return TrackedVideo(Track.from_estimates(estimates), frames.problem)

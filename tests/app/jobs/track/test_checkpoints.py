@@ -31,6 +31,7 @@ class Found:
 
     def __init__(self) -> None:
         self.rows: list[Estimate] = []
+        self.smoothed: list[Estimate] = []
         self.health: list[tuple[int, Health]] = []
         self.sightings: list[Sighting] = []
         self.tiles: dict[int, bytes] = {}
@@ -39,6 +40,7 @@ class Found:
 
     def take(self, batch: Batch) -> None:
         self.rows += batch.estimates
+        self.smoothed += batch.smoothed
         self.health += batch.health
         self.sightings += batch.sightings
         self.tiles |= {tile.index: tile.content for tile in batch.tiles}
@@ -77,7 +79,8 @@ def test_what_goes_on_from_a_checkpoint_finds_the_same_to_the_bit(tmp_path: Path
     kept.write_bytes(encode(KeptCheckpoint("", 0, checkpoint)))
     goes_on = msgspec.structs.replace(request, checkpoint=str(kept))
     later = follow(goes_on, parts)
-    assert [row.frame for row in whole.rows] == list(range(FRAMES))
+    for rows in (whole.rows, whole.smoothed):
+        assert [row.frame for row in rows] == list(range(FRAMES))
     assert vars(parts) == vars(whole)
     assert later.frames == 0 or later.cpu_s > checkpoint.cpu_s
 

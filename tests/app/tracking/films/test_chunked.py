@@ -53,7 +53,7 @@ def test_the_joined_track_is_that_of_one_run(two_slots: Client, film: Path) -> N
     runs = two_slots.data / "inspections" / inspection_id / "runs"
     wait_until(lambda: not runs.exists())
     joined = track_of(two_slots, inspection_id)
-    serial = Track.from_estimates(each for batch in in_one_run(film) for each in batch.estimates)
+    serial = Track.from_estimates(each for batch in in_one_run(film) for each in batch.smoothed)
     assert len(joined) == len(serial) == FRAMES
     sigma_mm = np.maximum(serial.sigma_registration_mm, 0.05)
     assert np.abs(joined.distance_mm - serial.distance_mm).max() < 0.5

@@ -15,11 +15,15 @@ from builders import (
     Client,
     assert_error,
     children,
+    clip_rig,
     make_clip,
     send_signal,
     serving,
     wait_until,
 )
+
+from app.tracking.films.offline import Method, track_video
+from vo_core import Rig
 
 TRACKER = "app.jobs.track.tracker"
 GOES_ON = "app.tracking.films.film_run"
@@ -44,6 +48,12 @@ def paced(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Client]:
 def whole(paced: Client, film: Path) -> dict[str, bytes]:
     """What an uninterrupted run leaves."""
     return paced.results(paced.tracked(film))
+
+
+def test_the_stored_track_is_that_of_the_command(whole: dict[str, bytes], film: Path) -> None:
+    track = track_video(film, Rig.parse(clip_rig()), Method.CHAINAGE).track
+    stored = [line for line in whole["track.csv"].decode().splitlines() if line[0] != "#"]
+    assert stored == track.to_csv().splitlines()
 
 
 def checkpoint_of(client: Client, inspection_id: str) -> Path:
