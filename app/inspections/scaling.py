@@ -18,14 +18,12 @@ from app.storage.records.corrections import CorrectionStore, Rescaling
 from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.distances.corrected import reason_of
 from app.survey.distances.interval import LEAST_M, U95
+from app.survey.observations.records import CHAINAGE
 from app.tracking.live import Event, Update
 from app.tracking.tracks import Tracks
 from app.tracking.worker import HINDRANCES, InspectionWorker
 
 logger = logging.getLogger(__name__)
-
-WHO = "Chainage"
-"""Author in the history, since no person stated these changes."""
 
 _STOP_TIMEOUT_S = 10.0
 
@@ -86,7 +84,9 @@ class Scaling(InspectionWorker):
         scale = scale_of(adjusted)
         revision = self._corrections.revision(inspection_id)
         if revision == published.revision and is_other(published.scale, scale, adjusted):
-            change = Rescaling(WHO, published.scale, scale or _why_not(adjusted), _remark(adjusted))
+            change = Rescaling(
+                CHAINAGE, published.scale, scale or _why_not(adjusted), _remark(adjusted)
+            )
             if self._corrections.rescaled(inspection_id, change):
                 logger.info("Inspection %s: %s", inspection_id, _remark(adjusted))
             revision = self._corrections.revision(inspection_id)

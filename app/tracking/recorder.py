@@ -356,6 +356,7 @@ class Recorder:
                 last=run.last,
                 # Of a track that was continued the first part may be an older program's.
                 tracked_with=row.tracked_with if run.first_frame else tracker(),
+                moved_mm=run.moved_mm,
             )
             self._runs.publish_end(run, outcome)
         if old is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Iterator, Mapping, Sized
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from contextlib import contextmanager
 from dataclasses import fields
 from typing import Any, TypeVar, get_args
@@ -11,6 +11,7 @@ from uuid import uuid4
 
 import numpy as np
 from cachetools import LRUCache, cachedmethod
+from numpy.typing import NDArray
 
 from app.errors import BlobNotFound, DamagedTrack
 from app.jobs.track import parts
@@ -25,7 +26,7 @@ from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting, from_csv, to_csv
-from vo_core.track import COLUMNS, Status, Track, metadata_of
+from vo_core.track import COLUMNS, Estimate, Status, Track, metadata_of
 
 HEALTH = tuple(field.name for field in fields(Health))
 """Names of the columns of health."""
@@ -82,13 +83,16 @@ class _Growing:
         self.stance = AS_STATED
         self.left_out: list[Mark] = []
         self.columns = GrowingColumns(_DTYPES)
+        self.smoothed = GrowingColumns(_DTYPES)
+        """The last rows of the run anew, once all of them are here."""
 
     def append(self, batch: Batch) -> None:
         estimates, begin = batch.estimates, len(self.columns)
-        values: dict[str, Any] = {name: [getattr(e, name) for e in estimates] for name in COLUMNS}
+        values = _values(estimates)
         # Row i is frame i, whatever number a tracker has assigned.
         values["frame"] = np.arange(begin, begin + len(estimates))
         self.columns.extend(len(estimates), values)
+        self.smoothed.extend(len(batch.smoothed), _values(batch.smoothed))
         for frame, health in batch.health:
             self.health.note(frame, health)
         self.sightings.extend(batch.sightings)
@@ -97,6 +101,18 @@ class _Growing:
 
     def track(self) -> Track:
         return Track(**self.columns.columns())
+
+    def final(self) -> Track | None:
+        """Return the track with its smoothed rows; None unless there are some, up to the last."""
+        end, first = len(self.columns), len(self.columns) - len(self.smoothed)
+        if first == end or not np.array_equal(self.smoothed.view("frame"), np.arange(first, end)):
+            return None
+        live, smoothed = self.columns.columns(), self.smoothed.columns()
+        return Track(**{n: np.concatenate([live[n][:first], smoothed[n]]) for n in COLUMNS})
+
+
+def _values(estimates: Sequence[Estimate]) -> dict[str, Any]:
+    return {name: [getattr(each, name) for each in estimates] for name in COLUMNS}
 
 
 _DTYPES = {name: np.dtype(np.float64) for name in COLUMNS} | {
@@ -191,8 +207,12 @@ class Tracks:
         return not any(mark.frame == frame and mark.kind == "left_out" for mark in marks)
 
     def finish(self, inspection_id: str, metadata: Mapping[str, object]) -> None:
-        """Write track.csv, health.csv and joints.csv with the rows so far."""
-        track, health = self.get(inspection_id), self.health(inspection_id)
+        """Write track.csv, health.csv and joints.csv with the rows so far, smoothed ones if there
+        are any; those are of another run for whoever has read rows before.
+        """
+        final = self._final(inspection_id)
+        track = self.get(inspection_id) if final is None else final
+        health = self.health(inspection_id)
         sightings, tilt = self.sightings(inspection_id), self.tilt(inspection_id)
         stance = self.stance(inspection_id)
         metadata = {**metadata, **(tilt.metadata() if tilt else {}), **stance.metadata()}
@@ -203,6 +223,20 @@ class Tracks:
             # From now on the track is read from its file, so that results are the same after a
             # restart; when it is written again, it is already dropped.
             self._growing.pop(inspection_id, None)
+            if final is not None:
+                self._runs[inspection_id] = self._runs.get(inspection_id, 0) + 1
+
+    def moved_mm(self, inspection_id: str) -> NDArray[np.float64] | None:
+        """Return by how much smoothing moves each frame of a run, (N,) mm along the pipe; None if
+        it does not move any.
+        """
+        final = self._final(inspection_id)
+        return None if final is None else final.distance_mm - self.get(inspection_id).distance_mm
+
+    def _final(self, inspection_id: str) -> Track | None:
+        with self._lock:
+            growing = self._growing.get(inspection_id)
+            return None if growing is None else growing.final()
 
     def forget(self, inspection_id: str) -> None:
         """Drop what is held in memory."""
@@ -216,7 +250,7 @@ class Tracks:
     def run(self, inspection_id: str) -> tuple[int, bool]:
         """Return the number of the run that made the track, and whether it is running.
 
-        A run only adds rows.
+        A run only adds rows. Smoothed rows count as those of another run.
         """
         with self._lock:
             return self._runs.get(inspection_id, 0), inspection_id in self._growing

@@ -25,7 +25,7 @@ from app.reports.text.legible import iso, legible
 from app.survey.distances.interval import half_width_m
 from app.survey.distances.stated import Joints, Stated
 from app.survey.fields.header import FIELDS
-from app.survey.observations.records import RESCALED, RIG_CHANGED
+from app.survey.observations.records import RESCALED, RIG_CHANGED, SMOOTHED
 from app.survey.rounding import decimals, metres, rounded
 
 _NARROWEST = 8
@@ -207,6 +207,7 @@ def _corrections(report: Report) -> Iterable[Row]:
         "corrected": ("corrected", _stated),
         RESCALED: ("rescaled", _scale),
         RIG_CHANGED: ("rig changed", _values),
+        SMOOTHED: ("smoothed", _values),
     }
     numbers = {entry.id: entry.seq for entry in report.entries}
     for event in report.events:

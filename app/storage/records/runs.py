@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from sqlalchemy import and_, select, update
 from sqlalchemy.orm import Session
 
@@ -15,7 +17,8 @@ from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import ENDED, ArchiveFilm, EventRow, Inspection, ObservationRow
 from app.storage.records.attachments import AttachmentRow
 from app.storage.records.inspections import existing, require_unlocked, unlocked
-from app.survey.observations.records import RIG_CHANGED
+from app.survey.observations.records import CHAINAGE, RIG_CHANGED, SMOOTHED
+from app.survey.rounding import metres, rounded
 from vo_core.track import Estimate
 
 
@@ -231,8 +234,11 @@ class RunStore(Store):
         fps: float | None,
         last: Estimate | None,
         tracked_with: str | None = None,
+        moved_mm: NDArray[np.float64] | None = None,
     ) -> None:
         """Store the result of a run, its number of frames and the place of the last tracked frame.
+
+        If smoothing moved observations that were made during the run, event "smoothed" says so.
 
         Args:
             inspection_id: The inspection.
@@ -240,6 +246,7 @@ class RunStore(Store):
             attempt: Number of the attempt; None for a recording.
             frames_done, fps, last: Of the run.
             tracked_with: Program that tracked it, as `app.tracker` names it.
+            moved_mm: (N,) by how much smoothing moved each frame; None if it did not.
         Raises:
             InspectionNotFound: No inspection has this id.
             ClaimLost: The inspection has been claimed again since.
@@ -259,6 +266,8 @@ class RunStore(Store):
         if last is not None:
             row.distance_mm = last.distance_mm
             row.sigma_distance_mm = last.sigma_distance_mm
+        if moved_mm is not None:
+            _note_smoothed(session, row, moved_mm)
 
 
 _IS_TRACKED = and_(Inspection.status == "running", Inspection.source_sha256 != "")
@@ -281,6 +290,22 @@ def _require_claim(row: Inspection, attempt: int | None) -> None:
 def _require_ended(row: Inspection) -> None:
     if row.status not in ENDED:
         raise StillRunning(f"The inspection is {row.status}; stop it first.")
+
+
+def _note_smoothed(session: Session, row: Inspection, moved_mm: NDArray[np.float64]) -> None:
+    frames = session.scalars(
+        select(ObservationRow.frame).where(
+            ObservationRow.inspection_id == row.id,
+            ObservationRow.deleted_at.is_(None),
+            # Earlier ones have been shown at the final distances of an earlier run.
+            ObservationRow.created_at >= row.queued_at,
+            ObservationRow.frame < len(moved_mm),
+        )
+    )
+    most_mm = max((abs(float(moved_mm[frame])) for frame in frames), default=0.0)
+    if metres(most_mm) > 0:
+        after = {"measured_moved_mm": rounded(most_mm, 1)}
+        session.add(EventRow.now(row, SMOOTHED, CHAINAGE, after=after))
 
 
 def _queue_again(session: Session, row: Inspection) -> None:

@@ -11,8 +11,13 @@ from typing import Any
 from app.survey.observations.tag import StatedTag, entered
 from app.survey.versions import version_of
 
+CHAINAGE = "Chainage"
+"""Author in the history of what no person stated."""
 RESCALED = "rescaled"
 """Action of an event that Chainage itself caused: joints changed the scale."""
+SMOOTHED = "smoothed"
+"""Action of an event that Chainage itself caused: the final track moved observations that were made
+on its live rows."""
 RIG_CHANGED = "rig_changed"
 """Action of an event: the film was tracked again with another rig."""
 REVIEWED = "reviewed"

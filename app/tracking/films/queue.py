@@ -366,4 +366,5 @@ class Tracking:
             fps=manifest.fps,
             last=manifest.last,
             tracked_with=manifest.tracked_with,
+            moved_mm=run.moved_mm,
         )

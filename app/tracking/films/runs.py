@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from app.errors import Busy, DiskFull, StoreUnavailable
 from app.jobs.live.messages import CameraStatus
@@ -84,6 +86,8 @@ class Run:
     """Number of the claim under which a file is tracked."""
     frames: FrameRange | None = None
     """Of a chunk of a film: its frames."""
+    moved_mm: NDArray[np.float64] | None = None
+    """At its end: by how much smoothing has moved each frame."""
 
     def progress(self) -> Progress:
         """Return the progress."""
@@ -215,6 +219,8 @@ class Runs:
             outcome.error_detail or outcome.warning or "",
         )  # fmt: skip
         self._publish(run, outcome.status)
+        if run.moved_mm is not None:
+            self._live.corrected(run.inspection.id)
 
     def _publish(self, run: Run, state: str = "running") -> None:
         self._live.publish(Update(run.inspection.id, state, run.progress(), camera=run.camera))
@@ -225,6 +231,7 @@ class Runs:
 
         The results stay in memory until then, so that nothing is lost.
         """
+        run.moved_mm = self.tracks.moved_mm(run.inspection.id)
         while True:
             try:
                 self.unrolled.catch_up(run.inspection.id)
@@ -251,7 +258,9 @@ class Runs:
         """Store the results of a child and notify the listeners."""
         self.tracks.append(run.inspection.id, batch)
         self.unrolled.take(run.inspection.id, batch.tiles)
-        if not batch.estimates:  # frames that a camera's run held back until its end
+        if batch.smoothed and run.last and batch.smoothed[-1].frame == run.last.frame:
+            run.last = batch.smoothed[-1]
+        if not batch.estimates:  # the wall held back until the end, or smoothed rows
             return
         now = time.monotonic()
         with self.changed:

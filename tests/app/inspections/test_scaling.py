@@ -15,7 +15,7 @@ from builders import clip_rig, wait_until
 from reports import track_of
 
 from app.inspections.corrections import Corrections
-from app.inspections.scaling import WHO, Scaling
+from app.inspections.scaling import Scaling
 from app.jobs.track.batches import Batch
 from app.storage.blobs.folder import FolderBlobs
 from app.storage.database.database import Database
@@ -26,7 +26,7 @@ from app.storage.records.inspections import InspectionStore
 from app.storage.records.runs import Outcome, RunStore
 from app.survey.distances.stated import Joints, Stated
 from app.survey.distances.track_rows import estimate_at
-from app.survey.observations.records import RESCALED
+from app.survey.observations.records import CHAINAGE, RESCALED
 from app.tracking.live import DistancesCorrected, Event, Live, Progress, Update
 from app.tracking.tracks import Tracks
 from vo_core.joints.sightings import Sighting
@@ -72,7 +72,7 @@ class Bench:
     def rescaled(self) -> list[dict[str, object]]:
         """What the record has of it, the oldest first."""
         events = self.inspections.events(ID)
-        assert {event.who for event in events if event.action == RESCALED} <= {WHO}
+        assert {event.who for event in events if event.action == RESCALED} <= {CHAINAGE}
         return [
             {"before": event.before, "after": event.after, "remark": event.remark}
             for event in events

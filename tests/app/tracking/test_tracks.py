@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 
@@ -89,6 +90,58 @@ def test_a_track_that_goes_on_leaves_what_was_read_before_as_it_is(tracks: Track
     assert (len(track), len(health)) == (3, 3)
     assert tracks.get("a").frame.tolist() == [0, 1, 2, 3, 4]
     assert tracks.health("a").columns()["sharpness"][2:].tolist() == [1, 0.25, 0.25]
+
+
+def moved(rows: list[Estimate], by_mm: float) -> list[Estimate]:
+    return [replace(row, distance_mm=row.distance_mm + by_mm) for row in rows]
+
+
+def test_smoothed_rows_replace_the_live_ones_at_once_when_the_run_is_stored(
+    tracks: Tracks, tmp_path: Path
+) -> None:
+    live = estimates(0, 9)
+    tracks.begin("a")
+    tracks.append("a", Batch(live, sightings=[Sighting(4, 1.0, 0.1, 0.2)]))
+    run = tracks.run_id("a")
+    for batch in (live[:5], live[5:]):
+        assert tracks.moved_mm("a") is None
+        tracks.append("a", Batch([], smoothed=moved(batch, 3.0)))
+        assert (tracks.get("a").distance_mm == [row.distance_mm for row in live]).all()
+    moved_mm = tracks.moved_mm("a")
+    assert moved_mm is not None
+    assert moved_mm == pytest.approx(np.full(9, 3.0))
+    assert tracks.run_id("a") == run
+    tracks.finish("a", {})
+    assert tracks.run_id("a") != run, "a page reads all rows again"
+    for found in (tracks, started(tmp_path)):
+        assert found.get("a").distance_mm[[0, 8]].tolist() == [3.0, 43.0]
+    assert ",24.0000\n" in FolderBlobs(tmp_path).get("inspections/a/joints.csv").decode()
+
+
+def test_a_process_that_dies_while_it_sends_smoothed_rows_leaves_the_live_ones(
+    tracks: Tracks,
+) -> None:
+    live = estimates(0, 9)
+    for is_whole in (False, True):  # the second one has gone on from the checkpoint
+        tracks.begin("a")
+        tracks.append("a", Batch(live))
+        tracks.append("a", Batch([], smoothed=moved(live[: None if is_whole else 8], 3.0)))
+        assert (tracks.moved_mm("a") is not None) == is_whole
+        tracks.finish("a", {})
+        assert tracks.get("a").distance_mm[0] == (3.0 if is_whole else 0.0)
+
+
+def test_a_recording_that_goes_on_keeps_the_rows_before_it_when_the_rest_is_smoothed(
+    tracks: Tracks,
+) -> None:
+    tracks.begin("a")
+    tracks.append("a", Batch(estimates(0, 3)))
+    tracks.finish("a", {})
+    tracks.go_on("a")
+    tracks.append("a", Batch(estimates(3, 5)))
+    tracks.append("a", Batch([], smoothed=moved(estimates(3, 5), 3.0)))
+    tracks.finish("a", {})
+    assert tracks.get("a").distance_mm.tolist() == [0.0, 5.0, 10.0, 18.0, 23.0]
 
 
 @pytest.mark.parametrize(

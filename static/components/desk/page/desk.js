@@ -159,13 +159,12 @@ export class Desk extends EventTarget {
 
   /** Reads again everything that contains distances, as they have been corrected. */
   async reload() {
-    await Promise.all([
-      this.track.reload(this.#signal),
-      this.observations.load(),
-      this.attachments.load(),
-      this.corrections.load(),
-      this.#loadWall(),
-    ]);
+    await Promise.all([this.track.reload(this.#signal), this.readPlaces()]);
+  }
+
+  /** Reads again everything that follows from the track. */
+  async readPlaces() {
+    await Promise.all([this.observations.load(), this.attachments.load(), this.corrections.load(), this.#loadWall()]);
   }
 
   /** Reads again what people state, and the distances if somebody has corrected them. */

@@ -202,7 +202,7 @@ export class InspectionPage extends Component {
         await desk.health.extend(this.signal);
         isListOld ||= desk.inspection.isUnfinished;
         if (desk.inspection.isUnfinished) return TRACK_POLL_S;
-        if (isListOld) await desk.observations.load();
+        if (isListOld) await desk.readPlaces();
         return desk.inspection.isUnfinished ? TRACK_POLL_S : null;
       },
       this.signal,

@@ -21,6 +21,7 @@ const SIGNS = {
   changed: 'edit',
   corrected: 'settings',
   rescaled: 'settings',
+  smoothed: 'settings',
   rig_changed: 'retry',
   continued: 'live',
   finished: 'check',

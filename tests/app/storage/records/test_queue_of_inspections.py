@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import numpy as np
 import pytest
 from builders import clip_rig
 from postgres import ON_BOTH
@@ -14,7 +15,10 @@ from app.errors import ClaimLost
 from app.storage.database.database import Database, stored_at
 from app.storage.database.tables import Inspection
 from app.storage.records.inspections import InspectionStore
+from app.storage.records.observations import ObservationStore
 from app.storage.records.runs import Outcome, RunStore
+from app.survey.observations.records import CHAINAGE, SMOOTHED
+from app.survey.observations.tag import StatedTag
 
 DONE = Outcome("done")
 
@@ -62,6 +66,11 @@ def end(store: RunStore, claimed: Inspection) -> None:
     store.record_outcome(
         claimed.id, DONE, attempt=claimed.attempt, frames_done=40, fps=None, last=None
     )
+
+
+def observe(database: Database, inspection_id: str, frame: int) -> None:
+    tag = StatedTag.kept({"frame": frame, "code": "BAB"})
+    ObservationStore(database).put(inspection_id, f"{frame:036}", tag, "test")
 
 
 def name_of(claimed: Inspection | None) -> str | None:
@@ -120,3 +129,25 @@ def test_a_start_queues_again_what_was_interrupted(database: Database, store: Ru
     store.claim_next([one.id])
     assert store.queue_interrupted() == 2
     assert InspectionStore(database).counts() == {"queued": 3}
+
+
+@pytest.mark.parametrize(("moved_mm", "noted_mm"), [(-12.44, 12.4), (0.4, None)])
+def test_the_history_says_by_how_much_smoothing_moved_observations_of_the_run_at_most(
+    database: Database, store: RunStore, moved_mm: float, noted_mm: float | None
+) -> None:
+    inspection_id = add(database, "film")
+    claimed = store.claim_next([])
+    assert claimed is not None
+    for frame in (3, 7):
+        observe(database, inspection_id, frame)
+    moves_mm = np.full(9, 50.0)
+    moves_mm[[3, 7]] = 0.1, moved_mm
+    store.record_outcome(inspection_id, DONE, frames_done=9, fps=None, last=None, moved_mm=moves_mm)
+    events = InspectionStore(database).events(inspection_id)
+    noted = [(event.who, event.after) for event in events if event.action == SMOOTHED]
+    assert noted == ([] if noted_mm is None else [(CHAINAGE, {"measured_moved_mm": noted_mm})])
+    # Tracked again, they end where they were.
+    store.queue_again(inspection_id)
+    store.record_outcome(inspection_id, DONE, frames_done=9, fps=None, last=None, moved_mm=moves_mm)
+    again = InspectionStore(database).events(inspection_id)
+    assert len([event for event in again if event.action == SMOOTHED]) == len(noted)
