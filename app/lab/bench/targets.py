@@ -44,11 +44,24 @@ TARGETS: Mapping[str, Target] = {
     "interlaced": Target(end_percent=0.05),
     "low_bit_rate": Target(end_percent=0.05, yaw_rms_deg=0.5),
     "weak_spot_light": Target(end_percent=0.1, yaw_rms_deg=0.3),
+    "pulsed_lamp": Target(end_percent=0.05, lost_frames=0),
+    "corrugated": Target(end_percent=0.3),
+    "corrugated_forward": Target(end_percent=1.0),
+    "mixed_frames": Target(end_percent=0.1, ate_mm=4, lost_frames=0),
+    "pull_down": Target(end_percent=0.1),
+    "standing": Target(max_error_mm=3),
+    "mist": Target(end_percent=0.3, yaw_rms_deg=0.5),
+    "fast_turns": Target(end_percent=1.0, max_error_mm=40),
+    **dict.fromkeys(
+        ("swinging_cable", "late_stabiliser", "drops_on_the_glass"), Target(end_percent=0.1)
+    ),
     "forward": Target(end_percent=0.05),
     "forward_crooked": Target(end_percent=1.0, lost_frames=40),
     "forward_looking_around": Target(end_percent=1.0, max_error_mm=40),
     "forward_stream": Target(end_percent=0.3),
     **dict.fromkeys(("tape_height", "tape_height_wide_lens", "data_sheet_lens"), _SCALE_ASIDE),
+    **dict.fromkeys(("corrugated_unstated", "corrugated_forward_unstated"), _SCALE_ASIDE),
+    "wrong_diameter": _SCALE_ASIDE,
     **dict.fromkeys(("silt", "silt_rising", "silt_wide_lens"), _SCALE_ASIDE),
 }
 """Targets by scenario, the strict end where a range is allowed; others have no target."""

@@ -24,6 +24,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.lab.simulation.relief import range_to_relief
 from app.lab.simulation.scenario import NO_SILT, Silt
 from vo_core.geometry.wall import Pose
 from vo_core.rig import Camera, Mount, Rig
@@ -88,7 +89,7 @@ def mount_rotation(mount: Mount) -> _Doubles:
 
 
 class WallCaster:
-    """Casts the rays of one rig onto its wall and onto silt in it."""
+    """Casts the rays of one rig onto its wall, onto silt in it."""
 
     def __init__(self, rig: Rig, silt: Silt = NO_SILT) -> None:
         rays = camera_rays(rig.camera) @ mount_rotation(rig.mount).T
@@ -97,6 +98,7 @@ class WallCaster:
         )
         self._mount = rig.mount
         self._silt = silt
+        self._corrugation = rig.pipe.corrugation
         diameter_mm = rig.pipe.diameter_mm
         self.radius_mm = None if diameter_mm is None else diameter_mm / 2
 
@@ -121,6 +123,14 @@ class WallCaster:
         else:
             z0 = np.float32(self.radius_mm - self._mount.height_mm + z_mm)
             t = _range_in_cylinder(dy, dz, y0, z0, np.float32(self.radius_mm))
+            if self._corrugation is not None:
+                t = range_to_relief(
+                    self._corrugation,
+                    self.radius_mm,
+                    t,
+                    eye_mm=(x_mm, y0, z0),
+                    towards=(dx, dy, dz),
+                )
             arc = _arc_in_cylinder(y0 + t * dy, z0 + t * dz, np.float32(self.radius_mm))
             if self._silt.is_there:
                 bed = self._range_to_silt(dx, dz, x_mm, z0)

@@ -43,7 +43,7 @@ class _Leg:
 
     @property
     def duration_s(self) -> float:
-        return self.length_mm / self.speed_mm_s + self._ramp_s
+        return self.length_mm / self.speed_mm_s + self._ramp_s if self.length_mm else 0.0
 
     @property
     def _ramp_s(self) -> float:

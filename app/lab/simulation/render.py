@@ -1,4 +1,4 @@
-"""Renders the pictures of a scenario, one by one: wall, light, lens, sensor, recorder."""
+"""Renders the pictures of a scenario, one by one: wall, light and lens; then the recorder."""
 
 from __future__ import annotations
 
@@ -13,21 +13,17 @@ from numpy.typing import NDArray
 
 from app.lab.simulation.camera import REACH_MM, FloatImage, WallCaster
 from app.lab.simulation.motion import Trajectory
+from app.lab.simulation.recorder import Recorder
+from app.lab.simulation.relief import shade
 from app.lab.simulation.scenario import Scenario
-from app.lab.simulation.time_stamps import time_stamps
+from app.lab.simulation.time_stamps import row_delays_s, time_stamps
 from app.lab.simulation.wall import Wall, make_wall
 from vo_core.geometry.wall import NOMINAL, Pose
 
 _FULL_LIGHT_GREY = 235.0
 """Grey level of a perfect reflector in the centre of the lamp."""
 
-_BLACK_GREY = 4.0
 _MIN_TEXEL_MM = 0.2
-_PUMPING_PERIOD_S = 5.0
-
-_SKID = ((0.12, 1.0), (0.2, 0.86), (0.42, 0.83), (0.58, 0.83), (0.8, 0.86), (0.88, 1.0))
-"""Corners of the robot's parts as shares of width and height of the picture; so are the next."""
-_LAMP_FRAME = ((1.0, 0.0), (0.8, 0.0), (0.83, 0.07), (0.92, 0.2), (1.0, 0.24))
 
 _WATER_CENTRE_MM = 5.0
 _WATER_SPEED_MM_S = 420.0
@@ -39,7 +35,7 @@ class RenderedFrame:
 
     index: int
     t_s: float
-    """Time stamp, which a network may delay; the picture was exposed at index / rate."""
+    """Time stamp, which a network may delay."""
     image: NDArray[np.uint8]
     """(H, W) grey."""
     x_mm: float
@@ -54,14 +50,24 @@ def render(scenario: Scenario) -> Iterator[RenderedFrame]:
     """Render a scenario; equal scenarios give equal pictures."""
     trajectory = Trajectory(scenario)
     scene = _Scene(scenario, trajectory)
-    recorder = _Recorder(scenario, trajectory.frames)
+    recorder = Recorder(scenario, trajectory.frames)
+    rate = scenario.camera_frames_per_s
+
+    @lru_cache(maxsize=2)
+    def record(number: int) -> NDArray[np.uint8]:
+        return recorder.record(number, scene.light_at(number / rate))
+
     for index, stamp_s in enumerate(time_stamps(scenario, trajectory.frames)):
-        t_s = index / scenario.frames_per_s
-        pose = trajectory.truth(t_s)
+        number, mixed = scenario.camera_frame(index)
+        image = record(number)
+        if mixed:
+            following = record(number + 1)
+            image = np.asarray(cv2.addWeighted(image, 1 - mixed, following, mixed, 0), np.uint8)
+        pose = trajectory.truth((number + mixed) / rate)
         yield RenderedFrame(
             index=index,
             t_s=stamp_s,
-            image=recorder.record(index, scene.light_at(t_s)),
+            image=image,
             x_mm=pose.x_mm,
             y_mm=pose.y_mm,
             yaw_deg=degrees(pose.yaw_rad),
@@ -113,7 +119,7 @@ class _Scene:
         # Sub-exposures are at most about 1.2 px apart.
         swept_px = scenario.speed_mm_s * scenario.exposure_s / finest_mm
         self._sub_exposures = max(1, ceil(swept_px / 1.2))
-        self._row_delays_s = _row_delays_s(scenario)
+        self._row_delays_s = row_delays_s(scenario)
 
     def light_at(self, t_s: float) -> FloatImage:
         """Expose a picture without noise around `t_s`, in grey levels."""
@@ -142,10 +148,13 @@ class _Scene:
         """Sample the reflectance under each pixel at one moment."""
         at = {delay_s: self._trajectory.pose(t_s + delay_s) for delay_s in set(self._row_delays_s)}
         poses = [at[delay_s] for delay_s in self._row_delays_s]
-        ahead_mm, arc_mm, _ = self._cast(*poses)
+        ahead_mm, arc_mm, range_mm = self._cast(*poses)
         x_mm = np.array([[pose.x_mm] for pose in poses])
         if self._ripples is None:
-            return self._look_up(shot, x_mm, ahead_mm, arc_mm)
+            seen = self._look_up(shot, x_mm, ahead_mm, arc_mm)
+            if (waves := self._scenario.rendered_rig.pipe.corrugation) is not None:
+                seen *= shade(waves, x_mm, ahead_mm, range_mm)
+            return seen
         return self._through_water(shot, self._ripples, t_s, x_mm, ahead_mm, arc_mm)
 
     def _look_up(
@@ -233,20 +242,6 @@ class _Scene:
         )
 
 
-def _row_delays_s(scenario: Scenario) -> list[float]:
-    """Exposure time of each row relative to the frame's time; one number if all rows are equal.
-
-    The time of an interlaced frame is that of its upper field, which holds the even rows; with a
-    rolling shutter it is that of the middle row.
-    """
-    camera = scenario.rendered_rig.camera
-    rows = np.arange(camera.height)
-    delays_s = camera.readout_ms / 1000 * (rows / camera.height - 0.5)
-    if scenario.interlaced:
-        delays_s = delays_s + rows % 2 / (2 * scenario.frames_per_s)
-    return delays_s.tolist() if delays_s.any() else [0.0]
-
-
 def _pixel_size_mm(ahead_mm: FloatImage, arc_mm: FloatImage, radius_mm: float | None) -> FloatImage:
     """Larger side of each pixel's footprint on the wall."""
 
@@ -322,133 +317,3 @@ def _ripples(scenario: Scenario) -> FloatImage:
     band = np.exp(-0.5 * ((r - 0.07) / 0.03) ** 2)
     waves = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((size, size))) * band)
     return np.asarray(waves / waves.std(), np.float32)
-
-
-class _Recorder:
-    """Glass, sensor and recorder, which turn the light into a stored picture."""
-
-    def __init__(self, scenario: Scenario, frames: int) -> None:
-        self._scenario = scenario
-        self._rng = np.random.default_rng([scenario.seed, 1])
-        camera = scenario.rendered_rig.camera
-        self._noise = np.empty((camera.height, camera.width), np.float32)
-        self._dirt = _dirt(scenario) if scenario.dirt_share else None
-        self._parts = _parts(scenario) if scenario.parts else None
-        self._faults = _drop_outs(scenario, frames)
-        self._last: NDArray[np.uint8] | None = None
-
-    def record(self, index: int, light: FloatImage) -> NDArray[np.uint8]:
-        """Record the picture of one frame."""
-        gain = float(np.clip(1 + self._scenario.flicker * self._rng.standard_normal(), 0.45, 1.7))
-        gain *= _exposure(self._scenario, index / self._scenario.frames_per_s)
-        self._rng.standard_normal(out=self._noise, dtype=np.float32)
-        fault = self._faults.get(index)
-        if fault == "frozen" and self._last is not None:
-            return self._last
-        if fault == "black":
-            light = np.zeros_like(light)
-        elif self._dirt is not None:
-            clear, veil = self._dirt
-            haze = cv2.blur(cv2.resize(light, None, fx=0.125, fy=0.125), (15, 15))
-            light = light * clear
-            light += veil * cv2.resize(haze, light.shape[::-1])
-        if self._parts is not None and fault != "black":
-            cover, grey = self._parts
-            light = light * (1 - cover)
-            light += cover * grey
-        grey = self._noise * np.float32(self._scenario.noise_grey)
-        grey += light * np.float32(gain)
-        grey += np.float32(_BLACK_GREY + 0.5)
-        image = np.clip(grey, 0, 255, out=grey).astype(np.uint8)
-        if self._scenario.text:
-            _burn_in(image, index / self._scenario.frames_per_s)
-        self._last = image
-        return image
-
-
-def _exposure(scenario: Scenario, t_s: float) -> float:
-    """Exposure around 1, a slow wave of its logarithm."""
-    return float(scenario.pumping ** (np.sin(2 * np.pi * t_s / _PUMPING_PERIOD_S) / 2))
-
-
-def _parts(scenario: Scenario) -> tuple[FloatImage, FloatImage]:
-    """(H, W) cover of the robot's own parts, and their light, which is that of the fixed lamp."""
-    rng = np.random.default_rng([scenario.seed, 6])
-    camera = scenario.rendered_rig.camera
-    shape = (camera.height, camera.width)
-    hidden = np.zeros(shape, np.float32)
-    for outline in (_SKID, _LAMP_FRAME):
-        corners = np.rint(np.array(outline) * (camera.width, camera.height)).astype(np.int32)
-        cv2.fillPoly(hidden, [corners], 1.0)
-    cover = cv2.GaussianBlur(hidden, (0, 0), 1.5)  # they stand too near to be in focus
-    scratches = cv2.GaussianBlur(rng.standard_normal(shape).astype(np.float32), (0, 0), 2.5)
-    shine = np.linspace(40, 90, camera.height, dtype=np.float32)[:, None]
-    return np.asarray(cover, np.float32), np.asarray(shine * (1 + 0.8 * scratches), np.float32)
-
-
-def _dirt(scenario: Scenario) -> tuple[FloatImage, FloatImage]:
-    """(H, W) transmission of the glass, and share of the surrounding light it scatters."""
-    rng = np.random.default_rng([scenario.seed, 2])
-    camera = scenario.rendered_rig.camera
-    shape = (camera.height, camera.width)
-    cover = np.zeros(shape, np.float32)
-    while float((cover > 0.5).mean()) < scenario.dirt_share:
-        blob = np.zeros(shape, np.float32)
-        centre = rng.uniform((0, 0), (camera.width, camera.height))
-        radius = min(float(rng.lognormal(np.log(0.02), 0.8)), 0.09) * camera.width
-        axes = (max(2, round(radius)), max(2, round(radius * rng.uniform(0.5, 1))))
-        cv2.ellipse(
-            blob,
-            (round(centre[0]), round(centre[1])),
-            axes,
-            float(rng.uniform(0, 180)),
-            0,
-            360,
-            float(rng.uniform(0.6, 0.95)),
-            -1,
-        )
-        cover = np.maximum(cover, cv2.GaussianBlur(blob, (0, 0), 1.0 + radius * 0.12))
-    streaks = rng.standard_normal((camera.height // 40 + 2, camera.width // 40 + 2))
-    haze = cv2.resize(streaks.astype(np.float32), shape[::-1], interpolation=cv2.INTER_CUBIC)
-    haze = np.clip(0.1 + 0.04 * haze, 0, 0.3)
-    grain = cv2.GaussianBlur(rng.standard_normal(shape).astype(np.float32), (0, 0), 1.2)
-    veil = haze + cover * np.clip(0.3 + 0.4 * grain, 0, 0.6)
-    return (1 - cover) * (1 - haze), veil.astype(np.float32)
-
-
-def _drop_outs(scenario: Scenario, frames: int) -> dict[int, str]:
-    """Frames that are "black" or "frozen", by number."""
-    faults: dict[int, str] = {}
-    if not scenario.drop_out_frames:
-        return faults
-    rng = np.random.default_rng([scenario.seed, 4])
-    index = 20
-    kinds = ("black", "frozen")
-    while index < frames:
-        length = int(rng.integers(2, scenario.drop_out_frames + 1))
-        kind = kinds[int(rng.integers(2))]
-        faults |= {index + step: kind for step in range(length)}
-        index += length + int(rng.integers(25, 70))
-    return faults
-
-
-def _burn_in(image: NDArray[np.uint8], t_s: float) -> None:
-    """Write a name above and date and running time below onto the picture."""
-    height, width = image.shape
-    scale = width / 640
-    clock = f"2024-05-17  14:{int(t_s) // 60:02d}:{int(t_s) % 60:02d}.{int(t_s * 100) % 100:02d}"
-    for text, x, y in (
-        ("CULVERT 12  DN300  DOWNSTREAM", 14 * scale, 28 * scale),
-        (clock, width - 330 * scale, height - 14 * scale),
-    ):
-        for grey, thickness in ((0, 5), (245, 2)):
-            cv2.putText(
-                image,
-                text,
-                (round(x), round(y)),
-                cv2.FONT_HERSHEY_SIMPLEX,
-                0.75 * scale,
-                grey,
-                max(1, round(thickness * scale)),
-                cv2.LINE_AA,
-            )

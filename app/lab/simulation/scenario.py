@@ -76,6 +76,30 @@ NO_SILT = Silt()
 
 
 @dataclass(frozen=True, kw_only=True)
+class Pulse:
+    """A lamp that is dimmed by pulses, which a rolling shutter shows as bands."""
+
+    hz: float = 245.0
+    depth: float = 0.35
+    """Light that is missing in the darkest row, as a share."""
+
+    def gain(self, t_s: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Gain of rows that are exposed around `t_s`, longer than the edge of a pulse."""
+        dark = np.clip(0.5 + np.sin(2 * pi * self.hz * t_s), 0, 1)
+        return np.asarray(1 - self.depth * dark, np.float32)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Conversion:
+    """A film converted from another frame rate."""
+
+    frames_per_s: int
+    """Rate of the camera."""
+    is_mixed: bool
+    """Whether a picture is a mixture of the two nearest; otherwise the last one is repeated."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Scenario:
     """One inspection to render; the defaults are those of the nominal one."""
 
@@ -90,7 +114,7 @@ class Scenario:
     """Seed of wall, noise, dirt and drop-outs; equal seeds give equal files."""
 
     length_mm: float = 6000.0
-    """Length of the path, there and back added up."""
+    """Length of the path, there and back added up; 0 for a robot that only rests."""
     legs: tuple[float, ...] = (1.0,)
     """Shares of the path between two stops, negative backwards; their absolute values add up to
     1."""
@@ -118,6 +142,8 @@ class Scenario:
     """Largest random delay of a frame's time stamp."""
     burst_frame: int | None = None
     """Frame whose time stamp lies `BURST_S` before that of the next."""
+    conversion: Conversion | None = None
+    """How the film was converted to `frames_per_s`."""
     interlaced: bool = False
     """Whether the odd rows are a second field, exposed half a frame later."""
     crf: int = 18
@@ -153,6 +179,10 @@ class Scenario:
     """Relative standard deviation of the gain from frame to frame."""
     pumping: float = 1.0
     """Brightest over darkest exposure of a camera whose exposure control never rests."""
+    pulse: Pulse | None = None
+    """How the lamp is dimmed; its bands need a `readout_ms` of the camera."""
+    mist: float = 0.0
+    """Share of the wall's light that the thickest mist replaces by its own."""
     noise_grey: float = 1.5
     """Standard deviation of the sensor noise in grey levels."""
 
@@ -162,6 +192,10 @@ class Scenario:
     """Whether a name and a running clock are burnt into the picture."""
     dirt_share: float = 0.0
     """Share of the glass that is covered with dirt."""
+    cable: bool = False
+    """Whether a cable swings in front of the camera."""
+    crop_px: float = 0.0
+    """How far a stabiliser that comes too late moves its crop to every side."""
     drop_out_frames: int = 0
     """Length of the longest black or frozen stretch in frames."""
 
@@ -179,6 +213,17 @@ class Scenario:
     def is_available(self) -> bool:
         """Whether it can be rendered here; photographs need the optional package scikit-image."""
         return self.photo is None or importlib.util.find_spec("skimage") is not None
+
+    @property
+    def camera_frames_per_s(self) -> int:
+        """Rate at which the camera exposes."""
+        return self.frames_per_s if self.conversion is None else self.conversion.frames_per_s
+
+    def camera_frame(self, index: int) -> tuple[int, float]:
+        """Which of the camera's pictures a frame of the film shows, and the share of the next."""
+        number, rest = divmod(index * self.camera_frames_per_s, self.frames_per_s)
+        is_mixed = self.conversion is not None and self.conversion.is_mixed
+        return number, rest / self.frames_per_s if is_mixed else 0.0
 
     def shortened(self, length_mm: float) -> Scenario:
         """Limit the length of the path; a shorter one is kept."""

@@ -1,4 +1,4 @@
-"""Time stamps of a film, exact or as a network delivers them."""
+"""When frames and rows are exposed, and time stamps as a network delivers them."""
 
 from __future__ import annotations
 
@@ -26,3 +26,17 @@ def time_stamps(scenario: Scenario, frames: int) -> list[float]:
     ticks = np.rint((stamps_s - stamps_s[:1]) * TICKS_PER_S)
     seconds: list[float] = (ticks / TICKS_PER_S).tolist()
     return seconds
+
+
+def row_delays_s(scenario: Scenario) -> list[float]:
+    """Exposure time of each row relative to the frame's time; one number if all rows are equal.
+
+    The time of an interlaced frame is that of its upper field, which holds the even rows; with a
+    rolling shutter it is that of the middle row.
+    """
+    camera = scenario.rendered_rig.camera
+    rows = np.arange(camera.height)
+    delays_s = camera.readout_ms / 1000 * (rows / camera.height - 0.5)
+    if scenario.interlaced:
+        delays_s = delays_s + rows % 2 / (2 * scenario.frames_per_s)
+    return delays_s.tolist() if delays_s.any() else [0.0]

@@ -202,3 +202,30 @@ def test_rising_silt_is_as_deep_where_it_is_seen_as_its_slope_says():
         WallCaster(rig, silt).cast(Pose(0, 0, 0)), WallCaster(rig).cast(Pose(0, 0, 0)), strict=True
     ):
         np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("name", ["pinhole down", "pinhole forward"])
+def test_rays_end_where_they_first_meet_the_waves_of_a_metal_pipe(name):
+    smooth = make_rig(name)
+    waves = {"pitch_mm": 67.7, "depth_mm": 13.0}
+    rig = Rig.parse(smooth.model_dump() | {"pipe": CIRCULAR | {"corrugation": waves}})
+    pose = POSES["in six"]
+    crests, first = (
+        WallCaster(one).cast(pose)[2][::16, ::16].astype(float) for one in (smooth, rig)
+    )
+    ahead = WallCaster(rig).cast(pose)[0][::16, ::16].astype(float)
+    near = np.abs(ahead) < 0.9 * REACH_MM
+    crests, first, ahead = crests[near], first[near], ahead[near]
+    y, z = pose.y_mm + rig.mount.lateral_mm, 150 - rig.mount.height_mm + pose.z_mm
+    # Along the ray the square of the distance from the axis is c + b t + a t^2; it is R at crests.
+    a = 1 - (ahead / first) ** 2
+    c = y * y + z * z
+    b = (150.0**2 - c - a * crests**2) / crests
+
+    def beyond_mm(t):
+        depth_mm = 6.5 * (1 - np.cos(2 * np.pi / 67.7 * (pose.x_mm + t * ahead / first)))
+        return np.sqrt(c + b * t + a * t * t) - 150 - depth_mm
+
+    assert first.max() - crests.min() > 13
+    assert np.abs(beyond_mm(first)).max() < 0.05
+    assert max(beyond_mm(share * first).max() for share in np.linspace(0.3, 1, 300)) < 0.05
