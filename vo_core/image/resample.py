@@ -75,6 +75,15 @@ def resample(image: GrayImage, positions_px: GrayImage) -> GrayImage:
     )
 
 
+def resample_at(image: GrayImage, columns_px: GrayImage, rows_px: GrayImage) -> GrayImage:
+    """Sample a picture like `resample`, at the columns and rows in two arrays of one shape."""
+    import cv2
+
+    return np.asarray(
+        cv2.remap(image, columns_px, rows_px, cv2.INTER_LINEAR, borderValue=0), np.float32
+    )
+
+
 def resample_colour(image: ByteImage, positions_px: GrayImage) -> ByteImage:
     """Sample a colour picture like `resample`, but with the border continued outside."""
     import cv2

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from vo_core.geometry.wall import Points
 from vo_core.image.filters import gradient
-from vo_core.image.resample import reduce_to, resample
+from vo_core.image.resample import resample_at
 from vo_core.matching.blocks import BlockGrid
 from vo_core.types import ByteImage, GrayImage, Matrix
 
@@ -102,25 +102,26 @@ CORRELATED_PX = 12.0
 
 @dataclass(frozen=True)
 class Template:
-    """A reference picture, with what all alignments against it share."""
+    """A reference picture, with what all alignments against it share.
+
+    Pictures are kept as `BlockGrid.tiles`, so that one product with a moving picture gives the sums
+    of all blocks.
+    """
 
     grid: BlockGrid
     row_step: int
-    image: GrayImage
-    """The covered part, normalised and low-passed, every `row_step`-th row."""
+    basis: GrayImage
+    """(blocks, 3, pixels): gradient along the rows and down the columns, and the picture."""
+    own: Matrix
+    """(blocks, 3) mean products of these with the picture."""
     seen: NDArray[np.bool_]
     """(blocks,) whether the picture shows all of the block."""
-    gradient: tuple[GrayImage, GrayImage]
     root: Matrix
     """(blocks, 2, 2) square root of the mean g g'."""
     texture: Matrix
     """(blocks,) mean square of the gradient."""
-    coarse_gradient: tuple[GrayImage, GrayImage]
-    """Gradient at half the resolution, enough to separate texture from noise."""
-    coarse_tensor: Matrix
-    """(blocks, 3) mean xx, xy and yy of g g' of the coarse gradient."""
-    energy: Matrix
-    """(blocks,) mean square of the picture."""
+    coarse_gradient: GrayImage
+    """(2, cells, blocks) gradient at half the resolution, which separates texture from noise."""
 
     @classmethod
     def of(cls, doubled: GrayImage, valid: ByteImage, row_step: int = 1) -> Template:
@@ -131,21 +132,17 @@ class Template:
         """
         image = np.ascontiguousarray(doubled[::2, ::2])
         grid = BlockGrid.over(image.shape)
-        gx, gy = (grid.crop(g, row_step) for g in gradient(image))
-        xx, xy, yy = (grid.means(product) for product in (gx * gx, gx * gy, gy * gy))
-        covered = grid.crop(image, row_step)
-        rx, ry = coarse = gradient(_coarse(covered, row_step))
+        basis = np.stack([grid.tiles(part, row_step) for part in (*gradient(image), image)], 1)
+        gram = np.einsum("bip,bjp->bij", basis, basis).astype(np.float64) / basis.shape[2]
         return cls(
             grid=grid,
             row_step=row_step,
-            image=covered,
-            seen=grid.means(grid.crop(valid).astype(np.float32)) == 1,
-            gradient=(gx, gy),
-            root=_root(np.stack([xx, xy, xy, yy], 1).reshape(-1, 2, 2)),
-            texture=xx + yy,
-            coarse_gradient=coarse,
-            coarse_tensor=np.stack([grid.means(p) for p in (rx * rx, rx * ry, ry * ry)], 1),
-            energy=grid.means(covered * covered),
+            basis=basis,
+            own=gram[:, 2],
+            seen=grid.tiles(valid).min(1) > 0,
+            root=_root(gram[:, :2, :2]),
+            texture=np.trace(gram[:, :2, :2], axis1=1, axis2=2),
+            coarse_gradient=_coarse_gradient(grid, basis[:, 2], row_step),
         )
 
 
@@ -234,12 +231,13 @@ def align(
     information = loose + known.information + usual.information
     parameters = np.array(start, np.float64)
     positions, slopes = (linearise or _differences(warp, scales))(parameters)
-    jacobian = _on_reference(template.grid, positions, slopes)
-    rooted = template.root @ jacobian
+    fit = template.grid.linear(positions)
+    jacobian = _on_reference(template.grid, fit, slopes)
+    rooted = _rooted(template.root, jacobian)
     stride, moved, left_px, waited = 1.0, np.zeros(0), np.inf, 0
     for taken in range(1, LAST_STEP + 1):
-        seen = _compare(template, doubled, whole, positions)
-        scores = _scores(jacobian, seen)
+        seen = _compare(template, doubled, whole, positions, fit)
+        scores = (jacobian * (seen.product * seen.weights)[..., None]).sum(0)
         step = -np.linalg.solve(
             _hessian(rooted, seen.weights) + information,
             scores.sum(0)
@@ -263,12 +261,13 @@ def align(
         if left_px < enough_px or left_px > 2 * template.grid.side_px or out_of_steps:
             break
         positions = warp(parameters)
+        fit = template.grid.linear(positions)
     # Sandwich estimate: the bread is the Hessian, the filling the actual scatter of the blocks.
     per_block = template.grid.side_px**2 / CORRELATED_PX
     independent = seen.overlap * template.seen.sum() * per_block
     clear = seen.trust > CLEAR
-    observed = template.root @ _common_texture(template, seen, independent).T @ jacobian
-    seen_information = _hessian(observed, seen.weights)
+    common = _common_texture(template, seen, independent)
+    seen_information = _hessian(_rooted(template.root @ common.T, jacobian), seen.weights)
     hessian = seen_information + information
     bread = inverse(hessian)
     pull = usual.information @ (parameters - usual.mean)
@@ -281,7 +280,7 @@ def align(
         covariance=covariance,
         free=parameters + unforced @ pull,
         free_covariance=unforced,
-        uncertainty_px=_spread_px(jacobian[template.seen], covariance),
+        uncertainty_px=_spread_px(jacobian[:, template.seen], covariance),
         agreement=seen.agreement,
         fidelity=seen.fidelity,
         overlap=seen.overlap,
@@ -301,8 +300,9 @@ class _Comparison:
     """The moving picture, resampled onto the reference and compared with it."""
 
     picture: GrayImage
+    """(blocks, pixels), as `BlockGrid.tiles`."""
     product: Matrix
-    """(blocks, 2) mean g r."""
+    """(2, blocks) mean g r."""
     weights: Matrix
     """(blocks,) information of a block's means, without the error that all blocks share."""
     shared: float
@@ -314,37 +314,41 @@ class _Comparison:
 
 
 def _compare(
-    template: Template, doubled: GrayImage, whole: ByteImage, positions: Points
+    template: Template, doubled: GrayImage, whole: ByteImage, positions: Points, fit: Matrix
 ) -> _Comparison:
+    """Compare at the positions of the nodes, of which `fit` is the linear fit in each block."""
     grid = template.grid
     cover = template.seen & grid.look_up(whole, positions)
-    seen = resample(doubled, grid.dense(2 * positions, template.row_step))
-    residual = seen - template.image
-    own, power, common = (
-        cover * energy
-        for energy in (template.energy, grid.means(seen * seen), grid.means(seen * template.image))
-    )
-    near_own, near_power, near_common = (grid.pooled(v) for v in (own, power, common))
+    seen = resample_at(doubled, *grid.spread(2 * fit, template.row_step))
+    # (blocks, 4) means of gx s, gy s, the reference times s, and s s.
+    means = np.empty((len(seen), 4))
+    means[:, :3] = np.einsum("bkp,bp->bk", template.basis, seen)
+    means[:, 3] = np.einsum("bp,bp->b", seen, seen)
+    means /= seen.shape[1]
+    energies = np.stack([template.own[:, 2], means[:, 3], means[:, 2]], 1) * cover[:, None]
+    own, power, common = energies.T
+    near_own, near_power, near_common = grid.pooled(energies).T
     correlation = near_common / np.sqrt(np.maximum(near_own * near_power, 1e-12))
-    trust = np.where(cover, np.clip(correlation, 0.0, 1.0), 0.0)
+    trust = np.clip(correlation, 0.0, 1.0) * cover
     variance = own + power - 2 * common
-    energy = np.sqrt(own.sum() * power.sum()) + LEAST_ENERGY * len(own)
-    vote = trust**2
-    weights = vote / (variance + VARIANCE_FLOOR) * grid.side_px**2 / CORRELATED_PX / INFLATION
+    total_own, total_power, total_common = energies.sum(0).tolist()
+    energy = np.sqrt(total_own * total_power) + LEAST_ENERGY * len(own)
+    vote = trust * trust
+    weights = vote / (variance + VARIANCE_FLOOR) * (grid.side_px**2 / CORRELATED_PX / INFLATION)
     # Information about a displacement of all blocks together, per px^2.  Errors of interpolation,
     # lens and coding do not average out over the blocks, so they must not determine a direction
     # that the picture hardly shows: the information i becomes 1 / (1/i + e^2).
     information = float(weights @ template.texture) / 2
     unshared = 1 / (1 + PIXEL_ERROR**2 * information)
-    agreeing = np.sqrt((vote @ own) * (vote @ power)) + LEAST_ENERGY
+    voted_own, voted_power, voted_common = (vote @ energies).tolist()
     return _Comparison(
         picture=seen,
-        product=np.stack([grid.means(g * residual) for g in template.gradient], 1),
+        product=(means[:, :2] - template.own[:, :2]).T,
         weights=unshared * weights,
         shared=1 - unshared,
         trust=trust,
-        agreement=float(common.sum() / energy),
-        fidelity=float(vote @ common / agreeing),
+        agreement=total_common / energy,
+        fidelity=voted_common / (np.sqrt(voted_own * voted_power) + LEAST_ENERGY),
         overlap=float(cover.sum() / max(template.seen.sum(), 1)),
     )
 
@@ -354,16 +358,10 @@ def _stride(stride: float, last: Matrix, moved: Matrix) -> float:
 
     Noise in the gradients of the reference makes every step too short by the same share.  So each
     step is a fixed part of the one before, and the sum of the series is known.  `last` and `moved`
-    are the displacements (blocks, 2) of the last step and of this one, each taken once.
+    are the displacements (2, blocks) of the last step and of this one, each taken once.
     """
     left = float((moved * last).sum() / max((last * last).sum(), 1e-12))
     return float(np.clip(stride / max(1 - left, 0.1), 1.0, LONGEST_STRIDE))
-
-
-def _scores(jacobian: Matrix, seen: _Comparison) -> Matrix:
-    """(blocks, n) weighted J' g r of each block."""
-    weighted = seen.product * seen.weights[:, None]
-    return np.asarray((jacobian * weighted[:, :, None]).sum(1))
 
 
 def inverse(matrix: Matrix) -> Matrix:
@@ -375,10 +373,11 @@ def inverse(matrix: Matrix) -> Matrix:
 def _spread_px(jacobian: Matrix, covariance: Matrix) -> Matrix:
     """(2,) standard deviation of the displacements J q along each axis, rms over the blocks.
 
-    The mean of the variances j' C j over the rows j of J is the trace of C J' J, over their number.
+    `jacobian` is (2, blocks, n).  The mean of the variances j' C j over the rows j of J is the
+    trace of C J' J, over their number.
     """
-    variances = [float((rows.T @ rows * covariance).sum()) for rows in np.moveaxis(jacobian, 1, 0)]
-    return np.asarray(np.sqrt(np.maximum(variances, 0.0) / max(len(jacobian), 1)))
+    variances = [float((rows.T @ rows * covariance).sum()) for rows in jacobian]
+    return np.asarray(np.sqrt(np.maximum(variances, 0.0) / max(jacobian.shape[1], 1)))
 
 
 def _root(tensor: Matrix) -> Matrix:
@@ -392,9 +391,14 @@ def _root(tensor: Matrix) -> Matrix:
 
 
 def _hessian(rooted: Matrix, weights: Matrix) -> Matrix:
-    """Sum of w J' g g' J, (n, n), of roots times Jacobians, (blocks, 2, n)."""
-    rows = (rooted * np.sqrt(weights)[:, None, None]).reshape(-1, rooted.shape[-1])
+    """Sum of w J' g g' J, (n, n), of roots times Jacobians, (2, blocks, n)."""
+    rows = (rooted * np.sqrt(weights)[:, None]).reshape(-1, rooted.shape[-1])
     return np.asarray(rows.T @ rows)
+
+
+def _rooted(root: Matrix, jacobian: Matrix) -> Matrix:
+    """Products of (blocks, 2, 2) and the Jacobians of the blocks, (2, blocks, n)."""
+    return np.asarray((root @ jacobian.swapaxes(0, 1)).swapaxes(0, 1))
 
 
 def _common_texture(template: Template, seen: _Comparison, independent: float) -> Matrix:
@@ -405,16 +409,13 @@ def _common_texture(template: Template, seen: _Comparison, independent: float) -
     texture in A along two directions. The share expected by chance is subtracted, so that a wall of
     straight lines (the aperture problem) leaves the direction along them open.
     """
-    (rx, ry), (sx, sy) = (
-        template.coarse_gradient,
-        gradient(_coarse(seen.picture, template.row_step)),
+    moving = _coarse_gradient(template.grid, seen.picture, template.row_step)
+    weighted = (template.coarse_gradient * seen.weights.astype(np.float32)).reshape(2, -1).T
+    alone, both = (
+        (each.reshape(2, -1) @ weighted).astype(np.float64)
+        for each in (template.coarse_gradient, moving)
     )
-
-    products = (rx * sx, np.float32(0.5) * (rx * sy + ry * sx), ry * sy)
-    tensor = np.stack([template.grid.means(product) for product in products], 1)
-    both, alone = (
-        (seen.weights @ each)[[[0, 1], [1, 2]]] for each in (tensor, template.coarse_tensor)
-    )
+    both = (both + both.T) / 2
     alone += (1e-9 * np.trace(alone) + 1e-12) * np.eye(2)
     values, vectors = np.linalg.eigh(alone)
     root = vectors * np.sqrt(values) @ vectors.T
@@ -424,10 +425,15 @@ def _common_texture(template: Template, seen: _Comparison, independent: float) -
     return np.asarray(root @ (directions * np.sqrt(kept)) @ directions.T @ whitener)
 
 
-def _coarse(image: GrayImage, row_step: int) -> GrayImage:
-    """Halve the resolution of a crop whose rows are `row_step` apart."""
-    height, width = image.shape
-    return reduce_to(image, (width // 2, height * row_step // 2))
+def _coarse_gradient(grid: BlockGrid, tiles: GrayImage, row_step: int) -> GrayImage:
+    """(2, cells, blocks) gradient of tiles between the pixels of half the resolution."""
+    half, down = grid.side_px // 2, 2 // row_step
+    # The blocks come last, because sums along a long axis are many times faster.
+    pixels = np.ascontiguousarray(tiles.T).reshape(half, down, half, 2, -1).sum((1, 3))
+    above, below = pixels[:-1], pixels[1:]
+    sums, steps = above + below, below - above
+    cells = np.stack([sums[:, 1:] - sums[:, :-1], steps[:, 1:] + steps[:, :-1]])
+    return cells.reshape(2, -1, len(tiles))
 
 
 def _differences(warp: Warp, scales: Matrix) -> Callable[[Matrix], tuple[Points, Matrix]]:
@@ -440,18 +446,15 @@ def _differences(warp: Warp, scales: Matrix) -> Callable[[Matrix], tuple[Points,
     return linearise
 
 
-def _on_reference(grid: BlockGrid, positions: Points, slopes: Matrix) -> Matrix:
-    """(blocks, 2, n) dw/dq of each block in the reference's pixels, by (dw/dp)^-1.
+def _on_reference(grid: BlockGrid, fit: Matrix, slopes: Matrix) -> Matrix:
+    """(2, blocks, n) dw/dq of each block in the reference's pixels, by (dw/dp)^-1.
 
     It is computed once, at the start, because it changes little within the two pixels of an
     alignment.
     """
-    dq = grid.at_nodes(slopes)[1:-1, 1:-1]
-    at = grid.at_nodes(positions)
-    dx = (at[1:-1, 2:] - at[1:-1, :-2]) / (2 * grid.side_px)
-    dy = (at[2:, 1:-1] - at[:-2, 1:-1]) / (2 * grid.side_px)
-    # (dw/dp)^-1 of the columns dx, dy: their cofactors over the determinant.
-    (a, c), (b, d) = np.moveaxis(dx, -1, 0), np.moveaxis(dy, -1, 0)
-    cofactors = np.stack([d, -b, -c, a], -1).reshape(*a.shape, 2, 2)
-    on_reference = cofactors / (a * d - b * c)[..., None, None] @ dq
-    return np.asarray(np.nan_to_num(on_reference).reshape(-1, 2, slopes.shape[-1]))
+    along, down = grid.centres(slopes).swapaxes(0, 1)
+    # (dw/dp)^-1 of the columns of dw/dp: their cofactors over the determinant.
+    (a, b), (c, d) = fit[..., 1:].swapaxes(1, 2)[..., None]
+    moved = np.stack([d * along - b * down, a * down - c * along]) / (a * d - b * c)
+    moved[~np.isfinite(moved)] = 0.0
+    return np.asarray(moved)

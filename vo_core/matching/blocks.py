@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -54,13 +55,36 @@ class BlockGrid:
         """Select the values at the blocks' centres from those at `nodes`, (blocks, ...)."""
         return self.at_nodes(values)[1:-1, 1:-1].reshape(-1, *values.shape[1:])
 
-    def dense(self, positions: Points, row_step: int = 1) -> GrayImage:
+    def dense(self, positions: Points) -> GrayImage:
         """Interpolate positions at the nodes to every pixel of a `crop`, (H, W, 2), bilinear."""
-        coarse = np.nan_to_num(self.at_nodes(positions), nan=-1e4).astype(np.float32)
+        coarse = _finite(self.at_nodes(positions))
         side = self.side_px
         size_wh = ((self.columns + 2) * side, (self.rows + 2) * side)
         dense = cv2.resize(coarse, size_wh, interpolation=cv2.INTER_LINEAR)
-        return np.ascontiguousarray(dense[side:-side:row_step, side:-side])
+        return np.ascontiguousarray(dense[side:-side, side:-side])
+
+    def tiles(self, image: AnyImage, row_step: int = 1) -> AnyImage:
+        """Cut a `crop` into blocks, (blocks, pixels of a block)."""
+        side, high = self.side_px, self.side_px // row_step
+        tiles = self.crop(image, row_step).reshape(self.rows, high, self.columns, side)
+        return np.ascontiguousarray(tiles.swapaxes(1, 2)).reshape(-1, high * side)
+
+    def linear(self, positions: Points) -> Matrix:
+        """Linear fit to positions at the nodes in each block, (2, blocks, 3).
+
+        The column and the row at its centre, then their slopes along the rows and down the columns.
+        """
+        at, step_px = self.at_nodes(positions).T.swapaxes(1, 2), 2 * self.side_px
+        fit = np.empty((2, self.rows, self.columns, 3))
+        fit[..., 0] = at[:, 1:-1, 1:-1]
+        fit[..., 1] = (at[:, 1:-1, 2:] - at[:, 1:-1, :-2]) / step_px
+        fit[..., 2] = (at[:, 2:, 1:-1] - at[:, :-2, 1:-1]) / step_px
+        return fit.reshape(2, -1, 3)
+
+    def spread(self, fit: Matrix, row_step: int = 1) -> GrayImage:
+        """Positions of the pixels of all `tiles` by a `linear` fit, (2, blocks, pixels)."""
+        places = _finite(fit).reshape(-1, 3) @ _offsets(self.side_px, row_step)
+        return np.asarray(places).reshape(2, self.rows * self.columns, -1)
 
     def whole(self, valid: ByteImage) -> ByteImage:
         """(H, W) mask: 1 around which a whole block, even a little turned, fits into `valid`."""
@@ -71,8 +95,8 @@ class BlockGrid:
 
     def look_up(self, mask: ByteImage, positions: Points) -> NDArray[np.bool_]:
         """Look up a mask at the positions of the blocks' centres, nearest pixel, (blocks,)."""
-        centres = np.nan_to_num(self.at_nodes(positions)[1:-1, 1:-1], nan=-1e4)
-        return resample_mask(mask, centres.astype(np.float32)).ravel() > 0
+        centres = _finite(self.at_nodes(positions)[1:-1, 1:-1])
+        return resample_mask(mask, centres).ravel() > 0
 
     def means(self, image: GrayImage) -> Matrix:
         """Mean of each block of a `crop` of any resolution, (blocks,)."""
@@ -80,8 +104,23 @@ class BlockGrid:
         return np.asarray(means, np.float64).ravel()
 
     def pooled(self, values: Matrix) -> Matrix:
-        """Average block values with their neighbours: a single block holds too little texture."""
+        """Average values of blocks, (blocks, n), over each block and its neighbours.
+
+        A single block holds too little texture.
+        """
         pooled = cv2.blur(
-            values.reshape(self.rows, self.columns), (3, 3), borderType=cv2.BORDER_REPLICATE
+            values.reshape(self.rows, self.columns, -1), (3, 3), borderType=cv2.BORDER_REPLICATE
         )
-        return np.asarray(pooled, np.float64).ravel()
+        return np.asarray(pooled, np.float64).reshape(values.shape)
+
+
+def _finite(positions: Points) -> GrayImage:
+    """Positions in single precision; far outside of any picture where there are none."""
+    return np.fmax(positions, -1e4).astype(np.float32)
+
+
+@lru_cache(maxsize=16)
+def _offsets(side_px: int, row_step: int) -> GrayImage:
+    """(3, pixels) 1, column and row of each pixel of a block, from its centre."""
+    row, column = np.mgrid[:side_px:row_step, :side_px].reshape(2, -1) - (side_px - 1) / 2
+    return np.stack([np.ones_like(row), column, row]).astype(np.float32)
