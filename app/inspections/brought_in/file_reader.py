@@ -13,9 +13,9 @@ from app.imports import wire
 from app.imports.moved.whole_inspection import WholeInspection
 from app.imports.surveys.survey import ImportedFile
 from app.jobs.messages import Limits
+from app.jobs.permits import Permits
 from app.jobs.process import Child, Died, Refused, Stalled
 from app.jobs.requests.importer import ImportRequest
-from app.jobs.turns import Turns
 
 logger = logging.getLogger(__name__)
 
@@ -38,8 +38,8 @@ class FileReader:
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._turns = Turns("Other files are being imported; try again in a moment.")
-        self._archives = Turns(
+        self._permits = Permits("Other files are being imported; try again in a moment.")
+        self._archives = Permits(
             "Other archive files are being imported; try again in a moment.",
             at_once=_MOST_ARCHIVES,
         )
@@ -51,7 +51,7 @@ class FileReader:
             InvalidImport: The file cannot be read within the limits.
             Busy: Other files are being read.
         """
-        with self._turns:
+        with self._permits:
             return _read(ImportRequest(self._limits, content), _ANSWER_TIMEOUT_S)
 
     def read_archive(self, path: Path) -> WholeInspection:

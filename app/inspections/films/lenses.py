@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from app.inspections.films.uploads import Uploads
 from app.jobs.messages import Limits
+from app.jobs.permits import Permits
 from app.jobs.process import Child, ask_about_media
 from app.jobs.requests.calibrator import Calibrated, CalibrationRequest, FilmedBoard
-from app.jobs.turns import Turns
 
 CPU_S = 240
 """Processor time limit; sixty pictures of 1920 x 1080 px take some 30 s."""
@@ -19,7 +19,7 @@ class Lenses:
     def __init__(self, uploads: Uploads, limits: Limits) -> None:
         self._uploads = uploads
         self._limits = limits
-        self._turns = Turns("Another camera is being calibrated; try again in a moment.")
+        self._permits = Permits("Another camera is being calibrated; try again in a moment.")
 
     def calibrate(self, upload_id: str, board: FilmedBoard) -> Calibrated:
         """Measure the camera that filmed a board.
@@ -31,7 +31,7 @@ class Lenses:
             Busy: Another camera is being calibrated.
         """
         with (
-            self._turns,
+            self._permits,
             self._uploads.held(upload_id) as (path, _),
             Child("app.jobs.requests.calibrator") as child,
         ):

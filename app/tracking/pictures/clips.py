@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from app.errors import FrameNotFound, NothingRecorded
 from app.jobs.messages import Limits
+from app.jobs.permits import Permits
 from app.jobs.process import Child, ask_about_media
 from app.jobs.requests.clipper import ClipRequest
-from app.jobs.turns import Turns
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs, StoredBlob
 from app.storage.records.inspections import InspectionStore
@@ -43,7 +43,7 @@ class Clips:
         self._films = films
         self._tracks = tracks
         self._limits = limits
-        self._turns = Turns("Other clips are being cut; try again in a moment.")
+        self._permits = Permits("Other clips are being cut; try again in a moment.")
 
     def clip(self, inspection_id: str, observation_id: str) -> StoredBlob:
         """Return the clip around an observation as MP4, which is cut unless it was before.
@@ -82,7 +82,7 @@ class Clips:
         return self.clip(inspection_id, observation_id).read_bytes()
 
     def _cut(self, clip: StoredBlob, request: ClipRequest) -> None:
-        with self._turns:
+        with self._permits:
             if clip.exists():  # somebody else has waited for the same one
                 return
             with Child("app.jobs.requests.clipper") as child:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from app.jobs.messages import Limits
+from app.jobs.permits import Permits
 from app.jobs.process import Child, ask_about_media
 from app.jobs.requests.media import (
     FirstPicture,
@@ -20,7 +21,6 @@ from app.jobs.requests.media import (
     ProbeRequest,
     ReduceRequest,
 )
-from app.jobs.turns import Turns
 from vo_core.errors import UnreadableVideo
 from vo_core.video_info import VideoInfo
 
@@ -38,7 +38,9 @@ class Media:
         self._limits = limits
         self.restarts = 0
         """Number of times that the process was replaced."""
-        self._turns = Turns("Too many pictures are being read from videos; try again in a moment.")
+        self._permits = Permits(
+            "Too many pictures are being read from videos; try again in a moment."
+        )
         self._child: Child | None = None
         """None until the first request."""
 
@@ -97,7 +99,7 @@ class Media:
         return self._ask(ReduceRequest(jpeg, width, jpeg_quality), bytes)
 
     def _ask(self, request: MediaRequest, kind: type[Result]) -> Result:
-        with self._turns:
+        with self._permits:
             return ask_about_media(
                 self._running(),
                 request,

@@ -9,11 +9,11 @@ from app.errors import Busy
 _WAIT_S = 60.0
 
 
-class Turns:
+class Permits:
     """Lets callers do something, so many at once; others wait for a minute."""
 
     def __init__(self, busy: str, *, at_once: int = 1) -> None:
-        """Prepare the turns; `busy` is the sentence of the error after that minute."""
+        """Prepare the permits; `busy` is the sentence of the error after that minute."""
         self._busy = busy
         self._free = threading.Semaphore(at_once)
 
