@@ -49,7 +49,7 @@ class _Parent:
             Batch | Checkpoint | Passing
         )
 
-    def tell(self, part: object) -> None:
+    def send(self, part: object) -> None:
         message = self._decoder.decode(encode(part))
         self.messages.append(message)
         if isinstance(message, Checkpoint) and message.frames >= self._leave_at:

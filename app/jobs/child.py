@@ -16,7 +16,7 @@ from app.jobs.messages import Answer, Failed, Limits, Part, encode, raw
 
 _CV2_NO_MEMORY = -4
 """`cv2.Error.StsNoMem`."""
-_TOLD_PLAINLY = {
+_REPORTED_CODES = {
     "UnreadableVideo": "unreadable_video",
     "InvalidRig": "invalid_rig",
     "InvalidImport": "invalid_import",
@@ -38,7 +38,7 @@ class Parent:
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
 
-    def tell(self, part: object) -> None:
+    def send(self, part: object) -> None:
         """Send a result before the answer, or progress."""
         self._connection.send_bytes(encode(Part(raw(part))))
 
@@ -95,7 +95,7 @@ def answer(connection: Connection, work: Callable[[], object], named: str) -> No
 def _failure(error: Exception, work: str) -> Failed:
     """Return code and sentence; unexpected exceptions carry a trace for the log."""
     # By name and number: when memory is too short even to load a module, its classes do not exist.
-    code = _TOLD_PLAINLY.get(type(error).__name__) or getattr(error, "code", None)
+    code = _REPORTED_CODES.get(type(error).__name__) or getattr(error, "code", None)
     if isinstance(code, str):
         return Failed(code, str(error))
     # FFmpeg's converter reports EAGAIN when a thread's stack does not fit.

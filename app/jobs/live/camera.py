@@ -119,7 +119,7 @@ def _catch_up(
             assert batch is not None  # noqa: S101  (there is a frame)
             if is_seen_again and found.frame.index == index:  # its row is known
                 batch = msgspec.structs.replace(batch, estimates=[], health=[])
-            parent.tell(batch)
+            parent.send(batch)
             index, is_seen_again = found.frame.index + 1, False
     return index
 
@@ -131,21 +131,21 @@ def _follow(capture: Capture, follower: Follower, parent: Parent) -> None:
         captured = capture.waiting.take(_WAIT_S)
         state = _state(capture)  # before the picture, which shows that the camera is there
         if time.monotonic() - sent_s >= _STATE_S or _has_news(state, sent):
-            parent.tell(state)
+            parent.send(state)
             sent, sent_s = state, time.monotonic()
         if captured is not None:
             follower.add(captured.frame, captured.skipped)
             batch = follower.batch()
             assert batch is not None  # noqa: S101  (there is a frame)
-            parent.tell(msgspec.structs.replace(batch, captured_s=captured.captured_s))
+            parent.send(msgspec.structs.replace(batch, captured_s=captured.captured_s))
         if parent.asks_to_stop():
             capture.stop()
     follower.finish()
     rest = follower.batch()
     if rest is not None:
-        parent.tell(rest)
+        parent.send(rest)
     for batch in follower.smoothed():
-        parent.tell(batch)
+        parent.send(batch)
 
 
 def _state(capture: Capture) -> CameraState:

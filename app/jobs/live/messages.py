@@ -1,4 +1,4 @@
-"""What a camera process and its parent tell each other."""
+"""What a camera process and its parent send each other."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def _read(request: CounterRequest, parent: Parent) -> ReadFilm:
         nonlocal reported_s
         if time.monotonic() >= reported_s + _REPORT_EVERY_S:
             reported_s = time.monotonic()
-            parent.tell(Progress(done, total))
+            parent.send(Progress(done, total))
 
     report(0, None)
     video = Path(request.video)

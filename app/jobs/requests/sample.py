@@ -26,7 +26,7 @@ def _render(request: SampleRequest, parent: Parent) -> None:
     simulate(
         SAMPLE.shortened(request.length_mm),
         Path(request.folder),
-        lambda done, total: parent.tell(Progress(done, total)),
+        lambda done, total: parent.send(Progress(done, total)),
     )
 
 

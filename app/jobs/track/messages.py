@@ -1,4 +1,4 @@
-"""What a tracking process and its parent tell each other, beside `batches`."""
+"""What a tracking process and its parent send each other, beside `batches`."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def track(request: TrackRequest, parent: Parent) -> Problem:
         follower.finish()
         _send(follower, parent)
         for batch in follower.smoothed():
-            parent.tell(batch)
+            parent.send(batch)
         return Problem(video.problem)
 
 
@@ -97,7 +97,7 @@ def _numbered(video: VideoFile, request: TrackRequest, parent: Parent) -> Iterat
         # although the packets announce them.
         sought = thread.submit(video.seek_frame, chunk.first)
         while wait([sought], _PASSING_S).not_done:
-            parent.tell(Passing(0))
+            parent.send(Passing(0))
         sought.result()
     return (Numbered(frame) for frame in takewhile(chunk.holds, video.read_ahead()))
 
@@ -111,14 +111,14 @@ def _from(first: int, frames: Iterator[Numbered], parent: Parent) -> Iterator[Nu
         if found.frame.index >= first:
             yield found
         elif time.monotonic() - reported_s >= _PASSING_S:
-            parent.tell(Passing(found.frame.index))
+            parent.send(Passing(found.frame.index))
             reported_s = time.monotonic()
 
 
 def _send(follower: Follower, parent: Parent) -> None:
     batch = follower.batch()
     if batch is not None:
-        parent.tell(batch)
+        parent.send(batch)
 
 
 class _Checkpoints:
@@ -150,7 +150,7 @@ class _Checkpoints:
         # A state too long for a message is not sent; an earlier checkpoint is good enough.
         if len(state) <= _MOST_STATE_BYTES:
             cpu_s = self._spent_cpu_s + time.process_time()
-            self._parent.tell(Checkpoint(frames, cpu_s, state))
+            self._parent.send(Checkpoint(frames, cpu_s, state))
 
 
 class Pace:

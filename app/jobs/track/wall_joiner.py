@@ -21,7 +21,7 @@ def _join(request: JoinWallsRequest, parent: Parent) -> None:
         return path.read_bytes() if path.exists() else None
 
     for tile in join_walls(request.placed, Rig.parse(request.rig), indices, read):
-        parent.tell(tile)
+        parent.send(tile)
 
 
 if __name__ == "__main__":
