@@ -3,7 +3,7 @@
  * notes. Every change shows at once, is safe in this browser until the server has it, and can be undone.
  */
 
-import { ApiError, get } from '../server/api.js';
+import { get, readOr } from '../server/api.js';
 import { newId } from '../page/new-id.js';
 import { Store } from '../page/store.js';
 import { errorText } from '../page/words.js';
@@ -74,14 +74,8 @@ export class Attachments extends Store {
   }
 
   /** Like `load`; a server that is away is asked again. */
-  async loadPatiently() {
-    try {
-      await this.load();
-    } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError && error.isTemporary)) throw error;
-      this.#loadLater();
-    }
+  loadPatiently() {
+    return readOr(this.load(), () => this.#loadLater());
   }
 
   /** Returns the pictures and the voice notes of an observation, in their order. @param {string} observation */

@@ -3,7 +3,7 @@
  * server's answer replaces the estimated distance by the exact one.
  */
 
-import { ApiError, get } from '../server/api.js';
+import { ApiError, get, readOr } from '../server/api.js';
 import { newId } from '../page/new-id.js';
 import { Store } from '../page/store.js';
 import { partsOf, stretchNumber } from './stretches.js';
@@ -446,14 +446,8 @@ export class Observations extends Store {
     this.#timer = setTimeout(() => this.#loadPatiently(), LOAD_PAUSE_MS);
   }
 
-  async #loadPatiently() {
-    try {
-      await this.load();
-    } catch (error) {
-      if (error.name === 'AbortError') return;
-      if (!(error instanceof ApiError && error.isTemporary)) throw error;
-      this.#loadLater();
-    }
+  #loadPatiently() {
+    return readOr(this.load(), () => this.#loadLater());
   }
 
   /** @param {{operation: import('../server/outbox.js').Operation, error: ApiError}} detail */

@@ -47,6 +47,20 @@ export function refusalIn(error) {
 }
 
 /**
+ * Awaits what reads from the server; calls `later` if that may succeed later.
+ * @param {Promise<unknown>} reading
+ * @param {() => void} later
+ */
+export async function readOr(reading, later) {
+  try {
+    await reading;
+  } catch (error) {
+    if (refusalIn(error)?.isTemporary) later();
+    else if (error.name !== 'AbortError') throw error;
+  }
+}
+
+/**
  * When the server sent this page, if it was opened from what this browser has kept (`service-worker.js`): then
  * what the page reads may be kept too.
  * @type {string|undefined}
