@@ -10,7 +10,7 @@ import { orToast } from '../toast-stack/toast-stack.js';
  * @param {boolean} [descends] whether the first click sorts the other way round
  */
 export const sortButton = (sort, title, descends = false) =>
-  html`<button class="table__sort inline-row gap-1" data-sort="${sort}" ${descends && 'data-descends'}>${title}<span aria-hidden="true"></span></button>`;
+  html`<button class="table__sort bare inline-row gap-1" data-sort="${sort}" ${descends && 'data-descends'}>${title}<span aria-hidden="true"></span></button>`;
 
 /**
  * Sorts the list by a click on a head within the element, and shows by which one it is sorted.
