@@ -49,6 +49,7 @@ def test_every_frame_comes_once_and_each_picture_is_of_the_last_of_its_batch(cli
     estimates = [each for batch in batches for each in batch.estimates]
     assert [each.frame for each in estimates] == list(range(40))
     assert estimates[0].time_s == 0
+    assert [each.frame for each in batches.pop().smoothed] == list(range(40)), "all of them anew"
     for batch in batches:
         assert frame_number(batch.jpeg) == batch.estimates[-1].frame
 
@@ -142,7 +143,9 @@ def test_exit_codes_are_described_in_words() -> None:
 
 
 def test_a_video_of_one_frame_is_a_track_of_one_frame(tmp_path: Path) -> None:
-    (batch, answer), _ = track(request(make_clip(tmp_path / "one.mp4", 1)))
+    (batch, smoothed, answer), _ = track(request(make_clip(tmp_path / "one.mp4", 1)))
     assert isinstance(batch, Batch)
+    assert isinstance(smoothed, Batch)
     assert isinstance(answer, Problem)
     assert [each.distance_mm for each in batch.estimates] == [0.0]
+    assert [each.distance_mm for each in smoothed.smoothed] == [0.0]
