@@ -53,7 +53,7 @@ _PAUSE_AFTER_FAULT_S = 5.0
 _MOST_LOSSES = 5
 """Workers of a cluster that may be lost in a row without progress; then the film is at fault."""
 _MOST_FAULTS = 3
-_PASSING = (Busy, ClaimLost, DiskFull, StoreUnavailable)
+_PASSING = (Busy, ClaimLost, DiskFull, EngineUnavailable, StoreUnavailable)
 """Errors that are not the film's."""
 _LOOK_AGAIN_S = 5.0
 """Nobody reports that a cluster has another worker."""
@@ -291,12 +291,12 @@ class Tracking:
         logger.info("Inspection %s (%s): tracking starts.", inspection.id, inspection.name)
         try:
             manifest = self._tracked(run)
-        except EngineUnavailable as gone:
-            logger.warning("Inspection %s waits in the queue: %s", inspection.id, gone)
+        except EngineUnavailable:
+            logger.info("Inspection %s waits in the queue.", inspection.id)
             self._tracks.forget(inspection.id)
             self._store.give_back(inspection.id)
             self.queued(inspection.id)
-            return
+            raise  # this slot would claim it again at once: the engine knows its workers of 5 s ago
         try:
             if manifest is None or not self._runs.keep_end(run, partial(self._keep, run, manifest)):
                 self._tracks.forget(inspection.id)
