@@ -23,12 +23,13 @@ from vo_core.geometry.wall import (
     Pose,
     Poses,
     camera_position,
-    cast,
     develop,
     enclose,
+    outward,
+    reach,
     rotation,
     sight,
-    wall_axes,
+    turned,
 )
 from vo_core.rig import Rig
 from vo_core.types import Matrix
@@ -62,9 +63,10 @@ class WallMotion:
         now: Pose = NOMINAL,
     ) -> None:
         """`before` and `now` are the vantages (see `Rectifier`) of the two patches."""
-        self._rig, self.grid, self._now = rig, grid, now
+        self._rig, self.grid = rig, grid
+        self._turn_now, self._at_now = rotation(now), self._at(now)
         self.places_mm = grid.to_mm(points_px)
-        self._rays = sight(rig, before, enclose(rig, self.places_mm))
+        self._rays = np.ascontiguousarray(sight(rig, before, enclose(rig, self.places_mm)).T)
         turn_rad = 2 / max(grid.shape)
         tilt_rad = grid.mm_per_px / rig.mount.height_mm
         pose = [grid.mm_per_px, grid.mm_per_px, turn_rad, turn_rad * rig.mount.height_mm]
@@ -84,11 +86,15 @@ class WallMotion:
 
     def appears(self, reference: Pose | Poses, moving: Pose | Poses) -> Points:
         """(N, 2) where the moving camera sees the points of the reference, (axial, arc) mm."""
-        wall = cast(self._rig, reference, self._rays)
-        return develop(self._rig, cast(self._rig, self._now, sight(self._rig, moving, wall)))
+        before, at = (self._at(pose) for pose in (reference, moving))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            arm = self._to_wall(before, turned(rotation(reference), self._rays)) + (before - at)
+            seen = self._turn_now @ turned(rotation(moving).swapaxes(0, 1), arm)
+            appears = self._to_wall(self._at_now, seen) + self._at_now
+        return develop(self._rig, appears.T)
 
     def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
-        """w(q) and dw/dq at the points, (N, 2) and (N, 2, 14), of a global shutter.
+        """w(q) and dw/dq at the points, (N, 2) and (14, 2, N), of a global shutter.
 
         A change of the reference pose moves the wall point W = o + v along the wall.  A change of
         the moving pose moves the ray d = R' (W - o) to W, and the patch shows d as a camera at its
@@ -96,25 +102,47 @@ class WallMotion:
         (I - r n' / n'r) u counts, with the ray r and the normal n.
         """
         moving, reference = poses(q)
-        wall = cast(self._rig, reference, self._rays)
-        seen = sight(self._rig, moving, wall)
-        appears = cast(self._rig, self._now, seen)
-        away = appears - camera_position(self._rig, self._now)
-        around, outward = wall_axes(self._rig, appears)
-        # d(axial, arc)/d(ray in the axes of the vantage's world), (N, 2, 3), with the ratio of the
-        # distances.
-        axes = np.stack([np.broadcast_to((1.0, 0.0, 0.0), around.shape), around], 1)
-        nearer = _norm(away) / _norm(seen) / self.grid.mm_per_px
-        by_ray = _on_wall(axes, away, outward) * nearer[:, None, None]
-        by_wall = _times(by_ray, rotation(self._now) @ rotation(moving).T)
-        _, outward = wall_axes(self._rig, wall)
-        before = wall - camera_position(self._rig, reference)
-        by_shift = _on_wall(by_wall, before, outward)
-        of_moving = -_by_pose(by_wall, moving, wall - camera_position(self._rig, moving))
-        of_reference = _by_pose(by_shift, reference, before)
-        mount = of_moving[..., 4:] + of_reference[..., 4:]
-        slopes = np.concatenate([of_moving, of_reference, mount], -1)
-        return self.grid.to_px(develop(self._rig, appears)), slopes
+        before, at = (self._at(pose) for pose in (reference, moving))
+        turn = rotation(moving)
+        to_now = self._turn_now @ turn.T
+        with np.errstate(invalid="ignore", divide="ignore"):
+            arm_before = self._to_wall(before, rotation(reference) @ self._rays)
+            arm = arm_before + (before - at)
+            seen = to_now @ arm
+            away = self._to_wall(self._at_now, seen)
+            appears = away + self._at_now
+            by_ray = self._by_ray(seen, away, outward(self._rig, appears))
+            by_wall = _times(to_now.T, by_ray)
+            normal = outward(self._rig, arm_before + before)
+            lean = (by_wall * arm_before[:, None]).sum(0) / (normal * arm_before[1:]).sum(0)
+        by_shift = by_wall.copy()
+        by_shift[1:] -= normal[:, None] * lean
+        slopes = np.empty((PARAMETERS, *by_wall.shape[1:]))
+        slopes[MOVING] = -_by_pose(by_wall, moving, arm)
+        slopes[REFERENCE] = _by_pose(by_shift, reference, arm_before)
+        slopes[MOUNT] = slopes[MOVING][4:] + slopes[REFERENCE][4:]
+        return self.grid.to_px(develop(self._rig, appears.T)), slopes
+
+    def _at(self, pose: Pose | Poses) -> Matrix:
+        """(3, 1) or (3, N) positions of the camera in the world."""
+        return camera_position(self._rig, pose).reshape(3, -1)
+
+    def _to_wall(self, at: Matrix, rays: Matrix) -> Matrix:
+        """(3, N) the same rays, (3, N), as long as from the origin `at` to the wall."""
+        return reach(self._rig, at, rays) * rays
+
+    def _by_ray(self, seen: Matrix, away: Matrix, normal: Matrix) -> Matrix:
+        """(3, 2, N) d(axial, arc)/d(ray) of rays (3, N) that are `away` long at the wall, in px.
+
+        A ray turned by u meets the wall at P + t (I - r n' / n'r) u.  The arc runs along (nz, -ny).
+        """
+        (ahead, right, down), (ny, nz) = seen, normal
+        scale = np.sqrt((away * away).sum(0) / (seen * seen).sum(0)) / self.grid.mm_per_px
+        by_ray = np.zeros((3, 2, seen.shape[1]))
+        by_ray[0, 0], by_ray[1, 1], by_ray[2, 1] = scale, scale * nz, -scale * ny
+        lean = np.stack([ahead, right * nz - down * ny]) * (scale / (right * ny + down * nz))
+        by_ray[1:] -= normal[:, None] * lean
+        return by_ray
 
 
 class RollingMotion:
@@ -135,10 +163,9 @@ class RollingMotion:
         """w(q) and dw/dq; slopes by the poses are those of a global shutter, near enough."""
         positions, offset_s = self._appears(q)
         by_pose = self._motion.linearise(q[:PARAMETERS])[1]
-        by_rate = by_pose[..., :RATES] * offset_s[:, None, None]
-        of_reference = by_pose[..., POSE : POSE + RATES]
-        before = of_reference * self._motion.exposure.offset_s[:, None, None]
-        return positions, np.concatenate([by_pose, by_rate, before], -1)
+        by_rate = by_pose[:RATES] * offset_s
+        before = by_pose[POSE : POSE + RATES] * self._motion.exposure.offset_s
+        return positions, np.concatenate([by_pose, by_rate, before])
 
     def _appears(self, q: Matrix) -> tuple[Points, Matrix]:
         """w(q), and the exposure time of each point in the moving picture, s from its own time."""
@@ -177,8 +204,8 @@ class CodedMotion:
         """w(q) and dw/dq."""
         own, coding = self._split(q)
         positions, slopes = self._motion.linearise(own)
-        along = np.stack([self._modes, np.zeros_like(self._modes)], 1)
-        return self._displaced(positions, coding), np.concatenate([slopes, along], -1)
+        along = np.stack([self._modes.T, np.zeros_like(self._modes.T)], 1)
+        return self._displaced(positions, coding), np.concatenate([slopes, along])
 
     def _split(self, q: Matrix) -> tuple[Matrix, Matrix]:
         count = self._modes.shape[1]
@@ -241,35 +268,25 @@ def _along(pose: Pose, rate: Matrix, offset_s: Matrix) -> Poses:
     return Poses(x, y, yaw, pose.z_mm + still, pose.pitch_rad + still, pose.roll_rad + still)
 
 
-def _norm(vectors: Points) -> Matrix:
-    return np.asarray(np.sqrt(np.einsum("ni,ni->n", vectors, vectors)))
+def _times(matrix: Matrix, rows: Matrix) -> Matrix:
+    """Products of a matrix (3, 3) and vectors (3, ...), in one product."""
+    return np.asarray((matrix @ rows.reshape(3, -1)).reshape(rows.shape))
 
 
-def _times(rows: Points, matrix: Matrix) -> Points:
-    """(N, 2, 3) rows times a matrix (3, 3), in one product."""
-    return np.asarray((rows.reshape(-1, 3) @ matrix).reshape(rows.shape))
-
-
-def _on_wall(rows: Points, ray: Points, normal: Points) -> Points:
-    """(N, 2, 3) a' (I - r n' / n'r) of rows a, for rays r and normals n, (N, 3)."""
-    slopes = np.einsum("nij,nj->ni", rows, ray) / np.einsum("ni,ni->n", normal, ray)[:, None]
-    return np.asarray(rows - slopes[:, :, None] * normal[:, None])
-
-
-def _by_pose(rows: Matrix, pose: Pose, arm: Points) -> Matrix:
-    """(N, 2, 6) slopes of rows (N, 2, 3) by a shift of the origin and by its turns on an arm.
+def _by_pose(rows: Matrix, pose: Pose, arm: Matrix) -> Matrix:
+    """(6, 2, N) slopes of rows (3, 2, N) by a shift of the origin and by its turns on an arm.
 
     Turns are about the world's z (yaw), the yawed y (pitch) and the robot's x (roll).  A turn w
-    moves the end of the arm by w x arm, and a . (w x arm) = w . (arm x a).
+    moves the end of the arm, (3, N), by w x arm, and a . (w x arm) = w . (arm x a).
     """
-    x, y, z = np.moveaxis(rows, -1, 0)
-    ahead, right, down = arm.T[..., None]
+    x, y, z = rows
+    ahead, right, down = arm
     # Written out: `np.cross` takes as long as all the rest.
-    moments = np.stack([right * z - down * y, down * x - ahead * z, ahead * y - right * x], -1)
+    moments = np.stack([right * z - down * y, down * x - ahead * z, ahead * y - right * x])
     cos, sin = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
     turns = np.array([[0.0, 0.0, 1.0], [-sin, cos, 0.0], rotation(pose)[:, 0]])
-    slopes = np.empty((*rows.shape[:2], POSE))
-    slopes[..., [0, 1, 3]], slopes[..., [2, 4, 5]] = rows, _times(moments, turns.T)
+    slopes = np.empty((POSE, *rows.shape[1:]))
+    slopes[[0, 1, 3]], slopes[[2, 4, 5]] = rows, _times(turns, moments)
     return slopes
 
 

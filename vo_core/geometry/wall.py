@@ -263,31 +263,35 @@ def camera_position(rig: Rig, pose: Pose | Poses) -> Matrix:
 
 
 def cast(rig: Rig, pose: Pose | Poses, robot_rays: Points) -> Points:
-    """World points where rays given in robot axes meet the wall; nan where they never do.
+    """World points where rays given in robot axes meet the wall; nan where they never do."""
+    rays = turned(rotation(pose), np.moveaxis(robot_rays, -1, 0))
+    x, y, z = camera_position(rig, pose)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        t = reach(rig, (x, y, z), rays)
+        return _xyz(x + t * rays[0], y + t * rays[1], z + t * rays[2])
+
+
+def reach(rig: Rig, at: Matrix | tuple[Matrix, ...], rays: Matrix) -> Matrix:
+    """Factors by which rays, (3, ...), reach from `at` to the wall; nan where they never do.
 
     Cylinder: |o + t d| = R in the plane across the axis:
     a = dy^2 + dz^2, b = oy dy + oz dz, c = oy^2 + oz^2 - R^2, t = (-b + sqrt(b^2 - a c)) / a.
     """
-    oy, oz = rig.mount.lateral_mm + pose.y_mm, _camera_z(rig) + pose.z_mm
-    dx, dy, dz = np.moveaxis(_turned(rotation(pose), robot_rays), -1, 0)
-    radius = rig.pipe.radius_mm
-    with np.errstate(invalid="ignore", divide="ignore"):
-        if radius is None:
-            t = -oz / dz
-        else:
-            a, b = dy * dy + dz * dz, oy * dy + oz * dz
-            c = oy * oy + oz * oz - radius * radius
-            t = (-b + np.sqrt(b * b - a * c)) / a
-        t = np.where(t > 0, t, np.nan)
-        return _xyz(pose.x_mm + t * dx, oy + t * dy, oz + t * dz)
+    (_, oy, oz), (_, dy, dz), radius = at, rays, rig.pipe.radius_mm
+    if radius is None:
+        t = -oz / dz
+    else:
+        a, b = dy * dy + dz * dz, oy * dy + oz * dz
+        c = oy * oy + oz * oz - radius * radius
+        t = (np.sqrt(b * b - a * c) - b) / a
+    return np.where(t > 0, t, np.nan)
 
 
 def sight(rig: Rig, pose: Pose | Poses, wall_xyz: Points) -> Points:
     """Directions in robot axes, not normalised, in which world points appear from a pose."""
-    dx = wall_xyz[..., 0] - pose.x_mm
-    dy = wall_xyz[..., 1] - (rig.mount.lateral_mm + pose.y_mm)
-    dz = wall_xyz[..., 2] - (_camera_z(rig) + pose.z_mm)
-    return _turned(rotation(pose).swapaxes(0, 1), _xyz(dx, dy, dz))
+    x, y, z = camera_position(rig, pose)
+    away = np.stack([wall_xyz[..., 0] - x, wall_xyz[..., 1] - y, wall_xyz[..., 2] - z])
+    return np.moveaxis(turned(rotation(pose).swapaxes(0, 1), away), 0, -1)
 
 
 def rotation(pose: Pose | Poses) -> Matrix:
@@ -303,11 +307,11 @@ def rotation(pose: Pose | Poses) -> Matrix:
     )
 
 
-def _turned(matrix: Matrix, vectors: Points) -> Points:
-    """R v of vectors (..., 3); `matrix` is (3, 3) for all of them, or (3, 3, ...) for each."""
+def turned(matrix: Matrix, vectors: Matrix) -> Matrix:
+    """R v of vectors (3, ...); `matrix` is (3, 3) for all of them, or (3, 3, ...) for each."""
     if matrix.ndim == 2:
-        return np.asarray(vectors @ matrix.T)
-    return np.asarray(np.einsum("ij...,...j->...i", matrix, vectors))
+        return np.asarray((matrix @ vectors.reshape(3, -1)).reshape(vectors.shape))
+    return np.asarray(np.einsum("ij...,j...->i...", matrix, vectors))
 
 
 def develop(rig: Rig, wall_xyz: Points) -> Points:
@@ -319,14 +323,12 @@ def develop(rig: Rig, wall_xyz: Points) -> Points:
     return np.stack([wall_xyz[..., 0], arc], -1)
 
 
-def wall_axes(rig: Rig, wall_xyz: Points) -> tuple[Points, Points]:
-    """(N, 3) unit vectors at points on the wall: along the arc, and outward through the wall."""
+def outward(rig: Rig, wall_xyz: Matrix) -> Matrix:
+    """(2, N) y and z of the unit normal through the wall at points on it, (3, N); its x is 0."""
     radius = rig.pipe.radius_mm
-    zero, one = np.zeros(len(wall_xyz)), np.ones(len(wall_xyz))
     if radius is None:
-        return _xyz(zero, one, zero), _xyz(zero, zero, one)
-    y, z = wall_xyz[:, 1] / radius, wall_xyz[:, 2] / radius
-    return _xyz(zero, z, -y), _xyz(zero, y, z)
+        return np.stack([np.zeros_like(wall_xyz[0]), np.ones_like(wall_xyz[0])])
+    return np.asarray(wall_xyz[1:] / radius)
 
 
 def enclose(rig: Rig, axial_arc: Points) -> Points:

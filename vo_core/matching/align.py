@@ -117,7 +117,7 @@ class Template:
     seen: NDArray[np.bool_]
     """(blocks,) whether the picture shows all of the block."""
     root: Matrix
-    """(blocks, 2, 2) square root of the mean g g'."""
+    """(2, 2, blocks) square root of the mean g g'."""
     texture: Matrix
     """(blocks,) mean square of the gradient."""
     coarse_gradient: GrayImage
@@ -140,8 +140,8 @@ class Template:
             basis=basis,
             own=gram[:, 2],
             seen=grid.tiles(valid).min(1) > 0,
-            root=_root(gram[:, :2, :2]),
-            texture=np.trace(gram[:, :2, :2], axis1=1, axis2=2),
+            root=_root(*gram[:, [0, 0, 1], [0, 1, 1]].T),
+            texture=gram[:, 0, 0] + gram[:, 1, 1],
             coarse_gradient=_coarse_gradient(grid, basis[:, 2], row_step),
         )
 
@@ -218,7 +218,7 @@ def align(
         warp: The motion model, at the nodes of the template's blocks.
         start: (n,) parameters to start from, within about 2 px of the truth everywhere.
         scales: (n,) change of each parameter that moves the content by about a pixel.
-        linearise: Returns w(q) and dw/dq, (nodes, 2, n); numerical differences by default.
+        linearise: Returns w(q) and dw/dq, (n, 2, nodes); numerical differences by default.
         prior: What is known about the parameters.
         habit: Their usual values, a prior that `Alignment.free` leaves out.
         settled: Number of steps after which steps are extrapolated (see `_stride`) as long as they
@@ -237,15 +237,15 @@ def align(
     stride, moved, left_px, waited = 1.0, np.zeros(0), np.inf, 0
     for taken in range(1, LAST_STEP + 1):
         seen = _compare(template, doubled, whole, positions, fit)
-        scores = (jacobian * (seen.product * seen.weights)[..., None]).sum(0)
+        scores = (jacobian * (seen.product * seen.weights)).sum(1)
         step = -np.linalg.solve(
             _hessian(rooted, seen.weights) + information,
-            scores.sum(0)
+            scores.sum(1)
             + loose @ (parameters - start)
             + known.information @ (parameters - known.mean)
             + usual.information @ (parameters - usual.mean),
         )
-        last, moved = moved, jacobian @ step
+        last, moved = moved, step @ jacobian.reshape(len(step), -1)
         extrapolated = settled is not None and taken > settled
         if extrapolated:
             stride = _stride(stride, last, moved)
@@ -267,12 +267,12 @@ def align(
     independent = seen.overlap * template.seen.sum() * per_block
     clear = seen.trust > CLEAR
     common = _common_texture(template, seen, independent)
-    seen_information = _hessian(_rooted(template.root @ common.T, jacobian), seen.weights)
+    seen_information = _hessian(_rooted(common @ template.root, jacobian), seen.weights)
     hessian = seen_information + information
     bread = inverse(hessian)
     pull = usual.information @ (parameters - usual.mean)
     unforced = inverse(seen_information + loose + known.information)
-    filling = INFLATION * scores.T @ scores + seen.shared * seen_information + information
+    filling = INFLATION * scores @ scores.T + seen.shared * seen_information + information
     covariance = bread @ filling @ bread
     return Alignment(
         parameters=parameters,
@@ -280,7 +280,7 @@ def align(
         covariance=covariance,
         free=parameters + unforced @ pull,
         free_covariance=unforced,
-        uncertainty_px=_spread_px(jacobian[:, template.seen], covariance),
+        uncertainty_px=_spread_px(jacobian[..., template.seen], covariance),
         agreement=seen.agreement,
         fidelity=seen.fidelity,
         overlap=seen.overlap,
@@ -358,7 +358,7 @@ def _stride(stride: float, last: Matrix, moved: Matrix) -> float:
 
     Noise in the gradients of the reference makes every step too short by the same share.  So each
     step is a fixed part of the one before, and the sum of the series is known.  `last` and `moved`
-    are the displacements (2, blocks) of the last step and of this one, each taken once.
+    are the displacements of all blocks by the last step and of this one, each taken once.
     """
     left = float((moved * last).sum() / max((last * last).sum(), 1e-12))
     return float(np.clip(stride / max(1 - left, 0.1), 1.0, LONGEST_STRIDE))
@@ -373,32 +373,32 @@ def inverse(matrix: Matrix) -> Matrix:
 def _spread_px(jacobian: Matrix, covariance: Matrix) -> Matrix:
     """(2,) standard deviation of the displacements J q along each axis, rms over the blocks.
 
-    `jacobian` is (2, blocks, n).  The mean of the variances j' C j over the rows j of J is the
+    `jacobian` is (n, 2, blocks).  The mean of the variances j' C j over the rows j of J is the
     trace of C J' J, over their number.
     """
-    variances = [float((rows.T @ rows * covariance).sum()) for rows in jacobian]
-    return np.asarray(np.sqrt(np.maximum(variances, 0.0) / max(jacobian.shape[1], 1)))
+    variances = [float((rows @ rows.T * covariance).sum()) for rows in jacobian.swapaxes(0, 1)]
+    return np.asarray(np.sqrt(np.maximum(variances, 0.0) / max(jacobian.shape[2], 1)))
 
 
-def _root(tensor: Matrix) -> Matrix:
-    """Symmetric square roots of (blocks, 2, 2) tensors A, after Cayley and Hamilton.
+def _root(xx: Matrix, xy: Matrix, yy: Matrix) -> Matrix:
+    """(2, 2, blocks) symmetric square roots of tensors A, after Cayley and Hamilton.
 
     (A + s I) / sqrt(tr A + 2 s) with s^2 = det A.
     """
-    side = np.sqrt(np.maximum(np.linalg.det(tensor), 0.0))
-    size = np.sqrt(np.maximum(np.trace(tensor, axis1=1, axis2=2) + 2 * side, 1e-12))
-    return np.asarray((tensor + side[:, None, None] * np.eye(2)) / size[:, None, None])
-
-
-def _hessian(rooted: Matrix, weights: Matrix) -> Matrix:
-    """Sum of w J' g g' J, (n, n), of roots times Jacobians, (2, blocks, n)."""
-    rows = (rooted * np.sqrt(weights)[:, None]).reshape(-1, rooted.shape[-1])
-    return np.asarray(rows.T @ rows)
+    side = np.sqrt(np.maximum(xx * yy - xy * xy, 0.0))
+    size = np.sqrt(np.maximum(xx + yy + 2 * side, 1e-12))
+    return np.asarray(np.array([[xx + side, xy], [xy, yy + side]]) / size)
 
 
 def _rooted(root: Matrix, jacobian: Matrix) -> Matrix:
-    """Products of (blocks, 2, 2) and the Jacobians of the blocks, (2, blocks, n)."""
-    return np.asarray((root @ jacobian.swapaxes(0, 1)).swapaxes(0, 1))
+    """(n, 2, blocks) products of roots, (2, 2, blocks), and Jacobians, (n, 2, blocks)."""
+    return np.asarray(root[:, 0] * jacobian[:, :1] + root[:, 1] * jacobian[:, 1:])
+
+
+def _hessian(rooted: Matrix, weights: Matrix) -> Matrix:
+    """Sum of w J' g g' J, (n, n), of roots times Jacobians."""
+    rows = (rooted * np.sqrt(weights)).reshape(len(rooted), -1)
+    return np.asarray(rows @ rows.T)
 
 
 def _common_texture(template: Template, seen: _Comparison, independent: float) -> Matrix:
@@ -441,20 +441,22 @@ def _differences(warp: Warp, scales: Matrix) -> Callable[[Matrix], tuple[Points,
 
     def linearise(parameters: Matrix) -> tuple[Points, Matrix]:
         at, *moved = warp(parameters + np.vstack([np.zeros_like(steps), np.diag(steps)]))
-        return at, np.asarray((np.stack(moved, -1) - at[..., None]) / steps)
+        return at, np.asarray((np.stack(moved) - at).swapaxes(1, 2) / steps[:, None, None])
 
     return linearise
 
 
 def _on_reference(grid: BlockGrid, fit: Matrix, slopes: Matrix) -> Matrix:
-    """(2, blocks, n) dw/dq of each block in the reference's pixels, by (dw/dp)^-1.
+    """(n, 2, blocks) dw/dq of each block in the reference's pixels, by (dw/dp)^-1.
 
     It is computed once, at the start, because it changes little within the two pixels of an
     alignment.
     """
-    along, down = grid.centres(slopes).swapaxes(0, 1)
+    at_nodes = slopes.reshape(-1, 2, grid.rows + 2, grid.columns + 2)
+    dq = np.ascontiguousarray(at_nodes[..., 1:-1, 1:-1]).reshape(len(slopes), 2, -1)
     # (dw/dp)^-1 of the columns of dw/dp: their cofactors over the determinant.
-    (a, b), (c, d) = fit[..., 1:].swapaxes(1, 2)[..., None]
-    moved = np.stack([d * along - b * down, a * down - c * along]) / (a * d - b * c)
+    (a, b), (c, d) = fit[..., 1:].swapaxes(1, 2)
+    inverted = np.array([[d, -b], [-c, a]]) / (a * d - b * c)
+    moved = _rooted(inverted, dq)
     moved[~np.isfinite(moved)] = 0.0
     return np.asarray(moved)
