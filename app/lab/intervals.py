@@ -105,11 +105,10 @@ def run_trials(
 
 def _trial(name: str, rig: Rig, frames: Sequence[RenderedFrame]) -> Trial:
     odometry, finder = Odometry(rig), JointFinder(rig)
-    estimates = []
     for frame in frames:
-        estimates.append(odometry.step(frame.image, frame.t_s))
-        finder.add(frame.image, odometry.stance.added_to(estimates[-1]))
-    track = Track.from_estimates(estimates)
+        estimate = odometry.step(frame.image, frame.t_s)
+        finder.add(frame.image, odometry.stance.added_to(estimate))
+    track = Track.from_estimates(odometry.smoothed())
     proposal = by_joints(rig, track, finder.finish())
     true_mm = frames[-1].x_mm
     return Trial(

@@ -69,13 +69,12 @@ def focal_factors(
         on_progress: Called after each frame with frames done and the total, if known.
     """
     odometry, finder = Odometry(rig), JointFinder(rig)
-    estimates = []
     with VideoFile(video) as frames:
-        for frame in frames.read_ahead():
-            estimates.append(odometry.step(frame.image, frame.t_s))
-            finder.add(frame.image, odometry.stance.added_to(estimates[-1]))
-            on_progress(len(estimates), frames.info.frames)
-    return factors_of(Track.from_estimates(estimates), finder.finish(), rig, length_mm)
+        for done, frame in enumerate(frames.read_ahead(), 1):
+            estimate = odometry.step(frame.image, frame.t_s)
+            finder.add(frame.image, odometry.stance.added_to(estimate))
+            on_progress(done, frames.info.frames)
+    return factors_of(Track.from_estimates(odometry.smoothed()), finder.finish(), rig, length_mm)
 
 
 def factors_of(
