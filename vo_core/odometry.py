@@ -1,10 +1,10 @@
 """Visual odometry on the developed wall: one pose a frame, with its uncertainty.
 
-The path of a frame through `Odometry.step`: rectify -> low-pass -> normalise -> remove the fixed
-pattern -> predict -> locate against the keyframe, else the newest frame -> pose and status ->
-update the fixed pattern. Frames that show nothing new (black, repeated, unrecognised) get the
-status `lost`, and the motion before them goes on. Time stamps only guide the search: they move no
-pose.
+The path of a frame through `Odometry.step`: divide out bands of a pulsed lamp -> rectify ->
+low-pass -> normalise -> remove the fixed pattern -> predict -> locate against the keyframe, else
+the newest frame -> pose and status -> update the fixed pattern. Frames that show nothing new
+(black, repeated, unrecognised) get the status `lost`, and the motion before them goes on. Time
+stamps only guide the search: they move no pose.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from vo_core.image.health import NO_HEALTH, Health, HealthGauge
 from vo_core.image.overlay import Overlay
 from vo_core.image.pattern import FixedPattern
 from vo_core.image.resample import grey_frame, reduce_to
+from vo_core.image.rows import RowGains
 from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
 from vo_core.lookout import Lookout
 from vo_core.matching.blocks import BlockGrid
@@ -177,9 +178,8 @@ class Odometry:
         """`known` is what frames of the film have shown that come before the first one here."""
         camera = rig.camera
         self._known = known
+        self._gains = RowGains()
         overlay = Overlay((camera.width, camera.height)) if rig.looks_along_pipe else None
-        self._made = array("d")
-        """The estimates so far, field by field; a status by its number in `_STATUSES`."""
         self._start(rig, COARSEST, overlay)
 
     def _start(self, rig: Rig, coarsest: float, overlay: Overlay | None) -> None:
@@ -206,7 +206,7 @@ class Odometry:
         self._lookout: Lookout | None = None
         if overlay is not None:
             self._lookout = Lookout(self._locator, self._rectify, overlay)
-        self._opening: list[tuple[Image, float]] | None = [] if self._lookout else None
+        self._opening: list[tuple[Image, float]] | None = []
         """The first frames with their times, until it is known what is fixed in them."""
         self._ahead: Reference | None = None
         """Newest keyframe of a camera that looked ahead."""
@@ -241,6 +241,8 @@ class Odometry:
         self._fix_periods = 0.0
         """`Clock.periods` at the last fix."""
         self._frame = 0
+        self._made = array("d")
+        """The estimates so far, field by field; a status by its number in `_STATUSES`."""
         self._is_noiseless = self._known.is_noiseless
         """Whether the film has shown a standstill as equal pictures, without noise."""
         self._is_held = False
@@ -268,13 +270,12 @@ class Odometry:
         if not np.isfinite(t_s):
             raise InvalidTime(f"Frame {self._frame} has the time {t_s} s; it must be finite.")
         image = grey_frame(self.rig.camera, image)
+        self._learn_gains(image)
         if self._overlay is not None:
             self._learn_overlay(self._overlay, image)
         if self._opening is not None:
             self._keep_opening(self._opening, image, t_s)
-        estimate = self._track(image, t_s)
-        self._made.extend(_STATUSES.index(v) if v in _STATUSES else v for v in astuple(estimate))
-        return estimate
+        return self._track(image, t_s)
 
     def smoothed(self) -> list[Estimate]:
         """Return the estimates of all frames so far, in order, as the whole film shows them.
@@ -290,6 +291,7 @@ class Odometry:
     def _track(self, image: Image, t_s: float) -> Estimate:
         """Estimate the pose in the next frame, (H, W) grey, with what is known of the film."""
         self._clock.tick(t_s)
+        image = self._gains.divide_out(image)
         before = self._state.pose
         if self._lookout is not None:
             self._aim(self._lookout, image)
@@ -317,6 +319,7 @@ class Odometry:
         else:
             status, quality = self._bridge(picture, is_new=is_new)
         estimate = self._estimate(t_s, status, quality)
+        self._made.extend(_STATUSES.index(v) if v in _STATUSES else v for v in astuple(estimate))
         self.patch, self._pose_before, self._health = patch, before, None
         self._frame += 1
         return estimate
@@ -419,6 +422,13 @@ class Odometry:
         self._fix_periods = self._clock.periods - 1
         self._keyframe = self._fallback = self._ahead = None
 
+    def _learn_gains(self, image: Image) -> None:
+        """Look for bands of a pulsed lamp, and track the first frames again without them."""
+        had_bands = self._gains.has_bands
+        self._gains.learn(image)
+        if self._opening and self._gains.has_bands and not had_bands:
+            self._begin_anew(self._overlay, self._coarsest)
+
     def _learn_overlay(self, overlay: Overlay, image: Image) -> None:
         """Mask what is fixed in the picture, and track the first frames again with the mask."""
         was_clear = overlay.mask is None
@@ -436,7 +446,7 @@ class Odometry:
         is_full = len(opening) >= OPENING_FRAMES or len(opening) * image.nbytes >= OPENING_BYTES
         self._opening = None if is_full else opening
 
-    def _begin_anew(self, overlay: Overlay, coarsest: float) -> None:
+    def _begin_anew(self, overlay: Overlay | None, coarsest: float) -> None:
         """Track the first frames again, now that more is known of the film.
 
         Text that stands still places the camera beside the axis, and the wall that it shows there
