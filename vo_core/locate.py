@@ -171,6 +171,13 @@ class Reference:
         """Gradients and tensors for the alignment, computed when first needed."""
         return Template.of(self.picture.doubled, self.picture.view.valid, row_step=2)
 
+    @cached_property
+    def repeats(self) -> bool:
+        """Whether the wall looks alike at several places of the picture, by autocorrelation."""
+        coarse, seen = self.picture.coarse, self.picture.view.coarse_valid
+        own = spectrum(coarse, taper(seen, max(4, min(seen.shape) // 5)))
+        return best_peaks(correlation(own, own), 2)[1].psr >= LOCK_PSR
+
 
 @dataclass(frozen=True, eq=False)
 class Fix:
@@ -302,20 +309,30 @@ class Locator:
     def _fixes(
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
     ) -> list[Fix]:
+        # Where the guess explains all blocks, another motion is possible on a repeating wall only.
+        near = None if outlook.is_held else self._align(reference, picture, guess, outlook)
+        if near and _explains_all(near) and not reference.repeats:
+            return [near]
         peaks = self._peaks(reference, picture, guess)
         step_mm = 2 * self._grid.mm_per_px
-        shifts_mm = [(peak.dx_px * step_mm, peak.dy_px * step_mm) for peak in peaks]
         yaw_rad = reference.pose.yaw_rad
-        starts = [moved_by_content(guess, shift_mm, yaw_rad) for shift_mm in shifts_mm]
-        if outlook.is_held:
-            starts.append(guess)
-            starts = [replace(start, x_mm=guess.x_mm) for start in starts]
-        aligned = [self._align(reference, picture, start, outlook) for start in starts]
-        # The peaks of wall and water may merge into one lobe whose top is neither.  So the guess is
-        # tried too, unless one motion explains all blocks.
+        aligned: list[Fix | None] = []
+        for peak in peaks:
+            if near and np.hypot(peak.dx_px, peak.dy_px) <= 1:
+                aligned.append(near)
+                continue
+            shift_mm = peak.dx_px * step_mm, peak.dy_px * step_mm
+            start = moved_by_content(guess, shift_mm, yaw_rad)
+            if outlook.is_held:
+                start = replace(start, x_mm=guess.x_mm)
+            aligned.append(self._align(reference, picture, start, outlook))
+        # The peaks of wall and water may merge into one lobe whose top is neither.  So the guess
+        # counts too, unless one motion explains all blocks.
         is_lobe = any(1 < np.hypot(peak.dx_px, peak.dy_px) < LOBE_PX for peak in peaks)
-        if is_lobe and not any(fix and _explains_all(fix) for fix in aligned):
+        if outlook.is_held:
             aligned.append(self._align(reference, picture, guess, outlook))
+        elif is_lobe and not any(fix and _explains_all(fix) for fix in aligned):
+            aligned.append(near)
         return [fix for fix in aligned if fix]
 
     def _best(
