@@ -20,6 +20,7 @@ from vo_core.bridge import UNKNOWN_SPEED, bridged
 from vo_core.clock import Clock
 from vo_core.errors import InvalidTime
 from vo_core.geometry.bed import Bed
+from vo_core.geometry.doubt import together_mm
 from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.motion import POSE, RATES
 from vo_core.geometry.rectify import BOTTOM, COARSEST, TOP, WHOLE, Rectifier, Rows
@@ -28,6 +29,7 @@ from vo_core.geometry.sway import Sway
 from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose, apart_mm
 from vo_core.geometry.wander import Wander
+from vo_core.geometry.waves import Waves
 from vo_core.image.filters import low_pass, normalise
 from vo_core.image.health import NO_HEALTH, Health, HealthGauge
 from vo_core.image.overlay import Overlay
@@ -224,6 +226,7 @@ class Odometry:
         side_mm = self._rectify.grid.mm_per_px
         self._sway = Wander() if rig.looks_along_pipe else Sway(rig)
         self._bed = Bed(rig, (columns * side_mm, rows * side_mm))
+        self._waves = Waves(rig, self._rectify.grid)
         self._fidelity = 1.0
         """Running mean of `Alignment.fidelity`."""
         self._agreement = 0.0
@@ -316,6 +319,8 @@ class Odometry:
                 self._judge_repeats(fix)
             status, quality = self._take(fix, picture)
             self._learn(normal, fix)
+            if not self._is_around:
+                self._waves.take(patch, self._view.valid, fix.pose.x_mm)
         else:
             status, quality = self._bridge(picture, is_new=is_new)
         estimate = self._estimate(t_s, status, quality)
@@ -383,8 +388,8 @@ class Odometry:
 
     @property
     def bed_mm(self) -> float:
-        """Part of `sigma_distance_mm` by beds, signed like the way on them."""
-        return self._bed.doubt_mm
+        """Part of `sigma_distance_mm` by beds and by waves, signed like the way on them."""
+        return together_mm(self._bed.doubt_mm, self._waves.doubt_mm)
 
     @property
     def _gone(self) -> float:
@@ -716,7 +721,7 @@ class Odometry:
     def _estimate(self, t_s: float, status: Status, quality: float) -> Estimate:
         pose = Pose.of(self._state.pose.vector - self._state.start)
         sigma_mm = float(np.sqrt(self._state.covariance[0, 0] + self._model_mm**2))
-        scale_mm = np.hypot(self._scale_sigma * pose.x_mm, self._bed.sigma_mm)
+        scale_mm = np.hypot(self._scale_sigma * pose.x_mm, self.bed_mm)
         if not self._has_moved:
             status = "weak" if status == "ok" and self._frame > 0 else status
             sigma_mm = float(

@@ -9,26 +9,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from vo_core.geometry.doubt import UNLIKELY, Doubt, probability
 from vo_core.rig import Rig
 from vo_core.types import Matrix
 
 DEPTH_MM = 25.0
 """How much nearer than the rig states such a wall may be, one sigma."""
 
-NOTICED = 0.4
-"""Share of `flat_misfit` from which the wall counts as a bed."""
+MISFITS = (0.075, 0.2)
+"""Limits of the misfit of a bed: rendered beds show 0.16 to 0.18, also where `flat_misfit` is
+more."""
 
-MISFITS = (0.03, 0.08)
-"""Limits of the misfit from which the wall counts as a bed: a wrong rig makes up to 0.015."""
+NO_BED_MISFIT = 0.02
+"""Misfit over `MEMORY_MM` of a clean wall, one sigma: a nodding robot shows up to 0.035, a rig that
+is a little wrong 0.015.  Over less it is larger, as for any mean."""
 
 MEMORY_MM = 400.0
 """Distance over which the misfit is averaged: soft wheels nod over shorter ones."""
-
-UNNOTICED_MM = 240.0
-"""Distance on a bed until the mean has grown to about half the misfit of the bed."""
-
-_LEAST_COUNT = 8
-"""Least number of frames before a bed is detected."""
 
 _FAR_MM = 20.0
 """Beyond this distance from the reference a picture shows a pitch as well as from farther away."""
@@ -55,20 +52,14 @@ class Bed:
     def __init__(self, rig: Rig, patch_mm: tuple[float, float]) -> None:
         """`patch_mm` are the sides of the visible wall, along the pipe and across it."""
         self._height_mm = rig.mount.height_mm
-        self._least = float(np.clip(NOTICED * flat_misfit(rig, patch_mm), *MISFITS))
-        self._count, self._seen_mm = 0, 0.0
+        self._is_pipe = rig.pipe.diameter_mm is not None
+        self._expected = float(np.clip(flat_misfit(rig, patch_mm), *MISFITS))
+        self._seen_mm = 0.0
         self._pitch = 0.0
         """Weighted mean of the pitch times the distance."""
         self._way = 0.0
         """Weighted mean of the squared distance."""
-        self._is_here = False
-        """Whether the wall is a bed now."""
-        self._highest = 0.0
-        """Highest misfit of that bed."""
-        self._way_mm = 0.0
-        """Distance driven on beds, signed like the distance."""
-        self._left_mm = 0.0
-        """Distance at which the last bed ended."""
+        self._doubt = Doubt(MEMORY_MM)
 
     def take(self, change: Matrix, last_mm: float, x_mm: float) -> None:
         """Add the change of a pose since its reference, and the distances of the last two fixes.
@@ -78,41 +69,33 @@ class Bed:
             last_mm, x_mm: Distance of the camera at the fix before, and at this one.
         """
         way_mm, pitch_rad, driven_mm = float(change[0]), float(change[4]), abs(x_mm - last_mm)
-        self._count += 1
         self._seen_mm += driven_mm
         share = driven_mm / max(min(self._seen_mm, MEMORY_MM), driven_mm, 1e-9)
         weight = 1 / max(way_mm**2, _FAR_MM**2)
         self._pitch += share * (weight * pitch_rad * way_mm - self._pitch)
         self._way += share * (weight * way_mm**2 - self._way)
-        sure = 2 - min(self._seen_mm / MEMORY_MM, 1.0)  # at first a robot may nod to one side only
-        was_here, self._is_here = self._is_here, self.misfit > sure * self._least
-        highest = max(self._highest, self.misfit)
-        self._highest = highest if self._is_here else 0.0
-        if self._is_here:
-            before_mm = 0.0 if was_here else min(UNNOTICED_MM, abs(x_mm - self._left_mm))
-            self._way_mm += x_mm - last_mm + float(np.copysign(before_mm, x_mm - last_mm))
-        elif was_here:
-            # Behind the bed the mean takes this distance to fall to the threshold.
-            outlasted_mm = MEMORY_MM * min(np.log(highest / self._least), 1.0)
-            self._way_mm -= float(np.copysign(outlasted_mm, x_mm - last_mm))
-            self._left_mm = x_mm
+        # Of a mixture of a bed and none, the standard deviation.
+        depth = DEPTH_MM / self._height_mm
+        self._doubt.take(float(np.sqrt(self.probability)) * depth, x_mm - last_mm)
 
     @property
     def misfit(self) -> float:
-        """Apparent pitch per distance, times the height.
-
-        It is near 0 where the wall is as the rig states, and 0 before there are enough frames.
-        """
-        if self._count < _LEAST_COUNT:
-            return 0.0
+        """Apparent pitch per distance, times the height: near 0 where the rig is right."""
         return abs(self._pitch) / max(self._way, 1e-9) * self._height_mm
 
     @property
-    def sigma_mm(self) -> float:
-        """Standard uncertainty of the distance by beds; it stays after the bed has ended."""
-        return abs(self.doubt_mm)
+    def probability(self) -> float:
+        """Probability that the wall is a bed now: misfits are normal about that of a bed, or 0."""
+        if not self._is_pipe:
+            return 0.0
+        variance = NO_BED_MISFIT**2 / max(min(self._seen_mm / MEMORY_MM, 1.0), 1e-3)
+        gain = (self.misfit - self._expected / 2) * self._expected / variance
+        return probability(gain - UNLIKELY)
 
     @property
     def doubt_mm(self) -> float:
-        """The same, signed like the way on beds, so that the doubts of consecutive ways add up."""
-        return DEPTH_MM / self._height_mm * self._way_mm
+        """Standard uncertainty of the distance by beds, signed like the way on them.
+
+        It stays after the bed has ended.
+        """
+        return self._doubt.mm

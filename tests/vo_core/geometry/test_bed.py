@@ -9,7 +9,7 @@ from textures import make_rig
 from tracks import SEGMENT_MM, look, straight_track
 
 from vo_core.errors import InvalidCorrection
-from vo_core.geometry.bed import DEPTH_MM, UNNOTICED_MM, Bed
+from vo_core.geometry.bed import DEPTH_MM, MEMORY_MM, Bed
 from vo_core.scale.correction import correct
 from vo_core.scale.evidence import rig_scale
 from vo_core.scale.proposal import propose
@@ -31,21 +31,37 @@ def drive(bed, true_mm, pitch_share):
         pitch_rad = pitch_share(x_mm) * way_mm / HEIGHT_MM
         change = np.array([way_mm, 0, 0, 0, pitch_rad, 0])
         bed.take(change, last_mm, x_mm)
-        found.append(bed.sigma_mm)
-    return np.array(found)
+        found.append(bed.doubt_mm)
+    return np.abs(found)
 
 
 def on_bed(x_mm, first_mm=2000.0, last_mm=3000.0):
     return 0.16 * ((x_mm > first_mm) & (x_mm <= last_mm))
 
 
+UNNOTICED_MM = 240.0
+"""Way on a bed until it is as likely as none."""
+CLEAN_MM = 1.0
+"""Doubt over clean wall, which may always be a bed to some small probability."""
+
+
 def test_a_bed_is_noticed_and_what_it_did_stays_behind_it():
     sigma_mm = drive(Bed(RIG, PATCH_MM), TRUE_MM, on_bed)
-    assert (sigma_mm[TRUE_MM[1:] <= 2000] == 0).all()
-    noticed_mm = TRUE_MM[1:][sigma_mm > 0][0]
+    assert (sigma_mm[TRUE_MM[1:] <= 2000] < CLEAN_MM).all()
+    noticed_mm = TRUE_MM[1:][sigma_mm > MEMORY_MM * SHARE / 2][0]
     assert noticed_mm - 2000 == pytest.approx(UNNOTICED_MM, abs=100)
     assert sigma_mm[-1] == pytest.approx(1000 * SHARE, rel=0.15)
-    assert sigma_mm[-1] == sigma_mm[TRUE_MM[1:] > 4000][0]
+    assert sigma_mm[-1] == pytest.approx(sigma_mm[TRUE_MM[1:] > 4000][0], abs=CLEAN_MM)
+
+
+def test_the_doubt_grows_with_the_evidence_and_never_jumps():
+    sigma_mm = drive(Bed(RIG, PATCH_MM), TRUE_MM, on_bed)
+    assert np.abs(np.diff(sigma_mm)).max() < 0.2 * MEMORY_MM * SHARE
+
+
+def test_a_floor_has_no_bed():
+    floor = make_rig(pipe={"shape": "flat", "diameter_mm": None, "segment_length_mm": None})
+    assert not drive(Bed(floor, PATCH_MM), TRUE_MM, on_bed).any()
 
 
 def test_on_the_way_back_a_bed_gives_back_what_it_took():
@@ -59,13 +75,13 @@ def test_soft_wheels_and_a_rig_that_is_a_little_wrong_are_no_bed():
     def nodding(x_mm):
         return 0.02 + 0.09 * np.sin(x_mm / 43)  # by 1 degree each 0.9 s
 
-    assert (drive(Bed(RIG, PATCH_MM), TRUE_MM, nodding) == 0).all()
+    assert drive(Bed(RIG, PATCH_MM), TRUE_MM, nodding).max() < 2 * CLEAN_MM
 
 
 def test_the_same_bed_is_noticed_in_a_large_pipe_where_it_shows_less():
     large = make_rig(mount={"height_mm": 350.0}, pipe={"diameter_mm": 600.0})
     wide = drive(Bed(large, (280.0, 210.0)), TRUE_MM, lambda x_mm: 0.5 * on_bed(x_mm))
-    assert wide[-1] > 0
+    assert wide[-1] > 800 * DEPTH_MM / 350
 
 
 def over_bed(first_mm, last_mm, scale=1.12, rig_sigma=0.01):
