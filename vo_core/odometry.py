@@ -14,6 +14,7 @@ from dataclasses import astuple, dataclass, replace
 from itertools import product
 from typing import get_args
 
+import cv2
 import numpy as np
 
 from vo_core.bridge import UNKNOWN_SPEED, bridged
@@ -756,4 +757,5 @@ def _systematic(error: Matrix, fix: Fix) -> float:
 def _contrast(patch: GrayImage) -> float:
     """Standard deviation in grey levels at an eighth of the size, where noise averages out."""
     rows, columns = (max(side // 8, 1) for side in patch.shape)
-    return float(reduce_to(patch[: rows * 8, : columns * 8], (columns, rows)).std())
+    small = reduce_to(patch[: rows * 8, : columns * 8], (columns, rows))
+    return float(cv2.meanStdDev(small)[1].item())

@@ -47,9 +47,9 @@ class FixedPattern:
         cv2.accumulateWeighted(picture * picture, self._power, 1 / frames)
         if self.count < LEAST:
             return
-        variance = np.maximum(self._power - self._mean * self._mean, 0)
-        excess = np.abs(self._mean) - SIGNIFICANT * cv2.sqrt(variance / np.float32(frames - 1))
-        self._pattern = np.copysign(np.maximum(excess, 0), self._mean)
+        variance = np.abs(self._power - self._mean * self._mean)
+        by_chance = SIGNIFICANT * cv2.sqrt(variance / np.float32(frames - 1))
+        self._pattern = self._mean - cv2.min(cv2.max(self._mean, -by_chance), by_chance)
 
     @property
     def share(self) -> float:

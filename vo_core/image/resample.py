@@ -34,9 +34,10 @@ def to_grey(image: Image) -> Image:
     if image.dtype != np.uint8:
         sixteen_bit = image.dtype == np.uint16
         image = np.nan_to_num(image.astype(np.float32), posinf=0.0, neginf=0.0)
+        np.maximum(image, 0.0, out=image)
         if sixteen_bit:
             image /= 257
-        elif 0.0 < np.abs(image).max() <= 1.0:
+        elif 0.0 < image.max() <= 1.0:
             image *= 255
     if image.ndim == 3:
         image = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))

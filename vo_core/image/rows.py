@@ -88,10 +88,13 @@ def _level(image: Image) -> GrayImage:
 
 
 def _median(level: GrayImage) -> GrayImage:
-    """(H, 1) median over the parts."""
-    return np.asarray(np.median(level, axis=1, keepdims=True))
+    """(H, 1) median over the parts, an even number; `np.median` costs many times as much."""
+    middle = np.sort(level, axis=1)[:, PARTS // 2 - 1 : PARTS // 2 + 1]
+    return np.asarray((middle[:, :1] + middle[:, 1:]) / 2)
 
 
 def _square(values: GrayImage) -> float:
     """Mean square of most values, by their upper quartile: a joint is in fewer rows than that."""
-    return float(np.quantile(np.abs(values), 0.75) ** 2)
+    size = np.abs(values).ravel()
+    quartile = len(size) * 3 // 4
+    return float(np.partition(size, quartile)[quartile] ** 2)

@@ -50,7 +50,8 @@ class Skipping:
     def __init__(self, grid: BlockGrid, *, is_coarse: bool = False) -> None:
         """`is_coarse` is whether pictures of the film before these have shown it."""
         self._grid = grid
-        self._before: GrayImage | None = None
+        self._before: tuple[GrayImage, Matrix] | None = None
+        """The last picture and the mean square of each of its blocks."""
         self._least_repeated = 1.0
         """Smallest share of repeated blocks in a picture so far, while the robot moved."""
         self.is_coarse = is_coarse
@@ -72,12 +73,14 @@ class Skipping:
         Returns:
             (blocks,); all false if the coding is not coarse or the robot stands still.
         """
-        before, self._before = self._before, now
+        power = self._energy(now)
+        kept, self._before = self._before, (now, power)
         self.is_fresh = False
         none = np.zeros(self._grid.rows * self._grid.columns, np.bool_)
-        if before is None or np.hypot(*way_px) < LEAST_WAY_PX:
+        if kept is None or np.hypot(*way_px) < LEAST_WAY_PX:
             return none
-        power, old_power, still = (self._energy(part) for part in (now, before, now - before))
+        before, old_power = kept
+        still = self._energy(now - before)
         alike = UNLIKE * (power + old_power)
         lies_still = float((still < alike).mean())
         if lies_still <= COARSE and not self.is_coarse:
