@@ -9,8 +9,7 @@ stamps only guide the search: they move no pose.
 
 from __future__ import annotations
 
-from array import array
-from dataclasses import astuple, dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import product
 from typing import get_args
 
@@ -42,6 +41,7 @@ from vo_core.lookout import Lookout
 from vo_core.matching.blocks import BlockGrid
 from vo_core.matching.fields import Interlacing
 from vo_core.matching.skipped import Skipping, blank
+from vo_core.records import Records
 from vo_core.rig import Rig
 from vo_core.state import State
 from vo_core.track import COLUMNS, Estimate, Status
@@ -245,8 +245,8 @@ class Odometry:
         self._fix_periods = 0.0
         """`Clock.periods` at the last fix."""
         self._frame = 0
-        self._made = array("d")
-        """The estimates so far, field by field; a status by its number in `_STATUSES`."""
+        self.records = Records([(name, "i8" if name == "frame" else "f8") for name in COLUMNS])
+        """What `smoothed` needs of each frame."""
         self._is_noiseless = self._known.is_noiseless
         """Whether the film has shown a standstill as equal pictures, without noise."""
         self._is_held = False
@@ -286,11 +286,8 @@ class Odometry:
 
         Call it at the end of a recorded film.
         """
-        rows = np.array(self._made).reshape(-1, len(COLUMNS)).tolist()
-        whole, status = COLUMNS.index("frame"), COLUMNS.index("status")
-        for row in rows:
-            row[whole], row[status] = int(row[whole]), _STATUSES[int(row[status])]
-        return [Estimate(*row) for row in rows]
+        made = (Estimate(*row) for row in self.records.rows.tolist())
+        return [replace(each, status=_STATUSES[int(each.status)]) for each in made]
 
     def _track(self, image: Image, t_s: float) -> Estimate:
         """Estimate the pose in the next frame, (H, W) grey, with what is known of the film."""
@@ -325,7 +322,8 @@ class Odometry:
         else:
             status, quality = self._bridge(picture, is_new=is_new)
         estimate = self._estimate(t_s, status, quality)
-        self._made.extend(_STATUSES.index(v) if v in _STATUSES else v for v in astuple(estimate))
+        values = asdict(estimate) | {"status": _STATUSES.index(estimate.status)}
+        self.records.append(tuple(values.values()))
         self.patch, self._pose_before, self._health = patch, before, None
         self._frame += 1
         return estimate

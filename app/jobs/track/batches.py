@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import BinaryIO
+
 import msgspec
 
+from app.jobs.messages import encode
 from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
@@ -35,6 +39,14 @@ class Tie(msgspec.Struct, frozen=True, array_like=True):
     is_noiseless: bool
 
 
+class Evidence(msgspec.Struct, frozen=True, array_like=True):
+    """What smoothing needs of the frames since the last batch; see `vo_core.records.Records`."""
+
+    begin: int
+    """Where it stands in that of all frames: what a later batch replaces counts no more."""
+    content: bytes
+
+
 class Batch(msgspec.Struct, frozen=True, tag="batch"):
     """The frames since the last batch, and the picture of the last of them."""
 
@@ -61,3 +73,42 @@ class Batch(msgspec.Struct, frozen=True, tag="batch"):
     """At the end of a run: its next rows anew, each by what all frames show."""
     layers: list[WallPicture] = []
     """Of a chunk, in place of `tiles`: the tiles that it has left."""
+    evidence: Evidence | None = None
+    """Only for the journal, from which another tracker takes it."""
+
+
+_LENGTH_BYTES = 8
+"""Length of the size in front of each entry of a journal."""
+
+
+def entry_of(batch: Batch) -> bytes:
+    """Encode a batch as an entry of a journal, without pictures."""
+    entry = encode(msgspec.structs.replace(batch, jpeg=b"", tiles=[], layers=[]))
+    return len(entry).to_bytes(_LENGTH_BYTES, "big") + entry
+
+
+def batches_of(journal: BinaryIO, end: int) -> list[Batch]:
+    """Read the entries of a journal up to a place; what is only for a tracker is left out.
+
+    Raises:
+        msgspec.MsgspecError: It is no journal.
+    """
+    return [msgspec.structs.replace(each, evidence=None) for each in _entries(journal, end)]
+
+
+def evidence_of(journal: BinaryIO, end: int) -> bytearray:
+    """Join the evidence in a journal up to a place."""
+    found = bytearray()
+    for batch in _entries(journal, end):
+        if batch.evidence is not None:
+            del found[batch.evidence.begin :]
+            found += batch.evidence.content
+    return found
+
+
+def _entries(journal: BinaryIO, end: int) -> Iterator[Batch]:
+    """Read one after the other, as all of them need more memory than a server has for it."""
+    decoder = msgspec.msgpack.Decoder(Batch)
+    while (at := journal.tell()) < end:
+        size = int.from_bytes(journal.read(_LENGTH_BYTES), "big")
+        yield decoder.decode(journal.read(min(size, end - at)))

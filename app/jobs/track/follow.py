@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self
 
 import cv2
 
-from app.jobs.track.batches import Batch, Tie, WallPicture
+from app.jobs.track.batches import Batch, Evidence, Tie, WallPicture
 from app.jobs.track.rows import RowPlan, Rows
 from vo_core import Odometry, Rig
 from vo_core.geometry.stance import Stance
@@ -138,19 +138,26 @@ class Follower:
         while some := list(islice(rows, _SMOOTHED_AT_ONCE)):
             yield Batch([], smoothed=some)
 
+    def evidence(self) -> Evidence:
+        """Return what smoothing needs of the frames since the last call."""
+        return Evidence(*self._odometry.records.drained())
+
     def state(self) -> bytes:
-        """Return the state needed to resume, after `batch` has returned all results."""
+        """Return the state needed to resume, after `batch` has returned all results, and `evidence`
+        what belongs to it.
+        """
         return pickle.dumps(self, pickle.HIGHEST_PROTOCOL)
 
     @classmethod
-    def from_state(cls, state: bytes) -> Self:
-        """Resume from a state; only a tracker may call this.
+    def from_state(cls, state: bytes, evidence: bytes | bytearray) -> Self:
+        """Resume from a state and all evidence before it; only a tracker may call this.
 
         Results are the same to the bit: arrays and numbers are stored exactly. See `Checkpoint` for
         the danger of a state.
         """
         follower = pickle.loads(state)  # noqa: S301  (in a process that decodes hostile media)
         assert isinstance(follower, cls)  # noqa: S101  (the stamp fits: the same program made it)
+        follower._odometry.records.restore(evidence)
         return follower
 
     def _stance(self) -> Stance | None:

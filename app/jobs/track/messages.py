@@ -46,6 +46,8 @@ class TrackRequest(msgspec.Struct, frozen=True):
     """Most seconds of video tracked per second."""
     checkpoint: str | None = None
     """File of the `KeptCheckpoint` to resume from; None to begin with the first frame."""
+    journal: str | None = None
+    """File of the journal that belongs to the checkpoint."""
     marks: list[Mark] = []
     """Marks of a camera's film."""
     frames: FrameRange | None = None

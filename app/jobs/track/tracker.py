@@ -17,6 +17,7 @@ import msgspec
 from app.jobs.child import Parent, serve
 from app.jobs.messages import MAX_MESSAGE_BYTES, Problem
 from app.jobs.track import parts
+from app.jobs.track.batches import evidence_of
 from app.jobs.track.messages import Checkpoint, KeptCheckpoint, Passing, TrackRequest
 from app.jobs.track.parts import Numbered
 
@@ -49,8 +50,8 @@ def track(request: TrackRequest, parent: Parent) -> Problem:
         begun = Checkpoint(chunk.first if chunk else 0, 0.0, b"")
         follower = Follower(Rig.parse(request.rig), frames=chunk)
     else:
-        begun = _read(Path(request.checkpoint))
-        follower = Follower.from_state(begun.state)
+        begun, evidence = _read(Path(request.checkpoint), Path(request.journal or ""))
+        follower = Follower.from_state(begun.state, evidence)
         if chunk is not None:
             follower.reach(chunk)
     checkpoints = _Checkpoints(parent, begun.cpu_s)
@@ -83,8 +84,11 @@ def track(request: TrackRequest, parent: Parent) -> Problem:
         return Problem(video.problem)
 
 
-def _read(path: Path) -> Checkpoint:
-    return msgspec.msgpack.decode(path.read_bytes(), type=KeptCheckpoint).checkpoint
+def _read(checkpoint: Path, journal: Path) -> tuple[Checkpoint, bytearray]:
+    """Return a checkpoint, and the evidence of the frames before it."""
+    kept = msgspec.msgpack.decode(checkpoint.read_bytes(), type=KeptCheckpoint)
+    with journal.open("rb") as content:
+        return kept.checkpoint, evidence_of(content, kept.journal_bytes)
 
 
 def _numbered(video: VideoFile, request: TrackRequest, parent: Parent) -> Iterator[Numbered]:
@@ -118,7 +122,7 @@ def _from(first: int, frames: Iterator[Numbered], parent: Parent) -> Iterator[Nu
 def _send(follower: Follower, parent: Parent) -> None:
     batch = follower.batch()
     if batch is not None:
-        parent.send(batch)
+        parent.send(msgspec.structs.replace(batch, evidence=follower.evidence()))
 
 
 class _Checkpoints:
@@ -174,7 +178,7 @@ def main() -> None:
         TrackRequest,
         track,
         named="Tracking",
-        reads=lambda request: [request.video, *filter(None, [request.checkpoint])],
+        reads=lambda request: [request.video, *filter(None, [request.checkpoint, request.journal])],
     )
 
 

@@ -158,7 +158,13 @@ class FilmTracker:
         if limits.cpu_s is not None:
             rest_s = max(limits.cpu_s - round(resumption.cpu_s), 1)
             limits = msgspec.structs.replace(limits, cpu_s=rest_s)
-        checkpoint = str(resumption.checkpoint)
         return TrackRequest(
-            str(video), rig, limits, self._pace, checkpoint, marks, frames=run.frames
+            str(video),
+            rig,
+            limits,
+            self._pace,
+            str(resumption.checkpoint),
+            str(resumption.journal),
+            marks,
+            run.frames,
         )

@@ -22,7 +22,7 @@ import app.jobs
 import vo_core
 from app.errors import DiskFull, StoreUnavailable
 from app.jobs.messages import encode
-from app.jobs.track.batches import Batch
+from app.jobs.track.batches import Batch, batches_of, entry_of
 from app.jobs.track.messages import Checkpoint, KeptCheckpoint
 from app.storage.database.tables import Inspection
 from app.storage.folder.files import Places, append_durably, write_durably
@@ -32,8 +32,6 @@ from app.tracking.unrolled import Unrolled
 logger = logging.getLogger(__name__)
 
 _PACKAGES = ("chainage", "av", "numpy", "opencv-python-headless")
-_LENGTH_BYTES = 8
-"""Length of the size in front of each entry."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,8 @@ class Resumption:
     """The state from which tracking resumes."""
 
     checkpoint: Path
-    """Checkpoint file for the tracker."""
+    """Checkpoint file for the tracker; the next one belongs to it."""
+    journal: Path
     frames: int
     cpu_s: float
     """Processor time used up to the checkpoint."""
@@ -80,7 +79,8 @@ class Journal:
             if kept.stamp != self._stamp:
                 logger.info("The checkpoint of %s is of another program or rig.", self._id)
                 return None
-            found = batches_of(self._journal.read_bytes()[: kept.journal_bytes])
+            with self._journal.open("rb") as content:
+                found = batches_of(content, kept.journal_bytes)
         except FileNotFoundError:
             return None
         except msgspec.MsgspecError:
@@ -91,13 +91,12 @@ class Journal:
             logger.error("The journal of %s does not match its checkpoint.", self._id)
             return None
         self._bytes = kept.journal_bytes
-        return Resumption(self._checkpoint, at.frames, at.cpu_s, found)
+        return Resumption(self._checkpoint, self._journal, at.frames, at.cpu_s, found)
 
     def note(self, batch: Batch) -> None:
         """Add results, which reach the disk with the next checkpoint."""
         self._tiles.update(tile.index for tile in batch.tiles)
-        entry = encode(msgspec.structs.replace(batch, jpeg=b"", tiles=[], layers=[]))
-        self._unsaved += len(entry).to_bytes(_LENGTH_BYTES, "big") + entry
+        self._unsaved += entry_of(batch)
 
     def keep(self, checkpoint: Checkpoint) -> bool:
         """Sync all results, then the checkpoint; without free space neither, and return False."""
@@ -127,18 +126,6 @@ class Journal:
         """Delete journal and checkpoint: the run has ended or starts again."""
         self._checkpoint.unlink(missing_ok=True)
         self._journal.unlink(missing_ok=True)
-
-
-def batches_of(journal: bytes) -> list[Batch]:
-    """Decode a journal; raise msgspec.MsgspecError if it is none."""
-    decoder = msgspec.msgpack.Decoder(Batch)
-    found: list[Batch] = []
-    at = 0
-    while at < len(journal):
-        begin = at + _LENGTH_BYTES
-        at = begin + int.from_bytes(journal[at:begin], "big")
-        found.append(decoder.decode(journal[begin:at]))
-    return found
 
 
 def stamp_of(inspection: TrackedFilm | Inspection) -> str:

@@ -17,6 +17,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import TypeVar
 
@@ -25,7 +26,7 @@ import msgspec
 from app.jobs.messages import Limits
 from app.jobs.process import Child, ask_about_media
 from app.jobs.track import parts
-from app.jobs.track.batches import Batch, WallPicture
+from app.jobs.track.batches import Batch, WallPicture, batches_of
 from app.jobs.track.chunks import gather, join
 from app.jobs.track.messages import FrameRange, JoinWallsRequest, KeptCheckpoint
 from app.jobs.track.parts import Mark
@@ -37,7 +38,7 @@ from app.storage.folder.temporary import temporary_folder
 from app.storage.records.runs import Outcome
 from app.tracker import tracker
 from app.tracking.films.film_run import FilmTracker
-from app.tracking.films.journal import batches_of, stamp_of
+from app.tracking.films.journal import stamp_of
 from app.tracking.films.runs import Run, Runs, TrackedFilm, track_metadata
 from app.tracking.live import Event, Live, Update, WallChanged
 from app.tracking.tracks import Tracks
@@ -236,7 +237,8 @@ class _Work:
         found = []
         for chunk, folder in zip(spec.joins, layers, strict=True):
             assert chunk.frames is not None  # noqa: S101  (every chunk states them)
-            batches = batches_of(self._blobs.get(f"{chunk.place}/{_JOURNAL}"))
+            journal = self._blobs.get(f"{chunk.place}/{_JOURNAL}")
+            batches = batches_of(BytesIO(journal), len(journal))
             found.append(gather(chunk.frames, batches))
             folder.mkdir()
             for name in chunk.files:

@@ -14,7 +14,7 @@ from builders import HEIGHT, RATE, WIDTH, clip_rig, make_clip
 from in_process import track
 
 from app.jobs.messages import Limits, Problem, encode
-from app.jobs.track.batches import Batch, Tie
+from app.jobs.track.batches import Batch, Tie, entry_of
 from app.jobs.track.follow import Follower
 from app.jobs.track.messages import Checkpoint, FrameRange, KeptCheckpoint, TrackRequest
 from vo_core import Estimate, Rig
@@ -48,18 +48,33 @@ class Found:
         self.layers |= {layer.index: layer.content for layer in batch.layers}
 
 
-def follow(request: TrackRequest, found: Found, *, leave_at: int | None = None) -> Checkpoint:
-    """Collect all messages of a tracker; with `leave_at` only up to a checkpoint after it."""
-    newest = Checkpoint(0, 0.0, b"")
+def follow(request: TrackRequest, found: Found, *, leave_at: int | None = None) -> KeptCheckpoint:
+    """Collect all messages of a tracker; with `leave_at` only up to a checkpoint after it.
+
+    Write the newest checkpoint and a journal beside the video.
+    """
+    journal, newest = bytearray(), KeptCheckpoint("", 0, Checkpoint(0, 0.0, b""))
     for message in track(request, leave_at=leave_at)[0]:
         match message:
             case Batch() as batch:
                 found.take(batch)
-            case Checkpoint() as newest:
-                pass
+                journal += entry_of(batch)
+            case Checkpoint() as checkpoint:
+                newest = KeptCheckpoint("", len(journal), checkpoint)
             case Problem() as end:
                 assert end.sentence is None
+    folder = Path(request.video).parent
+    (folder / "journal").write_bytes(journal)
+    (folder / "checkpoint").write_bytes(encode(newest))
     return newest
+
+
+def going_on(request: TrackRequest) -> TrackRequest:
+    """From what was written last beside the video."""
+    folder = Path(request.video).parent
+    return msgspec.structs.replace(
+        request, checkpoint=str(folder / "checkpoint"), journal=str(folder / "journal")
+    )
 
 
 def uneven_clip(path: Path) -> Path:
@@ -73,12 +88,9 @@ def test_what_goes_on_from_a_checkpoint_finds_the_same_to_the_bit(tmp_path: Path
     whole, parts = Found(), Found()
     follow(request, whole)
     at_pace = msgspec.structs.replace(request, pace=1.0)  # there is time for a checkpoint
-    checkpoint = follow(at_pace, parts, leave_at=30)
+    checkpoint = follow(at_pace, parts, leave_at=30).checkpoint
     assert [row.frame for row in parts.rows] == list(range(checkpoint.frames))
-    kept = tmp_path / "checkpoint"
-    kept.write_bytes(encode(KeptCheckpoint("", 0, checkpoint)))
-    goes_on = msgspec.structs.replace(request, checkpoint=str(kept))
-    later = follow(goes_on, parts)
+    later = follow(going_on(request), parts).checkpoint
     for rows in (whole.rows, whole.smoothed):
         assert [row.frame for row in rows] == list(range(FRAMES))
     assert vars(parts) == vars(whole)
@@ -90,7 +102,7 @@ def test_a_chunk_has_the_frames_of_the_film_and_goes_on_after_its_end(tmp_path: 
     frames = FrameRange(30, 80, 15)
     request = TrackRequest(video, clip_rig(), LIMITS, frames=frames)
     found = Found()
-    checkpoint = follow(request, found)
+    checkpoint = follow(request, found).checkpoint
     with VideoFile(video) as film:
         shown = list(film)
     follower = Follower(Rig.parse(clip_rig()), frames=frames)
@@ -105,12 +117,12 @@ def test_a_chunk_has_the_frames_of_the_film_and_goes_on_after_its_end(tmp_path: 
     assert found.tiles == {}
     assert checkpoint.frames == 80
 
-    kept = tmp_path / "checkpoint"
-    kept.write_bytes(encode(KeptCheckpoint("", 0, checkpoint)))
     longer = msgspec.structs.replace(request, frames=FrameRange(30, 95, 15))
     at_once = Found()
+    found.smoothed.clear()  # as the journal ends at the checkpoint
+    follow(going_on(longer), found)
     follow(longer, at_once)
-    follow(msgspec.structs.replace(longer, checkpoint=str(kept)), found)
+    assert found.smoothed == at_once.smoothed
     assert found.rows == at_once.rows
     assert found.health == at_once.health
     assert found.layers == at_once.layers
@@ -131,12 +143,13 @@ def barred_frames(count: int) -> Iterator[Frame]:
 
 def test_a_follower_made_of_a_state_sees_joints_and_wall_as_the_one_before() -> None:
     before, after = (Follower(Rig.parse(clip_rig())) for _ in range(2))
-    whole, parts = Found(), Found()
+    whole, parts, evidence = Found(), Found(), bytearray()
     for frame in barred_frames(110):
         if frame.index % 9 == 0 and frame.index > 0:  # joints and tiles are under way each time
             take(before, whole)
             take(after, parts)
-            after = Follower.from_state(after.state())
+            evidence += after.evidence().content
+            after = Follower.from_state(after.state(), evidence)
         before.add(frame)
         after.add(frame)
     for follower, found in ((before, whole), (after, parts)):

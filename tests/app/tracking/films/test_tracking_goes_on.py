@@ -9,6 +9,7 @@ import signal
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from builders import (
     PATIENCE_S,
@@ -23,7 +24,7 @@ from builders import (
 )
 
 from app.tracking.films.offline import Method, track_video
-from vo_core import Rig
+from vo_core import Rig, Track
 
 TRACKER = "app.jobs.track.tracker"
 GOES_ON = "app.tracking.films.film_run"
@@ -52,8 +53,10 @@ def whole(paced: Client, film: Path) -> dict[str, bytes]:
 
 def test_the_stored_track_is_that_of_the_command(whole: dict[str, bytes], film: Path) -> None:
     track = track_video(film, Rig.parse(clip_rig()), Method.CHAINAGE).track
-    stored = [line for line in whole["track.csv"].decode().splitlines() if line[0] != "#"]
-    assert stored == track.to_csv().splitlines()
+    stored = Track.from_csv(whole["track.csv"].decode())
+    for name in ("distance_mm", "sigma_distance_mm", "y_mm", "yaw_deg"):
+        # The file has four decimals; numpy counts with another number of threads in a child.
+        np.testing.assert_allclose(getattr(stored, name), getattr(track, name), atol=2e-4)
 
 
 def checkpoint_of(client: Client, inspection_id: str) -> Path:
