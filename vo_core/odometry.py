@@ -284,7 +284,7 @@ class Odometry:
     def smoothed(self) -> list[Estimate]:
         """Return the estimates of all frames so far, in order, as the whole film shows them.
 
-        Call it at the end of a recorded film.
+        Call it at the end of a recorded film; one that is too long (`Records`) has none.
         """
         made = (Estimate(*row) for row in self.records.rows.tolist())
         return [replace(each, status=_STATUSES[int(each.status)]) for each in made]

@@ -98,10 +98,13 @@ class RowPlan:
     def rows(self, smoothed: list[Estimate]) -> Iterator[Estimate]:
         """Yield all rows anew; `smoothed` are the estimates of the last part.
 
-        A frame that an earlier run has tracked keeps its row.
+        A frame that an earlier run has tracked keeps its row, and all do if a part has no smoothed
+        estimates.
         """
         placing = Rows(self._start, self._how)
         self._parts[-1].smoothed = smoothed
+        if any(len(part.smoothed) < len(part.frames) for part in self._parts):
+            return
         for number, part in enumerate(self._parts):
             if number > 0:
                 placing.begin_part(part.how)

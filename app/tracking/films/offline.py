@@ -77,5 +77,5 @@ def track_video(
             if on_progress is not None:
                 on_progress(len(estimates), frames.info.frames)
     if isinstance(stepper, Odometry):
-        estimates = stepper.smoothed()
+        estimates = stepper.smoothed() or estimates
     return TrackedVideo(Track.from_estimates(estimates), frames.problem)

@@ -71,3 +71,12 @@ def test_a_frame_that_an_earlier_process_has_tracked_keeps_its_row() -> None:
     for frame in (3, 4):  # the last known frame is looked at once more
         plan.add(frame, [])
     assert [row.frame for row in plan.rows(part(3, 4))] == [4]
+
+
+def test_a_run_of_which_a_part_was_too_long_keeps_its_rows() -> None:
+    plan = RowPlan(None, None)
+    for frame in (0, 1):
+        plan.add(frame, [])
+    plan.begin_part("stood_still", [])
+    plan.add(2, [])
+    assert list(plan.rows(part(2))) == []
