@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,6 +42,11 @@ LONGEST_LAST_PX = 0.1
 
 Measured on coded film: up to 0.1 px distance and heading do not change, at 0.2 px a keyframe's link
 has a systematic error of 0.01 px."""
+
+LINEAR_PX = 0.5
+"""A step that moves no block by more moves all of them linearly, by the slopes at the start.
+
+What is left out is of second order, a step's square over the size of the patch: 0.001 px."""
 
 LAST_STEP = 60
 """Most steps of any alignment, even one that still converges."""
@@ -122,6 +128,8 @@ class Template:
     """(blocks,) mean square of the gradient."""
     coarse_gradient: GrayImage
     """(2, cells, blocks) gradient at half the resolution, which separates texture from noise."""
+    coarse_tensor: Matrix
+    """(3, blocks) xx, xy and yy of g g' of the coarse gradient, summed over the cells."""
 
     @classmethod
     def of(cls, doubled: GrayImage, valid: ByteImage, row_step: int = 1) -> Template:
@@ -133,6 +141,7 @@ class Template:
         image = np.ascontiguousarray(doubled[::2, ::2])
         grid = BlockGrid.over(image.shape)
         basis = np.stack([grid.tiles(part, row_step) for part in (*gradient(image), image)], 1)
+        coarse = _coarse_gradient(grid, basis[:, 2], row_step)
         gram = np.einsum("bip,bjp->bij", basis, basis).astype(np.float64) / basis.shape[2]
         return cls(
             grid=grid,
@@ -142,7 +151,8 @@ class Template:
             seen=grid.tiles(valid).min(1) > 0,
             root=_root(*gram[:, [0, 0, 1], [0, 1, 1]].T),
             texture=gram[:, 0, 0] + gram[:, 1, 1],
-            coarse_gradient=_coarse_gradient(grid, basis[:, 2], row_step),
+            coarse_gradient=coarse,
+            coarse_tensor=(coarse[[0, 0, 1]] * coarse[[0, 1, 1]]).sum(1, dtype=np.float64),
         )
 
 
@@ -154,6 +164,11 @@ class Prior:
     """(n,)"""
     information: Matrix
     """(n, n) inverse covariance, 0 where nothing is known beforehand."""
+
+    @property
+    def drawn_to(self) -> Matrix:
+        """(n,) the mean, times the information."""
+        return np.asarray(self.information @ self.mean)
 
 
 @dataclass(frozen=True)
@@ -225,11 +240,13 @@ def align(
             shrink; None for at most `MOST_STEPS` plain steps.
         enough_px: The iteration ends once no block moves by more.
     """
-    loose = np.diag(1 / ((START_PX if prior is None else OPEN_END_PX) * scales) ** 2)
-    nothing = Prior(start, np.zeros_like(loose))
-    known, usual = prior or nothing, habit or nothing
-    information = loose + known.information + usual.information
     parameters = np.array(start, np.float64)
+    loose = np.diag(1 / ((START_PX if prior is None else OPEN_END_PX) * scales) ** 2)
+    nothing = Prior(parameters, np.zeros_like(loose))
+    known, usual = prior or nothing, habit or nothing
+    without_habit = loose + known.information
+    information = without_habit + usual.information
+    drawn_to = loose @ parameters + known.drawn_to + usual.drawn_to
     positions, slopes = (linearise or _differences(warp, scales))(parameters)
     fit = template.grid.linear(positions)
     jacobian = _on_reference(template.grid, fit, slopes)
@@ -240,10 +257,7 @@ def align(
         scores = (jacobian * (seen.product * seen.weights)).sum(1)
         step = -np.linalg.solve(
             _hessian(rooted, seen.weights) + information,
-            scores.sum(1)
-            + loose @ (parameters - start)
-            + known.information @ (parameters - known.mean)
-            + usual.information @ (parameters - usual.mean),
+            scores.sum(1) + information @ parameters - drawn_to,
         )
         last, moved = moved, step @ jacobian.reshape(len(step), -1)
         extrapolated = settled is not None and taken > settled
@@ -260,7 +274,11 @@ def align(
         out_of_steps = waited == PATIENCE or (settled is None and taken == MOST_STEPS)
         if left_px < enough_px or left_px > 2 * template.grid.side_px or out_of_steps:
             break
-        positions = warp(parameters)
+        if left_px > LINEAR_PX:
+            positions = warp(parameters)
+        else:
+            change = stride * step @ slopes.reshape(len(step), -1)
+            positions = positions + change.reshape(2, -1).T
         fit = template.grid.linear(positions)
     # Sandwich estimate: the bread is the Hessian, the filling the actual scatter of the blocks.
     per_block = template.grid.side_px**2 / CORRELATED_PX
@@ -270,17 +288,16 @@ def align(
     seen_information = _hessian(_rooted(common @ template.root, jacobian), seen.weights)
     hessian = seen_information + information
     bread = inverse(hessian)
-    pull = usual.information @ (parameters - usual.mean)
-    unforced = inverse(seen_information + loose + known.information)
+    unforced = inverse(seen_information + without_habit)
     filling = INFLATION * scores @ scores.T + seen.shared * seen_information + information
     covariance = bread @ filling @ bread
     return Alignment(
         parameters=parameters,
         positions=positions,
         covariance=covariance,
-        free=parameters + unforced @ pull,
+        free=parameters + unforced @ (usual.information @ parameters - usual.drawn_to),
         free_covariance=unforced,
-        uncertainty_px=_spread_px(jacobian[..., template.seen], covariance),
+        uncertainty_px=_spread_px(jacobian, template.seen, covariance),
         agreement=seen.agreement,
         fidelity=seen.fidelity,
         overlap=seen.overlap,
@@ -366,28 +383,32 @@ def _stride(stride: float, last: Matrix, moved: Matrix) -> float:
 
 def inverse(matrix: Matrix) -> Matrix:
     """Invert a positive definite matrix of mixed units, after scaling its diagonal to 1."""
-    size = np.sqrt(np.diag(matrix))
-    return np.asarray(np.linalg.inv(matrix / np.outer(size, size)) / np.outer(size, size))
+    scale = 1 / np.sqrt(matrix.diagonal())
+    scales = scale[:, None] * scale
+    return np.asarray(np.linalg.inv(matrix * scales) * scales)
 
 
-def _spread_px(jacobian: Matrix, covariance: Matrix) -> Matrix:
-    """(2,) standard deviation of the displacements J q along each axis, rms over the blocks.
+def _spread_px(jacobian: Matrix, seen: NDArray[np.bool_], covariance: Matrix) -> Matrix:
+    """(2,) standard deviation of the displacements J q along each axis, rms over the blocks seen.
 
     `jacobian` is (n, 2, blocks).  The mean of the variances j' C j over the rows j of J is the
     trace of C J' J, over their number.
     """
-    variances = [float((rows @ rows.T * covariance).sum()) for rows in jacobian.swapaxes(0, 1)]
-    return np.asarray(np.sqrt(np.maximum(variances, 0.0) / max(jacobian.shape[2], 1)))
+    along, down = (jacobian * seen).swapaxes(0, 1)
+    variances = np.array([(rows @ rows.T * covariance).sum() for rows in (along, down)])
+    return np.asarray(np.sqrt(np.maximum(variances, 0.0) / max(np.count_nonzero(seen), 1)))
 
 
-def _root(xx: Matrix, xy: Matrix, yy: Matrix) -> Matrix:
-    """(2, 2, blocks) symmetric square roots of tensors A, after Cayley and Hamilton.
+def _root(xx: Matrix | float, xy: Matrix | float, yy: Matrix | float) -> Matrix:
+    """(2, 2, ...) symmetric square roots of tensors A, after Cayley and Hamilton.
 
     (A + s I) / sqrt(tr A + 2 s) with s^2 = det A.
     """
-    side = np.sqrt(np.maximum(xx * yy - xy * xy, 0.0))
-    size = np.sqrt(np.maximum(xx + yy + 2 * side, 1e-12))
-    return np.asarray(np.array([[xx + side, xy], [xy, yy + side]]) / size)
+    tensor = np.array([[xx, xy], [xy, yy]])
+    side: Matrix = np.sqrt(np.abs(tensor[0, 0] * tensor[1, 1] - tensor[0, 1] ** 2))
+    tensor[0, 0] += side
+    tensor[1, 1] += side
+    return np.asarray(tensor / np.sqrt(tensor[0, 0] + tensor[1, 1] + 1e-12))
 
 
 def _rooted(root: Matrix, jacobian: Matrix) -> Matrix:
@@ -410,17 +431,13 @@ def _common_texture(template: Template, seen: _Comparison, independent: float) -
     straight lines (the aperture problem) leaves the direction along them open.
     """
     moving = _coarse_gradient(template.grid, seen.picture, template.row_step)
-    weighted = (template.coarse_gradient * seen.weights.astype(np.float32)).reshape(2, -1).T
-    alone, both = (
-        (each.reshape(2, -1) @ weighted).astype(np.float64)
-        for each in (template.coarse_gradient, moving)
-    )
-    both = (both + both.T) / 2
-    alone += (1e-9 * np.trace(alone) + 1e-12) * np.eye(2)
-    values, vectors = np.linalg.eigh(alone)
-    root = vectors * np.sqrt(values) @ vectors.T
-    whitener = vectors / np.sqrt(values) @ vectors.T
-    shares, directions = np.linalg.eigh(whitener @ both @ whitener)
+    weighted = (template.coarse_gradient * seen.weights.astype(np.float32)).reshape(2, -1)
+    both = (weighted @ moving.reshape(2, -1).T).astype(np.float64)
+    xx, xy, yy = (template.coarse_tensor @ seen.weights).tolist()
+    least = 1e-9 * (xx + yy) + 1e-12
+    root = _root(xx + least, xy, yy + least)
+    whitener = np.linalg.inv(root)
+    shares, directions = np.linalg.eigh(whitener @ (both + both.T) @ whitener / 2)
     kept = np.clip(shares - BY_CHANCE / np.sqrt(max(independent, 1.0)), 0.0, 1.0)
     return np.asarray(root @ (directions * np.sqrt(kept)) @ directions.T @ whitener)
 
@@ -429,7 +446,8 @@ def _coarse_gradient(grid: BlockGrid, tiles: GrayImage, row_step: int) -> GrayIm
     """(2, cells, blocks) gradient of tiles between the pixels of half the resolution."""
     half, down = grid.side_px // 2, 2 // row_step
     # The blocks come last, because sums along a long axis are many times faster.
-    pixels = np.ascontiguousarray(tiles.T).reshape(half, down, half, 2, -1).sum((1, 3))
+    pixels = np.asarray(cv2.transpose(tiles), np.float32).reshape(half, down, half, 2, -1)
+    pixels = (pixels[:, :, :, 0] + pixels[:, :, :, 1]).sum(1)
     above, below = pixels[:-1], pixels[1:]
     sums, steps = above + below, below - above
     cells = np.stack([sums[:, 1:] - sums[:, :-1], steps[:, 1:] + steps[:, :-1]])
