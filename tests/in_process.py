@@ -39,7 +39,7 @@ class VirtualClock:
         self.now_s += pause_s
 
 
-class _Parent:
+class _Parent(child.Parent):
     """Receives what a tracker sends, up to a checkpoint after so many frames if one is given."""
 
     def __init__(self, leave_at: float) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import traceback
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
 from multiprocessing.connection import Connection
 from typing import Protocol, TypeVar
@@ -16,6 +17,7 @@ from app.jobs.messages import Answer, Failed, Limits, Part, encode, raw
 
 _CV2_NO_MEMORY = -4
 """`cv2.Error.StsNoMem`."""
+_SIGN_S = 1.0
 _REPORTED_CODES = {
     "UnreadableVideo": "unreadable_video",
     "InvalidRig": "invalid_rig",
@@ -32,6 +34,9 @@ class Limited(Protocol):
         """Limits that the process sets for itself."""
 
 
+Result = TypeVar("Result")
+
+
 class Parent:
     """The parent, while a request is handled."""
 
@@ -41,6 +46,14 @@ class Parent:
     def send(self, part: object) -> None:
         """Send a result before the answer, or progress."""
         self._connection.send_bytes(encode(Part(raw(part))))
+
+    def wait_for(self, work: Callable[[], Result], sign: object) -> Result:
+        """Do work that takes long, and send a sign of life every second."""
+        with ThreadPoolExecutor(1) as thread:
+            doing = thread.submit(work)
+            while wait([doing], _SIGN_S).not_done:
+                self.send(sign)
+            return doing.result()
 
     def asks_to_stop(self) -> bool:
         """Whether the parent has sent anything after the request."""

@@ -125,6 +125,8 @@ def _catch_up(
 
 
 def _follow(capture: Capture, follower: Follower, parent: Parent) -> None:
+    from app.jobs.track.batches import Batch
+
     sent: CameraState | None = None
     sent_s = 0.0
     while not capture.waiting.is_over:
@@ -144,7 +146,7 @@ def _follow(capture: Capture, follower: Follower, parent: Parent) -> None:
     rest = follower.batch()
     if rest is not None:
         parent.send(rest)
-    for batch in follower.smoothed():
+    for batch in parent.wait_for(follower.smoothed, Batch([])):
         parent.send(batch)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
+from functools import partial
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,7 +17,6 @@ import msgspec
 from app.jobs.child import Parent, serve
 from app.jobs.messages import MAX_MESSAGE_BYTES, Problem
 from app.jobs.track import parts
-from app.jobs.track.batches import evidence_of
 from app.jobs.track.messages import Checkpoint, KeptCheckpoint, Passing, TrackRequest
 from app.jobs.track.parts import Numbered
 
@@ -79,13 +78,15 @@ def track(request: TrackRequest, parent: Parent) -> Problem:
             checkpoints.make(follower, end)
         follower.finish()
         _send(follower, parent)
-        for batch in follower.smoothed():
+        for batch in parent.wait_for(follower.smoothed, Passing(end)):
             parent.send(batch)
         return Problem(video.problem)
 
 
 def _read(checkpoint: Path, journal: Path) -> tuple[Checkpoint, bytearray]:
     """Return a checkpoint, and the evidence of the frames before it."""
+    from app.jobs.track.batches import evidence_of
+
     kept = msgspec.msgpack.decode(checkpoint.read_bytes(), type=KeptCheckpoint)
     with journal.open("rb") as content:
         return kept.checkpoint, evidence_of(content, kept.journal_bytes)
@@ -96,13 +97,9 @@ def _numbered(video: VideoFile, request: TrackRequest, parent: Parent) -> Iterat
     chunk = request.frames
     if chunk is None:
         return parts.numbered(video.read_ahead(), request.marks)
-    with ThreadPoolExecutor(1) as thread:
-        # A checkpoint, too, is reached from here: frames that cannot be decoded have no number,
-        # although the packets announce them.
-        sought = thread.submit(video.seek_frame, chunk.first)
-        while wait([sought], _PASSING_S).not_done:
-            parent.send(Passing(0))
-        sought.result()
+    # A checkpoint, too, is reached from here: frames that cannot be decoded have no number,
+    # although the packets announce them.
+    parent.wait_for(partial(video.seek_frame, chunk.first), Passing(0))
     return (Numbered(frame) for frame in takewhile(chunk.holds, video.read_ahead()))
 
 
