@@ -34,7 +34,7 @@ from vo_core.image.filters import low_pass, normalise
 from vo_core.image.health import NO_HEALTH, Health, HealthGauge
 from vo_core.image.overlay import Overlay
 from vo_core.image.pattern import FixedPattern
-from vo_core.image.resample import grey_frame, reduce_to
+from vo_core.image.resample import grey_frame, kept_apart, reduce_to
 from vo_core.image.rows import RowGains
 from vo_core.locate import CERTAIN, LEAST_OVERLAP, Fix, Locator, Outlook, Picture, Reference
 from vo_core.lookout import Lookout
@@ -446,7 +446,7 @@ class Odometry:
         """Keep the first frames; a film of few frames a second begins anew with a longer patch."""
         if len(opening) == 1 and self._overlay is not None and t_s - opening[0][1] > SLOW_S:
             self._begin_anew(self._overlay, FAR)
-        opening.append((image.copy(), t_s))
+        opening.append((kept_apart(image), t_s))
         is_full = len(opening) >= OPENING_FRAMES or len(opening) * image.nbytes >= OPENING_BYTES
         self._opening = None if is_full else opening
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mmap import mmap
 from typing import Any
 
 import numpy as np
@@ -111,6 +112,16 @@ def reduce_to(image: Image, size_wh: tuple[int, int]) -> GrayImage:
     if image.shape[1::-1] == size_wh:
         return np.asarray(image, np.float32)
     return np.asarray(cv2.resize(image, size_wh, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def kept_apart(image: Image) -> Image:
+    """A copy of a picture in memory of its own, which goes back to the system as a whole.
+
+    Many pictures that are dropped at once would leave the process as large as with them.
+    """
+    kept = np.frombuffer(mmap(-1, image.nbytes), image.dtype).reshape(image.shape)
+    kept[...] = image
+    return kept
 
 
 def halve(image: GrayImage) -> GrayImage:

@@ -26,6 +26,9 @@ RECENT_FRAMES = 30
 
 Bands that hardly move in that time are no motion, and count with the dirt on the lens."""
 
+LATER_STEP = 4
+"""Beyond them only every fourth frame is searched: a lamp is seldom changed on the way."""
+
 
 class RowGains:
     """Divides out the gains of the rows in films that have them.
@@ -41,7 +44,7 @@ class RowGains:
     """
 
     def __init__(self) -> None:
-        self._frames = 0
+        self._frames = self._searched = 0
         self._mean: GrayImage = np.zeros((1, 1), np.float32)
         """(rows, PARTS) mean of l without the shading."""
         self._common = self._own = 0.0
@@ -54,20 +57,22 @@ class RowGains:
 
     def learn(self, image: Image) -> None:
         """Look for bands in the next frame, (H, W) grey."""
+        self._frames += 1
+        if self._searched >= RECENT_FRAMES and self._frames % LATER_STEP:
+            return
         level = _level(image[:: max(1, image.shape[0] // ROWS)])
         level -= cv2.GaussianBlur(
             level, (1, 0), 1.0, sigmaY=SHADING * len(level), borderType=cv2.BORDER_REFLECT
         )
-        if self._frames > 0:
+        if self._searched > 0:
             change = level - self._mean
             common = _median(change)
-            share = 1 / min(self._frames, RECENT_FRAMES)
+            share = 1 / min(self._searched, RECENT_FRAMES)
             self._common += share * (_square(common) - self._common)
             self._own += share * (_square(change - common) - self._own)
-        self._frames += 1
-        self._mean = self._mean + (level - self._mean) / np.float32(
-            min(self._frames, RECENT_FRAMES)
-        )
+        self._searched += 1
+        share = 1 / min(self._searched, RECENT_FRAMES)
+        self._mean = self._mean + (level - self._mean) * np.float32(share)
 
     def divide_out(self, image: Image) -> Image:
         """Divide a frame, (H, W) grey, by the gains of its rows; without bands it is returned."""

@@ -18,7 +18,7 @@ import numpy as np
 
 from vo_core.geometry.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
 from vo_core.image.filters import low_pass, normalise, taper
-from vo_core.image.resample import halve
+from vo_core.image.resample import halve, reduce_to
 from vo_core.matching.correlate import LOCK_PSR, best_peaks, correlation, spectrum
 from vo_core.types import GrayImage, Image, Matrix
 
@@ -131,9 +131,9 @@ def combs(image: Image) -> bool:
 
 def _blocks_energy(values: GrayImage) -> GrayImage:
     """Mean squares of a picture in `BLOCKS` by `BLOCKS` blocks."""
-    rows, columns = (side // BLOCKS for side in values.shape)
-    blocks = values[: BLOCKS * rows, : BLOCKS * columns].reshape(BLOCKS, rows, BLOCKS, columns)
-    return np.asarray(np.einsum("aibj,aibj->ab", blocks, blocks) / (rows * columns))
+    rows, columns = (side // BLOCKS * BLOCKS for side in values.shape)
+    whole = values[:rows, :columns]
+    return reduce_to(whole * whole, (BLOCKS, BLOCKS))
 
 
 @dataclass(frozen=True)
