@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vo_core.geometry.sway import Sway
+from vo_core.geometry.motion_prior import MotionPrior
 from vo_core.geometry.wall import Pose
-from vo_core.geometry.wander import Wander
 from vo_core.state import State
 from vo_core.types import Matrix
 
@@ -29,7 +28,7 @@ def bridged(
     fixed: State,
     predicted: Pose,
     velocity: Matrix | None,
-    sway: Sway | Wander,
+    motion: MotionPrior,
     *,
     periods: float,
     most_periods: float,
@@ -41,7 +40,7 @@ def bridged(
         fixed: State at the last frame with a fix.
         predicted: Pose if the robot went on as before.
         velocity: (3,) mm along, mm across and rad a frame period; None before any motion was seen.
-        sway: How far this robot leaves its mean pose.
+        motion: How far this robot leaves its way.
         periods: Frame periods since the last fix.
         most_periods: Frame periods in which the robot leaves the wall seen at the last fix; the
             prediction goes no further than that.
@@ -56,5 +55,5 @@ def bridged(
     drift += np.minimum(BRIDGE_ACCELERATION * gone_s / 2, UNKNOWN_SPEED) * gone_s
     covariance = fixed.covariance.copy()
     covariance[:3, :3] += np.diag(np.square(drift))
-    covariance[3:6, 3:6] += sway.covariance[3:6, 3:6] * min(gone_s, 1.0)
+    covariance[3:6, 3:6] += motion.steps[2:, 2:] * min(gone_s, 1.0)
     return replace(fixed, pose=predicted, covariance=covariance)

@@ -24,10 +24,9 @@ from vo_core.geometry.motion import (
     ring_modes,
     shear_mode,
 )
+from vo_core.geometry.motion_prior import MotionPrior
 from vo_core.geometry.rectify import Rectifier
-from vo_core.geometry.sway import Sway
 from vo_core.geometry.wall import Pose, apart_mm
-from vo_core.geometry.wander import Wander
 from vo_core.image.filters import taper
 from vo_core.image.resample import double, halve, resample, resample_mask
 from vo_core.matching.align import (
@@ -160,6 +159,8 @@ class Reference:
 
     picture: Picture
     state: State
+    frame: int = 0
+    """Index of the frame in the film."""
 
     @property
     def pose(self) -> Pose:
@@ -193,6 +194,10 @@ class Fix:
     """(6,) change of the pose since the reference, without the habit prior."""
     change_variance: Matrix
     """(6,) variances of `change`."""
+    anew: Pose
+    """Pose of the reference as the picture shows it."""
+    joint: Matrix
+    """(14, 14) covariance of the pose, of `anew` and of the mount."""
     is_ambiguous: bool = False
     """Whether another pose fits equally well, as on a wall that repeats itself."""
     is_doubtful: bool = False
@@ -223,8 +228,8 @@ class Outlook:
     reliability: Matrix | None
     """(blocks,) mean trust in each block while the robot moved: low where dirt or water lies.
     None before the robot has moved."""
-    sway: Sway | Wander
-    """How far this robot leaves its mean pose."""
+    motion: MotionPrior
+    """How far this robot leaves its way."""
     rate: Matrix | None
     """(3,) change of x, y and yaw per second between the last two fixes."""
     shear_rad: float = 0.0
@@ -413,7 +418,7 @@ class Locator:
         exact = wall = self._motion(reference, picture, coarse=False)
         scales, known = wall.scales, _known(reference, parameters, outlook.gaze, self._aside_mm)
         reach_mm = STANDS_MM if outlook.is_held else START_PX * self._grid.mm_per_px
-        habit = _habit(reference, start, parameters, outlook.sway, reach_mm)
+        habit = _habit(reference, start, parameters, outlook.motion, reach_mm)
         if self._rig.camera.readout_ms > 0:
             exact = RollingMotion(wall)
             rate_before = reference.state.rate
@@ -473,6 +478,8 @@ class Locator:
             reference=reference,
             alignment=fit,
             moved_px=_median(moved_px[np.isfinite(moved_px)]),
+            anew=Pose.of(fit.parameters[REFERENCE]),
+            joint=fit.covariance[:PARAMETERS, :PARAMETERS],
             change=fit.free[MOVING] - fit.free[REFERENCE],
             change_variance=np.diag(
                 _DIFFERENCE @ fit.free_covariance[:PARAMETERS, :PARAMETERS] @ _DIFFERENCE.T
@@ -519,26 +526,23 @@ def _known(reference: Reference, parameters: Matrix, gaze: Matrix | None, aside_
 
 
 def _habit(
-    reference: Reference, start: Pose, parameters: Matrix, sway: Sway | Wander, reach_mm: float
+    reference: Reference, start: Pose, parameters: Matrix, motion: MotionPrior, reach_mm: float
 ) -> Prior:
-    """Prior of how the pose usually follows from the pose of the reference.
+    """Prior of the step from the reference to the picture, see `MotionPrior`.
 
-    A part of the deviation from the mean pose remains, and new sway of the robot adds to it.  Along
-    the pipe the standard deviation is `reach_mm`.
+    Along the pipe the standard deviation is `reach_mm`.
     """
     way_mm = start.x_mm - reference.pose.x_mm
-    left = sway.kept(way_mm)
+    kept = motion.kept(way_mm)
     follows = np.zeros((POSE, PARAMETERS))
-    follows[:, MOVING], follows[:, REFERENCE] = sway.own, -left[:, None] * sway.own
-    usual, before = sway.mean(start), sway.mean(reference.pose)
-    deviation = left * (sway.own @ (parameters[REFERENCE] - before))
+    follows[:, MOVING], follows[:, REFERENCE] = np.eye(POSE), -np.diag(kept)
     mean = parameters.copy()
-    mean[MOVING] = usual + np.linalg.solve(sway.own, deviation)
+    before = parameters[REFERENCE] - motion.mean(reference.pose)
+    mean[MOVING] = motion.mean(start) + kept * before
     mean[0] = start.x_mm
-    new = np.sqrt(sway.spread(way_mm))
-    covariance = np.outer(new, new) * sway.covariance
-    covariance[0, 0] = reach_mm**2
-    weight = np.linalg.inv(covariance)
+    weight = np.zeros((POSE, POSE))
+    weight[0, 0] = reach_mm**-2
+    weight[1:, 1:] = inverse(motion.covariance(way_mm))
     return Prior(mean, follows.T @ weight @ follows)
 
 

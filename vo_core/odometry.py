@@ -22,13 +22,20 @@ from vo_core.errors import InvalidTime
 from vo_core.geometry.bed import Bed
 from vo_core.geometry.doubt import together_mm
 from vo_core.geometry.height import scale_sigma
-from vo_core.geometry.motion import POSE, RATES
+from vo_core.geometry.motion import (
+    MOUNT,
+    MOVING,
+    PARAMETERS,
+    POSE,
+    RATES,
+    REFERENCE,
+    parameters,
+)
+from vo_core.geometry.motion_prior import MotionPrior
 from vo_core.geometry.rectify import BOTTOM, COARSEST, TOP, WHOLE, Rectifier, Rows
 from vo_core.geometry.stance import AS_STATED, Stance
-from vo_core.geometry.sway import Sway
 from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose, apart_mm
-from vo_core.geometry.wander import Wander
 from vo_core.geometry.waves import Waves
 from vo_core.image.filters import low_pass, normalise
 from vo_core.image.health import NO_HEALTH, Health, HealthGauge
@@ -43,6 +50,7 @@ from vo_core.matching.fields import Interlacing
 from vo_core.matching.skipped import Skipping, blank
 from vo_core.records import Records
 from vo_core.rig import Rig
+from vo_core.smoother import STATE, Link, Smoother
 from vo_core.state import State
 from vo_core.track import COLUMNS, Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
@@ -61,8 +69,8 @@ There a picture that was coded as a whole (an I frame) becomes the keyframe at o
 are few and lead from I frame to I frame.  Two I frames agree to 0.02 degrees up to six frames apart
 (crf 38), other pictures to 0.16 degrees only."""
 
-COARSE_AHEAD_OVERLAP = 0.5
-"""Like `COARSE_OVERLAP`, for a camera that looks along the pipe.
+AHEAD_OVERLAP = 0.5
+"""Like `KEYFRAME_OVERLAP`, for a camera that looks along the pipe.
 
 From one end of the patch to the other the wall comes from the dark to near the lamp, and further
 apart the pictures have little in common (correlation 0.56 at 0.35)."""
@@ -164,6 +172,9 @@ It is multiplied by the unevenness of the picture, because blur and coding vary 
 _STATUSES = get_args(Status)
 
 
+_MOUNT = [*range(PARAMETERS)[MOUNT]]
+
+
 @dataclass(frozen=True)
 class Traits:
     """What shows somewhere in a film and counts from there to its end."""
@@ -225,7 +236,7 @@ class Odometry:
         """State at the last frame, and at the last frame with a fix."""
         rows, columns = self._rectify.grid.shape
         side_mm = self._rectify.grid.mm_per_px
-        self._sway = Wander() if rig.looks_along_pipe else Sway(rig)
+        self._motion = MotionPrior(rig)
         self._bed = Bed(rig, (columns * side_mm, rows * side_mm))
         self._waves = Waves(rig, self._rectify.grid)
         self._fidelity = 1.0
@@ -242,6 +253,13 @@ class Odometry:
         self._velocity: Matrix | None = None
         """(3,) mm along, mm across and rad per frame period; None before the second fix."""
         self._clock = Clock()
+        self._smoother = Smoother()
+        self._link: Link
+        """How the last frame was located."""
+        self._widening = np.zeros(STATE)
+        """Variance that the last frame's state gained as a reference."""
+        self._fixed_frame = -1
+        """Frame of `_fixed`; -1 before the first one."""
         self._fix_periods = 0.0
         """`Clock.periods` at the last fix."""
         self._frame = 0
@@ -293,6 +311,7 @@ class Odometry:
         """Estimate the pose in the next frame, (H, W) grey, with what is known of the film."""
         self._clock.tick(t_s)
         image = self._gains.divide_out(image)
+        self._widening = np.zeros(STATE)
         before = self._state.pose
         if self._lookout is not None:
             self._aim(self._lookout, image)
@@ -322,11 +341,18 @@ class Odometry:
         else:
             status, quality = self._bridge(picture, is_new=is_new)
         estimate = self._estimate(t_s, status, quality)
-        values = asdict(estimate) | {"status": _STATUSES.index(estimate.status)}
-        self.records.append(tuple(values.values()))
+        self._smoother.add(
+            self._link, estimate, self._widening, self._bed.sigma_mm, self._model_mm
+        )
+        if self._link.is_seen or self._link.reference < 0:
+            self._fixed_frame = self._frame
         self.patch, self._pose_before, self._health = patch, before, None
         self._frame += 1
         return estimate
+
+    def smoothed(self) -> list[Estimate]:
+        """Estimates of all frames so far, each by all of the pictures, see `Smoother`."""
+        return self._smoother.estimates(self._scale_sigma)
 
     def measure_health(self) -> Health:
         """Measure how good the last frame is to track on.
@@ -423,7 +449,7 @@ class Odometry:
         pose = replace(anew.pose, x_mm=at.pose.x_mm)
         start = np.concatenate([at.start[:1], anew.start[1:]])
         self._state = self._fixed = replace(anew, pose=pose, covariance=covariance, start=start)
-        self._fix_periods = self._clock.periods - 1
+        self._fix_periods, self._fixed_frame = self._clock.periods - 1, -1
         self._keyframe = self._fallback = self._ahead = None
 
     def _learn_gains(self, image: Image) -> None:
@@ -477,7 +503,7 @@ class Odometry:
             )
             at_start = replace(State.at_start(self.rig), mount_rad=self._fixed.mount_rad)
             reference = Reference(read, at_start)
-            outlook = Outlook(np.inf, Pose(), self._clock.period_s / 2, None, self._sway, None)
+            outlook = Outlook(np.inf, Pose(), self._clock.period_s / 2, None, self._motion, None)
             fix = self._locator.locate(reference, anew, Pose(), outlook)
             if fix is not None:
                 self._shift(-fix.pose.x_mm, -fix.pose.y_mm)
@@ -502,6 +528,7 @@ class Odometry:
         )
         if keyframe is fallback:
             self._fallback = self._keyframe
+        self._smoother.shift(x_mm, y_mm)
 
     def _is_repeated(self, patch: GrayImage) -> bool:
         """Whether a recorder repeated the last picture although the robot was moving.
@@ -558,7 +585,7 @@ class Odometry:
             self._fixed.pose,
             gone_s,
             self._reliability,
-            self._sway,
+            self._motion,
             rate,
             shear_rad,
             None if self._lookout is None else self._lookout.gaze,
@@ -620,6 +647,7 @@ class Odometry:
         """Take the first keyframe; after a pose was given up its distance is uncertain."""
         if not is_new:
             return self._bridge(picture, is_new=False)
+        self._link = self._unseen()
         self._fix_periods, self._fixed = self._clock.periods, self._state
         self._keyframe = self._fallback = self._reference(picture)
         return ("ok", 1.0) if is_zero else ("weak", 0.0)
@@ -632,8 +660,7 @@ class Odometry:
         self._agreement += FIDELITY_GAIN * (fix.alignment.agreement - self._agreement)
         self._fidelity += FIDELITY_GAIN * (fix.alignment.fidelity - self._fidelity)
         self._has_moved |= fix.moved_px > MOVED_PX and fix.alignment.significance > CERTAIN
-        self._sway.learn(fix.change, fix.change_variance)
-        self._sway.follow(fix.pose, np.diag(fix.state.covariance)[:6])
+        self._motion.learn(fix.anew, fix.pose, fix.joint[:-2, :-2])
         self._bed.take(fix.change, self._fixed.pose.x_mm, fix.pose.x_mm)
         # A standstill that may be dirt sets no speed, so that the next frame can disprove it.
         if fix.is_doubtful and self._reliability is None:
@@ -648,6 +675,8 @@ class Odometry:
             self._velocity = velocity
         if not self._is_around:
             self._ahead = fix.reference
+        mean = parameters(fix.pose, fix.anew, fix.state.mount_rad)
+        self._link = Link(fix.reference.frame, mean, fix.joint, is_seen=True)
         self._state = self._fixed = fix.state
         self._fix_periods = self._clock.periods
         self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
@@ -663,8 +692,8 @@ class Odometry:
     @property
     def _least_overlap(self) -> float:
         """Common wall of keyframe and frame below which the frame becomes the keyframe."""
-        if self._is_coarse_ahead:
-            return COARSE_AHEAD_OVERLAP
+        if self.rig.looks_along_pipe:
+            return AHEAD_OVERLAP
         return COARSE_OVERLAP if self._skipping.is_coarse else KEYFRAME_OVERLAP[self.rig.pipe.shape]
 
     @property
@@ -678,13 +707,14 @@ class Odometry:
             self._fixed,
             self._predict(),
             self._velocity,
-            self._sway,
+            self._motion,
             periods=self._gone,
             most_periods=self._most_periods,
             period_s=self._clock.period_s,
         )
         if self._is_around and self._gone_s < HELD_S:
             return self._hold()
+        self._link = self._unseen()
         if is_new and self._keyframe is not None:
             out_of_sight = self._gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
             if out_of_sight or self._gone_s > LOST_LIMIT_S:
@@ -696,12 +726,26 @@ class Odometry:
         covariance = self._fixed.covariance.copy()
         covariance[0, 0] += HELD_MM**2
         self._state = replace(self._fixed, pose=self._predict(), covariance=covariance)
+        self._link = self._unseen()
         return "weak", 0.0
 
+    def _unseen(self) -> Link:
+        """How a frame follows from the last one with a fix, which its picture does not show."""
+        now, before = self._state, self._fixed
+        joint = np.zeros((PARAMETERS, PARAMETERS))
+        moving, reference = [*range(PARAMETERS)[MOVING], *_MOUNT], [*range(PARAMETERS)[REFERENCE], *_MOUNT]
+        joint[np.ix_(reference, moving)] = before.covariance
+        joint[np.ix_(moving, reference)] = before.covariance.T
+        joint[np.ix_(reference, reference)] = before.covariance
+        joint[np.ix_(moving, moving)] = now.covariance
+        mean = parameters(now.pose, before.pose, now.mount_rad)
+        return Link(self._fixed_frame, mean, joint, is_seen=False)
+
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
-        covariance = self._state.covariance + np.diag(np.square(LINK_ERROR))
-        covariance[2, 2] += turn_rad**2
-        return Reference(picture, replace(self._state, covariance=covariance))
+        self._widening = np.square(LINK_ERROR)
+        self._widening[2] += turn_rad**2
+        covariance = self._state.covariance + np.diag(self._widening)
+        return Reference(picture, replace(self._state, covariance=covariance), self._frame)
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
         """Update the fixed pattern and the reliability, once for each piece of new wall."""

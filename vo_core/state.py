@@ -8,7 +8,6 @@ import numpy as np
 
 from vo_core.geometry.motion import POSE, RATES
 from vo_core.geometry.wall import Pose
-from vo_core.geometry.wander import ASIDE, TURNED
 from vo_core.matching.align import Prior
 from vo_core.rig import Rig
 from vo_core.types import Matrix
@@ -21,6 +20,13 @@ START_SIGMA = {
 
 A film may begin anywhere on the path of a robot that sways; a pipe shows how the robot stands then.
 On a floor the first pose defines the axes."""
+
+ASIDE = 0.035
+"""Distance of the first pose from the pipe's axis, one sigma, as a share of the diameter, where the
+camera looks along the pipe."""
+
+TURNED = np.radians(2.5)
+"""Its turn against the axis, one sigma."""
 
 LEAST_TILT_DEG = 1e-3
 """Lower limit of the mount's tilt uncertainty, so that its covariance can be inverted."""

@@ -78,7 +78,7 @@ CLEAR = 0.5
 LEAST_ENERGY = 1e-3
 """Mean square up to which a normalised picture counts as blank, as rounding errors correlate."""
 
-INFLATION = 6.0
+INFLATION = 4.0
 """Variance of an alignment over the variance computed from the scatter between its blocks.
 
 The errors of blocks are correlated, as video coding moves many of them alike.  Measured on coded

@@ -1,0 +1,229 @@
+"""The poses of a film that has ended, each with what all of its pictures show.
+
+A live pose knows the pictures before it.  Each frame was located against a reference, which leaves
+the joint Gaussian of both poses and of the mount, so the frames form a tree.  The path from the
+root to the last frame is a Markov chain, and the pass from its end back to the root is that of
+Rauch, Tung & Striebel (1965):
+
+    s_r <- s_r + C_rt P_t^-1 (s_t' - s_t),   P_r <- P_r + G (P_t' - P_t) G',   G = C_rt P_t^-1,
+
+with s = (pose, mount).  Every other frame is a leaf: it follows from the smoothed state of its
+reference by its own link.  Frames that show no wall lie between those that do.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vo_core.geometry.motion import MOVING, PARAMETERS, POSE, REFERENCE
+from vo_core.track import Estimate, Status
+from vo_core.types import Matrix
+
+STATE = POSE + 2
+"""Number of parameters of a state: pose and mount."""
+
+_STATUSES: tuple[Status, ...] = ("ok", "weak", "lost")
+_MOUNT = [*range(2 * POSE, PARAMETERS)]
+_MOVING = [*range(PARAMETERS)[MOVING], *_MOUNT]
+_REFERENCE = [*range(PARAMETERS)[REFERENCE], *_MOUNT]
+_UPPER = np.triu_indices(PARAMETERS)
+
+_RECORD = np.dtype(
+    [
+        ("reference", np.int64),
+        ("mean", np.float64, PARAMETERS),
+        ("joint", np.float64, len(_UPPER[0])),
+        ("widening", np.float64, STATE),
+        ("is_seen", np.bool_),
+        ("time_s", np.float64),
+        ("quality", np.float32),
+        ("status", np.int8),
+        ("looking_around", np.float32),
+        ("systematic_mm2", np.float64),
+        ("scale_mm2", np.float64),
+    ]
+)
+
+
+@dataclass(frozen=True)
+class Link:
+    """How a frame was located: against which frame, and what that shows of both."""
+
+    reference: int
+    """Frame of the reference; -1 where nothing before it is known."""
+    mean: Matrix
+    """(14,) pose of the frame, of its reference, and the mount, as `WallMotion` takes them."""
+    joint: Matrix
+    """(14, 14) their covariance."""
+    is_seen: bool
+    """Whether the frame shows the wall; else its pose goes on from the reference."""
+
+
+class Smoother:
+    """Keeps the links of a film in a temporary file, about a kilobyte a frame."""
+
+    def __init__(self) -> None:
+        self._file = tempfile.TemporaryFile(prefix="chainage-links-")
+        self._count = 0
+
+    def add(
+        self, link: Link, estimate: Estimate, widening: Matrix, scale_mm: float, systematic_mm: float
+    ) -> None:
+        """Add the next frame.
+
+        Args:
+            link: How it was located.
+            estimate: Its live estimate.
+            widening: (8,) variance that its state gains where it becomes a reference.
+            scale_mm, systematic_mm: Parts of its sigma that are no part of the state.
+        """
+        record = np.zeros(1, _RECORD)
+        record["reference"], record["mean"], record["joint"] = (
+            link.reference, link.mean, link.joint[_UPPER],
+        )  # fmt: skip
+        record["widening"], record["is_seen"] = widening, link.is_seen
+        record["time_s"], record["quality"] = estimate.time_s, estimate.quality
+        record["status"] = _STATUSES.index(estimate.status)
+        record["looking_around"] = estimate.looking_around
+        record["systematic_mm2"], record["scale_mm2"] = systematic_mm**2, scale_mm**2
+        self._file.write(record.tobytes())
+        self._count += 1
+
+    def shift(self, x_mm: float, y_mm: float) -> None:
+        """Move the zero point: all frames but the first one shift."""
+        self._file.flush()
+        records = np.memmap(self._file, _RECORD, "r+", shape=(self._count,))
+        records["mean"][1:, :2] += (x_mm, y_mm)
+        records["mean"][records["reference"] > 0, POSE : POSE + 2] += (x_mm, y_mm)
+        records.flush()
+
+    def estimates(self, scale_sigma: float) -> list[Estimate]:
+        """Smooth all frames so far; `scale_sigma` is relative, by the rig's tolerances."""
+        if not self._count:
+            return []
+        self._file.flush()
+        records = np.memmap(self._file, _RECORD, "r", shape=(self._count,))
+        mean, covariance = _smoothed(records)
+        start = mean[0, :POSE]
+        variance = np.maximum(covariance[:, 0, 0], 0.0) + records["systematic_mm2"]
+        poses = mean[:, :POSE] - start
+        scale = records["scale_mm2"] + np.square(scale_sigma * poses[:, 0])
+        turns = np.degrees(poses[:, [2, 4, 5]])
+        return [
+            Estimate(
+                frame=frame,
+                time_s=float(record["time_s"]),
+                x_mm=x_mm,
+                y_mm=y_mm,
+                yaw_deg=yaw_deg,
+                distance_mm=x_mm,
+                sigma_distance_mm=float(np.sqrt(variance[frame] + scale[frame])),
+                quality=float(record["quality"]),
+                status=_STATUSES[record["status"]],
+                sigma_registration_mm=float(np.sqrt(variance[frame])),
+                z_mm=z_mm,
+                pitch_deg=pitch_deg,
+                roll_deg=roll_deg,
+                looking_around=float(record["looking_around"]),
+            )
+            for frame, (record, (x_mm, y_mm, z_mm), (yaw_deg, pitch_deg, roll_deg)) in enumerate(
+                zip(records, poses[:, [0, 1, 3]].tolist(), turns.tolist(), strict=True)
+            )
+        ]
+
+
+def _smoothed(records: NDArray[Any]) -> tuple[Matrix, Matrix]:
+    """(N, 8) states and (N, 8, 8) covariances of all frames."""
+    count = len(records)
+    reference = np.asarray(records["reference"])
+    mean = np.array(records["mean"][:, _MOVING])
+    covariance = np.empty((count, STATE, STATE))
+    is_done = np.zeros(count, np.bool_)
+    for last in _ends(reference):
+        frame = last
+        mean[frame], covariance[frame] = _moving(records[frame])
+        is_done[frame] = True
+        while (parent := int(reference[frame])) >= 0:
+            mean[parent], covariance[parent] = _back(
+                records[frame], records[parent], mean[frame], covariance[frame]
+            )
+            is_done[parent] = True
+            frame = parent
+    for frame in np.flatnonzero(~is_done).tolist():
+        parent = int(reference[frame])
+        mean[frame], covariance[frame] = _forth(records[frame], mean[parent], covariance[parent])
+    hidden = ~np.asarray(records["is_seen"]) & ~is_done
+    _fill(hidden, mean, covariance)
+    return mean, covariance
+
+
+def _ends(reference: NDArray[np.int64]) -> list[int]:
+    """The last frame of each tree."""
+    root = np.arange(len(reference))
+    for frame, parent in enumerate(reference.tolist()):
+        if parent >= 0:
+            root[frame] = root[parent]
+    return [int(np.flatnonzero(root == each)[-1]) for each in np.unique(root)]
+
+
+def _joint(record: Any) -> Matrix:
+    upper = np.zeros((PARAMETERS, PARAMETERS))
+    upper[_UPPER] = record["joint"]
+    return np.asarray(upper + np.triu(upper, 1).T)
+
+
+def _moving(record: Any) -> tuple[Matrix, Matrix]:
+    """State of a frame by the pictures up to it."""
+    return record["mean"][_MOVING], _joint(record)[np.ix_(_MOVING, _MOVING)]
+
+
+def _back(
+    record: Any, parent: Any, mean: Matrix, covariance: Matrix
+) -> tuple[Matrix, Matrix]:
+    """State of the reference of a frame whose smoothed state is known."""
+    joint = _joint(record)
+    now, across = joint[np.ix_(_MOVING, _MOVING)], joint[np.ix_(_REFERENCE, _MOVING)]
+    gain = _divided(across, now)
+    before = record["mean"][_REFERENCE] + gain @ (mean - record["mean"][_MOVING])
+    spread = joint[np.ix_(_REFERENCE, _REFERENCE)] + gain @ (covariance - now) @ gain.T
+    # As a reference it was taken to be less certain than it was as a frame.
+    own_mean, own = _moving(parent)
+    wide = own + np.diag(parent["widening"])
+    gain = _divided(own, wide)
+    return own_mean + gain @ (before - own_mean), own + gain @ (spread - wide) @ gain.T
+
+
+def _forth(record: Any, mean: Matrix, covariance: Matrix) -> tuple[Matrix, Matrix]:
+    """State of a leaf whose reference is known."""
+    joint = _joint(record)
+    before, across = joint[np.ix_(_REFERENCE, _REFERENCE)], joint[np.ix_(_MOVING, _REFERENCE)]
+    gain = _divided(across, before)
+    now = record["mean"][_MOVING] + gain @ (mean - record["mean"][_REFERENCE])
+    return now, joint[np.ix_(_MOVING, _MOVING)] + gain @ (covariance - before) @ gain.T
+
+
+def _divided(matrix: Matrix, by: Matrix) -> Matrix:
+    """A B^-1 of a symmetric B whose units are mixed, and which may be singular."""
+    size = 1 / np.sqrt(np.maximum(np.diag(by), 1e-30))
+    scaled = by * np.outer(size, size)
+    return np.asarray((matrix * size) @ np.linalg.pinv(scaled, rcond=1e-12, hermitian=True) * size)
+
+
+def _fill(hidden: NDArray[np.bool_], mean: Matrix, covariance: Matrix) -> None:
+    """Place frames that show no wall evenly between their neighbours that do."""
+    shown, open_ended = np.flatnonzero(~hidden), covariance.copy()
+    for frame in np.flatnonzero(hidden).tolist():
+        after = int(np.searchsorted(shown, frame))
+        if after == len(shown):
+            return
+        a, b = int(shown[after - 1]), int(shown[after])
+        share = (frame - a) / (b - a)
+        mean[frame] = (1 - share) * mean[a] + share * mean[b]
+        gone, left = (open_ended[at] - covariance[a] for at in (frame, a + b - frame))
+        ends = (1 - share) * covariance[a] + share * covariance[b]
+        covariance[frame] = ends + (gone if gone[0, 0] < left[0, 0] else left)
