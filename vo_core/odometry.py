@@ -9,9 +9,8 @@ stamps only guide the search: they move no pose.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import product
-from typing import get_args
 
 import cv2
 import numpy as np
@@ -23,12 +22,8 @@ from vo_core.geometry.bed import Bed
 from vo_core.geometry.doubt import together_mm
 from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.motion import (
-    MOUNT,
-    MOVING,
-    PARAMETERS,
     POSE,
     RATES,
-    REFERENCE,
     parameters,
 )
 from vo_core.geometry.motion_prior import MotionPrior
@@ -50,9 +45,9 @@ from vo_core.matching.fields import Interlacing
 from vo_core.matching.skipped import Skipping, blank
 from vo_core.records import Records
 from vo_core.rig import Rig
-from vo_core.smoother import STATE, Link, Smoother
+from vo_core.smoother import STATE, Apart, Link, Smoother, joined
 from vo_core.state import State
-from vo_core.track import COLUMNS, Estimate, Status
+from vo_core.track import Estimate, Status
 from vo_core.types import GrayImage, Image, Matrix
 
 KEYFRAME_OVERLAP = {"circular": 0.68, "flat": 0.5}
@@ -169,11 +164,6 @@ SCALE_ERROR = np.array([5e-5, 9e-4])
 It is multiplied by the unevenness of the picture, because blur and coding vary with the resolution.
 """
 
-_STATUSES = get_args(Status)
-
-
-_MOUNT = [*range(PARAMETERS)[MOUNT]]
-
 
 @dataclass(frozen=True)
 class Traits:
@@ -263,7 +253,6 @@ class Odometry:
         self._fix_periods = 0.0
         """`Clock.periods` at the last fix."""
         self._frame = 0
-        self.records = Records([(name, "i8" if name == "frame" else "f8") for name in COLUMNS])
         """What `smoothed` needs of each frame."""
         self._is_noiseless = self._known.is_noiseless
         """Whether the film has shown a standstill as equal pictures, without noise."""
@@ -299,14 +288,6 @@ class Odometry:
             self._keep_opening(self._opening, image, t_s)
         return self._track(image, t_s)
 
-    def smoothed(self) -> list[Estimate]:
-        """Return the estimates of all frames so far, in order, as the whole film shows them.
-
-        Call it at the end of a recorded film; one that is too long (`Records`) has none.
-        """
-        made = (Estimate(*row) for row in self.records.rows.tolist())
-        return [replace(each, status=_STATUSES[int(each.status)]) for each in made]
-
     def _track(self, image: Image, t_s: float) -> Estimate:
         """Estimate the pose in the next frame, (H, W) grey, with what is known of the film."""
         self._clock.tick(t_s)
@@ -341,9 +322,8 @@ class Odometry:
         else:
             status, quality = self._bridge(picture, is_new=is_new)
         estimate = self._estimate(t_s, status, quality)
-        self._smoother.add(
-            self._link, estimate, self._widening, self._bed.sigma_mm, self._model_mm
-        )
+        apart = Apart(self._widening, self._model_mm, self.bed_mm)
+        self._smoother.add(self._link, estimate, apart)
         if self._link.is_seen or self._link.reference < 0:
             self._fixed_frame = self._frame
         self.patch, self._pose_before, self._health = patch, before, None
@@ -351,8 +331,16 @@ class Odometry:
         return estimate
 
     def smoothed(self) -> list[Estimate]:
-        """Estimates of all frames so far, each by all of the pictures, see `Smoother`."""
+        """Return the estimates of all frames so far, each by all of the pictures.
+
+        Call it at the end of a recorded film; one that is too long (`Records`) has none.
+        """
         return self._smoother.estimates(self._scale_sigma)
+
+    @property
+    def records(self) -> Records:
+        """What `smoothed` needs of each frame."""
+        return self._smoother.records
 
     def measure_health(self) -> Health:
         """Measure how good the last frame is to track on.
@@ -732,13 +720,8 @@ class Odometry:
     def _unseen(self) -> Link:
         """How a frame follows from the last one with a fix, which its picture does not show."""
         now, before = self._state, self._fixed
-        joint = np.zeros((PARAMETERS, PARAMETERS))
-        moving, reference = [*range(PARAMETERS)[MOVING], *_MOUNT], [*range(PARAMETERS)[REFERENCE], *_MOUNT]
-        joint[np.ix_(reference, moving)] = before.covariance
-        joint[np.ix_(moving, reference)] = before.covariance.T
-        joint[np.ix_(reference, reference)] = before.covariance
-        joint[np.ix_(moving, moving)] = now.covariance
         mean = parameters(now.pose, before.pose, now.mount_rad)
+        joint = joined(now.covariance, before.covariance)
         return Link(self._fixed_frame, mean, joint, is_seen=False)
 
     def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:

@@ -13,7 +13,6 @@ reference by its own link.  Frames that show no wall lie between those that do.
 
 from __future__ import annotations
 
-import tempfile
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vo_core.geometry.motion import MOVING, PARAMETERS, POSE, REFERENCE
+from vo_core.records import Records
 from vo_core.track import Estimate, Status
 from vo_core.types import Matrix
 
@@ -37,7 +37,7 @@ _RECORD = np.dtype(
     [
         ("reference", np.int64),
         ("mean", np.float64, PARAMETERS),
-        ("joint", np.float64, len(_UPPER[0])),
+        ("joint", np.float32, len(_UPPER[0])),
         ("widening", np.float64, STATE),
         ("is_seen", np.bool_),
         ("time_s", np.float64),
@@ -64,50 +64,63 @@ class Link:
     """Whether the frame shows the wall; else its pose goes on from the reference."""
 
 
+@dataclass(frozen=True)
+class Apart:
+    """What is no part of the state of a frame."""
+
+    widening: Matrix
+    """(8,) variance that the state gains where the frame becomes a reference."""
+    systematic_mm: float
+    scale_mm: float
+    """Parts of the sigma of the distance."""
+
+
+def joined(moving: Matrix, reference: Matrix) -> Matrix:
+    """(14, 14) covariance of a state that goes on from another one, both (8, 8)."""
+    joint = np.zeros((PARAMETERS, PARAMETERS))
+    joint[np.ix_(_REFERENCE, _MOVING)] = reference
+    joint[np.ix_(_MOVING, _REFERENCE)] = reference
+    joint[np.ix_(_REFERENCE, _REFERENCE)] = reference
+    joint[np.ix_(_MOVING, _MOVING)] = moving
+    return joint
+
+
 class Smoother:
-    """Keeps the links of a film in a temporary file, about a kilobyte a frame."""
+    """Keeps how each frame of a film was located, and smooths them at its end."""
 
     def __init__(self) -> None:
-        self._file = tempfile.TemporaryFile(prefix="chainage-links-")
-        self._count = 0
+        self.records = Records(_RECORD)
 
-    def add(
-        self, link: Link, estimate: Estimate, widening: Matrix, scale_mm: float, systematic_mm: float
-    ) -> None:
-        """Add the next frame.
-
-        Args:
-            link: How it was located.
-            estimate: Its live estimate.
-            widening: (8,) variance that its state gains where it becomes a reference.
-            scale_mm, systematic_mm: Parts of its sigma that are no part of the state.
-        """
-        record = np.zeros(1, _RECORD)
-        record["reference"], record["mean"], record["joint"] = (
-            link.reference, link.mean, link.joint[_UPPER],
-        )  # fmt: skip
-        record["widening"], record["is_seen"] = widening, link.is_seen
-        record["time_s"], record["quality"] = estimate.time_s, estimate.quality
-        record["status"] = _STATUSES.index(estimate.status)
-        record["looking_around"] = estimate.looking_around
-        record["systematic_mm2"], record["scale_mm2"] = systematic_mm**2, scale_mm**2
-        self._file.write(record.tobytes())
-        self._count += 1
+    def add(self, link: Link, estimate: Estimate, apart: Apart) -> None:
+        """Add the next frame: how it was located, and its live estimate."""
+        self.records.append(
+            (
+                link.reference,
+                link.mean,
+                link.joint[_UPPER],
+                apart.widening,
+                link.is_seen,
+                estimate.time_s,
+                estimate.quality,
+                _STATUSES.index(estimate.status),
+                estimate.looking_around,
+                apart.systematic_mm**2,
+                apart.scale_mm**2,
+            )
+        )
 
     def shift(self, x_mm: float, y_mm: float) -> None:
         """Move the zero point: all frames but the first one shift."""
-        self._file.flush()
-        records = np.memmap(self._file, _RECORD, "r+", shape=(self._count,))
-        records["mean"][1:, :2] += (x_mm, y_mm)
-        records["mean"][records["reference"] > 0, POSE : POSE + 2] += (x_mm, y_mm)
-        records.flush()
+        rows = self.records.rows
+        rows["mean"][1:, :2] += (x_mm, y_mm)
+        rows["mean"][rows["reference"] > 0, POSE : POSE + 2] += (x_mm, y_mm)
+        self.records.changed()
 
     def estimates(self, scale_sigma: float) -> list[Estimate]:
         """Smooth all frames so far; `scale_sigma` is relative, by the rig's tolerances."""
-        if not self._count:
+        records = self.records.rows
+        if not len(records):
             return []
-        self._file.flush()
-        records = np.memmap(self._file, _RECORD, "r", shape=(self._count,))
         mean, covariance = _smoothed(records)
         start = mean[0, :POSE]
         variance = np.maximum(covariance[:, 0, 0], 0.0) + records["systematic_mm2"]
@@ -182,9 +195,7 @@ def _moving(record: Any) -> tuple[Matrix, Matrix]:
     return record["mean"][_MOVING], _joint(record)[np.ix_(_MOVING, _MOVING)]
 
 
-def _back(
-    record: Any, parent: Any, mean: Matrix, covariance: Matrix
-) -> tuple[Matrix, Matrix]:
+def _back(record: Any, parent: Any, mean: Matrix, covariance: Matrix) -> tuple[Matrix, Matrix]:
     """State of the reference of a frame whose smoothed state is known."""
     joint = _joint(record)
     now, across = joint[np.ix_(_MOVING, _MOVING)], joint[np.ix_(_REFERENCE, _MOVING)]
@@ -211,7 +222,7 @@ def _divided(matrix: Matrix, by: Matrix) -> Matrix:
     """A B^-1 of a symmetric B whose units are mixed, and which may be singular."""
     size = 1 / np.sqrt(np.maximum(np.diag(by), 1e-30))
     scaled = by * np.outer(size, size)
-    return np.asarray((matrix * size) @ np.linalg.pinv(scaled, rcond=1e-12, hermitian=True) * size)
+    return np.asarray((matrix * size) @ np.linalg.pinv(scaled, rcond=1e-6, hermitian=True) * size)
 
 
 def _fill(hidden: NDArray[np.bool_], mean: Matrix, covariance: Matrix) -> None:

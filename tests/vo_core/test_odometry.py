@@ -257,7 +257,7 @@ def test_straight_lines_show_the_motion_across_them_only(along):
         assert track.sigma_distance_mm[-1] > x_mm[-1]
     else:
         assert set(track.status) == {"ok"}
-        assert np.abs(track.distance_mm - x_mm).max() < 0.1
+        assert np.abs(track.distance_mm - x_mm).max() < 0.2
 
 
 def test_every_frame_gives_one_estimate_and_no_picture_is_changed(frames):

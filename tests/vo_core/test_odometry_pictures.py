@@ -54,7 +54,7 @@ CHANGES = {
     # change: (what it does to a picture, largest error of the distance in mm, of the yaw in deg)
     "nothing": (lambda image, n: image, 0.05, 0.2),
     "text and a running clock": (with_text, 0.05, 0.2),
-    "blur of 9 px along the motion": (lambda image, n: cv2.blur(image, (9, 1)), 0.08, 0.3),
+    "blur of 9 px along the motion": (lambda image, n: cv2.blur(image, (9, 1)), 0.12, 0.3),
     "JPEG of quality 35": (coded, 0.08, 0.4),
     "gain that jumps by 0.5 to 2": (flickering, 0.05, 0.2),
 }

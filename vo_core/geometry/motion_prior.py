@@ -69,15 +69,15 @@ class MotionPrior:
             expected += CLIMB**2 * np.outer(climb, climb)
         self._expected = expected
         self._mean_square = np.zeros((5, 5))
+        self._offset = np.zeros(5)
+        """Mean step of the axes on springs."""
         self._count = 0
 
     @property
     def steps(self) -> Matrix:
         """(5, 5) covariance S of y, yaw, z, pitch and roll."""
         seen = min(self._count, MEMORY)
-        return np.asarray(
-            (WORTH * self._expected + seen * self._mean_square) / (WORTH + seen)
-        )
+        return np.asarray((WORTH * self._expected + seen * self._mean_square) / (WORTH + seen))
 
     def mean(self, pose: Pose) -> Matrix:
         """(6,) mean pose: level, but a robot that climbs takes the camera about the axis."""
@@ -107,11 +107,15 @@ class MotionPrior:
         kept = self.kept(way_mm)
         before, now = (pose.vector - self.mean(pose) for pose in (reference, moving))
         step = np.hstack([np.eye(6), -np.diag(kept)])[1:]
-        seen = step @ np.concatenate([now, before])
         scale = 1 / np.sqrt(self._spread(way_mm))
-        square = (np.outer(seen, seen) + step @ covariance @ step.T) * np.outer(scale, scale)
+        seen = scale * (step @ np.concatenate([now, before]))
         self._count += 1
-        self._mean_square += (square - self._mean_square) / min(self._count, MEMORY)
+        share = 1 / min(self._count, MEMORY)
+        # Springs swing about their mean: an offset that lasts is an error of the rig or the wall.
+        self._offset += share * np.where(self._length_mm == SPRINGS_MM, seen - self._offset, 0.0)
+        seen = seen - self._offset
+        square = np.outer(seen, seen) + (step @ covariance @ step.T) * np.outer(scale, scale)
+        self._mean_square += share * (square - self._mean_square)
 
     def _spread(self, way_mm: float) -> Matrix:
         """(5,) variance of a step after a way, over that of `steps`."""
