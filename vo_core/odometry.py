@@ -322,7 +322,8 @@ class Odometry:
         else:
             status, quality = self._bridge(picture, is_new=is_new)
         estimate = self._estimate(t_s, status, quality)
-        apart = Apart(self._widening, self._model_mm, self.bed_mm)
+        beside_mm2 = estimate.sigma_registration_mm**2 - float(self._state.covariance[0, 0])
+        apart = Apart(self._widening, beside_mm2, self.bed_mm**2)
         self._smoother.add(self._link, estimate, apart)
         if self._link.is_seen or self._link.reference < 0:
             self._fixed_frame = self._frame

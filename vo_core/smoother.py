@@ -70,9 +70,9 @@ class Apart:
 
     widening: Matrix
     """(8,) variance that the state gains where the frame becomes a reference."""
-    systematic_mm: float
-    scale_mm: float
-    """Parts of the sigma of the distance."""
+    systematic_mm2: float
+    scale_mm2: float
+    """Variances of the distance, the second one by the wall's shape."""
 
 
 def joined(moving: Matrix, reference: Matrix) -> Matrix:
@@ -104,8 +104,8 @@ class Smoother:
                 estimate.quality,
                 _STATUSES.index(estimate.status),
                 estimate.looking_around,
-                apart.systematic_mm**2,
-                apart.scale_mm**2,
+                apart.systematic_mm2,
+                apart.scale_mm2,
             )
         )
 
