@@ -32,7 +32,9 @@ _LEAST_WAY_MM = 1.0
 """Least distance at which a rig's tolerances show in a track, which has four decimals."""
 
 _CLEARLY = 1.2
-"""A variance beyond this many times that of the tolerances has another source too."""
+"""A variance beyond this many times that of the tolerances has another source too.
+
+Any wall may be a bed, or have waves, to some small probability."""
 
 
 @dataclass(frozen=True)
@@ -192,6 +194,8 @@ def bed_mm(track: Track) -> Matrix:
         return np.zeros_like(way_mm)
     own = float((squares[gone] / np.square(way_mm[gone])).min()) * np.square(way_mm)
     beyond = np.where(squares > _CLEARLY * own, squares - own, 0.0)
+    if beyond.max() < (_CLEARLY - 1) * own.max():  # nothing that counts in the whole run
+        return np.zeros_like(way_mm)
     doubt_mm = np.sqrt(np.maximum(beyond, 0.0)) * np.sign(track.distance_mm)
     return _given_back(doubt_mm, track.distance_mm)
 

@@ -49,7 +49,7 @@ def track(
     from app.tracking.films.offline import Method, track_video
     from vo_core import Rig
     from vo_core.joints.finder import JointFinder
-    from vo_core.joints.sightings import numbered
+    from vo_core.joints.sightings import crests, numbered, rings
     from vo_core.joints.sightings import to_csv as joints_to_csv
 
     require_folder(out, "--out")
@@ -85,7 +85,10 @@ def track(
     if joints is not None and finder is not None:
         seen = finder.finish()
         joints.write_text(joints_to_csv(measured, seen, metadata), encoding="utf-8")
-        console.print(f"{joints}: {len(set(numbered(measured, seen)))} joints")
+        counted = f"{len(set(numbered(measured, rings(seen))))} joints"
+        if waves := crests(seen):
+            counted += f", crests of waves at {len(waves)} places"
+        console.print(f"{joints}: {counted}")
     if result.problem is not None:
         err.print(f"warning: {result.problem}", style="yellow")
 

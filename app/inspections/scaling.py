@@ -1,4 +1,4 @@
-"""Applies the scale of joints during a run, and records when that moves distances.
+"""Applies the scale of joints and crests during a run, and records when it moves distances.
 
 Joints count unless somebody states otherwise (see `adjustment.adjust`). Each new joint of a run
 triggers a solution. The history records when a scale is first applied, dropped, or changed by more
@@ -22,6 +22,7 @@ from app.survey.observations.records import CHAINAGE
 from app.tracking.live import Event, Update
 from app.tracking.tracks import Tracks
 from app.tracking.worker import HINDRANCES, InspectionWorker
+from vo_core.joints.sightings import CREST_EVERY_MM
 
 logger = logging.getLogger(__name__)
 
@@ -68,14 +69,15 @@ class Scaling(InspectionWorker):
 
     def _check(self, inspection_id: str) -> None:
         published = self._published.get(inspection_id) or self._recorded(inspection_id)
-        segment_mm = self._corrections.newest(inspection_id).rig.pipe.segment_length_mm
-        if segment_mm is None:
+        pipe = self._corrections.newest(inspection_id).rig.pipe
+        if pipe.segment_length_mm is None and pipe.corrugation is None:
             return
+        step_mm = pipe.segment_length_mm or CREST_EVERY_MM
         _, is_running = self._tracks.run(inspection_id)
         sightings = len(self._tracks.sightings(inspection_id))
         if is_running:
             way_mm = self._tracks.newest_mm(inspection_id)
-            is_new = sightings != published.sightings or way_mm > published.way_mm + segment_mm
+            is_new = sightings != published.sightings or way_mm > published.way_mm + step_mm
             if not is_new:
                 return
         adjusted = self._corrections.adjusted(inspection_id)
@@ -104,7 +106,7 @@ class Scaling(InspectionWorker):
 
 
 def scale_of(adjusted: Adjusted) -> dict[str, Any] | None:
-    """Return the scale by joints, for the history; None if they do not count."""
+    """Return the scale by joints or crests, for the history; None if they do not count."""
     found = adjusted.by_joints
     if found is None:
         return None
@@ -112,7 +114,7 @@ def scale_of(adjusted: Adjusted) -> dict[str, Any] | None:
     return {
         "scale": round(found.scale, 6),
         "scale_sigma": round(found.sigma, 6),
-        "joints_counted": found.joints,
+        f"{found.ruler}_counted": found.joints,
         "lengths_counted": found.lengths,
         "camera_lower_mm": None if lower_mm is None else round(lower_mm, 1),
     }

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.rectify import WHOLE, Rectifier, Rows
 from vo_core.geometry.wall import NOMINAL, cast, develop, enclose, sight
-from vo_core.joints.sightings import SAME_JOINT_MM, Sighting
+from vo_core.geometry.waves import Waves
+from vo_core.joints.sightings import CREST_EVERY_MM, SAME_JOINT_MM, Sighting
 from vo_core.rig import Rig
 from vo_core.track import Estimate
 from vo_core.types import GrayImage, Image, Matrix
@@ -58,6 +59,10 @@ strips; a smaller uncertainty only widens a ring."""
 STRIP_BINS = 2048
 """Columns of a strip of wall; only a few strips are held at a time."""
 
+WAVES = (0.3, 0.99, 8.0)
+"""Least share of the wall's brightness, least probability and least number of the waves whose
+crests are noted: a corrugated wall has a share of 0.5 to 0.9, others up to 0.2."""
+
 _STEPS_PER_VIEW = 8
 """Frames that are added to the wall while it passes through the view."""
 
@@ -66,8 +71,9 @@ _SURROUND = 3.0
 
 
 class JointFinder:
-    """Detects rings in the frames of a run, one after the other; memory does not grow with the run.
+    """Detects rings and waves in the frames of a run, one after the other.
 
+    Memory does not grow with the run.
     Strips of wall that the camera has left are searched and dropped, so a ring that is passed again
     gives a new sighting.
     """
@@ -90,6 +96,9 @@ class JointFinder:
         self._step_mm = columns * grid.mm_per_px / _STEPS_PER_VIEW
         self._last: Estimate | None = None
         """Estimate of the last frame that was added."""
+        self._waves = Waves(rig, grid)
+        self._crest_mm: float | None = None
+        """Distance of the camera at the last sighting of a crest, or where the wall began."""
         self._strips: dict[int, _Strip] = {}
         self._open: set[int] = set()
         """Strips not searched yet; other strips are kept only as their neighbours."""
@@ -116,7 +125,12 @@ class JointFinder:
                 return
             if estimate.variance_since(last) > MISPLACED_MM**2:
                 self._close(self._open)  # after a loss the wall continues at another place
-        self._spread(self._rectify(image, rows), estimate)
+                self._waves, self._crest_mm = Waves(self._rig, self._rectify.grid), None
+        patch = self._rectify(image, rows)
+        self._spread(patch, estimate)
+        if not estimate.looking_around:
+            self._waves.take(patch, self._rectify.valid, estimate.distance_mm)
+            self._note_crest(estimate)
         self._last = estimate
 
     def take(self) -> list[Sighting]:
@@ -164,6 +178,26 @@ class JointFinder:
             self._strips[k].add(
                 total, count, estimate, first - k * STRIP_BINS, middle - k * STRIP_BINS
             )
+
+    def _note_crest(self, estimate: Estimate) -> None:
+        """Note the crest nearest to the middle of the seen wall, if it is certainly one of many."""
+        wave, at_mm = self._waves.wave, estimate.distance_mm
+        if self._crest_mm is None:
+            self._crest_mm = at_mm
+        share, probability, count = WAVES
+        is_sure = (
+            wave is not None
+            and wave.share > share
+            and wave.probability > probability
+            and wave.length_mm > count * wave.pitch_mm
+        )
+        if wave is None or not is_sure or abs(at_mm - self._crest_mm) < CREST_EVERY_MM:
+            return
+        self._crest_mm = at_mm
+        ahead_mm = wave.crest_mm - at_mm
+        self._found.append(
+            Sighting(estimate.frame, ahead_mm, wave.sigma_mm, wave.share, wave.pitch_mm)
+        )
 
     def _close(self, leaving: set[int]) -> None:
         """Search complete strips, and drop those that are no longer needed as neighbours."""

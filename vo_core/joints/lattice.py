@@ -86,7 +86,7 @@ _LEAVES_UNUSUAL = 1.25
 _FINER = 4
 """This many joints do not lie on every second place of a lattice by chance."""
 
-_COUNTABLE = 1 / 6
+COUNTABLE = 1 / 6
 """Uncertainty of a way, in segments, beyond which the segments on it cannot be counted."""
 
 _BREAK = 7.0
@@ -347,7 +347,7 @@ class _Search:
         residual = true - number * self.segment_mm
         unlike = _UNLIKE * (self.contrast[first:j, None] * self.contrast[j] < 0)
         gain = _RING + spread - residual**2 / (2 * variance) - missed - unlike
-        countable = variance < (_COUNTABLE * self.segment_mm) ** 2
+        countable = variance < (COUNTABLE * self.segment_mm) ** 2
         return np.where(countable, gain, -np.inf), number
 
     def scatter_mm(self, path: _Path) -> float:

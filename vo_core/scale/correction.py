@@ -6,12 +6,12 @@ One camera measures lengths in units of its height above the wall. The model of 
 
 with the distance d of the track, a scale s for the whole run, and a drift w whose covariance
 follows from the track (see `drift`). A known length between two frames means D(b) - D(a) = L. A
-joint means D = P + n L + r, with an unknown P; segments scatter, so r is a random walk too, and all
-segments differ from the stated length by a common error. Least squares over all evidence (see
-`kriging`) give s and D with their uncertainties: at the end of a taped length the distance is as
-certain as the tape, and a stretch without a lock absorbs the difference between the joints on
-either side. Where joints differ by more than segments can scatter, the scale changes along the run,
-as over silt of varying depth.
+joint, or a crest of a corrugated wall, means D = P + n L + r, with an unknown P; segments scatter,
+so r is a random walk too, and all segments differ from the stated length by a common error. Least
+squares over all evidence (see `kriging`) give s and D with their uncertainties: at the end of a
+taped length the distance is as certain as the tape, and a stretch without a lock absorbs the
+difference between the joints on either side. Where joints differ by more than segments can scatter,
+the scale changes along the run, as over silt of varying depth.
 
 The values of a rig are no measurement of the run.  If they contradict lengths or joints, the rig is
 doubted and left out; beside joints it only helps to count them.  Measurements that contradict each
@@ -29,8 +29,14 @@ import numpy as np
 from vo_core.drift import Drift, own_scale_sigma, row_of
 from vo_core.errors import InvalidCorrection
 from vo_core.joints.lattice import SCALE_SIGMA, count_joints
-from vo_core.joints.sightings import Sighting
-from vo_core.scale.evidence import SEGMENT_SIGMA_MM, Evidence, JointSpacing, StatedScale
+from vo_core.joints.sightings import Sighting, rings
+from vo_core.scale.evidence import (
+    SEGMENT_SIGMA_MM,
+    CrestSpacing,
+    Evidence,
+    JointSpacing,
+    StatedScale,
+)
 from vo_core.scale.kriging import Solution, Source, joined
 from vo_core.scale.pieces import CHANGE, Piece, piece_of
 from vo_core.track import Track
@@ -136,7 +142,7 @@ def joint_spacing(
     scale, sigma = 1.0, SCALE_SIGMA
     if others:
         scale, sigma = _mean_scale(_solve(track, others).solution)
-    joints = count_joints(track, sightings, segment_mm, scale=scale, scale_sigma=sigma)
+    joints = count_joints(track, rings(sightings), segment_mm, scale=scale, scale_sigma=sigma)
     return JointSpacing(tuple(joints), segment_mm, segment_sigma_mm)
 
 
@@ -305,13 +311,13 @@ def _require_agreement(
 
 
 def _residuals(solved: _Solved) -> Iterator[Residual]:
-    """Residuals of the lengths and joints, in the order of the evidence."""
+    """Residuals of the lengths and joints, in the order of the evidence; crests are too many."""
     solution, first = solved.solution, 0
     measured_mm = solution.scale[0] * solution.equations.slope + solution.wandered_mm
     residual_mm = solution.residual - solution.wandered_mm
     for piece in solved.pieces:
         count = len(piece.equations.known)
-        if not isinstance(piece.evidence, StatedScale):
+        if not isinstance(piece.evidence, StatedScale | CrestSpacing):
             names = [str(piece.evidence)]
             if isinstance(piece.evidence, JointSpacing):
                 joints = piece.evidence.joints

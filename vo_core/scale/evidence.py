@@ -1,11 +1,11 @@
-"""Evidence about the scale of a track: taped lengths, counted joints, and the rig's own scale."""
+"""Evidence about the scale of a track: known lengths, counted joints and crests, the rig itself."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from vo_core.geometry.height import scale_sigma
-from vo_core.joints.lattice import Joint
+from vo_core.joints.lattice import PRIOR_SCATTER_MM, Joint
 from vo_core.rig import Rig
 
 TAPE_SIGMA_MM = 5.0
@@ -32,16 +32,35 @@ class KnownLength:
 
 
 @dataclass(frozen=True)
-class JointSpacing:
-    """Counted joints, and the length of a segment from joint to joint."""
+class Spacing:
+    """Counted places on the wall, and the length of a segment from one to the next."""
 
     joints: tuple[Joint, ...]
     segment_mm: float
     segment_sigma_mm: float = SEGMENT_SIGMA_MM
+    scatter_mm: float = PRIOR_SCATTER_MM
+    """Usual scatter of single segments, one sigma."""
+
+    @property
+    def places(self) -> int:
+        """Number of different places."""
+        return len({(joint.count, joint.number) for joint in self.joints})
+
+
+@dataclass(frozen=True)
+class JointSpacing(Spacing):
+    """Counted joints, and the length of a segment from joint to joint."""
 
     def __str__(self) -> str:
-        different = {(joint.count, joint.number) for joint in self.joints}
-        return f"{len(different)} joints {self.segment_mm:g} mm apart"
+        return f"{self.places} joints {self.segment_mm:g} mm apart"
+
+
+@dataclass(frozen=True)
+class CrestSpacing(Spacing):
+    """Counted crests of a corrugated wall, and their pitch."""
+
+    def __str__(self) -> str:
+        return f"crests {self.segment_mm:g} mm apart at {self.places} places"
 
 
 @dataclass(frozen=True)
@@ -55,7 +74,7 @@ class StatedScale:
         return f"the rig, to {100 * self.sigma:.2g} %"
 
 
-Evidence = KnownLength | JointSpacing | StatedScale
+Evidence = KnownLength | JointSpacing | CrestSpacing | StatedScale
 
 
 def rig_scale(rig: Rig) -> list[StatedScale]:

@@ -10,9 +10,15 @@ import numpy as np
 
 from vo_core.drift import Drift, Places, row_of
 from vo_core.errors import InvalidCorrection
-from vo_core.joints.lattice import PRIOR_SCATTER_MM, SCATTER_MM, seen_variance
+from vo_core.joints.lattice import seen_variance
 from vo_core.joints.sightings import places_mm
-from vo_core.scale.evidence import Evidence, JointSpacing, KnownLength, StatedScale
+from vo_core.scale.evidence import (
+    CrestSpacing,
+    Evidence,
+    JointSpacing,
+    KnownLength,
+    StatedScale,
+)
 from vo_core.scale.kriging import Equations, Solution
 from vo_core.track import Track
 
@@ -22,6 +28,9 @@ SCALE_LIMITS = (0.5, 2.0)
 WANDER = 0.015
 """Relative change of the scale over a metre, one sigma, where the rig is doubted: a bed of silt is
 seldom even. Joints replace this prior by their own value."""
+
+UNEVEN = 2.0
+"""Scatter of segments over the usual one beyond which a changing scale is as likely a cause."""
 
 _ROOT = 1e-6
 """The estimate of a spread makes the sum of squares right to this share."""
@@ -37,7 +46,7 @@ class Piece:
     evidence: Evidence
     equations: Equations
     scatter_mm: float | None = None
-    """Scatter of single segments, one sigma; None without joints."""
+    """Scatter of single segments, one sigma; None without joints and crests."""
     wander: float = 0.0
     """Change of the scale that the joints require, see `Drift.wander`."""
     may_wander: float = WANDER
@@ -55,8 +64,8 @@ def piece_of(track: Track, drift: Drift, evidence: Evidence) -> Piece:
     match evidence:
         case KnownLength():
             return Piece(evidence, _of_length(track, drift, evidence))
-        case JointSpacing():
-            return _of_joints(track, drift, evidence)
+        case JointSpacing() | CrestSpacing():
+            return _of_places(track, drift, evidence)
         case StatedScale():
             return Piece(evidence, _of_rig(evidence))
         case _:
@@ -95,9 +104,9 @@ def _of_length(track: Track, drift: Drift, length: KnownLength) -> Equations:
     )
 
 
-def _of_joints(track: Track, drift: Drift, spacing: JointSpacing) -> Piece:
+def _of_places(track: Track, drift: Drift, spacing: JointSpacing | CrestSpacing) -> Piece:
     """Explain the residuals by segments that differ or by a changing scale, as is likelier."""
-    sightings = [joint.sighting for joint in spacing.joints]
+    sightings, prior_mm = [joint.sighting for joint in spacing.joints], spacing.scatter_mm
     count = np.array([joint.count for joint in spacing.joints])
     number = np.array([joint.number for joint in spacing.joints])
     # As offsets are unknown, errors of segments may add up from any joint.
@@ -120,15 +129,15 @@ def _of_joints(track: Track, drift: Drift, spacing: JointSpacing) -> Piece:
         return Solution.of(drift, scattered(scatter_mm))
 
     def changing(wander: float) -> Solution:
-        return Solution.of(replace(drift, wander=wander), scattered(PRIOR_SCATTER_MM))
+        return Solution.of(replace(drift, wander=wander), scattered(prior_mm))
 
-    scatter_mm = _spread(constant, PRIOR_SCATTER_MM)
+    scatter_mm = _spread(constant, prior_mm)
     wander = _spread(changing, WANDER)
-    even = constant(scatter_mm).log_likelihood - (scatter_mm / SCATTER_MM) ** 2 / 2
+    even = constant(scatter_mm).log_likelihood - (scatter_mm / (UNEVEN * prior_mm)) ** 2 / 2
     uneven = changing(wander).log_likelihood - CHANGE
     changes = uneven > even
     if changes:
-        scatter_mm = PRIOR_SCATTER_MM
+        scatter_mm = prior_mm
     alike = np.outer(number, number) * spacing.segment_sigma_mm**2
     return Piece(
         spacing,

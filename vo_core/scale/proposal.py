@@ -1,18 +1,27 @@
 """Proposes the scale of a run from the joints seen so far, during the drive and after it.
 
-Joints are a tape that lies in every culvert: from the second joint on they determine the scale.
+Joints are a tape that lies in every culvert: from the second joint on they determine the scale.  In
+a corrugated pipe the crests of its waves are another one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from vo_core.geometry.height import Height, implied_height
-from vo_core.joints.sightings import Sighting, numbered
+from vo_core.joints.sightings import Sighting, numbered, rings
 from vo_core.rig import Rig
 from vo_core.scale.correction import Correction, Stretch, correct, joint_spacing
-from vo_core.scale.evidence import Evidence, JointSpacing, KnownLength, rig_scale
+from vo_core.scale.crests import crest_spacing
+from vo_core.scale.evidence import (
+    CrestSpacing,
+    Evidence,
+    JointSpacing,
+    KnownLength,
+    rig_scale,
+)
 from vo_core.track import Track
 
 LEAST_JOINTS = 2
@@ -21,14 +30,14 @@ LEAST_JOINTS = 2
 
 @dataclass(frozen=True)
 class ScaleProposal:
-    """The scale by joints, and what it implies for the rig."""
+    """The scale by joints or by crests, and what it implies for the rig."""
 
-    spacing: JointSpacing
-    """The counted joints, as evidence for `correct`."""
+    spacing: JointSpacing | CrestSpacing
+    """The counted joints, or crests where there are no joints, as evidence for `correct`."""
     correction: Correction
     """The track so far, corrected by the joints and all other evidence."""
     joints: int
-    """Number of different joints; one that was passed twice counts once."""
+    """Number of different joints, or places of crests; one that was passed twice counts once."""
     scale: float
     """True length over that of the raw track; the mean where the scale changes along the run."""
     sigma: float
@@ -42,18 +51,25 @@ class ScaleProposal:
     scale changes along the run."""
 
     @classmethod
-    def of(cls, spacing: JointSpacing, correction: Correction, rig: Rig) -> ScaleProposal:
+    def of(
+        cls, spacing: JointSpacing | CrestSpacing, correction: Correction, rig: Rig
+    ) -> ScaleProposal:
         """Derive the proposal from the joints, the track corrected by them, and its rig."""
         scale, sigma = correction.scale, correction.sigma
         return cls(
             spacing=spacing,
             correction=correction,
-            joints=len({(joint.count, joint.number) for joint in spacing.joints}),
+            joints=spacing.places,
             scale=scale,
             sigma=sigma,
             stated_height_mm=rig.mount.height_mm,
             height=None if correction.stretches else implied_height(rig, scale, sigma),
         )
+
+    @property
+    def ruler(self) -> Literal["joints", "crests"]:
+        """What the scale is by."""
+        return "joints" if isinstance(self.spacing, JointSpacing) else "crests"
 
     @property
     def doubts_rig(self) -> bool:
@@ -81,7 +97,9 @@ class ScaleProposal:
         Where a length was measured the height is no finding of the joints, and not said.
         """
         lengths = f" and {self.lengths} measured length{'s'[: self.lengths != 1]}"
-        sources = f"{self.joints} joints{lengths if self.lengths else ''}"
+        is_joints = self.ruler == "joints"
+        places = f"{self.joints} joints" if is_joints else f"crests at {self.joints} places"
+        sources = f"{places}{lengths if self.lengths else ''}"
         by_joints = f"{sources}: scale {self.scale:.4f} ± {self.sigma:.4f}"
         if scales := self.correction.changing_scales:
             return (
@@ -107,28 +125,32 @@ class ScaleProposal:
 def propose(
     track: Track, sightings: Sequence[Sighting], rig: Rig, others: Sequence[Evidence] = ()
 ) -> ScaleProposal | None:
-    """Propose the scale of a run from its joints; cheap enough to repeat at every new joint.
+    """Propose the scale of a run from its joints and crests; cheap enough to repeat at each.
 
     Args:
         track: As it was measured so far.
-        sightings: Sightings of joints, made with `track`; those beyond its end are left out.
+        sightings: Sightings made with `track`; those beyond its end are left out.
         rig: The rig of the track; its tolerances help to count the segments.
         others: Further evidence, such as taped lengths.
     Returns:
-        None if the rig states no length of a segment, or rings were seen at fewer than two places.
+        None if the rig states neither the length of a segment nor a pitch, or joints and crests
+        were seen at fewer than two places.
     Raises:
         InvalidCorrection: The sightings cannot be counted as joints (yet), or they contradict each
             other or a taped length; the message states which.
     """
     segment_mm = rig.pipe.segment_length_mm
     seen = [sighting for sighting in sightings if sighting.frame in track.frame]
-    if segment_mm is None or len(set(numbered(track, seen))) < LEAST_JOINTS:
+    crests, by_joints = crest_spacing(track, seen, rig.pipe.corrugation), None
+    evidence: list[Evidence] = [*others, *rig_scale(rig), *([crests] if crests else [])]
+    if segment_mm is not None and len(set(numbered(track, rings(seen)))) >= LEAST_JOINTS:
+        by_joints = joint_spacing(
+            track, seen, segment_mm, evidence, segment_sigma_mm=rig.tolerance.segment_length_mm
+        )
+    spacing = by_joints or crests
+    if spacing is None:
         return None
-    evidence: list[Evidence] = [*others, *rig_scale(rig)]
-    spacing = joint_spacing(
-        track, seen, segment_mm, evidence, segment_sigma_mm=rig.tolerance.segment_length_mm
-    )
-    done = correct(track, [*evidence, spacing])
+    done = correct(track, [*evidence, *([by_joints] if by_joints else [])])
     return ScaleProposal.of(spacing, done, rig)
 
 

@@ -6,7 +6,7 @@ Columns follow from the dataclasses that they become; their bounds from their na
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from itertools import pairwise
 from types import GenericAlias
 from typing import Annotated, Any, Literal, Self
@@ -54,7 +54,10 @@ def _type_of(name: str) -> Any:
 
 
 def _row_of(kind: type) -> Any:
-    types: dict[str, Any] = {field.name: (_type_of(field.name), ...) for field in fields(kind)}
+    types: dict[str, Any] = {
+        field.name: (_type_of(field.name), ... if field.default is MISSING else field.default)
+        for field in fields(kind)
+    }
     return create_model(kind.__name__, __base__=Part, **types)
 
 

@@ -287,7 +287,9 @@ def _merged(
 
 
 def _is_same(one: Sighting, other: Sighting, track: Track) -> bool:
-    """Whether two sightings are of one joint, in one passing of it."""
+    """Whether two sightings are of one joint, in one passing of it; a crest is none."""
+    if one.wave_mm > 0 or other.wave_mm > 0:
+        return False
     first, last = sorted((one.frame, other.frame))
     if last >= len(track):
         return False

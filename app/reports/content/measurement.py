@@ -141,10 +141,13 @@ def _known_length(length: Length, t: Translator) -> str:
 
 
 def _joints(report: Report, t: Translator) -> str | None:
-    adjusted, segment_mm = report.adjusted, report.rig.pipe.segment_length_mm
-    if adjusted and adjusted.by_joints is not None:
-        segment = t.length(None if segment_mm is None else segment_mm / 1000)
-        return t("measurement.joints_of", n=adjusted.by_joints.joints, segment=segment)
+    adjusted = report.adjusted
+    if adjusted and (found := adjusted.by_joints) is not None:
+        segment_mm = found.spacing.segment_mm
+        if found.ruler == "crests":
+            return t("measurement.crests_of", n=found.joints, pitch=t.figure(segment_mm, 1))
+        segment = t.length(segment_mm / 1000)
+        return t("measurement.joints_of", n=found.joints, segment=segment)
     if report.corrected.stated.joints.use is False:
         return t("measurement.joints_off")
     refusal = adjusted.joints_refusal if adjusted else None

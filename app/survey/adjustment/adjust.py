@@ -13,6 +13,7 @@ from app.survey.adjustment.adjusted_track import Adjusted, Refusal
 from app.survey.adjustment.closure import Closure
 from app.survey.adjustment.joint_evidence import (
     chosen_joints,
+    crests_as_evidence,
     joints_as_evidence,
     joints_to_show,
     marked_joints,
@@ -25,7 +26,14 @@ from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection, InvalidRig
 from vo_core.joints.sightings import Sighting
 from vo_core.scale.correction import Correction, correct, zeroed
-from vo_core.scale.evidence import Evidence, KnownLength, StatedScale, rig_scale
+from vo_core.scale.crests import seen_pitch_mm
+from vo_core.scale.evidence import (
+    CrestSpacing,
+    Evidence,
+    KnownLength,
+    StatedScale,
+    rig_scale,
+)
 
 _MOST_FOCAL_PERCENT = 20.0
 """Largest tolerance of the focal length that a rig file states."""
@@ -36,7 +44,7 @@ def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) 
 
     An implausible known length is not used, unless it is forced; then the rig's own scale is not
     used, as the length contradicts it. Joints that nobody switched on or off count if their
-    segments can be counted and they contradict nothing.
+    segments can be counted and they contradict nothing, and crests of a corrugated wall likewise.
 
     Args:
         raw: The measured track; row i is frame i.
@@ -48,17 +56,42 @@ def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) 
         other evidence.
     """
     rig = _as_known(rig, stated.rig_sigma)
+    adjusted = _with_crests(raw, rig, stated, sightings)
+    waves_mm = seen_pitch_mm(sightings)
+    return replace(adjusted, waves_mm=waves_mm and adjusted.scale * waves_mm)
+
+
+def _with_crests(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) -> Adjusted:
+    """Correct a track with the crests of a corrugated wall, unless these contradict the rest."""
+    refusal = None
+    try:
+        if crests := crests_as_evidence(raw, stated.joints, rig, sightings, _by_rig(raw, rig)):
+            return _with_joints(raw, rig, stated, sightings, [crests])
+    except InvalidCorrection as error:
+        refusal = Refusal.of(error)
+    adjusted = _with_joints(raw, rig, stated, sightings, [])
+    return replace(adjusted, joints_refusal=adjusted.joints_refusal or refusal)
+
+
+def _with_joints(
+    raw: Track,
+    rig: Rig,
+    stated: Stated,
+    sightings: Sequence[Sighting],
+    crests: Sequence[CrestSpacing],
+) -> Adjusted:
+    """Correct a track with or without joints, as was stated or as they can be counted."""
     marked = marked_joints(raw, rig, stated.joints)
     seen = chosen_joints(stated.joints, marked, sightings, len(raw))
     if stated.joints.use is not None:
-        return _adjusted(raw, rig, stated, seen, marked, joints_count=stated.joints.use)
+        return _adjusted(raw, rig, stated, seen, marked, crests, joints_count=stated.joints.use)
     if rig.pipe.segment_length_mm is None or not seen:
-        return _adjusted(raw, rig, stated, seen, marked, joints_count=False)
+        return _adjusted(raw, rig, stated, seen, marked, crests, joints_count=False)
     try:
-        by_joints = _adjusted(raw, rig, stated, seen, marked, joints_count=True)
+        by_joints = _adjusted(raw, rig, stated, seen, marked, crests, joints_count=True)
         require_certainty(by_joints, seen)
     except InvalidCorrection as refusal:
-        without = _adjusted(raw, rig, stated, seen, marked, joints_count=False)
+        without = _adjusted(raw, rig, stated, seen, marked, crests, joints_count=False)
         return replace(without, joints_refusal=Refusal.of(refusal))
     return by_joints
 
@@ -69,6 +102,7 @@ def _adjusted(
     stated: Stated,
     seen: Sequence[Sighting],
     marked: Sequence[Sighting],
+    crests: Sequence[CrestSpacing],
     *,
     joints_count: bool,
 ) -> Adjusted:
@@ -76,16 +110,20 @@ def _adjusted(
     known = [_known_length(length) for length in stated.lengths if length.kind == "known"]
     by_rig = _by_rig(raw, rig)
     by_joints = (
-        [joints_as_evidence(raw, rig, seen, [*tapes, *by_rig], known)] if joints_count else []
+        [joints_as_evidence(raw, rig, seen, [*tapes, *crests, *by_rig], known)]
+        if joints_count
+        else []
     )
-    closures = tuple(Closure.of(raw, length, [*tapes, *by_joints, *by_rig]) for length in known)
+    closures = tuple(
+        Closure.of(raw, length, [*tapes, *crests, *by_joints, *by_rig]) for length in known
+    )
     implausible = next((closure for closure in closures if not closure.is_plausible), None)
     lengths, own = [*tapes, *known], by_rig
     if implausible is not None and stated.forced:
         own = []
     elif implausible is not None:
         lengths = tapes
-    evidence: list[Evidence] = [*lengths, *by_joints, *own]
+    evidence: list[Evidence] = [*lengths, *crests, *by_joints, *own]
     zero_frame = stated.zero.frame if stated.zero else None
     done = correct(raw, evidence, zero_frame=zero_frame) if evidence and len(raw) else None
     track = done.track if done else _counted_from(raw, zero_frame)
@@ -106,6 +144,7 @@ def _adjusted(
         refused=None if stated.forced else implausible,
         source="joint" if by_joints else "closure" if len(lengths) > len(tapes) else "odometry",
         spacing=by_joints[0] if by_joints else None,
+        crests=crests[0] if crests else None,
         rings=len(seen),
     )
 

@@ -30,7 +30,7 @@ from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection
 from vo_core.geometry.height import Height, implied_height
 from vo_core.scale.correction import Correction, Residual
-from vo_core.scale.evidence import JointSpacing, KnownLength, StatedScale
+from vo_core.scale.evidence import CrestSpacing, JointSpacing, KnownLength, StatedScale
 from vo_core.scale.proposal import ScaleProposal
 from vo_core.track import Estimate
 from vo_core.types import Matrix
@@ -78,10 +78,14 @@ class Adjusted:
     source: Source = "odometry"
     spacing: JointSpacing | None = None
     """The joints that set the scale of the track; None if they do not count."""
+    crests: CrestSpacing | None = None
+    """The crests of a corrugated wall that set the scale too."""
     joints_refusal: Refusal | None = None
-    """Why seen joints do not count although nobody switched them off."""
+    """Why seen joints, or else crests, do not count although nobody switched them off."""
     rings: int = 0
     """Number of sightings of something like a joint."""
+    waves_mm: float | None = None
+    """From crest to crest of the waves that the wall shows, in corrected distance; None without."""
 
     def extended(self, raw: Track) -> Track:
         """Return the corrected track of a run that has grown since."""
@@ -197,10 +201,11 @@ class Adjusted:
 
     @cached_property
     def by_joints(self) -> ScaleProposal | None:
-        """The scale that the joints give; None if they do not count."""
-        if self.correction is None or self.spacing is None:
+        """The scale that the joints and crests give; None if they do not count."""
+        ruler = self.spacing or self.crests
+        if self.correction is None or ruler is None:
             return None
-        return ScaleProposal.of(self.spacing, self.correction, self.rig)
+        return ScaleProposal.of(ruler, self.correction, self.rig)
 
     @cached_property
     def expected_joints(self) -> tuple[ExpectedJoint, ...]:
@@ -211,8 +216,8 @@ class Adjusted:
         return expected_joints(self.track, self.sighted, segment_mm, has_zero=self.zero is not None)
 
     @property
-    def measured(self) -> tuple[KnownLength | JointSpacing, ...]:
-        """The known lengths and joints that set the scale, besides the rig."""
+    def measured(self) -> tuple[KnownLength | JointSpacing | CrestSpacing, ...]:
+        """The known lengths, joints and crests that set the scale, besides the rig."""
         findings = self.correction.findings if self.correction else ()
         return tuple(
             found.evidence for found in findings if not isinstance(found.evidence, StatedScale)
@@ -220,8 +225,10 @@ class Adjusted:
 
     @property
     def can_change(self) -> bool:
-        """Whether joints or lengths let new rows change the existing ones."""
-        return self.rig.pipe.segment_length_mm is not None or bool(self.measured)
+        """Whether joints, crests or lengths let new rows change the existing ones."""
+        pipe = self.rig.pipe
+        has_ruler = pipe.segment_length_mm is not None or pipe.corrugation is not None
+        return has_ruler or bool(self.measured)
 
     @cached_property
     def height(self) -> Height | None:

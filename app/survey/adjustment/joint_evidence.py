@@ -1,4 +1,4 @@
-"""Which joints that were seen or marked are evidence for distances."""
+"""Which joints that were seen or marked, and which crests, are evidence for distances."""
 
 from __future__ import annotations
 
@@ -11,9 +11,15 @@ from app.survey.distances.track_rows import estimate_at, wall_point_of
 from vo_core import Rig, Track
 from vo_core.drift import Bed
 from vo_core.errors import InvalidCorrection
-from vo_core.joints.sightings import Sighting
-from vo_core.scale.correction import DOUBT, joint_spacing
-from vo_core.scale.evidence import Evidence, JointSpacing, KnownLength
+from vo_core.joints.sightings import Sighting, rings
+from vo_core.scale.correction import DOUBT, correct, joint_spacing
+from vo_core.scale.crests import crest_spacing
+from vo_core.scale.evidence import (
+    CrestSpacing,
+    Evidence,
+    JointSpacing,
+    KnownLength,
+)
 from vo_core.track import Estimate
 
 CLICK_PX = 3.0
@@ -79,7 +85,7 @@ def chosen_joints(
     out.
     """
     left_out = {sighting.frame for sighting in joints.left_out}
-    found = [s for s in sightings if s.frame < rows and s.frame not in left_out]
+    found = [s for s in rings(sightings) if s.frame < rows and s.frame not in left_out]
     return [*marked, *found]
 
 
@@ -108,6 +114,37 @@ def joints_as_evidence(
         if not known:
             raise
     return joint_spacing(raw, seen, segment_mm, [*firm, *known], segment_sigma_mm=sigma_mm)
+
+
+def crests_as_evidence(
+    raw: Track,
+    joints: Joints,
+    rig: Rig,
+    sightings: Sequence[Sighting],
+    by_rig: Sequence[Evidence],
+) -> CrestSpacing | None:
+    """Return the crests of a corrugated wall as evidence, unless joints are switched off.
+
+    Raises:
+        InvalidCorrection: They contradict the rig: nobody can tell a wrong pitch from a wrong rig.
+    """
+    seen = [sighting for sighting in sightings if sighting.frame < len(raw)]
+    spacing = None
+    if joints.use is not False:
+        spacing = crest_spacing(raw, seen, rig.pipe.corrugation)
+    if spacing is None or not by_rig:
+        return spacing
+    done = correct(raw, [spacing, *by_rig])
+    if done.doubts_rig:
+        pitch_mm = spacing.segment_mm / done.scale
+        raise InvalidCorrection(
+            f"The crests are seen {pitch_mm:.1f} mm apart, which {spacing.segment_mm:g} mm and the "
+            "rig do not explain; check the pitch, the camera's height and the diameter.",
+            "unexplained_pitch",
+            seen_mm=round(pitch_mm, 1),
+            pitch_mm=spacing.segment_mm,
+        )
+    return spacing
 
 
 def joints_to_show(

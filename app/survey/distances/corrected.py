@@ -136,11 +136,12 @@ def _height(adjusted: Adjusted) -> dict[str, Any] | None:
 
 
 def _by_joints(adjusted: Adjusted) -> dict[str, Any] | None:
-    """Return how the joints changed the scale; None if they do not count."""
+    """Return how the joints or crests changed the scale; None if they do not count."""
     found = adjusted.by_joints
     if found is None:
         return None
     return {
+        "of": found.ruler,
         "joints": found.joints,
         "lengths": found.lengths,
         "scale": _rounded(found.scale, 4),

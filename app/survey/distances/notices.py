@@ -18,13 +18,24 @@ Turn = Literal[
 """How a camera differs from its rig, seen in the direction of travel."""
 
 NoticeCode = (
-    Literal["scale_changes", "rig_doubted", "height_doubted", "joints_doubted", "rings_uncounted"]
+    Literal[
+        "scale_changes",
+        "rig_doubted",
+        "height_doubted",
+        "joints_doubted",
+        "rings_uncounted",
+        "waves_unstated",
+        "pitch_doubted",
+    ]
     | Turn
 )
 
 
 UNEXPLAINED = ("unexplained_scale", "undecided_scale")
 """Reasons to refuse joints: they need a scale that the rig does not explain."""
+
+UNEXPLAINED_PITCH = "unexplained_pitch"
+"""The same for crests."""
 
 MANY_RINGS = 4
 """Least number of rings from which it can be judged that they do not lie where joints are."""
@@ -84,6 +95,8 @@ def _turns(rig: Rig, tilt: MountTilt) -> Iterator[Notice]:
 
 def _notices(adjusted: Adjusted) -> Iterator[Notice]:
     done, segment_mm = adjusted.correction, adjusted.rig.pipe.segment_length_mm
+    if adjusted.waves_mm is not None and adjusted.rig.pipe.corrugation is None:
+        yield Notice("waves_unstated", {"pitch_mm": round(adjusted.waves_mm, 1)})
     refusal = adjusted.joints_refusal
     asked = refusal.values.get("scale") if refusal and refusal.reason in UNEXPLAINED else None
     if isinstance(asked, float) and segment_mm is not None:
@@ -91,6 +104,8 @@ def _notices(adjusted: Adjusted) -> Iterator[Notice]:
             "joints_doubted",
             {"scale": asked, "segment_mm": segment_mm},
         )
+    elif refusal is not None and refusal.reason == UNEXPLAINED_PITCH:
+        yield Notice("pitch_doubted", {name: float(mm) for name, mm in refusal.values.items()})
     elif refusal is not None and adjusted.rings >= MANY_RINGS:
         yield Notice("rings_uncounted", {"n": adjusted.rings, "segment_mm": segment_mm or 0.0})
     if done is not None and (scales := done.changing_scales):

@@ -3,7 +3,7 @@
 import { chainage } from '../wall/units.js';
 import { t, wordFor } from '../page/words.js';
 
-/** The server names evidence in English, in three forms. @type {[RegExp, (parts: string[]) => string][]} */
+/** The server names evidence in English, in four forms. @type {[RegExp, (parts: string[]) => string][]} */
 const FORMS = [
   [
     /^([\d.]+) m ± ([\d.]+) mm between frames (\d+) and (\d+)$/,
@@ -13,6 +13,10 @@ const FORMS = [
   [
     /^(\d+) joints ([\d.]+) mm apart$/,
     ([, n, mm]) => t('corrections.by_joints', { n: Number(n), length: chainage(Number(mm) / 1000) }),
+  ],
+  [
+    /^crests ([\d.]+) mm apart at (\d+) places$/,
+    ([, mm, n]) => t('corrections.by_crests', { n: Number(n), pitch: mm }),
   ],
   [/^the rig, to ([\d.e-]+) %$/, ([, percent]) => t('corrections.by_rig', { percent })],
 ];

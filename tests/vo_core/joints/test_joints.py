@@ -195,14 +195,20 @@ def test_memory_does_not_grow_with_the_way(plain):
 def test_the_file_reads_back_and_names_joints_and_places():
     track = Track.from_estimates([estimate(n, 100.0 * n) for n in range(4)])
     sightings = [Sighting(1, 20.0, 0.25, -0.5), Sighting(2, -79.0, 0.5, -0.4), Sighting(3, 5, 1, 1)]
+    sightings.append(Sighting(3, -900.0, 1.0, 0.7, wave_mm=67.7))
     text = to_csv(track, sightings, {"video": "a.mp4"})
     assert text.splitlines()[:3] == [
         "# video: a.mp4",
-        "joint,frame,ahead_mm,sigma_mm,contrast,distance_mm",
-        "0,1,20.0000,0.2500,-0.5000,120.0000",
+        "joint,frame,ahead_mm,sigma_mm,contrast,wave_mm,distance_mm",
+        "0,1,20.0000,0.2500,-0.5000,0.0000,120.0000",
     ]
-    assert [line[0] for line in text.splitlines()[2:]] == ["0", "0", "1"]
+    assert [line[0] for line in text.splitlines()[2:]] == ["0", "0", "1", ","]
     assert from_csv(text) == sightings
+
+
+def test_a_file_that_is_older_than_crests_is_read():
+    older = "joint,frame,ahead_mm,sigma_mm,contrast,distance_mm\n0,1,20.0,0.25,-0.5,120.0\n"
+    assert from_csv(older) == [Sighting(1, 20.0, 0.25, -0.5)]
 
 
 def test_no_joints_are_a_file_with_a_header():

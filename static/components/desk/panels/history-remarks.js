@@ -21,6 +21,7 @@ export function remarkText({ action, after, remark, reason }) {
 
 function rescaledText(after) {
   if (!('scale' in after)) return refusalText(after.refusal);
-  const { joints_counted: joints, lengths_counted: lengths, scale, scale_sigma: sigma } = after;
-  return jointsText({ joints, lengths, scale, sigma, lower_mm: after.camera_lower_mm });
+  const { crests_counted: crests, joints_counted: joints, lengths_counted: lengths, scale, scale_sigma: sigma } = after;
+  const of = crests === undefined ? 'joints' : 'crests';
+  return jointsText({ of, joints: crests ?? joints, lengths, scale, sigma, lower_mm: after.camera_lower_mm });
 }

@@ -49,9 +49,13 @@ function advice(u95M, parts, taped) {
   return (worth && wordFor('interval.work', worth.name)) ?? t('interval.nothing');
 }
 
-/** '5 joints: scale 0.9914 ± 0.0005. Your camera sits 2 mm lower…'; with measured lengths, what set the scale. */
-export function jointsText({ joints, lengths = 0, scale, sigma, lower_mm: lowerMm }) {
+/**
+ * '5 joints: scale 0.9914 ± 0.0005. Your camera sits 2 mm lower…'; with measured lengths, what set the scale.
+ * @param {{of?: string, joints: number, lengths?: number, scale: number, sigma: number, lower_mm: number|null}} done
+ */
+export function jointsText({ of, joints, lengths = 0, scale, sigma, lower_mm: lowerMm }) {
   const figures = { scale: scale.toFixed(4), sigma: Math.max(sigma, 0.0001).toFixed(4) };
+  if (of === 'crests') return t('interval.by_crests', { n: joints, ...figures });
   if (lengths) return t('interval.by_lengths', { n: lengths, joints, ...figures });
   const done = t('interval.by_joints', { n: joints, ...figures });
   const mm = lowerMm === null ? 0 : Math.round(Math.abs(lowerMm));

@@ -13,6 +13,7 @@ from textures import make_rig
 from app.lab.simulation import SCENARIOS, Scenario, render
 from app.survey.adjustment.adjust import adjust
 from app.survey.adjustment.adjusted_track import Adjusted
+from app.survey.distances.corrected import Corrected, result_of
 from app.survey.distances.notices import notices_of
 from app.survey.distances.stated import Stated
 from vo_core import Odometry, Rig, Track
@@ -64,6 +65,42 @@ def test_rings_that_lie_otherwise_than_stated_are_named() -> None:
     assert notice.params == {"n": 5, "segment_mm": SEGMENT_MM}
 
 
+PIPE = {"shape": "circular", "diameter_mm": 400.0}
+WAVES = {"pitch_mm": 67.7, "depth_mm": 13.0}
+
+
+def corrugated(pitch_mm: float, **pipe: object) -> Adjusted:
+    """By crests that are that far apart in the raw track, in the pipe of a rig."""
+    seen = [
+        Sighting(frame, pitch_mm * 7 * n - float(RAW.distance_mm[frame]), 0.5, 0.7, pitch_mm)
+        for n, frame in enumerate(range(50, len(RAW), 20))
+    ]
+    return adjust(RAW, Rig.parse(FIELDS | {"pipe": PIPE | pipe}), Stated(), seen)
+
+
+def test_waves_that_the_rig_does_not_state_are_asked_for() -> None:
+    (notice,) = notices_of(corrugated(67.0))
+    assert (notice.code, notice.params) == ("waves_unstated", {"pitch_mm": 67.0})
+
+
+def test_crests_of_a_stated_pitch_set_the_scale() -> None:
+    found = corrugated(67.0, corrugation=WAVES)
+    assert notices_of(found) == []
+    assert found.scale == pytest.approx(67.7 / 67.0, abs=0.002)
+    said = result_of(Corrected(Stated(), found, None))
+    assert said is not None
+    assert said["by_joints"]["of"] == "crests"
+    assert said["joints"] == []
+
+
+def test_a_stated_pitch_that_neither_picture_nor_rig_explains_is_not_used() -> None:
+    found = corrugated(67.7, corrugation=WAVES | {"pitch_mm": 76.2})
+    assert found.scale == pytest.approx(1.0)
+    (notice,) = notices_of(found)
+    assert notice.code == "pitch_doubted"
+    assert notice.params == {"seen_mm": pytest.approx(67.7, abs=0.2), "pitch_mm": 76.2}
+
+
 def test_two_joints_alone_do_not_overrule_the_rig() -> None:
     two, three = (adjusted(SEGMENT_MM / 0.9 * np.arange(1, n + 1)) for n in (2, 3))
     assert (two.source, three.source) == ("odometry", "joint")
@@ -82,8 +119,9 @@ def test_a_scale_that_changes_along_the_run_is_named() -> None:
 def test_a_bed_that_joints_find_to_change_nothing_is_not_named() -> None:
     """The wall of this run shows a bed in parts, but every segment is as long as stated."""
     at_mm = RAW.distance_mm
-    own_mm, doubt_mm = 1 + 0.0005 * at_mm, 1 + 0.003 * at_mm
-    shown = replace(RAW, sigma_registration_mm=own_mm, sigma_distance_mm=doubt_mm)
+    own_mm, bed_mm = 1 + 0.005 * at_mm, 0.01 * np.clip(at_mm - 4000, 0, 6000)
+    sigma_mm = np.sqrt(own_mm**2 + (0.002 * at_mm) ** 2 + bed_mm**2)
+    shown = replace(RAW, sigma_registration_mm=own_mm, sigma_distance_mm=sigma_mm)
     joints = SEGMENT_MM * np.arange(1, 7)
     corrected = adjusted(joints, raw=shown)
     assert corrected.correction is not None
