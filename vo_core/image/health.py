@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from vo_core.image.resample import reduce_to
 from vo_core.types import ByteImage, GrayImage
 
 TOO_FAST = 0.57
@@ -122,7 +123,7 @@ class HealthGauge:
         return Health(
             overlap=float(np.clip(overlap, 0, 1)),
             brightness=float(np.clip(grey.mean() / 255, 0, 1)),
-            overexposed=float((grey >= WHITE_GREY).mean()),
+            overexposed=np.count_nonzero(grey >= WHITE_GREY) / len(grey),
             sharpness=self._sharpness(patch),
             fixed_pattern=float(np.clip(fixed_pattern, 0, 1)),
         )
@@ -154,24 +155,24 @@ def detail(rows: GrayImage) -> float:
     result does not depend on the contrast; blur removes the finest texture first.  The median over
     blocks ignores dirt, text and joints.
     """
-    import cv2
-
     height, width = rows.shape
     reach = _LAGS_PX[-1]
     if width < 3 * reach:
         return float("nan")
-    size_wh = (max(1, (width - 2 * reach) // _BLOCK_PX), max(1, height * _SPARSE // _BLOCK_PX))
-
-    def energy(lag: int) -> GrayImage:
-        """T(lag) of each block."""
-        before, at, after = (rows[:, reach + k : width - reach + k] for k in (-lag, 0, lag))
-        difference = 2 * at - before - after
-        square = difference * difference
-        return np.asarray(cv2.resize(square, size_wh, interpolation=cv2.INTER_AREA), np.float32)
-
-    fine, mid, coarse = (energy(lag) for lag in _LAGS_PX)
+    across, down = max(1, (width - 2 * reach) // _BLOCK_PX), max(1, height * _SPARSE // _BLOCK_PX)
+    at = 2 * rows[:, reach : width - reach]
+    differences = [
+        at - rows[:, reach - lag : width - reach - lag] - rows[:, reach + lag : width - reach + lag]
+        for lag in _LAGS_PX
+    ]
+    below = np.concatenate(differences)
+    # T of each block, for all lags at once.
+    energies = reduce_to(below * below, (across, len(_LAGS_PX) * down))
+    fine, mid, coarse = energies.reshape(len(_LAGS_PX), -1)
     gain = coarse - mid
     clear = gain > 0.02 * coarse
-    if clear.sum() <= clear.size / 4:
+    ratios = np.sort((mid - fine)[clear] / gain[clear])
+    count = len(ratios)
+    if count <= clear.size / 4:
         return float("nan")
-    return float(np.median((mid - fine)[clear] / gain[clear]))
+    return float(ratios[(count - 1) // 2] + ratios[count // 2]) / 2

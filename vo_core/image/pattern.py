@@ -35,10 +35,12 @@ class FixedPattern:
     _mean: GrayImage | None = None
     _power: GrayImage | None = None
     _pattern: GrayImage | None = None
+    _share: float | None = None
+    """`share` of the pictures so far; None until it is asked for."""
 
     def add(self, picture: GrayImage) -> None:
         """Add a normalised picture that shows another part of the wall than those before."""
-        self.count += 1
+        self.count, self._share = self.count + 1, None
         if self._mean is None or self._power is None:
             self._mean, self._power = picture.copy(), picture * picture
             return
@@ -60,7 +62,9 @@ class FixedPattern:
         """
         if self._mean is None or self._power is None or self.count < LEAST:
             return 0.0
-        return _share(self._mean, self._power, min(self.count, MEMORY))
+        if self._share is None:
+            self._share = _share(self._mean, self._power, min(self.count, MEMORY))
+        return self._share
 
     def remove(self, picture: GrayImage) -> GrayImage:
         """Subtract the pattern as estimated so far."""
@@ -70,6 +74,5 @@ class FixedPattern:
 def _share(mean: GrayImage, power: GrayImage, frames: int) -> float:
     """Energy of the pattern over that of the pictures, without the share expected by chance."""
     spots = mean - cv2.blur(mean, (ALONG_PX, 1))
-    chance = (power.mean() - (mean * mean).mean()) / (frames - 1)
-    energy = float((spots * spots).mean() - chance)
-    return max(energy, 0.0) / max(float(power.mean()), 1e-6)
+    own, fixed, apart = (float(cv2.mean(each)[0]) for each in (power, mean * mean, spots * spots))
+    return max(apart - (own - fixed) / (frames - 1), 0.0) / max(own, 1e-6)

@@ -2,25 +2,24 @@
 
 Every few millimetres a frame is added to strips of the wall, each pixel at the place that the exact
 pose of the frame gives it. There a joint is a straight line at one axial coordinate, for any yaw
-and lateral offset of the robot. The arc is divided into sectors, each with its own profile, to
-separate rings from cracks and stains: a ring shows in most sectors, or in most of those on both
-flanks where silt hides the invert.
+and lateral offset of the robot. The arc is divided into sectors, each with its own profile (see
+`rings`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.rectify import WHOLE, Rectifier, Rows
-from vo_core.geometry.wall import NOMINAL, cast, develop, enclose, sight
+from vo_core.geometry.wall import NOMINAL, Pose, cast, develop, enclose, sight
 from vo_core.geometry.waves import Waves
+from vo_core.joints.rings import find_rings
 from vo_core.joints.sightings import CREST_EVERY_MM, SAME_JOINT_MM, Sighting
+from vo_core.matching.blocks import BlockGrid
 from vo_core.rig import Rig
 from vo_core.track import Estimate
 from vo_core.types import GrayImage, Image, Matrix
@@ -28,29 +27,8 @@ from vo_core.types import GrayImage, Image, Matrix
 SECTORS = 16
 """Number of sectors of the visible arc; each has its own profile."""
 
-ROUND = 0.6
-"""Share of the sectors that must show a ring at least half as strong as the median sector does.
-
-Water over a third of the picture may hide the rest."""
-
-ROUND_ON_FLANKS = 0.75
-"""The same for the sectors on both flanks, where silt hides the middle half: a line on one flank
-alone is no ring."""
-
 RING_WIDTHS_MM = (1.5, 3.0, 6.0, 12.0)
 """Sigmas of the ring filters, for gaps of 3 mm to bands of mortar of 30 mm."""
-
-SIGNIFICANCE = 6.0
-"""Least contrast of a ring, in robust standard deviations of the wall around it."""
-
-LEAST_CONTRAST = 0.003
-"""Added to the wall's deviation, so that a contrast of less than some percent is no ring."""
-
-COVERED = 0.9
-"""Least share of a filter's surround that was seen as often as the rest."""
-
-BINNING_PX = 0.1
-"""Position error by binning pixels, one sigma."""
 
 MISPLACED_MM = 3.0
 """A frame whose position relative to the strips is more uncertain than this, one sigma, starts new
@@ -66,8 +44,8 @@ crests are noted: a corrugated wall has a share of 0.5 to 0.9, others up to 0.2.
 _STEPS_PER_VIEW = 8
 """Frames that are added to the wall while it passes through the view."""
 
-_SURROUND = 3.0
-"""Width of a filter's surround over that of its centre."""
+_NODE_PX = 8
+"""Places on the wall are computed at every 8th pixel, and interpolated between."""
 
 
 class JointFinder:
@@ -87,10 +65,16 @@ class JointFinder:
         rows, columns = grid.shape
         self._pooled = max(1, rows // (4 * SECTORS))
         y = (np.arange(rows // self._pooled) + 0.5) * self._pooled - 0.5
-        xy = np.stack(np.meshgrid(np.arange(columns), y), -1).reshape(-1, 2)
+        xy = np.stack(np.meshgrid(np.arange(columns), y), -1)
         valid = cv2.erode(self._rectify.valid, np.ones((self._pooled, 1), np.uint8))
-        self._valid = valid[y.astype(int)].ravel() > 0
-        self._rays = sight(rig, NOMINAL, enclose(rig, grid.to_mm(xy)))[self._valid]
+        self._valid = valid[y.astype(int)] > 0
+        self._wall_mm = grid.to_mm(xy).astype(np.float32)
+        """(rows, columns, 2) axial and arc coordinate of each pooled pixel, from the usual pose."""
+        self._blocks = BlockGrid(-(-len(y) // _NODE_PX), -(-columns // _NODE_PX), _NODE_PX, 0, 0)
+        column, row = self._blocks.nodes().T
+        nodes = np.stack([column, (row + 0.5) * self._pooled - 0.5], 1)
+        self._nodes_mm = grid.to_mm(nodes)
+        self._rays = sight(rig, NOMINAL, enclose(rig, self._nodes_mm))
         self._arc_mm = grid.arc_mm + np.array([-0.5, rows - 0.5]) * grid.mm_per_px
         self._middle_mm = grid.axial_mm + columns / 2 * grid.mm_per_px
         self._step_mm = columns * grid.mm_per_px / _STEPS_PER_VIEW
@@ -151,19 +135,18 @@ class JointFinder:
         relative = _relative(patch)[: rows * self._pooled]
         pooled = cv2.resize(relative, size_wh, interpolation=cv2.INTER_AREA)
         # Axial coordinates are taken from the camera, to keep their precision far into a pipe.
-        pose = replace(estimate.pose, x_mm=0.0)
-        axial, arc = develop(self._rig, cast(self._rig, pose, self._rays)).T
+        axial, arc = np.moveaxis(self._places_from(replace(estimate.pose, x_mm=0.0)), -1, 0)
         low_mm, high_mm = self._arc_mm
         sector = np.floor((arc - low_mm) / (high_mm - low_mm) * SECTORS)
-        with np.errstate(invalid="ignore"):
-            inside = (sector >= 0) & (sector < SECTORS) & np.isfinite(axial)
+        inside = self._valid & (sector >= 0) & (sector < SECTORS)
         if not inside.any():
             return
-        bins = np.floor((axial[inside] + estimate.distance_mm) / self._bin_mm).astype(np.int64)
+        from_zero_mm = axial[inside].astype(np.float64) + estimate.distance_mm
+        bins = np.floor(from_zero_mm / self._bin_mm).astype(np.int64)
         first, last = int(bins.min()), int(bins.max())
         width = last - first + 1
         cell = sector[inside].astype(np.int64) * width + bins - first
-        grey = pooled.ravel()[self._valid][inside]
+        grey = pooled[inside]
         total, count = (
             np.asarray(np.bincount(cell, values, SECTORS * width), np.float64).reshape(-1, width)
             for values in (grey, np.ones(len(cell)))
@@ -198,6 +181,22 @@ class JointFinder:
         self._found.append(
             Sighting(estimate.frame, ahead_mm, wave.sigma_mm, wave.share, wave.pitch_mm)
         )
+
+    def _places_from(self, pose: Pose) -> GrayImage:
+        """(rows, columns, 2) axial and arc coordinate of each pooled pixel seen from a pose."""
+        moved = develop(self._rig, cast(self._rig, pose, self._rays)) - self._nodes_mm
+        if self._rig.pipe.radius_mm is not None:
+            around_mm = 2 * np.pi * self._rig.pipe.radius_mm
+            moved[:, 1] -= around_mm * np.rint(moved[:, 1] / around_mm)  # the arc ends at the crown
+        rows, columns = self._valid.shape
+        places = self._wall_mm + self._blocks.dense(moved)[:rows, :columns]
+        blind = np.isnan(moved).any(1)
+        if blind.any():  # no interpolation between a place on the wall and none
+            near_blind = self._blocks.dense(np.column_stack([blind, blind]).astype(np.float64))
+            places[near_blind[:rows, :columns, 0] > 0] = np.nan
+        if self._rig.pipe.radius_mm is not None:
+            places[..., 1] -= around_mm * np.rint(places[..., 1] / around_mm)
+        return places
 
     def _close(self, leaving: set[int]) -> None:
         """Search complete strips, and drop those that are no longer needed as neighbours."""
@@ -255,123 +254,6 @@ class _Strip:
 
 
 _EMPTY = _Strip()
-
-
-@dataclass(frozen=True, slots=True)
-class Ring:
-    """A ring in a part of the wall."""
-
-    at_px: float
-    """Column, counted from the left border of the first one."""
-    sigma_px: float
-    contrast: float
-
-
-def find_rings(total: GrayImage, count: GrayImage, widths_px: Iterable[float]) -> list[Ring]:
-    """Detect rings in a part of the developed wall, most significant first.
-
-    A ring is a ridge at one of several widths (difference of Gaussians along the axis, Lindeberg
-    1998) that most sectors show with the same sign, significant against the deviation of the part.
-
-    Args:
-        total, count: (sectors, columns), sum of the brightness about 1 and number of samples.
-        widths_px: Sigmas of the filters, raised to at least 1.5 px.
-    """
-    rows = np.arange(len(total))
-    flanks = np.abs(rows - rows.mean()) > len(rows) / 4
-    layers = []
-    for width in sorted({max(w, 1.5) for w in widths_px}):
-        answers, covered = _filtered(total, count, width)
-        layers.append(_Layer.of(answers, covered, width, ROUND))
-        layers.append(_Layer.of(answers[flanks], covered[flanks], width, ROUND_ON_FLANKS))
-    significance = np.stack([layer.significance for layer in layers])
-    strongest = significance.max(axis=0)
-    # A gap and the mortar beside it are one joint, and the surround has the opposite sign.
-    reach = int(np.ceil(2 * _SURROUND * layers[-1].width_px))
-    rings = []
-    while (peak := int(strongest.argmax())) >= 0 and strongest[peak] >= SIGNIFICANCE:
-        layer = layers[int(significance[:, peak].argmax())]
-        rings.append(layer.ring(peak))
-        strongest[max(peak - reach, 0) : peak + reach + 1] = 0
-    return rings
-
-
-Covered = NDArray[np.bool_]
-"""(sectors, columns) where a filter's surround was seen."""
-
-
-@dataclass(frozen=True)
-class _Layer:
-    """Responses of one filter."""
-
-    width_px: float
-    answers: Matrix
-    """(sectors, columns) response of each sector."""
-    median: Matrix
-    """(columns,) median over the sectors, 0 where too few were seen."""
-    significance: Matrix
-    """(columns,) median relative to its deviation along the wall, 0 where too few sectors agree."""
-
-    @classmethod
-    def of(cls, answers: Matrix, covered: Covered, width_px: float, share: float) -> _Layer:
-        """Combine the responses of some sectors, a share of which must agree."""
-        ordered = np.sort(np.where(covered, answers, np.nan), axis=0)  # nan comes last
-        seen = covered.sum(axis=0)
-        columns = np.arange(answers.shape[1])
-
-        def quantile(share: float) -> Matrix:
-            rank = np.rint(share * np.maximum(seen - 1, 0)).astype(int)
-            return np.where(seen >= len(answers) / 2, ordered[rank, columns], 0.0)
-
-        low, median, high = quantile(1 - share), quantile(0.5), quantile(share)
-        size = np.abs(median)
-        is_round = np.where(median > 0, low, -high) >= size / 2
-        measured = size[seen >= len(answers) / 2]
-        noise = 1.4826 * float(np.median(measured)) if measured.size else np.inf
-        return cls(width_px, answers, median, is_round * size / (noise + LEAST_CONTRAST))
-
-    def ring(self, peak: int) -> Ring:
-        """Locate the ring near a column by the median's peak and the scatter of the sectors."""
-        sign = np.sign(self.median[peak])
-        reach = int(np.ceil(1.5 * self.width_px))
-        left, right = max(peak - reach, 1), min(peak + reach, len(self.median) - 2)
-        at = np.array([_peak(sign * row, left, right) for row in self.answers])
-        # A chipped edge covers two sectors, so only half of them are independent.
-        scatter = 1.4826 * np.median(np.abs(at - np.median(at))) / np.sqrt(len(at) / 2)
-        return Ring(
-            _peak(sign * self.median, left, right) + 0.5,
-            float(np.hypot(scatter, BINNING_PX)),
-            float(self.median[peak]),
-        )
-
-
-def _filtered(total: GrayImage, count: GrayImage, width_px: float) -> tuple[Matrix, Covered]:
-    """(sectors, columns) centre minus surround, and where the surround was seen completely."""
-    centre, surround = (
-        _blurred(total, sigma) / np.maximum(_blurred(count, sigma), 1e-9)
-        for sigma in (width_px, _SURROUND * width_px)
-    )
-    # At the ends of a run the wall passed only a part of the view, and shading remains.
-    samples = count.sum(axis=0, keepdims=True)
-    whole = (count > 0) & (samples >= 0.5 * np.median(samples[samples > 0]))
-    covered = _blurred(whole.astype(np.float32), _SURROUND * width_px) > COVERED
-    return centre - surround, covered
-
-
-def _peak(values: Matrix, left: int, right: int) -> float:
-    """Position of the largest value in [left, right], by a parabola through its neighbours."""
-    k = left + int(values[left : right + 1].argmax())
-    before, at, after = values[k - 1 : k + 2]
-    bend = 2 * at - before - after
-    return k + float(np.clip((after - before) / (2 * bend), -0.5, 0.5)) if bend > 0 else float(k)
-
-
-def _blurred(image: GrayImage, sigma_px: float) -> GrayImage:
-    """Smooth along the rows, with zeros beyond the border."""
-    side = 2 * int(np.ceil(3 * sigma_px)) + 1
-    return np.asarray(
-        cv2.GaussianBlur(image, (side, 1), sigma_px, sigmaY=1.0, borderType=cv2.BORDER_CONSTANT)
-    )
 
 
 def _relative(patch: GrayImage) -> GrayImage:
