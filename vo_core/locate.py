@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -34,8 +34,10 @@ from vo_core.matching.align import (
     OPEN_PX,
     START_PX,
     Alignment,
+    Likeness,
     Prior,
     Template,
+    agree,
     align,
     inverse,
 )
@@ -106,6 +108,10 @@ CLEARER = 0.3
 LEAST_CLEARER = 0.01
 """Share of blocks voting against a standstill from which it counts as a fixed pattern."""
 
+SURPRISE = 2.0
+"""A picture of which this many times as much is unexplained as of the last one may show more than
+the predicted motion."""
+
 CERTAIN = 14.0
 """Significance (see `LOCK`) from which an alignment gets the status `ok`."""
 
@@ -161,10 +167,14 @@ class Reference:
     state: State
     frame: int = 0
     """Index of the frame in the film."""
+    impurity: float = 0.0
+    """Share of another exposure in the picture, see `Mixing`."""
+    offset: Matrix = field(default_factory=lambda: np.zeros(POSE))
+    """See `Fix.offset`."""
 
     @property
     def pose(self) -> Pose:
-        """Pose of the camera in this frame."""
+        """Pose of the camera at the exposure that this frame shows."""
         return self.state.pose
 
     @cached_property
@@ -202,6 +212,22 @@ class Fix:
     """Whether another pose fits equally well, as on a wall that repeats itself."""
     is_doubtful: bool = False
     """Whether this standstill would count as a fixed pattern if the other motion were in reach."""
+    found: tuple[Fix, ...] = ()
+    """All fixes that may show the wall, if there are several."""
+    share: float = 0.0
+    """Share of another exposure in the picture, see `Mixing`."""
+    offset: Matrix = field(default_factory=lambda: np.zeros(POSE))
+    """(6,) from the pose, at one exposure, to that at the time of the picture, between two."""
+
+    @property
+    def likeness(self) -> Likeness:
+        """How the picture agrees with the reference."""
+        return self.alignment.trust, self.alignment.agreement
+
+    @property
+    def mean(self) -> State:
+        """The state at the time of the picture."""
+        return replace(self.state, pose=Pose.of(self.pose.vector + self.offset))
 
     @property
     def pose(self) -> Pose:
@@ -236,6 +262,8 @@ class Outlook:
     """Standard deviation of the shear by coding; 0 in a film that is not coarsely coded."""
     gaze: Matrix | None = None
     """(2,) yaw and pitch of the camera in the pipe by the axis in the picture; None if unknown."""
+    unexplained: float = 1.0
+    """Share of the last picture that its pose did not explain."""
     is_held: bool = False
     """Whether the robot stands, so that nothing but its camera turns."""
     is_bound: bool = False
@@ -314,9 +342,10 @@ class Locator:
     def _fixes(
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
     ) -> list[Fix]:
-        # Where the guess explains all blocks, another motion is possible on a repeating wall only.
+        # Where the guess explains all blocks as well as before, another motion is possible on a
+        # repeating wall only.
         near = None if outlook.is_held else self._align(reference, picture, guess, outlook)
-        if near and _explains_all(near) and not reference.repeats:
+        if near and _explains_all(near, outlook) and not reference.repeats:
             return [near]
         peaks = self._peaks(reference, picture, guess)
         step_mm = 2 * self._grid.mm_per_px
@@ -336,7 +365,7 @@ class Locator:
         is_lobe = any(1 < np.hypot(peak.dx_px, peak.dy_px) < LOBE_PX for peak in peaks)
         if outlook.is_held:
             aligned.append(self._align(reference, picture, guess, outlook))
-        elif is_lobe and not any(fix and _explains_all(fix) for fix in aligned):
+        elif is_lobe and not any(fix and _explains_all(fix, outlook) for fix in aligned):
             aligned.append(near)
         return [fix for fix in aligned if fix]
 
@@ -362,6 +391,7 @@ class Locator:
         best = fixes[int(np.argmax(supports))]
         if np.isfinite(outlook.reach_mm):
             best = min(as_good, key=lambda fix: _off_mm(fix, guess))
+        best = replace(best, found=tuple(fixes) if len(fixes) > 1 else ())
         if _stands(best) and any(_is_pattern(best, other) for other in found):
             best = replace(best, is_doubtful=True)
         rivals = [abs(fix.pose.x_mm - best.pose.x_mm) for fix in as_good]
@@ -392,6 +422,12 @@ class Locator:
     def overlap(self, reference: Reference, pose: Pose) -> float:
         """Approximate share of the reference's wall that a camera at `pose` sees."""
         return self._grid.common(reference.pose, pose)
+
+    def likeness(self, reference: Reference, picture: Picture, pose: Matrix) -> Likeness:
+        """How a picture agrees with a reference if it was taken at a pose, (6,)."""
+        motion = self._motion(reference, picture, coarse=False)
+        positions = motion.positions(_parameters(reference, Pose.of(pose)))
+        return agree(reference.template, picture.doubled, picture.view.whole, positions)
 
     def _peaks(self, reference: Reference, picture: Picture, guess: Pose) -> list[Peak]:
         """Peaks of the phase correlation after moving the picture by the guess, coarse px."""
@@ -596,11 +632,14 @@ def _since(reference: Pose, pose: Pose) -> Matrix:
     return np.array([cos * x_mm + sin * y_mm, cos * y_mm - sin * x_mm])
 
 
-def _explains_all(fix: Fix) -> bool:
+def _explains_all(fix: Fix, outlook: Outlook) -> bool:
     """Whether all blocks agree so well that none can vote for another motion.
 
-    No block can exceed such a trust by `CLEARER`.
+    No block can exceed such a trust by `CLEARER`; and all blocks agree less in a mixture of two
+    motions.
     """
+    if fix.alignment.unexplained > SURPRISE * outlook.unexplained:
+        return False
     seen = fix.alignment.overlap * np.count_nonzero(fix.reference.template.seen)
     agree = np.count_nonzero(fix.alignment.trust >= 1 - CLEARER)
     return bool(agree >= (1 - LEAST_CLEARER) * seen)

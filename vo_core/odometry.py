@@ -43,6 +43,7 @@ from vo_core.lookout import Lookout
 from vo_core.matching.blocks import BlockGrid
 from vo_core.matching.fields import Interlacing
 from vo_core.matching.skipped import Skipping, blank
+from vo_core.mixing import PURE, Mixing
 from vo_core.records import Records
 from vo_core.rig import Rig
 from vo_core.smoother import STATE, Apart, Link, Smoother, joined
@@ -229,6 +230,9 @@ class Odometry:
         self._motion = MotionPrior(rig)
         self._bed = Bed(rig, (columns * side_mm, rows * side_mm))
         self._waves = Waves(rig, self._rectify.grid)
+        self._mixing = Mixing(self._locator)
+        self._unexplained = 1.0
+        """`Alignment.unexplained` of the last fix."""
         self._fidelity = 1.0
         """Running mean of `Alignment.fidelity`."""
         self._agreement = 0.0
@@ -578,6 +582,7 @@ class Odometry:
             rate,
             shear_rad,
             None if self._lookout is None else self._lookout.gaze,
+            self._unexplained,
             is_held=self._is_around,
         )
 
@@ -638,14 +643,17 @@ class Odometry:
             return self._bridge(picture, is_new=False)
         self._link = self._unseen()
         self._fix_periods, self._fixed = self._clock.periods, self._state
-        self._keyframe = self._fallback = self._reference(picture)
+        self._keyframe = self._fallback = self._reference(picture, self._state)
         return ("ok", 1.0) if is_zero else ("weak", 0.0)
 
     def _take(self, fix: Fix, picture: Picture) -> tuple[Status, float]:
+        way = None if self._velocity is None else self._velocity * self._gone
+        fix = self._mixing.resolve(fix, picture, way)
         if self._lookout is not None:
             fix = self._lookout.follow(fix, self._fixed, self._gone)
         share = _systematic(SCALE_ERROR, fix) * self._rectify.unevenness
         self._model_mm += share * (fix.pose.x_mm - self._fixed.pose.x_mm)
+        self._unexplained = fix.alignment.unexplained
         self._agreement += FIDELITY_GAIN * (fix.alignment.agreement - self._agreement)
         self._fidelity += FIDELITY_GAIN * (fix.alignment.fidelity - self._fidelity)
         self._has_moved |= fix.moved_px > MOVED_PX and fix.alignment.significance > CERTAIN
@@ -655,7 +663,7 @@ class Odometry:
         if fix.is_doubtful and self._reliability is None:
             self._velocity = None
         else:
-            velocity = (fix.pose.vector - self._fixed.pose.vector)[:RATES] / self._gone
+            velocity = (fix.mean.pose.vector - self._fixed.pose.vector)[:RATES] / self._gone
             if self.rig.looks_along_pipe:
                 velocity[1:] = 0.0
             if self._skipping.is_coarse and self._velocity is not None:
@@ -664,19 +672,29 @@ class Odometry:
             self._velocity = velocity
         if not self._is_around:
             self._ahead = fix.reference
-        mean = parameters(fix.pose, fix.anew, fix.state.mount_rad)
+        before = Pose.of(fix.anew.vector + fix.reference.offset)
+        mean = parameters(fix.mean.pose, before, fix.state.mount_rad)
         self._link = Link(fix.reference.frame, mean, fix.joint, is_seen=True)
-        self._state = self._fixed = fix.state
+        self._state = self._fixed = fix.mean
         self._fix_periods = self._clock.periods
-        self._fallback = self._reference(picture, turn_rad=_systematic(TURN_ERROR, fix))
-        is_out = fix.reference is not self._keyframe or fix.alignment.overlap < self._least_overlap
-        if is_out or self._skipping.is_fresh:
+        newest = self._reference(picture, fix.state, turn_rad=_systematic(TURN_ERROR, fix))
+        newest = self._mixing.rated(newest, fix, way)
+        self._fallback = self._mixing.fallback(newest, self._fallback)
+        if self._is_outlived(fix, newest):
             self._keyframe = self._fallback
             if self._is_coarse_ahead:
                 ghost_mm = GHOST_PX * self._rectify.grid.mm_per_px
                 self._model_mm += float(np.copysign(ghost_mm, fix.change[0]))
         sure = fix.alignment.significance >= CERTAIN and not fix.is_ambiguous
         return "ok" if sure else "weak", float(np.clip(fix.alignment.agreement, 0.0, 1.0))
+
+    def _is_outlived(self, fix: Fix, newest: Reference) -> bool:
+        """Whether another picture becomes the keyframe."""
+        if newest.impurity > PURE:
+            return fix.alignment.overlap < 2 * LEAST_OVERLAP
+        is_out = fix.reference is not self._keyframe or fix.alignment.overlap < self._least_overlap
+        is_purer = newest.impurity < fix.reference.impurity - PURE
+        return is_out or is_purer or self._skipping.is_fresh
 
     @property
     def _least_overlap(self) -> float:
@@ -707,7 +725,7 @@ class Odometry:
         if is_new and self._keyframe is not None:
             out_of_sight = self._gone > (1 - LEAST_OVERLAP) * self._most_periods > 0
             if out_of_sight or self._gone_s > LOST_LIMIT_S:
-                self._fallback = self._reference(picture)
+                self._fallback = self._reference(picture, self._state)
         return "lost", 0.0
 
     def _hold(self) -> tuple[Status, float]:
@@ -725,11 +743,11 @@ class Odometry:
         joint = joined(now.covariance, before.covariance)
         return Link(self._fixed_frame, mean, joint, is_seen=False)
 
-    def _reference(self, picture: Picture, turn_rad: float = 0.0) -> Reference:
+    def _reference(self, picture: Picture, state: State, turn_rad: float = 0.0) -> Reference:
         self._widening = np.square(LINK_ERROR)
         self._widening[2] += turn_rad**2
-        covariance = self._state.covariance + np.diag(self._widening)
-        return Reference(picture, replace(self._state, covariance=covariance), self._frame)
+        covariance = state.covariance + np.diag(self._widening)
+        return Reference(picture, replace(state, covariance=covariance), self._frame)
 
     def _learn(self, normal: GrayImage, fix: Fix) -> None:
         """Update the fixed pattern and the reliability, once for each piece of new wall."""

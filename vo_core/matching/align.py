@@ -203,6 +203,11 @@ class Alignment:
     It is the larger one of all blocks and of those that agree clearly, so that a few clean blocks
     between much dirt are enough."""
 
+    @property
+    def unexplained(self) -> float:
+        """Share of the moving picture's energy that is not the reference's."""
+        return 1 - self.agreement**2
+
     def support(self, reliability: Matrix) -> float:
         """Mean trust, weighted by how reliably each block has shown the wall."""
         votes = reliability**2
@@ -310,6 +315,16 @@ def align(
             else 0,
         ),
     )
+
+
+Likeness = tuple[Matrix, float]
+"""How two pictures agree at one pose: trust in each block, and agreement, see `Alignment`."""
+
+
+def agree(template: Template, doubled: GrayImage, whole: ByteImage, positions: Points) -> Likeness:
+    """Compare two pictures where the nodes lie at `positions`."""
+    seen = _compare(template, doubled, whole, positions, template.grid.linear(positions))
+    return seen.trust, seen.agreement
 
 
 @dataclass(frozen=True)

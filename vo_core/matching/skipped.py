@@ -22,6 +22,10 @@ LEAST_WAY_PX = 3.0
 UNLIKE = 0.5
 """Two blocks show different content above this share of the difference of unrelated ones."""
 
+SAME = 0.4
+"""A block is a copy below this share of what two alike ones may differ by: only copies show that
+blocks are skipped, because a mixture of two exposures is alike to the picture before."""
+
 COARSE = 0.25
 """A film is coarsely coded if its share of repeated blocks varies by more than this.
 
@@ -91,8 +95,9 @@ class Skipping:
         moves = (moving < alike) & (moving < UNLIKE * still)
         repeated = float(repeats.mean())
         if moves.sum() > MOVED * (moves.sum() + repeats.sum()):
-            self._least_repeated = min(self._least_repeated, repeated)
-            self.is_coarse |= repeated > self._least_repeated + COARSE
+            copied = float((repeats & (still < SAME * alike)).mean())
+            self._least_repeated = min(self._least_repeated, copied)
+            self.is_coarse |= copied > self._least_repeated + COARSE
         if not self.is_coarse or lies_still >= STANDS:
             return none
         self.is_fresh = repeated < FRESH
