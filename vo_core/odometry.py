@@ -139,7 +139,7 @@ LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.
 """Standard deviation that each keyframe adds to z, pitch and roll beyond its covariance, mm and
 rad."""
 
-TURN_ERROR = np.radians([0.03, 1.0])
+TURN_ERROR = np.radians([0.01, 0.3])
 """Systematic error of a keyframe's turn, rad: a constant and a noise term, see `_systematic`.
 
 Video coding and the rest of the lamp's light turn each registration a little, with the same sign

@@ -42,7 +42,7 @@ ON_WHEELS = np.array([5.0, np.radians(1.5), 0.2, np.radians(0.1), np.radians(0.1
 CLIMB = float(np.radians(1.0))
 """Expected turn of a robot about the pipe's axis over `WAY_MM`, up the wall to either side."""
 
-WORTH = 5
+WORTH = 40
 """Weight of the expectation, in pictures."""
 
 MEMORY = 40
