@@ -103,7 +103,7 @@ RIVAL = 0.9
 """A pose with at least this share of the best support counts as equally good."""
 
 CLEARER = 0.3
-"""A block votes for one motion against another if its trust is higher by this."""
+"""A block votes for one motion against another if its normalised correlation is higher by this."""
 
 LEAST_CLEARER = 0.01
 """Share of blocks voting against a standstill from which it counts as a fixed pattern."""
@@ -201,7 +201,7 @@ class Fix:
     moved_px: float
     """Median displacement of the blocks from where the reference shows them."""
     change: Matrix
-    """(6,) change of the pose since the reference, without the habit prior."""
+    """(6,) change of the pose since the reference, without the prior of the motion."""
     change_variance: Matrix
     """(6,) variances of `change`."""
     anew: Pose
@@ -222,7 +222,7 @@ class Fix:
     @property
     def likeness(self) -> Likeness:
         """How the picture agrees with the reference."""
-        return self.alignment.trust, self.alignment.agreement
+        return self.alignment.ncc, self.alignment.agreement
 
     @property
     def mean(self) -> State:
@@ -236,7 +236,7 @@ class Fix:
 
     @property
     def unheld(self) -> Fix:
-        """The same, at the place along the pipe that follows without the habit prior."""
+        """The same, at the place along the pipe that follows without the prior of the motion."""
         x_mm = self.reference.pose.x_mm + float(self.change[0])
         return replace(self, state=replace(self.state, pose=replace(self.pose, x_mm=x_mm)))
 
@@ -252,8 +252,8 @@ class Outlook:
     since_s: float
     """Time since the last fix."""
     reliability: Matrix | None
-    """(blocks,) mean trust in each block while the robot moved: low where dirt or water lies.
-    None before the robot has moved."""
+    """(blocks,) mean normalised correlation of each block while the robot moved: low where dirt or
+    water lies. None before the robot has moved."""
     motion: MotionPrior
     """How far this robot leaves its way."""
     rate: Matrix | None
@@ -454,7 +454,7 @@ class Locator:
         exact = wall = self._motion(reference, picture, coarse=False)
         scales, known = wall.scales, _known(reference, parameters, outlook.gaze, self._aside_mm)
         reach_mm = STANDS_MM if outlook.is_held else START_PX * self._grid.mm_per_px
-        habit = _habit(reference, start, parameters, outlook.motion, reach_mm)
+        usual = _motion_prior(reference, start, parameters, outlook.motion, reach_mm)
         if self._rig.camera.readout_ms > 0:
             exact = RollingMotion(wall)
             rate_before = reference.state.rate
@@ -469,14 +469,14 @@ class Locator:
                 np.append(scales, [*RATE_SIGMA, *RATE_SIGMA]),
             )
             known = _widened(known, Prior(rates, information))
-            habit = _widened(habit, Prior(rates, 0 * information))
+            usual = _widened(usual, Prior(rates, 0 * information))
         motion: WallMotion | RollingMotion | CodedMotion = exact
         modes, sigma = self._modes(outlook, abs(start.x_mm - reference.pose.x_mm))
         if len(sigma) > 0:
             motion, none = CodedMotion(exact, modes), np.zeros(len(sigma))
             certain = np.diag(sigma**-2)
             known = _widened(known, Prior(none, certain))
-            habit = _widened(habit, Prior(none, 0 * certain))
+            usual = _widened(usual, Prior(none, 0 * certain))
             parameters, scales = np.append(parameters, none), np.append(scales, motion.scales)
         fit = align(
             reference.template,
@@ -487,7 +487,7 @@ class Locator:
             scales,
             linearise=motion.linearise,
             prior=known,
-            habit=habit,
+            motion=usual,
             settled=self._settled,
         )
         covariance = fit.covariance[np.ix_(_KEPT, _KEPT)]
@@ -561,7 +561,7 @@ def _known(reference: Reference, parameters: Matrix, gaze: Matrix | None, aside_
     return Prior(mean, information)
 
 
-def _habit(
+def _motion_prior(
     reference: Reference, start: Pose, parameters: Matrix, motion: MotionPrior, reach_mm: float
 ) -> Prior:
     """Prior of the step from the reference to the picture, see `MotionPrior`.
@@ -610,7 +610,7 @@ def _is_pattern(fix: Fix, other: Fix) -> bool:
     """
     if other.moved_px < APART_PX:
         return False
-    clearer = other.alignment.trust - fix.alignment.trust > CLEARER
+    clearer = other.alignment.ncc - fix.alignment.ncc > CLEARER
     return float(clearer.mean()) > LEAST_CLEARER
 
 
@@ -635,13 +635,13 @@ def _since(reference: Pose, pose: Pose) -> Matrix:
 def _explains_all(fix: Fix, outlook: Outlook) -> bool:
     """Whether all blocks agree so well that none can vote for another motion.
 
-    No block can exceed such a trust by `CLEARER`; and all blocks agree less in a mixture of two
+    No block can exceed such a correlation by `CLEARER`; and all blocks agree less in a mixture of two
     motions.
     """
     if fix.alignment.unexplained > SURPRISE * outlook.unexplained:
         return False
     seen = fix.alignment.overlap * np.count_nonzero(fix.reference.template.seen)
-    agree = np.count_nonzero(fix.alignment.trust >= 1 - CLEARER)
+    agree = np.count_nonzero(fix.alignment.ncc >= 1 - CLEARER)
     return bool(agree >= (1 - LEAST_CLEARER) * seen)
 
 

@@ -51,7 +51,7 @@ class Mixing:
         length_mm = 0.0 if way is None else float(np.hypot(*way[:2]))
         if way is None or length_mm == 0:
             return fix
-        best = max(fix.found or [fix], key=lambda each: float(each.alignment.trust.sum()))
+        best = max(fix.found or [fix], key=lambda each: float(each.alignment.ncc.sum()))
         found = [(each.pose.vector - best.pose.vector, each.likeness) for each in fix.found]
         near, far = NEIGHBOUR
         found = [(by, like) for by, like in found if near < np.hypot(*by[:2]) / length_mm < far]

@@ -15,8 +15,8 @@ from itertools import product
 import cv2
 import numpy as np
 
-from vo_core.bridge import UNKNOWN_SPEED, bridged
 from vo_core.clock import Clock
+from vo_core.dead_reckoning import UNKNOWN_SPEED, reckoned
 from vo_core.errors import InvalidTime
 from vo_core.geometry.bed import Bed
 from vo_core.geometry.doubt import together_mm
@@ -139,7 +139,7 @@ LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.
 """Standard deviation that each keyframe adds to z, pitch and roll beyond its covariance, mm and
 rad."""
 
-TURN_ERROR = np.radians([0.01, 0.3])
+TURN_ERROR = np.radians([0.03, 1.0])
 """Systematic error of a keyframe's turn, rad: a constant and a noise term, see `_systematic`.
 
 Video coding and the rest of the lamp's light turn each registration a little, with the same sign
@@ -219,7 +219,7 @@ class Odometry:
         self._gauge = HealthGauge(self._rectify.valid)
         self._pattern_pose = Pose()
         self._reliability: Matrix | None = None
-        """(blocks,) running mean of the trust in each block over frames that showed motion."""
+        """(blocks,) running mean of the ncc in each block over frames that showed motion."""
         self._keyframe: Reference | None = None
         self._fallback: Reference | None = None
         """Newest frame with a fix; after a long loss the newest frame, at its predicted pose."""
@@ -710,7 +710,7 @@ class Odometry:
 
     def _bridge(self, picture: Picture, *, is_new: bool) -> tuple[Status, float]:
         """Continue the motion before; take a new reference once the old wall is out of sight."""
-        self._state = bridged(
+        self._state = reckoned(
             self._fixed,
             self._predict(),
             self._velocity,
@@ -756,10 +756,10 @@ class Odometry:
         if self._pattern.count > 0 and moved_mm < step_mm:
             return
         if self._pattern.count > 0:
-            trust = fix.alignment.trust + RELIABILITY_FLOOR
-            known = trust if self._reliability is None else self._reliability
-            seen = fix.alignment.trust > 0
-            self._reliability = np.where(seen, known + RELIABILITY_GAIN * (trust - known), known)
+            ncc = fix.alignment.ncc + RELIABILITY_FLOOR
+            known = ncc if self._reliability is None else self._reliability
+            seen = fix.alignment.ncc > 0
+            self._reliability = np.where(seen, known + RELIABILITY_GAIN * (ncc - known), known)
         self._pattern.add(normal)
         self._pattern_pose = self._state.pose
 

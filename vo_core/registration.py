@@ -150,7 +150,7 @@ def _best_start(pair: Pair, starts: list[Matrix], enough_px: float) -> Matrix | 
     template, centre = _template(reference), (np.array(moving.shape[::-1]) - 1) / 2
     fits = [_fitted(template, moving, start, centre, enough_px) for start in starts]
     locked = [fit for fit in fits if fit]
-    return max(locked, key=lambda fit: fit.trust.sum()).parameters if locked else None
+    return max(locked, key=lambda fit: fit.ncc.sum()).parameters if locked else None
 
 
 def _template(reference: GrayImage) -> Template:

@@ -65,7 +65,7 @@ class Bed:
         """Add the change of a pose since its reference, and the distances of the last two fixes.
 
         Args:
-            change: (6,) in the order of `Pose`, measured without the habit prior.
+            change: (6,) in the order of `Pose`, measured without the prior of the motion.
             last_mm, x_mm: Distance of the camera at the fix before, and at this one.
         """
         way_mm, pitch_rad, driven_mm = float(change[0]), float(change[4]), abs(x_mm - last_mm)

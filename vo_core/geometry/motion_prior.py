@@ -36,13 +36,13 @@ CENTRED_MM = 300.0
 STEPS = np.array([5.0, np.radians(1.5), 3.0, np.radians(1.0), np.radians(1.0)])
 """Expected steps of y, yaw, z, pitch and roll over `WAY_MM`, one sigma, mm and rad."""
 
-ON_WHEELS = np.array([5.0, np.radians(1.5), 0.2, np.radians(0.1), np.radians(0.1)])
+ON_WHEELS = np.array([10.0, np.radians(3.0), 0.2, np.radians(0.1), np.radians(0.1)])
 """The same where the rig states how the camera stands on its wheels; z and pitch about a mean."""
 
 CLIMB = float(np.radians(1.0))
 """Expected turn of a robot about the pipe's axis over `WAY_MM`, up the wall to either side."""
 
-WORTH = 40
+WORTH = 10
 """Weight of the expectation, in pictures."""
 
 MEMORY = 40

@@ -4,7 +4,7 @@ Gauss-Newton on the pictures: with r(p) = M(w(p; q)) - R(p) the step in the para
 (sum J' g g' J) dq = -sum J' g r, where g is the gradient of the reference and J = dw/dq. The motion
 model is smooth, so J is constant within a block of pixels, and the sums are taken per block: a 2x2
 tensor g g' of the reference (kept) and a 2-vector g r in each iteration. A block is also the unit
-of trust: blocks with water, glare, text or dirt have a low normalised correlation and get no
+of the vote: blocks with water, glare, text or dirt have a low normalised correlation and get no
 weight. The covariance comes from the scatter between blocks (a sandwich estimate), which holds
 although residuals are not white.
 """
@@ -73,12 +73,12 @@ VARIANCE_FLOOR = 0.02
 """Residual variance, for a texture of variance 1, below which a block's weight no longer grows."""
 
 CLEAR = 0.5
-"""A block with a higher trust agrees clearly: unrelated pictures do not reach it."""
+"""A block with a higher correlation agrees clearly: unrelated pictures do not reach it."""
 
 LEAST_ENERGY = 1e-3
 """Mean square up to which a normalised picture counts as blank, as rounding errors correlate."""
 
-INFLATION = 4.0
+INFLATION = 6.0
 """Variance of an alignment over the variance computed from the scatter between its blocks.
 
 The errors of blocks are correlated, as video coding moves many of them alike.  Measured on coded
@@ -182,7 +182,7 @@ class Alignment:
     covariance: Matrix
     """(n, n), priors included."""
     free: Matrix
-    """(n,) parameters without the habit prior."""
+    """(n,) parameters without the prior of the motion."""
     free_covariance: Matrix
     """(n, n) covariance of `free`."""
     uncertainty_px: Matrix
@@ -193,7 +193,7 @@ class Alignment:
     """The same over agreeing blocks: noise lowers it, dirt and water do not."""
     overlap: float
     """Share of the reference's wall that the moving picture shows."""
-    trust: Matrix
+    ncc: Matrix
     """(blocks,) normalised correlation around each block, 0 to 1; 0 where a picture shows
     nothing."""
     converged: bool
@@ -209,9 +209,9 @@ class Alignment:
         return 1 - self.agreement**2
 
     def support(self, reliability: Matrix) -> float:
-        """Mean trust, weighted by how reliably each block has shown the wall."""
+        """Mean normalised correlation, weighted by how reliably each block has shown the wall."""
         votes = reliability**2
-        return float(votes @ self.trust / votes.sum())
+        return float(votes @ self.ncc / votes.sum())
 
 
 def align(
@@ -224,7 +224,7 @@ def align(
     *,
     linearise: Callable[[Matrix], tuple[Points, Matrix]] | None = None,
     prior: Prior | None = None,
-    habit: Prior | None = None,
+    motion: Prior | None = None,
     settled: int | None = None,
     enough_px: float = CONVERGED_PX,
 ) -> Alignment:
@@ -240,7 +240,7 @@ def align(
         scales: (n,) change of each parameter that moves the content by about a pixel.
         linearise: Returns w(q) and dw/dq, (n, 2, nodes); numerical differences by default.
         prior: What is known about the parameters.
-        habit: Their usual values, a prior that `Alignment.free` leaves out.
+        motion: Their usual values, a prior that `Alignment.free` leaves out.
         settled: Number of steps after which steps are extrapolated (see `_stride`) as long as they
             shrink; None for at most `MOST_STEPS` plain steps.
         enough_px: The iteration ends once no block moves by more.
@@ -248,9 +248,9 @@ def align(
     parameters = np.array(start, np.float64)
     loose = np.diag(1 / ((START_PX if prior is None else OPEN_END_PX) * scales) ** 2)
     nothing = Prior(parameters, np.zeros_like(loose))
-    known, usual = prior or nothing, habit or nothing
-    without_habit = loose + known.information
-    information = without_habit + usual.information
+    known, usual = prior or nothing, motion or nothing
+    without_motion = loose + known.information
+    information = without_motion + usual.information
     drawn_to = loose @ parameters + known.drawn_to + usual.drawn_to
     positions, slopes = (linearise or _differences(warp, scales))(parameters)
     fit = template.grid.linear(positions)
@@ -288,12 +288,12 @@ def align(
     # Sandwich estimate: the bread is the Hessian, the filling the actual scatter of the blocks.
     per_block = template.grid.side_px**2 / CORRELATED_PX
     independent = seen.overlap * template.seen.sum() * per_block
-    clear = seen.trust > CLEAR
+    clear = seen.ncc > CLEAR
     common = _common_texture(template, seen, independent)
     seen_information = _hessian(_rooted(common @ template.root, jacobian), seen.weights)
     hessian = seen_information + information
     bread = inverse(hessian)
-    unforced = inverse(seen_information + without_habit)
+    unforced = inverse(seen_information + without_motion)
     filling = INFLATION * scores @ scores.T + seen.shared * seen_information + information
     covariance = bread @ filling @ bread
     return Alignment(
@@ -306,13 +306,11 @@ def align(
         agreement=seen.agreement,
         fidelity=seen.fidelity,
         overlap=seen.overlap,
-        trust=seen.trust,
+        ncc=seen.ncc,
         converged=left_px < enough_px and bool(seen.weights.any()),
         significance=max(
             seen.agreement * float(np.sqrt(independent)),
-            float(seen.trust[clear].mean() * np.sqrt(clear.sum() * per_block))
-            if clear.any()
-            else 0,
+            float(seen.ncc[clear].mean() * np.sqrt(clear.sum() * per_block)) if clear.any() else 0,
         ),
     )
 
@@ -324,7 +322,7 @@ Likeness = tuple[Matrix, float]
 def agree(template: Template, doubled: GrayImage, whole: ByteImage, positions: Points) -> Likeness:
     """Compare two pictures where the nodes lie at `positions`."""
     seen = _compare(template, doubled, whole, positions, template.grid.linear(positions))
-    return seen.trust, seen.agreement
+    return seen.ncc, seen.agreement
 
 
 @dataclass(frozen=True)
@@ -339,7 +337,7 @@ class _Comparison:
     """(blocks,) information of a block's means, without the error that all blocks share."""
     shared: float
     """Share of a displacement's variance that all blocks have in common."""
-    trust: Matrix
+    ncc: Matrix
     agreement: float
     fidelity: float
     overlap: float
@@ -361,11 +359,11 @@ def _compare(
     own, power, common = energies.T
     near_own, near_power, near_common = grid.pooled(energies).T
     correlation = near_common / np.sqrt(np.maximum(near_own * near_power, 1e-12))
-    trust = np.clip(correlation, 0.0, 1.0) * cover
+    ncc = np.clip(correlation, 0.0, 1.0) * cover
     variance = own + power - 2 * common
     total_own, total_power, total_common = energies.sum(0).tolist()
     energy = np.sqrt(total_own * total_power) + LEAST_ENERGY * len(own)
-    vote = trust * trust
+    vote = ncc * ncc
     weights = vote / (variance + VARIANCE_FLOOR) * (grid.side_px**2 / CORRELATED_PX / INFLATION)
     # Information about a displacement of all blocks together, per px^2.  Errors of interpolation,
     # lens and coding do not average out over the blocks, so they must not determine a direction
@@ -378,7 +376,7 @@ def _compare(
         product=(means[:, :2] - template.own[:, :2]).T,
         weights=unshared * weights,
         shared=1 - unshared,
-        trust=trust,
+        ncc=ncc,
         agreement=total_common / energy,
         fidelity=voted_common / (np.sqrt(voted_own * voted_power) + LEAST_ENERGY),
         overlap=float(cover.sum() / max(template.seen.sum(), 1)),

@@ -11,20 +11,20 @@ from vo_core.geometry.wall import Pose
 from vo_core.state import State
 from vo_core.types import Matrix
 
-BRIDGE_SPEED = 0.1
+UNSEEN_SPEED = 0.1
 """Relative change of speed, one sigma, that may go unseen during a loss."""
 
-BRIDGE_ACCELERATION_MM_S2 = 500.0
+UNSEEN_ACCELERATION_MM_S2 = 500.0
 """Acceleration along the pipe, one sigma, that may go unseen."""
 
-BRIDGE_ACCELERATION = np.array([BRIDGE_ACCELERATION_MM_S2, 200.0, 0.5])
+UNSEEN_ACCELERATION = np.array([UNSEEN_ACCELERATION_MM_S2, 200.0, 0.5])
 """Acceleration along and across in mm/s^2, and about the vertical in rad/s^2, one sigma each."""
 
 UNKNOWN_SPEED = np.array([300.0, 20.0, 0.1])
 """Speed along and across in mm/s and of the turn in rad/s, one sigma, before any motion is seen."""
 
 
-def bridged(
+def reckoned(
     fixed: State,
     predicted: Pose,
     velocity: Matrix | None,
@@ -49,10 +49,10 @@ def bridged(
     gone_s = periods * period_s
     unknown = UNKNOWN_SPEED * period_s
     if velocity is not None:
-        unknown = BRIDGE_SPEED * np.abs(velocity)
+        unknown = UNSEEN_SPEED * np.abs(velocity)
         unknown[0] += abs(velocity[0]) * max(0.0, 1 - most_periods / periods)
     drift = unknown * periods
-    drift += np.minimum(BRIDGE_ACCELERATION * gone_s / 2, UNKNOWN_SPEED) * gone_s
+    drift += np.minimum(UNSEEN_ACCELERATION * gone_s / 2, UNKNOWN_SPEED) * gone_s
     covariance = fixed.covariance.copy()
     covariance[:3, :3] += np.diag(np.square(drift))
     covariance[3:6, 3:6] += motion.steps[2:, 2:] * min(gone_s, 1.0)
