@@ -635,8 +635,8 @@ def _since(reference: Pose, pose: Pose) -> Matrix:
 def _explains_all(fix: Fix, outlook: Outlook) -> bool:
     """Whether all blocks agree so well that none can vote for another motion.
 
-    No block can exceed such a correlation by `CLEARER`; and all blocks agree less in a mixture of two
-    motions.
+    No block can exceed such a correlation by `CLEARER`; and all blocks agree less in a mixture of
+    two motions.
     """
     if fix.alignment.unexplained > SURPRISE * outlook.unexplained:
         return False

@@ -28,12 +28,12 @@ def test_a_robot_that_turns_more_has_a_wider_prior():
 
 
 def test_a_straight_drive_narrows_the_prior_but_never_to_nothing():
-    assert 0.3 < driven(make_rig(), 0.0, CERTAIN) < 1.0
+    assert 1.0 < driven(make_rig(), 0.0, CERTAIN) < 2.0
 
 
 def test_steps_that_the_pictures_hardly_show_teach_nothing():
     """The square of an unseen step is its variance, so the prior does not collapse."""
-    assert driven(make_rig(), 0.0, HARDLY_SEEN) > 1.5
+    assert driven(make_rig(), 0.0, HARDLY_SEEN) > 2.5
 
 
 @pytest.mark.parametrize("z_mm", [1.0, 5.0])

@@ -75,7 +75,7 @@ def test_a_turn_of_ten_degrees_at_once_is_found(worlds, shape, turn_deg):
     x_mm, yaw_deg = steps(world, 4, 6), np.array([0, 0, 0, 1, 1, 1]) * turn_deg
     track = follow(world.rig, pictures(world, x_mm, yaw_deg=yaw_deg))
     assert np.abs(track.yaw_deg - yaw_deg).max() < 0.1
-    assert np.abs(track.distance_mm - x_mm).max() < 0.03
+    assert np.abs(track.distance_mm - x_mm).max() < 0.05
     assert set(track.status) == {"ok"}
 
 
