@@ -107,7 +107,7 @@ def _trial(name: str, rig: Rig, frames: Sequence[RenderedFrame]) -> Trial:
     odometry, finder = Odometry(rig), JointFinder(rig)
     for frame in frames:
         estimate = odometry.step(frame.image, frame.t_s)
-        finder.add(frame.image, odometry.stance.added_to(estimate))
+        finder.add(frame.image, estimate, stance=odometry.stance, smoothed=odometry.smoothed)
     track = Track.from_estimates(odometry.smoothed())
     proposal = by_joints(rig, track, finder.finish())
     true_mm = frames[-1].x_mm

@@ -8,13 +8,15 @@ and lateral offset of the robot. The arc is divided into sectors, each with its 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import fields, replace
 
 import cv2
 import numpy as np
 
 from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.rectify import WHOLE, Rectifier, Rows
+from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.wall import NOMINAL, Pose, cast, develop, enclose, sight
 from vo_core.geometry.waves import Waves
 from vo_core.joints.rings import find_rings
@@ -23,6 +25,11 @@ from vo_core.matching.blocks import BlockGrid
 from vo_core.rig import Rig
 from vo_core.track import Estimate
 from vo_core.types import GrayImage, Image, Matrix
+
+HELD_DIAMETERS = 3.0
+"""Way, in diameters, after which a camera that looks along the pipe knows where it stands in it.
+
+Until then the pose changes by some mm and degrees from frame to frame, which would smear rings."""
 
 SECTORS = 16
 """Number of sectors of the visible arc; each has its own profile."""
@@ -40,6 +47,8 @@ STRIP_BINS = 2048
 WAVES = (0.3, 0.99, 8.0)
 """Least share of the wall's brightness, least probability and least number of the waves whose
 crests are noted: a corrugated wall has a share of 0.5 to 0.9, others up to 0.2."""
+
+_ASIDE = tuple(field.name for field in fields(Stance))
 
 _STEPS_PER_VIEW = 8
 """Frames that are added to the wall while it passes through the view."""
@@ -80,6 +89,15 @@ class JointFinder:
         self._step_mm = columns * grid.mm_per_px / _STEPS_PER_VIEW
         self._last: Estimate | None = None
         """Estimate of the last frame that was added."""
+        self._was_unsure = False
+        """Whether the wall was not surely recognised since."""
+        self._stance = AS_STATED
+        self._frames = 0
+        self._smoothed: Callable[[], Sequence[Estimate]] | None = None
+        self._held: list[tuple[int, GrayImage, Estimate]] | None = None
+        """The first frames of a camera that looks along the pipe, with their numbers."""
+        if rig.looks_along_pipe:
+            self._held = []
         self._waves = Waves(rig, grid)
         self._crest_mm: float | None = None
         """Distance of the camera at the last sighting of a crest, or where the wall began."""
@@ -91,27 +109,43 @@ class JointFinder:
         self._found: list[Sighting] = []
         self._taken = 0
 
-    def add(self, image: Image, estimate: Estimate, rows: Rows = WHOLE) -> None:
-        """Add a frame, in the order of the video.
+    def add(
+        self,
+        image: Image,
+        estimate: Estimate,
+        rows: Rows = WHOLE,
+        *,
+        stance: Stance = AS_STATED,
+        smoothed: Callable[[], Sequence[Estimate]] | None = None,
+    ) -> None:
+        """Add a frame, in the order of the video; also one without a lock.
 
         Args:
             image: (H, W) or (H, W, 3), of the rig's size.
-            estimate: Its pose in the pipe.
+            estimate: Its pose, against the first frame.
             rows: Rows of the picture that were exposed at that pose.
+            stance: Pose of the camera in the pipe at the first frame, as it is known by now.
+            smoothed: `Odometry.smoothed`: the estimates of all frames so far, by all of them.
         Raises:
             ShapeMismatch: The size of the image is not the one that the rig states.
         """
-        last = self._last
+        last, self._stance = self._last, stance
+        self._smoothed = smoothed if self._held is not None else None
+        self._frames += 1
+        self._was_unsure |= estimate.status != "ok"
         if estimate.status == "lost":
             return
         if last is not None:
             if abs(estimate.distance_mm - last.distance_mm) < self._step_mm:
                 return
-            if estimate.variance_since(last) > MISPLACED_MM**2:
+            # What keeps its sign along the way also adds to the variance, but displaces nothing.
+            if self._was_unsure and estimate.variance_since(last) > MISPLACED_MM**2:
+                self._release()
                 self._close(self._open)  # after a loss the wall continues at another place
                 self._waves, self._crest_mm = Waves(self._rig, self._rectify.grid), None
+        self._was_unsure = False
         patch = self._rectify(image, rows)
-        self._spread(patch, estimate)
+        self._add(self._pooled_of(patch), estimate)
         if not estimate.looking_around:
             self._waves.take(patch, self._rectify.valid, estimate.distance_mm)
             self._note_crest(estimate)
@@ -124,18 +158,45 @@ class JointFinder:
 
     def finish(self) -> list[Sighting]:
         """Search the rest, and return all sightings in the order of their frames."""
+        self._release()
         self._close(self._open)
         return sorted(self._found, key=lambda sighting: sighting.frame)
 
-    def _spread(self, patch: GrayImage, estimate: Estimate) -> None:
-        """Add each pixel of a patch to the strips at its place on the wall."""
+    def _pooled_of(self, patch: GrayImage) -> GrayImage:
+        """Reduce a patch around the pipe, without lamp, vignette and gain."""
         columns = patch.shape[1]
         rows = patch.shape[0] // self._pooled
-        size_wh = (columns, rows)
         relative = _relative(patch)[: rows * self._pooled]
-        pooled = cv2.resize(relative, size_wh, interpolation=cv2.INTER_AREA)
+        pooled = cv2.resize(relative, (columns, rows), interpolation=cv2.INTER_AREA)
+        return np.asarray(pooled, np.float32)
+
+    def _add(self, pooled: GrayImage, estimate: Estimate) -> None:
+        """Add a frame to the wall, or hold it until the camera's place in the pipe is known."""
+        if self._held is None:
+            self._spread(pooled, estimate)
+            return
+        self._held.append((self._frames - 1, pooled, estimate))
+        way_mm = abs(estimate.distance_mm - self._held[0][2].distance_mm)
+        if way_mm > HELD_DIAMETERS * (self._rig.pipe.diameter_mm or 0.0):
+            self._release()
+
+    def _release(self) -> None:
+        """Add the frames that are held, beside the axis and turned as all of them show."""
+        held, self._held = self._held, None
+        if not held:
+            return
+        known = [] if self._smoothed is None else self._smoothed()
+        for number, pooled, estimate in held:
+            if number < len(known):
+                turns = {name: getattr(known[number], name) for name in _ASIDE}
+                estimate = replace(estimate, **turns)
+            self._spread(pooled, estimate)
+
+    def _spread(self, pooled: GrayImage, estimate: Estimate) -> None:
+        """Add each pixel of a reduced patch to the strips at its place on the wall."""
         # Axial coordinates are taken from the camera, to keep their precision far into a pipe.
-        axial, arc = np.moveaxis(self._places_from(replace(estimate.pose, x_mm=0.0)), -1, 0)
+        pose = replace(self._stance.added_to(estimate).pose, x_mm=0.0)
+        axial, arc = np.moveaxis(self._places_from(pose), -1, 0)
         low_mm, high_mm = self._arc_mm
         sector = np.floor((arc - low_mm) / (high_mm - low_mm) * SECTORS)
         inside = self._valid & (sector >= 0) & (sector < SECTORS)

@@ -81,7 +81,7 @@ class Follower:
         self._plan.add(frame.index, skipped)
         if self._frames is not None:
             self._ties.append(self._tie(frame, self._frames))
-        self._look(frame, self._origin().added_to(_along(estimate, in_run)))
+        self._look(frame, _along(estimate, in_run))
         self._estimates += [*before, in_run]
         self._last = frame
 
@@ -213,12 +213,15 @@ class Follower:
         return [], [WallPicture(tile.index, png_of(tile)) for tile in left]
 
     def _look(self, frame: Frame, estimate: Estimate) -> None:
-        """Collect the other results of a tracked frame, from its pose in the pipe."""
+        """Collect the other results of a tracked frame."""
         health = Health(*(round(each, 4) for each in astuple(self._odometry.measure_health())))
         self._health.append((estimate.frame, health))
-        self._joints.add(frame.image, estimate, self._odometry.rows)
-        if self._wall.wants(estimate):
-            self._wall.add(frame.to_bgr(), estimate, self._odometry.rows)
+        odometry, origin = self._odometry, self._origin()
+        rows = odometry.rows
+        self._joints.add(frame.image, estimate, rows, stance=origin, smoothed=odometry.smoothed)
+        in_pipe = origin.added_to(estimate)
+        if self._wall.wants(in_pipe):
+            self._wall.add(frame.to_bgr(), in_pipe, rows)
 
 
 def _along(estimate: Estimate, in_run: Estimate) -> Estimate:

@@ -187,7 +187,7 @@ def _row(
         estimates.append(estimate)
         times_ms.append((step_ms, unit_ms))
         if isinstance(method, Odometry) and finder is not None:
-            finder.add(image, method.stance.added_to(estimate))
+            finder.add(image, estimate, stance=method.stance, smoothed=method.smoothed)
     track = Track.from_estimates(estimates)
     if isinstance(method, ForwardPeer):
         track = method.finish(track, truth)

@@ -67,15 +67,16 @@ def track_video(
         InvalidRig: The method cannot use the rig.
     """
     stepper = METHODS[method](rig)
+    smoothed = stepper.smoothed if isinstance(stepper, Odometry) else None
     estimates: list[Estimate] = []
     with VideoFile(video) as frames:
         rig.require_picture_size(frames.info.width, frames.info.height)
         for frame in frames.read_ahead():
             estimates.append(stepper.step(frame.image, frame.t_s))
             if finder is not None:
-                finder.add(frame.image, stepper.stance.added_to(estimates[-1]))
+                finder.add(frame.image, estimates[-1], stance=stepper.stance, smoothed=smoothed)
             if on_progress is not None:
                 on_progress(len(estimates), frames.info.frames)
-    if isinstance(stepper, Odometry):
-        estimates = stepper.smoothed() or estimates
+    if smoothed is not None:
+        estimates = smoothed() or estimates
     return TrackedVideo(Track.from_estimates(estimates), frames.problem)

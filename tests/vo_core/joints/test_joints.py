@@ -75,14 +75,15 @@ def estimate(frame, x_mm, y_mm=0.0, yaw_deg=0.0, sigma_mm=0.0, status="ok"):
     return Estimate(frame, frame / 30, x_mm, y_mm, yaw_deg, x_mm, sigma_mm, 1.0, status, sigma_mm)
 
 
-def drive(floor, x_mm, rig=RIG, off_mm=0.0, sigma_mm=0.0):
+def drive(floor, x_mm, rig=RIG, off_mm=0.0, sigma_mm=0.0, status="ok"):
     """Sightings and track of a swaying run; the track is `off_mm` off the truth (an array)."""
     x_mm = np.asarray(x_mm, float)
-    off_mm, sigma_mm = (np.broadcast_to(v, x_mm.shape) for v in (off_mm, sigma_mm))
+    off_mm, sigma_mm, status = (np.broadcast_to(v, x_mm.shape) for v in (off_mm, sigma_mm, status))
     finder, estimates = JointFinder(rig), []
     for frame, x in enumerate(x_mm):
         y, yaw = 12 * np.sin(x / 270), 4 * np.sin(x / 190)
-        estimates.append(estimate(frame, x + off_mm[frame], y, yaw, sigma_mm[frame]))
+        known = sigma_mm[frame], str(status[frame])
+        estimates.append(estimate(frame, x + off_mm[frame], y, yaw, *known))
         finder.add(shoot(floor, x, y, yaw), estimates[-1])
     return finder.finish(), Track.from_estimates(estimates)
 
@@ -156,12 +157,18 @@ def test_there_and_back_a_joint_that_is_seen_twice_is_one(floor):
 def test_after_a_loss_rings_are_where_the_track_goes_on(floor):
     off_mm = np.where(WAY_MM > 1110, 40.0, 0.0)  # a joint is in sight while the track jumps
     sigma_mm = np.where(WAY_MM > 1110, 30.0, 0.1)
-    sightings, track = drive(floor, WAY_MM, off_mm=off_mm, sigma_mm=sigma_mm)
+    status = np.where((WAY_MM > 1110) & (WAY_MM < 1125), "weak", "ok")
+    sightings, track = drive(floor, WAY_MM, off_mm=off_mm, sigma_mm=sigma_mm, status=status)
     true_mm = places_mm(track, sightings) - off_mm[[s.frame for s in sightings]]
     rings = np.array([*DARK_MM, BRIGHT_MM])
     # From one side only, under a lamp, a ring is found to a millimetre or two.
     assert np.abs(true_mm[:, None] - rings).min(axis=1).max() < 2
     assert np.abs(true_mm[:, None] - rings).min(axis=0).max() < 2
+
+
+def test_an_error_that_keeps_its_sign_along_the_way_leaves_the_wall_whole(floor):
+    sightings, track = drive(floor, WAY_MM, sigma_mm=0.02 * WAY_MM)
+    assert places_mm(track, sightings) == pytest.approx(sorted([*DARK_MM, BRIGHT_MM]), abs=0.5)
 
 
 def test_frames_without_a_lock_are_left_out(floor):
