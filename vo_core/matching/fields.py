@@ -53,6 +53,10 @@ SURE = 3
 LONG = 25
 """A film is not interlaced if this many frames comb without a shift from field to field."""
 
+WHOLE_FRAMES = 50
+"""A film is not interlaced if this many frames, with none that combs among them, were certainly
+exposed at one time each."""
+
 
 class Interlacing:
     """Detects whether a film is interlaced and which of its fields is first.
@@ -70,6 +74,10 @@ class Interlacing:
         """Number of frames that combed and showed no shift from field to field."""
         self._before: _Fields | None = None
         """Fields of the frame before, if it combed."""
+        self._sample: GrayImage | None = None
+        """Columns of the frame before."""
+        self._whole = 0
+        """Number of frames exposed at one time since the last that combed."""
 
     @property
     def is_certain(self) -> bool:
@@ -81,7 +89,7 @@ class Interlacing:
         if self._certain is not None:
             return self._certain
         before, self._before = self._before, None
-        if not combs(image):
+        if not self._combs(image):
             return WHOLE
         now = _Fields(self._rectify, image)
         is_woven = before is None or self._weigh(before, now)
@@ -89,6 +97,30 @@ class Interlacing:
             self._before = now
             return (TOP if self._top_first >= 0 else BOTTOM) if is_woven else WHOLE
         return self._certain
+
+    def _combs(self, image: Image) -> bool:
+        """Whether a sufficient share of a picture, (H, W) grey, combs.
+
+        If its fields were half a frame apart, each would differ from the other by half of what the
+        picture has changed since the one before: their rows, twice the rows between them less
+        both, would have at least the energy of that change.
+        """
+        height, width = image.shape
+        columns = image[:, :: max(1, width // COLUMNS)].astype(np.float32)
+        before, self._sample = self._sample, columns
+        step = height // ROWS // 2 * 2 + 1  # odd, for even and odd rows
+        centre = 2 * columns[2:-2:step]
+        near = columns[1:-3:step] + columns[3:-1:step] - centre
+        far = columns[:-4:step] + columns[4::step] - centre
+        near_energy, far_energy = (_blocks_energy(part) for part in (near, far))
+        combs = bool((near_energy > COMBED * far_energy + BLANK).mean() > SHARE)
+        if before is not None:
+            changed = _blocks_energy((columns - before)[2:-2:step])
+            is_whole = (changed > 2 * near_energy + BLANK).mean() > 1 - SHARE
+            self._whole = 0 if combs else self._whole + bool(is_whole)
+            if self._whole >= WHOLE_FRAMES:
+                self._certain, self._sample = WHOLE, None
+        return combs
 
     def _weigh(self, before: _Fields, now: _Fields) -> bool:
         """Weigh two consecutive frames; return whether they are woven.
@@ -115,18 +147,6 @@ def _goes_on(shifts: list[Matrix], later: list[Matrix]) -> bool:
     return any(
         np.hypot(*(b - a)) < ALIKE * np.hypot(*a) + LEAST_PX / 2 for a in shifts for b in later
     )
-
-
-def combs(image: Image) -> bool:
-    """Whether a sufficient share of a picture, (H, W) grey, combs."""
-    height, width = image.shape
-    columns = image[:, :: max(1, width // COLUMNS)].astype(np.float32)
-    step = height // ROWS // 2 * 2 + 1  # odd, for even and odd rows
-    centre = 2 * columns[2:-2:step]
-    near = columns[1:-3:step] + columns[3:-1:step] - centre
-    far = columns[:-4:step] + columns[4::step] - centre
-    near_energy, far_energy = (_blocks_energy(part) for part in (near, far))
-    return bool((near_energy > COMBED * far_energy + BLANK).mean() > SHARE)
 
 
 def _blocks_energy(values: GrayImage) -> GrayImage:
