@@ -153,11 +153,6 @@ class Picture:
         """The picture at half the size, for the correlation."""
         return halve(self.fine)
 
-    @cached_property
-    def doubled(self) -> GrayImage:
-        """The picture at twice the size, for the alignment."""
-        return double(self.fine)
-
 
 @dataclass(frozen=True)
 class Reference:
@@ -180,7 +175,7 @@ class Reference:
     @cached_property
     def template(self) -> Template:
         """Gradients and tensors for the alignment, computed when first needed."""
-        return Template.of(self.picture.doubled, self.picture.view.valid, row_step=2)
+        return Template.of(self.picture.fine, self.picture.view.valid, row_step=2)
 
     @cached_property
     def repeats(self) -> bool:
@@ -293,6 +288,11 @@ class Locator:
             self._open_px = OPEN_AHEAD_PX
         self._motions: dict[tuple[Pose, Pose, bool], WallMotion] = {}
         """Motion models in use, by the vantages of reference and picture."""
+        self._doubled: tuple[Picture, GrayImage] | None = None
+        """The last picture that was aligned, at twice the size."""
+
+    def __getstate__(self) -> dict[str, object]:
+        return {**self.__dict__, "_doubled": None}
 
     def view(self, rectifier: Rectifier, hidden: ByteImage | None = None) -> View:
         """What a camera at the vantage of this rectifier shows."""
@@ -310,6 +310,13 @@ class Locator:
                 self._rig, self._grid, nodes, before=vantages[0], now=vantages[1]
             )
         return self._motions[key]
+
+    def _twice(self, picture: Picture) -> GrayImage:
+        """A picture at twice the size, in the memory of the one before."""
+        last = self._doubled
+        if last is None or last[0] is not picture:
+            self._doubled = last = picture, double(picture.fine, last and last[1])
+        return last[1]
 
     def locate(
         self, reference: Reference, picture: Picture, guess: Pose, outlook: Outlook
@@ -427,7 +434,7 @@ class Locator:
         """How a picture agrees with a reference if it was taken at a pose, (6,)."""
         motion = self._motion(reference, picture, coarse=False)
         positions = motion.positions(_parameters(reference, Pose.of(pose)))
-        return agree(reference.template, picture.doubled, picture.view.whole, positions)
+        return agree(reference.template, self._twice(picture), picture.view.whole, positions)
 
     def _peaks(self, reference: Reference, picture: Picture, guess: Pose) -> list[Peak]:
         """Peaks of the phase correlation after moving the picture by the guess, coarse px."""
@@ -480,7 +487,7 @@ class Locator:
             parameters, scales = np.append(parameters, none), np.append(scales, motion.scales)
         fit = align(
             reference.template,
-            picture.doubled,
+            self._twice(picture),
             picture.view.whole,
             motion.positions,
             parameters,

@@ -154,7 +154,7 @@ def _best_start(pair: Pair, starts: list[Matrix], enough_px: float) -> Matrix | 
 
 
 def _template(reference: GrayImage) -> Template:
-    return Template.of(double(reference), _inner(reference.shape))
+    return Template.of(reference, _inner(reference.shape))
 
 
 def _fitted(

@@ -57,6 +57,21 @@ def gradient(image: GrayImage) -> tuple[GrayImage, GrayImage]:
     return np.asarray(along, np.float32), np.asarray(down, np.float32)
 
 
+def exact_gradient(image: GrayImage) -> tuple[GrayImage, GrayImage]:
+    """Gradient along the rows and along the columns, per px, for displacements.
+
+    The derivative is of sixth order, so that it is right for the finest texture, too: by Scharr's
+    a displacement reads 8 % too large. Across it is smoothed as there, which noise needs.
+    """
+    slope = np.array([-1, 9, -45, 0, 45, -9, 1], np.float32) / 60
+    smooth = np.array([3, 10, 3], np.float32) / 16
+    along, down = (
+        cv2.sepFilter2D(image, cv2.CV_32F, *kernels)
+        for kernels in ((slope, smooth), (smooth, slope))
+    )
+    return np.asarray(along, np.float32), np.asarray(down, np.float32)
+
+
 def magnitude(along: GrayImage, down: GrayImage) -> GrayImage:
     """Length of vectors, of which two pictures hold the components.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from vo_core.errors import ShapeMismatch
 from vo_core.rig import Camera
-from vo_core.types import AnyImage, ByteImage, GrayImage, Image
+from vo_core.types import ByteImage, GrayImage, Image
 
 SMALLEST_PX = 32
 
@@ -131,8 +131,16 @@ def halve(image: GrayImage) -> GrayImage:
     return reduce_to(even, (width // 2, height // 2))
 
 
-def double(image: AnyImage) -> AnyImage:
-    """Double the size, smoothly: pixel p moves to 2 p."""
+def double(image: GrayImage, out: GrayImage | None = None) -> GrayImage:
+    """Double the size, smoothly: pixel p moves to 2 p.  `out` is memory for the result."""
     import cv2
 
-    return np.asarray(cv2.pyrUp(image), image.dtype)
+    return np.asarray(cv2.pyrUp(image, dst=out), np.float32)
+
+
+def even_pixels_of_double(image: GrayImage) -> GrayImage:
+    """Every second row and column of `double`: the pixels of the picture, smoothed as there."""
+    import cv2
+
+    smooth = np.array([1, 6, 1], np.float32) / 8
+    return np.asarray(cv2.sepFilter2D(image, cv2.CV_32F, smooth, smooth), np.float32)

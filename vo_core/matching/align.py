@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vo_core.geometry.wall import Points
-from vo_core.image.filters import gradient
-from vo_core.image.resample import resample_at
+from vo_core.image.filters import exact_gradient
+from vo_core.image.resample import even_pixels_of_double, resample_at
 from vo_core.matching.blocks import BlockGrid
 from vo_core.types import ByteImage, GrayImage, Matrix
 
@@ -31,17 +31,17 @@ Warp = Callable[[Matrix], Points]
 CONVERGED_PX = 0.02
 """A step that moves no block by more ends the iteration: the remaining error is far smaller."""
 
-SHORT_PX = 0.001
-"""Error that a longer last step may leave in a clear picture.
+SHORT_PX = 0.003
+"""Error that a longer last step may leave in a clear picture, a third of `PIXEL_ERROR`.
 
 Noise in the reference's gradients makes each step too short by a share that grows with 1 -
 fidelity. A step ends the iteration if that share of it is at most this."""
 
-LONGEST_LAST_PX = 0.1
+LONGEST_LAST_PX = 0.3
 """Longest step that may end the iteration in a clear picture.
 
-Measured on coded film: up to 0.1 px distance and heading do not change, at 0.2 px a keyframe's link
-has a systematic error of 0.01 px."""
+Measured: up to 0.3 px distance and heading do not change; at 0.5 px the lateral offset under a
+rolling shutter does."""
 
 LINEAR_PX = 0.5
 """A step that moves no block by more moves all of them linearly, by the slopes at the start.
@@ -52,7 +52,7 @@ LAST_STEP = 60
 """Most steps of any alignment, even one that still converges."""
 
 MOST_STEPS = 8
-"""Most steps of an alignment without extrapolation.
+"""Most steps of an alignment that is extrapolated from the second step on.
 
 Where several motions are tried (wall, water, dirt), a start that needs more steps is not near its
 own motion."""
@@ -132,15 +132,17 @@ class Template:
     """(3, blocks) xx, xy and yy of g g' of the coarse gradient, summed over the cells."""
 
     @classmethod
-    def of(cls, doubled: GrayImage, valid: ByteImage, row_step: int = 1) -> Template:
-        """Prepare a reference from a doubled picture; `valid` is 1 where it shows the wall.
+    def of(cls, picture: GrayImage, valid: ByteImage, row_step: int = 1) -> Template:
+        """Prepare a reference from a picture; `valid` is 1 where it shows the wall.
 
         With a `row_step` of 2 only every second row is compared, at half the cost; the other rows
         of a low-passed picture add hardly any information.
         """
-        image = np.ascontiguousarray(doubled[::2, ::2])
+        image = even_pixels_of_double(picture)
         grid = BlockGrid.over(image.shape)
-        basis = np.stack([grid.tiles(part, row_step) for part in (*gradient(image), image)], 1)
+        basis = np.stack(
+            [grid.tiles(part, row_step) for part in (*exact_gradient(image), image)], 1
+        )
         coarse = _coarse_gradient(grid, basis[:, 2], row_step)
         gram = np.einsum("bip,bjp->bij", basis, basis).astype(np.float64) / basis.shape[2]
         return cls(
@@ -242,7 +244,7 @@ def align(
         prior: What is known about the parameters.
         motion: Their usual values, a prior that `Alignment.free` leaves out.
         settled: Number of steps after which steps are extrapolated (see `_stride`) as long as they
-            shrink; None for at most `MOST_STEPS` plain steps.
+            shrink; None for the first of at most `MOST_STEPS`.
         enough_px: The iteration ends once no block moves by more.
     """
     parameters = np.array(start, np.float64)
@@ -265,7 +267,7 @@ def align(
             scores.sum(1) + information @ parameters - drawn_to,
         )
         last, moved = moved, step @ jacobian.reshape(len(step), -1)
-        extrapolated = settled is not None and taken > settled
+        extrapolated = taken > (settled or 1)
         if extrapolated:
             stride = _stride(stride, last, moved)
         parameters = parameters + stride * step
