@@ -1,8 +1,8 @@
-"""The commands of the lab: simulate, evaluate, calibrate, advise, bench."""
+"""The commands of the lab: simulate, evaluate, calibrate, advise."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -297,113 +297,6 @@ def advise(
     if plot is not None:
         title = f"{rig.stem}: {motion.x_mm:g} mm forward, {motion.y_mm:g} mm to the right"
         drawing.plot(advice.displacement_field(setup, motion), title, plot)
-
-
-def bench(
-    quick: Annotated[
-        bool, typer.Option("--quick", help="A few scenarios over a short path: two minutes.")
-    ] = False,
-    field: Annotated[
-        bool,
-        typer.Option(
-            "--field", help="Accuracy of Chainage alone on ten scenarios of the field: ten minutes."
-        ),
-    ] = False,
-    forward: Annotated[
-        bool,
-        typer.Option(
-            "--forward", help="The forward view as crews have it, beside its peers: half an hour."
-        ),
-    ] = False,
-    seed: Annotated[
-        int | None,
-        typer.Option(
-            min=1, help="With --forward: the seed of lenses, mounts and walls.  [default: 1]"
-        ),
-    ] = None,
-    metres: Annotated[
-        float | None,
-        typer.Option(
-            min=0.2,
-            max=6.0,
-            help="Path of each scenario; the targets are for 6.  [default: 2; 6 with --field; "
-            "0.25 with --quick; as each scenario states with --forward]",
-        ),
-    ] = None,
-    calibration: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE.png",
-            help="Instead compare the stated interval with the actual error, over 200 rigs that "
-            "are wrong by their tolerance (20 with --quick), and draw it here.",
-        ),
-    ] = None,
-    write: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE.md",
-            help="Also replace the figures in this file, between <!-- bench:begin --> and "
-            "<!-- bench:end --> (bench-field with --field, bench-forward with --forward, "
-            "bench-intervals with --calibration).",
-        ),
-    ] = None,
-) -> None:
-    """Measure accuracy and speed on every scenario, against the paper's method and other peers."""
-    from app.lab import markdown_figures as figures
-    from app.lab.bench.choices import CHOICES
-
-    kinds = {"--quick": quick, "--field": field, "--forward": forward}
-    chosen = [option for option, is_chosen in kinds.items() if is_chosen]
-    if len(chosen) > 1 or (calibration is not None and (field or forward)):
-        raise typer.BadParameter(
-            "cannot be combined with another choice of scenarios", param_hint=chosen[-1]
-        )
-    if seed is not None and not forward:
-        raise typer.BadParameter("is for --forward only", param_hint="--seed")
-    choice = CHOICES["".join(chosen)]
-    mark = choice.mark if calibration is None else "bench-intervals"
-    if write is not None:
-        _require_markers(write, mark)
-
-    with progress_bar() as progress:
-        task = progress.add_task("bench", total=None)
-
-        def report(what: str, done: int, total: int) -> None:
-            progress.update(task, description=what, completed=done, total=total)
-
-        if calibration is not None:
-            markdown = _calibrate_interval(calibration, report, quick=quick)
-        else:
-            length_mm = None if metres is None else 1000 * metres
-            markdown = choice.measure(length_mm, seed or 1, report)
-    typer.echo(markdown)
-    if write is not None:
-        words = ["chainage bench"]
-        words += [] if calibration is None else [f"--calibration {calibration}"]
-        words += chosen
-        words += [] if seed is None else [f"--seed {seed}"]
-        words += [] if metres is None else [f"--metres {metres:g}"]
-        figures.write_figures(write, mark, " ".join(words), markdown)
-
-
-def _require_markers(file: Path, name: str) -> None:
-    """Check that the dictionary has enough markers, before the work starts."""
-    from app.lab.markdown_figures import replace_figures
-
-    try:
-        replace_figures(file.read_text(encoding="utf-8"), name, "")
-    except (OSError, ValueError) as error:
-        raise typer.BadParameter(f"{file}: {error}", param_hint="--write") from error
-
-
-def _calibrate_interval(plot: Path, report: Callable[[str, int, int], None], *, quick: bool) -> str:
-    from app.lab import intervals
-
-    require_picture(plot, "--calibration")
-    rigs = intervals.QUICK_RIGS if quick else intervals.RIGS
-    trials = intervals.run_trials(intervals.films(), rigs, report)
-    intervals.plot(trials, plot)
-    return intervals.to_markdown(trials)
 
 
 def _motion(words: str) -> Pose:

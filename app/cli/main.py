@@ -10,7 +10,7 @@ import sys
 
 import typer
 
-from app.cli import archive, archive_export, films, lab, reports, server, tokens
+from app.cli import archive, archive_export, bench, films, lab, reports, server, tokens
 from app.cli.console import err
 from vo_core import ChainageError
 
@@ -35,7 +35,7 @@ for command in (
     lab.evaluate,
     lab.calibrate,
     lab.advise,
-    lab.bench,
+    bench.bench,
 ):
     app.command()(command)
 archive.commands.command("export")(archive_export.export)

@@ -153,6 +153,9 @@ class Evaluation(DisplacementError):
     """Errors of the distance after a quarter, a half and three quarters of the path."""
     ate_mm: float
     """Absolute trajectory error: root mean square distance of (x, y) from the truth."""
+    y_rms_mm: float
+    end_registration_mm: float
+    """Sigma of the registration in the last common frame."""
     rpe_mm: float | None
     """Relative pose error over `RPE_STEP_MM` of path, root mean square; None on a shorter path."""
     rpe_deg: float | None
@@ -176,7 +179,7 @@ class Evaluation(DisplacementError):
             ("distance error at 1/4, 1/2, 3/4", f"{quarters} mm"),
             ("end error", f"{self.end_error_mm:+.2f} mm ({self.end_error_percent:+.3f} %)"),
             *super().rows(),
-            ("ATE (no alignment)", f"{self.ate_mm:.2f} mm"),
+            ("ATE (no alignment)", f"{self.ate_mm:.2f} mm, y rms {self.y_rms_mm:.2f} mm"),
             (
                 f"RPE over {RPE_STEP_MM / 1000:g} m",
                 "path too short"
@@ -239,6 +242,8 @@ def evaluate(track: Track, truth: Truth) -> Evaluation:
         end_error_percent=float(100 * errors.distance_mm[-1] / path_mm) if path_mm else 0.0,
         quarter_errors_mm=tuple(quarters.tolist()),
         ate_mm=_rms(errors.position_mm),
+        y_rms_mm=_rms(track.y_mm[ours] - truth.y_mm[theirs]),
+        end_registration_mm=float(errors.sigma_registration_mm[-1]),
         rpe_mm=rpe_mm,
         rpe_deg=rpe_deg,
         yaw_rms_deg=_rms(errors.yaw_deg),

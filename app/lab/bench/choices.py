@@ -60,13 +60,6 @@ CHOICES: Mapping[str, Choice] = {
         METHODS,
         track_runs=3,
     ),
-    "--quick": Choice(
-        "bench",
-        ("nominal", "dirty_lens", "drop_outs", "large_sway", "wide_lens"),
-        250.0,
-        METHODS,
-        track_runs=1,
-    ),
     # One scenario for each way in which the field spoils a film, over the path of the targets.
     "--field": Choice(
         "bench-field",

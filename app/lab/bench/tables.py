@@ -38,7 +38,7 @@ def to_short_markdown(rows: Sequence[BenchRow]) -> str:
     """One table: the accuracy of each row beside its targets, and no times."""
     lines = [dict(zip(_TARGET_HEADINGS, _against_targets(row), strict=True)) for row in rows]
     cells = [[line[heading] for heading in _SHORT_HEADINGS] for line in lines]
-    return _table(_SHORT_HEADINGS, cells) + "\n"
+    return table(_SHORT_HEADINGS, cells) + "\n"
 
 
 def to_forward_markdown(rows: Sequence[BenchRow]) -> str:
@@ -56,14 +56,14 @@ def to_markdown(rows: Sequence[BenchRow], track_time: TrackTime | None = None) -
             "Chainage and its targets, which are those for 6 m of path; **bold** falls short. No "
             "shift, turn or scale is fitted. The first interval holds the rig's tolerances, the "
             "second is that of the registration alone.",
-            _table(_TARGET_HEADINGS, [_against_targets(row) for row in ours]),
+            table(_TARGET_HEADINGS, [_against_targets(row) for row in ours]),
         ]
     wrong = [(row.scenario, row.wrong_rig) for row in ours if row.wrong_rig is not None]
     if wrong:
         parts += [
             "Where the rig is wrong or the pipe not clean, in the last frame; then after the "
             "joints have brought the run to scale (- where they cannot be counted):",
-            _table(
+            table(
                 [
                     "scenario", "error / sigma", "sigma (%)", "sigma of registration (mm)",
                     "joints", "error with joints (%)", "sigma with joints (%)",
@@ -120,7 +120,7 @@ def _by_method(rows: Sequence[BenchRow], cell: Callable[[BenchRow | None], str])
     methods = list(dict.fromkeys(row.method for row in rows))
     scenarios = list(dict.fromkeys(row.scenario for row in rows))
     by_key = {(row.scenario, row.method): row for row in rows}
-    return _table(
+    return table(
         ["scenario", *methods],
         [
             [scenario, *(cell(by_key.get((scenario, method))) for method in methods)]
@@ -129,7 +129,8 @@ def _by_method(rows: Sequence[BenchRow], cell: Callable[[BenchRow | None], str])
     )
 
 
-def _table(heading: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+def table(heading: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """Write a table."""
     rule = "|" + "---|" * len(heading)
     return "\n".join([_line(heading), rule, *map(_line, lines)])
 

@@ -34,7 +34,7 @@ class Recorder:
 
     def __init__(self, scenario: Scenario, frames: int) -> None:
         self._scenario = scenario
-        self._rng = np.random.default_rng([scenario.seed, 1])
+        self._rng = np.random.default_rng([scenario.seed, 1, scenario.noise_draw])
         camera = scenario.rendered_rig.camera
         self._noise = np.empty((camera.height, camera.width), np.float32)
         self._dirt = _dirt(scenario) if scenario.dirt_share else None

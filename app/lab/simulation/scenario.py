@@ -185,6 +185,8 @@ class Scenario:
     """Share of the wall's light that the thickest mist replaces by its own."""
     noise_grey: float = 1.5
     """Standard deviation of the sensor noise in grey levels."""
+    noise_draw: int = 0
+    """Which draw of the sensor noise and the flicker; all else stays as it is."""
 
     parts: bool = False
     """Whether a skid of the robot and the frame of its lamp hide parts of the picture."""

@@ -31,7 +31,8 @@ GOOD = Evaluation(
     mean_error_mm=0.5, sd_error_mm=0.5, variance_error_mm2=0.25, max_error_mm=1.0,
     coverage=1.0, error_over_sigma=0.7, nees=1.0, frames=616, missing_frames=0, surplus_frames=0,
     lost_frames=2, weak_frames=0, path_mm=6000.0, end_error_mm=1.2, end_error_percent=0.02,
-    quarter_errors_mm=(0.3, 0.6, 0.9), ate_mm=1.5, rpe_mm=0.1, rpe_deg=0.01, yaw_rms_deg=0.1,
+    quarter_errors_mm=(0.3, 0.6, 0.9), ate_mm=1.5, y_rms_mm=0.5,
+    end_registration_mm=0.3, rpe_mm=0.1, rpe_deg=0.01, yaw_rms_deg=0.1,
     registration_coverage=1.0, error_over_registration=0.7,
     z_rms_mm=0.1, pitch_rms_deg=0.01, roll_rms_deg=0.01,
 )  # fmt: skip

@@ -62,3 +62,12 @@ def test_mist_and_cable_move_before_the_wall(name, plain):
     ]
     assert 0.01 < hidden[0].mean() < 0.99
     assert not np.array_equal(hidden[0], hidden[3])
+
+
+def test_another_draw_changes_the_noise_alone():
+    first, again, other = (
+        frames("dirty_lens", 1, noise_grey=3.0, noise_draw=draw)[0].image.astype(float)
+        for draw in (0, 0, 1)
+    )
+    assert np.array_equal(first, again)
+    assert (other - first).std() == pytest.approx(3 * np.sqrt(2), rel=0.1)
