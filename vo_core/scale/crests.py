@@ -19,6 +19,9 @@ PITCH_SIGMA = 0.003
 SCATTER = 0.01
 """Scatter of single waves about their pitch, one sigma, relative: metal is rolled evenly."""
 
+MOST_PLACES = 100
+"""Most places that enter the equations, whose cost grows with the cube."""
+
 SEEN_PITCH_SIGMA = 0.01
 """Relative uncertainty of the pitch that is seen around a crest, one sigma."""
 
@@ -49,10 +52,19 @@ def crest_spacing(
             joints.append(Joint(sighting, last.count, last.number + number))
         else:
             joints.append(Joint(sighting, last.count + 1, 0))
-    if len({joint.count for joint in joints}) == len(joints):
+    if joints[-1].count == len(joints) - 1:
         return None
     pitch = corrugation.pitch_mm
-    return CrestSpacing(tuple(joints), pitch, PITCH_SIGMA * pitch, SCATTER * pitch)
+    return CrestSpacing(_thinned(joints), pitch, PITCH_SIGMA * pitch, SCATTER * pitch)
+
+
+def _thinned(joints: list[Joint]) -> tuple[Joint, ...]:
+    """About `MOST_PLACES` of many places, with the ends of each count."""
+    step = max(1, len(joints) // MOST_PLACES)
+    count = np.array([joint.count for joint in joints])
+    begins = np.diff(count, prepend=-1) > 0
+    kept = begins | np.append(begins[1:], True) | (np.arange(len(joints)) % step == 0)
+    return tuple(joints[n] for n in np.flatnonzero(kept))
 
 
 def seen_pitch_mm(sightings: Sequence[Sighting]) -> float | None:

@@ -92,3 +92,18 @@ def test_the_rig_still_counts_beside_crests():
     spacing = crest_spacing(track, seen_crests(track, 1.0), RIG.pipe.corrugation)
     alone, both = (correct(track, found).sigma for found in ([spacing], [spacing, *rig_scale(RIG)]))
     assert both < alone
+
+
+def test_of_the_crests_of_a_long_pipe_some_are_enough():
+    true_mm = np.linspace(0, 600_000, 12_001)
+    track = straight_track(true_mm / 1.01, 0.01 * np.sqrt(true_mm))
+    places_mm = PITCH_MM * 8 * np.arange(1, 1100)
+    frames = np.searchsorted(true_mm, places_mm)
+    seen = [
+        Sighting(frame, (at_mm - true_mm[frame]) / 1.01, 0.5, 0.7, PITCH_MM / 1.01)
+        for frame, at_mm in zip(frames.tolist(), places_mm.tolist(), strict=True)
+    ]
+    spacing = crest_spacing(track, seen, RIG.pipe.corrugation)
+    assert spacing.places <= 120
+    assert (spacing.joints[0].sighting, spacing.joints[-1].sighting) == (seen[0], seen[-1])
+    assert correct(track, [spacing]).scale == pytest.approx(1.01, abs=0.002)
