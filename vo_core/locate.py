@@ -173,6 +173,11 @@ class Reference:
         return self.state.pose
 
     @cached_property
+    def information(self) -> Matrix:
+        """(8, 8) inverse covariance of the state."""
+        return inverse(self.state.covariance)
+
+    @cached_property
     def template(self) -> Template:
         """Gradients and tensors for the alignment, computed when first needed."""
         return Template.of(self.picture.fine, self.picture.view.valid, row_step=2)
@@ -506,7 +511,7 @@ class Locator:
         # What the picture shows about the reference it also shows about the first frame, as far as
         # their errors are correlated (fixed-point smoothing; Meditch 1967).
         before = reference.state
-        gain = before.with_start.T @ inverse(before.covariance)
+        gain = before.with_start.T @ reference.information
         news = fit.parameters[_KNOWN] - parameters[_KNOWN]
         state = State(
             pose=pose,
@@ -555,7 +560,7 @@ def _median(values: Matrix) -> float:
 def _known(reference: Reference, parameters: Matrix, gaze: Matrix | None, aside_mm: float) -> Prior:
     """Prior of the reference pose and the mount, and of the gaze: pitch is pose and mount."""
     information = np.zeros((PARAMETERS, PARAMETERS))
-    information[np.ix_(_KNOWN, _KNOWN)] = inverse(reference.state.covariance)
+    information[np.ix_(_KNOWN, _KNOWN)] = reference.information
     if np.isfinite(aside_mm):
         parameters = parameters.copy()
         parameters[[1, 3]] = 0.0

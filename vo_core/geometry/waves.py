@@ -39,6 +39,9 @@ _LAMP_PICTURES = 100
 _STEPS_PER_VIEW = 8
 """Pictures that are added while a wall passes through the view."""
 
+_ADDED_AT_ONCE = 4
+"""Pictures that are added between two searches for the wave: half of the wall in view is new."""
+
 _SPECTRUM = 2 * CELLS
 """Length of the spectrum along the pipe, with zeros beyond the raster."""
 
@@ -98,6 +101,8 @@ class Waves:
         """Number of the raster's first cell, counted from the zero point."""
         self._added_mm: float | None = None
         """Distance of the camera in the last picture that was added."""
+        self._unsearched = 0
+        """Number of pictures added since the last search for the wave."""
         self._last_mm: float | None = None
         self._doubt = Doubt(CELLS * self._cell_mm)
         self.wave: Wave | None = None
@@ -113,7 +118,9 @@ class Waves:
         if self._added_mm is None or abs(x_mm - self._added_mm) >= self._step_mm:
             self._add(patch, valid, x_mm)
             self._added_mm = x_mm
-            self.wave = self._strongest()
+            self._unsearched += 1
+            if self._unsearched == _ADDED_AT_ONCE:
+                self.wave, self._unsearched = self._strongest(), 0
         way_mm = 0.0 if self._last_mm is None else x_mm - self._last_mm
         self._last_mm = x_mm
         if self._doubts:

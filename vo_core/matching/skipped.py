@@ -41,6 +41,9 @@ FRESH = 0.1
 """A picture of a coarsely coded film with a smaller share of repeated blocks counts as an I
 frame."""
 
+ROW_STEP = 4
+"""Every fourth row is compared."""
+
 _SOFT_PX = 2.0
 """Sigma of the fading around a blank block, because an edge would count as texture."""
 
@@ -54,8 +57,8 @@ class Skipping:
     def __init__(self, grid: BlockGrid, *, is_coarse: bool = False) -> None:
         """`is_coarse` is whether pictures of the film before these have shown it."""
         self._grid = grid
-        self._before: tuple[GrayImage, Matrix] | None = None
-        """The last picture and the mean square of each of its blocks."""
+        self._before: tuple[GrayImage, GrayImage, Matrix] | None = None
+        """The last picture, its rows that are compared, and the mean square of their blocks."""
         self._least_repeated = 1.0
         """Smallest share of repeated blocks in a picture so far, while the robot moved."""
         self.is_coarse = is_coarse
@@ -77,20 +80,23 @@ class Skipping:
         Returns:
             (blocks,); all false if the coding is not coarse or the robot stands still.
         """
-        power = self._energy(now)
-        kept, self._before = self._before, (now, power)
+        rows = self._grid.crop(now, ROW_STEP)
+        power = self._grid.means(rows * rows)
+        kept, self._before = self._before, (now, rows, power)
         self.is_fresh = False
         none = np.zeros(self._grid.rows * self._grid.columns, np.bool_)
         if kept is None or np.hypot(*way_px) < LEAST_WAY_PX:
             return none
-        before, old_power = kept
-        still = self._energy(now - before)
+        before, old_rows, old_power = kept
+        change = rows - old_rows
+        still = self._grid.means(change * change)
         alike = UNLIKE * (power + old_power)
         lies_still = float((still < alike).mean())
         if lies_still <= COARSE and not self.is_coarse:
             self._least_repeated = min(self._least_repeated, lies_still)
             return none
-        moving = self._energy(now - _moved(before, way_px))
+        change = rows - self._grid.crop(_moved(before, way_px), ROW_STEP)
+        moving = self._grid.means(change * change)
         repeats = (still < alike) & (still < UNLIKE * moving)
         moves = (moving < alike) & (moving < UNLIKE * still)
         repeated = float(repeats.mean())
@@ -106,11 +112,6 @@ class Skipping:
     def forget(self) -> None:
         """Leave out the next comparison, because the next picture has another vantage."""
         self._before = None
-
-    def _energy(self, picture: GrayImage) -> Matrix:
-        """Mean square of each block, over every fourth row."""
-        rows = self._grid.crop(picture, 4)
-        return self._grid.means(rows * rows)
 
 
 def _moved(picture: GrayImage, way_px: Matrix) -> GrayImage:
