@@ -235,19 +235,24 @@ def ring_modes(rig: Rig, grid: PatchGrid, points_px: Points) -> Matrix:
 
 
 def relief_modes(rig: Rig, points_mm: Points) -> Matrix:
-    """(N, 2) displacements by the waves of a corrugated wall, in ways; (N, 0) on a smooth one.
+    """(N, 4) displacements by the waves of a corrugated wall, in ways; (N, 0) on a smooth one.
 
     Points are (axial, arc).  Nobody knows where in the picture the crests lie, so the modes are
     the cosine and the sine along the pipe, as large as the relief makes them: a wall that is by d
-    farther than the mean one at the distance h moves less by the share d / h of the way.
+    farther than the mean one at the distance h moves less by the share d / h of the way.  Seen
+    obliquely it also appears nearer along the pipe, by d x / h at the place x, which bends a wave
+    d = a cos(k x): to first order it adds a wave of half the length and of a k x / 2 h its height.
     """
     waves, across_mm = rig.pipe.corrugation, rig.mount.height_mm
     if waves is None:
         return np.zeros((len(points_mm), 0))
     if rig.looks_along_pipe and rig.pipe.radius_mm is not None:
         across_mm = rig.pipe.radius_mm
-    phase = 2 * np.pi / waves.pitch_mm * points_mm[:, 0]
-    return waves.depth_mm / 2 / across_mm * np.stack([np.cos(phase), np.sin(phase)], 1)
+    along_mm, per_mm, height = points_mm[:, 0], 2 * np.pi / waves.pitch_mm, waves.depth_mm / 2
+    bend = height * per_mm * along_mm / (2 * across_mm)
+    plain, bent = (np.exp(1j * n * per_mm * along_mm) for n in (1, 2))
+    bent *= bend
+    return height / across_mm * np.stack([plain.real, plain.imag, bent.real, bent.imag], 1)
 
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:

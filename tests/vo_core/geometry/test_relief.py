@@ -31,15 +31,15 @@ def seen_moving(rig, way_mm, crest_mm):
     return before, (before - now)[:, 0]
 
 
-@pytest.mark.parametrize(("rig", "left"), [(DOWN, 0.2), (FORWARD, 0.6)], ids=["down", "forward"])
+@pytest.mark.parametrize(("rig", "left"), [(DOWN, 0.05), (FORWARD, 0.45)], ids=["down", "forward"])
 @pytest.mark.parametrize("crest_mm", [0.0, 20.0, 50.0])
 def test_the_relief_explains_how_unevenly_a_corrugated_wall_moves(rig, left, crest_mm):
-    """Along the pipe waves are seen obliquely, so that less of it is a plain wave."""
+    """Along the pipe waves are seen so obliquely that they are more than bent."""
     way_mm = 20.0
     before, moved = seen_moving(rig, way_mm, crest_mm)
     design = np.column_stack([np.ones(len(before)), way_mm * relief_modes(rig, before)])
     (shift_mm, *waves), *_ = np.linalg.lstsq(design, moved, rcond=None)
     assert np.std(moved - design @ [shift_mm, *waves]) < left * np.std(moved)
     # The relief has its stated depth, and what is left is the way.
-    assert np.hypot(*waves) == pytest.approx(1.0, abs=0.2)
-    assert shift_mm == pytest.approx(way_mm, rel=2e-3)
+    assert np.hypot(*waves[:2]) == pytest.approx(1.0, abs=0.2)
+    assert shift_mm == pytest.approx(way_mm, rel=1e-3)
