@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from vo_core.geometry.gaze import SIGMA_RAD as GAZE_SIGMA_RAD
 from vo_core.geometry.motion import (
     MOUNT,
     MOVING,
@@ -262,6 +261,8 @@ class Outlook:
     """Standard deviation of the shear by coding; 0 in a film that is not coarsely coded."""
     gaze: Matrix | None = None
     """(2,) yaw and pitch of the camera in the pipe by the axis in the picture; None if unknown."""
+    gaze_rad: float = 0.0
+    """Standard deviation of each."""
     unexplained: float = 1.0
     """Share of the last picture that its pose did not explain."""
     is_held: bool = False
@@ -464,7 +465,7 @@ class Locator:
         parameters = _parameters(reference, start)
         exact: WallMotion | RollingMotion
         exact = wall = self._motion(reference, picture, coarse=False)
-        scales, known = wall.scales, _known(reference, parameters, outlook.gaze, self._aside_mm)
+        scales, known = wall.scales, _known(reference, parameters, outlook, self._aside_mm)
         reach_mm = STANDS_MM if outlook.is_held else START_PX * self._grid.mm_per_px
         usual = _motion_prior(reference, start, parameters, outlook.motion, reach_mm)
         if self._rig.camera.readout_ms > 0:
@@ -557,7 +558,7 @@ def _median(values: Matrix) -> float:
     return float(np.partition(values, middle)[middle])
 
 
-def _known(reference: Reference, parameters: Matrix, gaze: Matrix | None, aside_mm: float) -> Prior:
+def _known(reference: Reference, parameters: Matrix, outlook: Outlook, aside_mm: float) -> Prior:
     """Prior of the reference pose and the mount, and of the gaze: pitch is pose and mount."""
     information = np.zeros((PARAMETERS, PARAMETERS))
     information[np.ix_(_KNOWN, _KNOWN)] = reference.information
@@ -565,11 +566,11 @@ def _known(reference: Reference, parameters: Matrix, gaze: Matrix | None, aside_
         parameters = parameters.copy()
         parameters[[1, 3]] = 0.0
         information[[1, 3], [1, 3]] += aside_mm**-2
-    if gaze is None:
+    if outlook.gaze is None:
         return Prior(parameters, information)
     mean = parameters.copy()
-    mean[_GAZE] = gaze - (0.0, mean[MOUNT][0])
-    information += _BY_GAZE.T @ _BY_GAZE / GAZE_SIGMA_RAD**2
+    mean[_GAZE] = outlook.gaze - (0.0, mean[MOUNT][0])
+    information += _BY_GAZE.T @ _BY_GAZE / outlook.gaze_rad**2
     return Prior(mean, information)
 
 

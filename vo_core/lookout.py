@@ -36,6 +36,14 @@ STRAY_ROLL = 4.0
 KNOWN = 3.0
 """Standard deviations of the pose beyond which a camera certainly stands elsewhere."""
 
+OFF_AXIS_RAD = float(np.radians(2.0))
+"""Standard deviation of the gaze by the axis in a clear picture; it is much the same in the next.
+
+The middle of the far rings is off the axis if the camera is, and light falls from one side."""
+
+MEMORY_S = 2.0
+"""Time over which an axis stays uncertain that was: mist clears slowly."""
+
 UNLIKE_RAD = float(np.radians(5.0))
 """Difference of the axis in the picture from the vantage beyond which the camera has turned."""
 
@@ -51,10 +59,11 @@ JUMP_RAD = float(np.radians(20.0))
 JUMP_FRAMES = 3
 """Number of consecutive frames in which it is none."""
 
-ASTRAY_RAD = float(np.radians(6.0))
-"""Angle between the axis in the picture and in the estimated pose that no error explains.
+ASTRAY = 2.0
+"""Angle between the axis in the picture and in the estimated pose that no error explains, in
+standard deviations of the axis: 6 degrees in clear pictures.
 
-Twice the standard deviation of the axis.  In the first 400 frames of seven rendered films no angle
+In the first 400 frames of seven rendered films no angle
 above 4.3 degrees lasts for 8 frames; a later pan by 50 degrees has larger ones, so a camera that
 looks around does not count."""
 
@@ -95,6 +104,8 @@ class Lookout:
         """What the camera sees from the vantage of the next picture."""
         self.gaze: Matrix | None = None
         """(2,) yaw and pitch by the axis in the last picture; None if it does not show."""
+        self.gaze_rad = 0.0
+        """Standard deviation of each."""
         self._gaze_fixed: Matrix | None = None
         """The same in the last picture with a fix."""
         self._turn = np.zeros(2)
@@ -127,6 +138,10 @@ class Lookout:
         axis = self._find_axis(image)
         roll_rad = state.pose.roll_rad + state.mount_rad[1]
         seen = None if axis is None else gaze(self._rectify.rig, axis.pixel_uv, roll_rad)
+        if axis is not None:
+            seen_rad = axis.sigma_px / self._rectify.rig.camera.fx
+            kept_rad = self.gaze_rad * np.exp(-period_s / MEMORY_S)
+            self.gaze_rad = float(max(np.hypot(seen_rad, OFF_AXIS_RAD), kept_rad))
         off_rad = 0.0 if seen is None else float(np.abs(seen - state.gaze).max())
         # Before the first fix nothing shows where the camera looked before.
         jumps = off_rad > JUMP_RAD and self._ahead is not None
@@ -135,7 +150,7 @@ class Lookout:
         if self.is_around and self.gaze is not None and self._ahead is not None:
             self.is_around = bool((np.abs(self.gaze - self._ahead) > BACK_RAD).any())
         # Near the border of the picture, where a pan takes it, the axis is less exact.
-        is_off = self.gaze is not None and off_rad > ASTRAY_RAD and not self.is_around
+        is_off = self.gaze is not None and off_rad > ASTRAY * self.gaze_rad and not self.is_around
         self._astray = self._astray + 1 if is_off else 0
         self._astray_s = self._astray * period_s
 
@@ -145,7 +160,8 @@ class Lookout:
         The axis in a picture is known to a few degrees only.
         """
         self._gaze_fixed, self._astray, self._astray_s = self.gaze, 0, 0.0
-        is_stated = self.gaze is None or bool((np.abs(self.gaze) < UNLIKE_RAD).all())
+        unlike_rad = max(UNLIKE_RAD, ASTRAY * self.gaze_rad)
+        is_stated = self.gaze is None or bool((np.abs(self.gaze) < unlike_rad).all())
         return State.at_start(self._rectify.rig, None if is_stated else self.gaze)
 
     def turned(self, fixed: State, periods: float) -> Pose:

@@ -582,6 +582,7 @@ class Odometry:
             rate,
             shear_rad,
             None if self._lookout is None else self._lookout.gaze,
+            0.0 if self._lookout is None else self._lookout.gaze_rad,
             self._unexplained,
             is_held=self._is_around,
         )

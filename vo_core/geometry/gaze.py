@@ -8,11 +8,6 @@ from vo_core.geometry.wall import robot_rays
 from vo_core.rig import Rig
 from vo_core.types import Matrix
 
-SIGMA_RAD = float(np.radians(3.0))
-"""Standard deviation of the gaze by the axis in one picture; it is much the same in the next.
-
-The middle of the far rings is off the axis if the camera is, and light falls from one side."""
-
 
 def gaze(rig: Rig, axis_uv: tuple[float, float], roll_rad: float) -> Matrix:
     """(2,) yaw and pitch of the robot, rad, whose camera shows the axis at a pixel; nan if none.

@@ -45,12 +45,23 @@ CLEAR = 0.25
 across."""
 
 
+EVIDENCE = 100.0
+"""Number of independent gradients that a score is worth: n of them that agree by a score s have
+the likelihood (1 - s^2)^(-n/2).
+
+The axis of clear pictures is then uncertain by a degree or two, and by 10 to 20 degrees in mist,
+whose clouds make axes of their own."""
+
+
 @dataclass(frozen=True, slots=True)
 class Axis:
     """Where the axis of the pipe appears in a picture."""
 
     pixel_uv: tuple[float, float]
     score: float
+    sigma_px: float
+    """Standard deviation of the place, along each side of the picture, by all places whose scores
+    come near."""
 
 
 class AxisFinder:
@@ -101,7 +112,12 @@ class AxisFinder:
         width, height = (side / self._scale for side in self._size_wh)
         if not (0 <= u < width and 0 <= v < height):
             return None
-        return Axis((float(u), float(v)), float(score[row, column]))
+        clear = 1 - np.square(np.maximum(score, 0))
+        likely = (clear[row, column] / clear) ** (EVIDENCE / 2)
+        rows, columns = np.ogrid[: score.shape[0], : score.shape[1]]
+        square = np.square(rows - row) + np.square(columns - column)
+        sigma = float(np.sqrt((likely * square).sum() / likely.sum() / 2))
+        return Axis((float(u), float(v)), float(score[row, column]), sigma / self._scale)
 
     def _padded(self, image: GrayImage) -> GrayImage:
         n = self._border_px
