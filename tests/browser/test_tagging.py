@@ -121,7 +121,7 @@ def test_defects_are_tagged_described_and_undone(page: Page, server: Server, emp
 
 def test_an_address_shows_its_place(page: Page, server: Server, empty: str) -> None:
     log_in(page, server, f"/inspections/{empty}?d=1.07")
-    expect_frame(page, "2[01]")  # frames are a few millimetres apart, the address states centimetres
+    expect_frame(page, "2[01]")  # the address states centimetres, frames are millimetres apart
     page.goto(f"{server.url}/inspections/{empty}?t=0.5")
     expect(page.locator(".transport__clock")).to_have_text(re.compile(r"^0:00\.(4[3-9]|50)"))
     page.goto(f"{server.url}/inspections/{empty}?frame=9999")

@@ -21,8 +21,8 @@ RECORD = Path(__file__).parents[3] / "docs" / "bench_quick.csv"
 
 _README = RECORD.parents[1] / "README.md"
 _README_ROWS = (
-    "nominal", "low_texture", "dirty_lens", "drop_outs", "network_jitter", "stop_dead", "bounce",
-    "climb", "rolling_shutter", "low_bit_rate", "pulsed_lamp", "corrugated", "forward", "mist",
+    "nominal", "dirty_lens", "drop_outs", "bounce", "low_bit_rate", "pulsed_lamp", "corrugated",
+    "forward", "mist",
 )  # fmt: skip
 _README_FIGURES = ("end_percent", "worst_mm", "ate_mm", "yaw_deg", "within", "lost")
 
