@@ -63,9 +63,8 @@ ASTRAY = 2.0
 """Angle between the axis in the picture and in the estimated pose that no error explains, in
 standard deviations of the axis: 6 degrees in clear pictures.
 
-In the first 400 frames of seven rendered films no angle
-above 4.3 degrees lasts for 8 frames; a later pan by 50 degrees has larger ones, so a camera that
-looks around does not count."""
+In the first 400 frames of seven rendered films no angle above 4.3 degrees lasts for 8 frames; a
+later pan by 50 degrees has larger ones, so a camera that looks around does not count."""
 
 ASTRAY_S = 0.25
 """Time after which the estimated pose is given up."""

@@ -21,11 +21,7 @@ from vo_core.errors import InvalidTime
 from vo_core.geometry.bed import Bed
 from vo_core.geometry.doubt import together_mm
 from vo_core.geometry.height import scale_sigma
-from vo_core.geometry.motion import (
-    POSE,
-    RATES,
-    parameters,
-)
+from vo_core.geometry.motion import POSE, RATES, parameters
 from vo_core.geometry.motion_prior import MotionPrior
 from vo_core.geometry.rectify import BOTTOM, COARSEST, TOP, WHOLE, Rectifier, Rows
 from vo_core.geometry.stance import AS_STATED, Stance
@@ -257,7 +253,6 @@ class Odometry:
         self._fix_periods = 0.0
         """`Clock.periods` at the last fix."""
         self._frame = 0
-        """What `smoothed` needs of each frame."""
         self._is_noiseless = self._known.is_noiseless
         """Whether the film has shown a standstill as equal pictures, without noise."""
         self._is_held = False

@@ -14,7 +14,7 @@ reference by its own link.  Frames that show no wall lie between those that do.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from vo_core.types import Matrix
 STATE = POSE + 2
 """Number of parameters of a state: pose and mount."""
 
-_STATUSES: tuple[Status, ...] = ("ok", "weak", "lost")
+_STATUSES: tuple[Status, ...] = get_args(Status)
 _MOUNT = [*range(2 * POSE, PARAMETERS)]
 _MOVING = [*range(PARAMETERS)[MOVING], *_MOUNT]
 _REFERENCE = [*range(PARAMETERS)[REFERENCE], *_MOUNT]
@@ -227,6 +227,8 @@ def _divided(matrix: Matrix, by: Matrix) -> Matrix:
 
 def _fill(hidden: NDArray[np.bool_], mean: Matrix, covariance: Matrix) -> None:
     """Place frames that show no wall evenly between their neighbours that do."""
+    if not hidden.any():
+        return
     shown, open_ended = np.flatnonzero(~hidden), covariance.copy()
     for frame in np.flatnonzero(hidden).tolist():
         after = int(np.searchsorted(shown, frame))

@@ -14,8 +14,6 @@ from vo_core.geometry.rectify import Rectifier
 from vo_core.matching.blocks import BlockGrid
 from vo_core.sources import VideoFile
 
-VARIANCE = np.full(6, 1e-6)
-
 
 def tracked(scenario, folder):
     """The track of a scenario's coded film, and the columns of its truth."""
