@@ -27,8 +27,8 @@ from vo_core.geometry.wall import (
     sight,
 )
 from vo_core.locate import LEAST_OVERLAP
-from vo_core.odometry import KEYFRAME_OVERLAP
 from vo_core.rig import Camera, Rig
+from vo_core.tracker.references import KEYFRAME_OVERLAP
 from vo_core.types import ByteImage
 
 Grid = NDArray[np.float64]

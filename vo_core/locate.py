@@ -171,6 +171,10 @@ class Reference:
         """Pose of the camera at the exposure that this frame shows."""
         return self.state.pose
 
+    def shifted(self, x_mm: float, y_mm: float) -> Reference:
+        """The same reference after a move of the zero point."""
+        return replace(self, state=self.state.shifted(x_mm, y_mm))
+
     @cached_property
     def information(self) -> Matrix:
         """(8, 8) inverse covariance of the state."""
@@ -250,7 +254,7 @@ class Outlook:
     """Pose at the last fix."""
     since_s: float
     """Time since the last fix."""
-    reliability: Matrix | None
+    ncc_weights: Matrix | None
     """(blocks,) mean normalised correlation of each block while the robot moved: low where dirt or
     water lies. None before the robot has moved."""
     motion: MotionPrior
@@ -392,10 +396,10 @@ class Locator:
         fixes = [fix for fix in found if self._is_credible(fix, found, in_reach, outlook)]
         if not fixes:
             return None
-        reliability = outlook.reliability
-        if reliability is None:
-            reliability = np.ones(self._blocks.rows * self._blocks.columns)
-        supports = [fix.alignment.support(reliability) for fix in fixes]
+        weights = outlook.ncc_weights
+        if weights is None:
+            weights = np.ones(self._blocks.rows * self._blocks.columns)
+        supports = [fix.alignment.support(weights) for fix in fixes]
         as_good = [
             fix
             for fix, support in zip(fixes, supports, strict=True)

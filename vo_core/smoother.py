@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vo_core.geometry.motion import MOVING, PARAMETERS, POSE, REFERENCE
+from vo_core.geometry.wall import Pose
 from vo_core.records import Records
 from vo_core.track import Estimate, Status
 from vo_core.types import Matrix
@@ -126,27 +127,18 @@ class Smoother:
         variance = np.maximum(covariance[:, 0, 0], 0.0) + records["systematic_mm2"]
         poses = mean[:, :POSE] - start
         scale = records["scale_mm2"] + np.square(scale_sigma * poses[:, 0])
-        turns = np.degrees(poses[:, [2, 4, 5]])
         return [
-            Estimate(
+            Estimate.of(
+                Pose.of(pose),
                 frame=frame,
                 time_s=float(record["time_s"]),
-                x_mm=x_mm,
-                y_mm=y_mm,
-                yaw_deg=yaw_deg,
-                distance_mm=x_mm,
                 sigma_distance_mm=float(np.sqrt(variance[frame] + scale[frame])),
                 quality=float(record["quality"]),
                 status=_STATUSES[record["status"]],
                 sigma_registration_mm=float(np.sqrt(variance[frame])),
-                z_mm=z_mm,
-                pitch_deg=pitch_deg,
-                roll_deg=roll_deg,
                 looking_around=float(record["looking_around"]),
             )
-            for frame, (record, (x_mm, y_mm, z_mm), (yaw_deg, pitch_deg, roll_deg)) in enumerate(
-                zip(records, poses[:, [0, 1, 3]].tolist(), turns.tolist(), strict=True)
-            )
+            for frame, (record, pose) in enumerate(zip(records, poses, strict=True))
         ]
 
 

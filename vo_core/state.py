@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vo_core.geometry.motion import POSE, RATES
+from vo_core.geometry.stance import Stance
+from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose
 from vo_core.matching.align import Prior
 from vo_core.rig import Rig
@@ -82,6 +84,33 @@ class State:
             start=pose.vector,
             with_start=covariance[:, :POSE],
         )
+
+    def shifted(self, x_mm: float, y_mm: float) -> State:
+        """The same state after a move of the zero point."""
+        return replace(self, pose=self.pose.shifted(x_mm, y_mm))
+
+    def widened(self, variance: Matrix) -> State:
+        """The same state, less certain by these variances, (8,)."""
+        return replace(self, covariance=self.covariance + np.diag(variance))
+
+    @property
+    def tilt(self) -> MountTilt:
+        """Tilt of the mount against the rig."""
+        pitch, roll = np.degrees(self.mount_rad).tolist()
+        variance = np.diag(self.covariance)[POSE:]
+        pitch_sigma, roll_sigma = np.degrees(np.sqrt(variance)).tolist()
+        return MountTilt(pitch, roll, pitch_sigma, roll_sigma)
+
+    def start_in_pipe(self, rig: Rig) -> Stance:
+        """Pose of the camera in the pipe at the first frame, as it is known by now.
+
+        A camera that looks down is turned by its mount in the rig, see `tilt`; one that looks along
+        the pipe shows only how it is turned in all.
+        """
+        _, y_mm, yaw, z_mm, pitch, roll = self.start.tolist()
+        mount_rad = self.mount_rad if rig.looks_along_pipe else np.zeros(2)
+        yaw_deg, pitch_deg, roll_deg = np.degrees([yaw, *mount_rad + (pitch, roll)]).tolist()
+        return Stance(y_mm, yaw_deg, z_mm, pitch_deg, roll_deg)
 
     @property
     def gaze(self) -> Matrix:

@@ -53,6 +53,20 @@ class Estimate:
     looking_around: float = 0.0
     """1 while the robot stands and its camera looks around, else 0."""
 
+    @classmethod
+    def of(cls, pose: Pose, **others: Any) -> Estimate:
+        """The estimate of a pose against the first frame; `others` are the fields beside it."""
+        return cls(
+            x_mm=pose.x_mm,
+            y_mm=pose.y_mm,
+            yaw_deg=math.degrees(pose.yaw_rad),
+            distance_mm=pose.x_mm,
+            z_mm=pose.z_mm,
+            pitch_deg=math.degrees(pose.pitch_rad),
+            roll_deg=math.degrees(pose.roll_rad),
+            **others,
+        )
+
     @property
     def pose(self) -> Pose:
         """The pose in radians, as the geometry of the wall uses it."""

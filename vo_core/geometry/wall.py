@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 
 import numpy as np
@@ -55,6 +55,10 @@ class Pose:
     def of(cls, vector: Matrix) -> Pose:
         """The pose of such a vector: the inverse of `vector`."""
         return cls(*vector.tolist())
+
+    def shifted(self, x_mm: float, y_mm: float) -> Pose:
+        """The same pose after a move of the zero point."""
+        return replace(self, x_mm=self.x_mm + x_mm, y_mm=self.y_mm + y_mm)
 
 
 _fields_of = attrgetter(*Pose.__match_args__)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from vo_core.image.resample import reduce_to
 from vo_core.types import ByteImage, GrayImage
 
 FLOOR = 0.003
@@ -20,6 +21,8 @@ NEIGHBOURHOOD_PX = 8.0
 """Sigma of the neighbourhood in which contrast is normalised."""
 
 _REDUCTION = 4
+
+_NOISELESS_REDUCTION = 8
 
 
 def normalise(image: GrayImage) -> GrayImage:
@@ -110,3 +113,10 @@ def taper(valid: ByteImage | GrayImage, margin_px: int) -> GrayImage:
     share = cv2.blur(inside, (side, side), borderType=cv2.BORDER_CONSTANT)
     ramp = np.maximum(2 * share - 1, 0) * inside
     return np.asarray(ramp * ramp * (3 - 2 * ramp), np.float32)
+
+
+def contrast(image: GrayImage) -> float:
+    """Standard deviation in grey levels at an eighth of the size, where noise averages out."""
+    rows, columns = (max(side // _NOISELESS_REDUCTION, 1) for side in image.shape)
+    whole = image[: rows * _NOISELESS_REDUCTION, : columns * _NOISELESS_REDUCTION]
+    return float(cv2.meanStdDev(reduce_to(whole, (columns, rows)))[1].item())

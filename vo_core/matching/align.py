@@ -210,9 +210,9 @@ class Alignment:
         """Share of the moving picture's energy that is not the reference's."""
         return 1 - self.agreement**2
 
-    def support(self, reliability: Matrix) -> float:
-        """Mean normalised correlation, weighted by how reliably each block has shown the wall."""
-        votes = reliability**2
+    def support(self, ncc_weights: Matrix) -> float:
+        """Mean normalised correlation, weighted by that which each block usually has, (blocks,)."""
+        votes = ncc_weights**2
         return float(votes @ self.ncc / votes.sum())
 
 
@@ -318,7 +318,7 @@ def align(
 
 
 Likeness = tuple[Matrix, float]
-"""How two pictures agree at one pose: trust in each block, and agreement, see `Alignment`."""
+"""How two pictures agree at one pose: correlation of each block, and agreement, see `Alignment`."""
 
 
 def agree(template: Template, doubled: GrayImage, whole: ByteImage, positions: Points) -> Likeness:
