@@ -540,20 +540,20 @@ class Locator:
         )
 
     def _modes(self, outlook: Outlook, way_mm: float) -> tuple[Matrix, Matrix]:
-        """(N, k) displacements to expect that are no motion, and (k,) sigmas of their parameters.
+        """(k, 2, N) displacements that are no motion, and (k,) sigmas of their parameters.
 
         They are those by the relief over a way, and those by coding.
         """
         relief, way_px = self._relief_modes, way_mm / self._grid.mm_per_px
-        sigma = np.full(relief.shape[1], way_px + RELIEF_PX)
+        sigma = np.full(len(relief), way_px + RELIEF_PX)
         if self._ring_modes is not None:
             coding, coding_sigma = self._ring_modes, CODING_PX
         elif outlook.shear_rad > 0:
             coding, coding_sigma = shear_mode(self._blocks.nodes()), outlook.shear_rad
         else:
             return relief, sigma
-        sigma = np.append(sigma, np.full(coding.shape[1], coding_sigma))
-        return np.hstack([relief, coding]), sigma
+        sigma = np.append(sigma, np.full(len(coding), coding_sigma))
+        return np.concatenate([relief, coding]), sigma
 
 
 def _median(values: Matrix) -> float:

@@ -179,7 +179,7 @@ class RollingMotion:
 
 
 class CodedMotion:
-    """A motion model plus displacements along the pipe that are no motion, the last elements of q.
+    """A motion model plus displacements that are no motion, the last elements of q.
 
     They are those by video coding, and those by the relief of a corrugated wall (`relief_modes`).
     A coder predicts the motion of a block from the blocks before it, and keeps a prediction that is
@@ -190,52 +190,55 @@ class CodedMotion:
     """
 
     def __init__(self, motion: WallMotion | RollingMotion, modes: Matrix) -> None:
-        """`modes` is (N, k): displacement of each point, in px of the patch, by each parameter."""
+        """`modes` is (k, 2, N): displacements by each parameter, px of the patch."""
         self._motion, self._modes = motion, modes
-        self.scales = 1 / np.abs(modes).max(0)
+        self.scales = 1 / np.abs(modes).max((1, 2))
         """(k,) parameters that move the content by a pixel where it moves most."""
 
     def positions(self, q: Matrix) -> Points:
         """w(q), (N, 2) px."""
         own, coding = self._split(q)
-        return self._displaced(self._motion.positions(own), coding)
+        return self._motion.positions(own) + self._displacements(coding)
 
     def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
         """w(q) and dw/dq."""
         own, coding = self._split(q)
         positions, slopes = self._motion.linearise(own)
-        along = np.stack([self._modes.T, np.zeros_like(self._modes.T)], 1)
-        return self._displaced(positions, coding), np.concatenate([slopes, along])
+        return positions + self._displacements(coding), np.concatenate([slopes, self._modes])
 
     def _split(self, q: Matrix) -> tuple[Matrix, Matrix]:
-        count = self._modes.shape[1]
+        count = len(self._modes)
         return q[:-count], q[-count:]
 
-    def _displaced(self, positions: Points, coding: Matrix) -> Points:
-        displaced = positions.copy()
-        displaced[:, 0] += self._modes @ coding
-        return displaced
+    def _displacements(self, coding: Matrix) -> Points:
+        return np.asarray(np.tensordot(coding, self._modes, 1).T)
 
 
 def shear_mode(points_px: Points) -> Matrix:
-    """(N, 1) the displacement by a shear of 1 rad about the middle of the patch."""
-    return np.asarray(points_px[:, 1:] - points_px[:, 1].mean())
+    """(1, 2, N) the displacement by a shear of 1 rad about the middle of the patch."""
+    return _lengthwise(points_px[:, 1:] - points_px[:, 1].mean())
 
 
 def ring_modes(rig: Rig, grid: PatchGrid, points_px: Points) -> Matrix:
-    """(N, 4) displacements that look like a camera beside the axis, or turned against it.
+    """(8, 2, N) displacements that look like a camera beside the axis, or turned against it.
 
     They are the sine and the cosine around the ring, 1 px each, evenly along the pipe and from -1
-    px at the near end of the patch to 1 px at its far end.
+    px at the near end of the patch to 1 px at its far end; first along the pipe, then around it.
     """
     phi = grid.to_mm(points_px)[:, 1] / (rig.pipe.radius_mm or np.inf)
     along = 2 * points_px[:, 0] / (grid.shape[1] - 1) - 1
     around = np.stack([np.sin(phi), np.cos(phi)], 1)
-    return np.concatenate([around, along[:, None] * around], 1)
+    modes = _lengthwise(np.concatenate([around, along[:, None] * around], 1))
+    return np.concatenate([modes, modes[:, ::-1]])
+
+
+def _lengthwise(modes: Matrix) -> Matrix:
+    """(k, 2, N) displacements along the pipe, from (N, k)."""
+    return np.stack([modes.T, np.zeros_like(modes.T)], 1)
 
 
 def relief_modes(rig: Rig, points_mm: Points) -> Matrix:
-    """(N, 4) displacements by the waves of a corrugated wall, in ways; (N, 0) on a smooth one.
+    """(4, 2, N) displacements by the waves of a corrugated wall, in ways; none if it is smooth.
 
     Points are (axial, arc).  Nobody knows where in the picture the crests lie, so the modes are
     the cosine and the sine along the pipe, as large as the relief makes them: a wall that is by d
@@ -245,14 +248,15 @@ def relief_modes(rig: Rig, points_mm: Points) -> Matrix:
     """
     waves, across_mm = rig.pipe.corrugation, rig.mount.height_mm
     if waves is None:
-        return np.zeros((len(points_mm), 0))
+        return np.zeros((0, 2, len(points_mm)))
     if rig.looks_along_pipe and rig.pipe.radius_mm is not None:
         across_mm = rig.pipe.radius_mm
     along_mm, per_mm, height = points_mm[:, 0], 2 * np.pi / waves.pitch_mm, waves.depth_mm / 2
     bend = height * per_mm * along_mm / (2 * across_mm)
     plain, bent = (np.exp(1j * n * per_mm * along_mm) for n in (1, 2))
     bent *= bend
-    return height / across_mm * np.stack([plain.real, plain.imag, bent.real, bent.imag], 1)
+    waves_px = np.stack([plain.real, plain.imag, bent.real, bent.imag], 1)
+    return _lengthwise(height / across_mm * waves_px)
 
 
 def parameters(moving: Pose, reference: Pose, mount_rad: Matrix) -> Matrix:
