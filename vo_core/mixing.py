@@ -20,6 +20,12 @@ NEIGHBOUR = (0.75, 2.1)
 """Distance of two exposures of a mixture over the way per picture of the film: from four exposures
 for three pictures to one for two."""
 
+CLEAR = 0.25
+"""Share of what one exposure leaves unexplained that the other explains in a clear mixture.
+
+It is 0.6 to 0.9 in mixtures.  What a coarse coding repeats of the last picture explains up to
+0.2."""
+
 EXPECTED_FRAMES = 30
 """Frames after a clear mixture in which others are expected."""
 
@@ -54,20 +60,22 @@ class Mixing:
         best = max(fix.found or [fix], key=lambda each: float(each.alignment.ncc.sum()))
         found = [(each.pose.vector - best.pose.vector, each.likeness) for each in fix.found]
         near, far = NEIGHBOUR
-        found = [(by, like) for by, like in found if near < np.hypot(*by[:2]) / length_mm < far]
+        clear = [
+            (by, like, CLEAR) for by, like in found if near < np.hypot(*by[:2]) / length_mm < far
+        ]
         expected = []
         if self._left > 0:
             step = np.append(way, np.zeros(3)) * (self._apart_mm / length_mm)
-            expected = [(by, self._likeness(best, picture, by)) for by in (step, -step)]
+            expected = [(by, self._likeness(best, picture, by), 0.0) for by in (step, -step)]
         apart = None
-        for by, likeness in found + expected:
+        for by, likeness, least in clear + expected:
             rho = self._like_itself(best.reference, by)
-            share = share_of_other(best.likeness, likeness, rho)
+            share = share_of_other(best.likeness, likeness, rho, least)
             if share > best.share:
                 best, apart = replace(best, share=share, offset=share * by), by
         if best.share == 0:
             return fix
-        if apart is not None and any(apart is by for by, _ in found):
+        if apart is not None and any(apart is by for by, _, _ in clear):
             self._apart_mm, self._left = float(np.hypot(*apart[:2])), EXPECTED_FRAMES
         return best
 
@@ -101,7 +109,7 @@ class Mixing:
         return self._locator.likeness(reference, reference.picture, at)[1]
 
 
-def share_of_other(one: Likeness, other: Likeness, rho: float) -> float:
+def share_of_other(one: Likeness, other: Likeness, rho: float, least: float = 0.0) -> float:
     """Estimate the share b / (a + b) of the other exposure; 0 for a picture of one exposure.
 
     In a mixture all blocks show both exposures, in one proportion, and both together explain no
@@ -111,6 +119,8 @@ def share_of_other(one: Likeness, other: Likeness, rho: float) -> float:
     Args:
         one, other: The picture with the reference at the two poses.
         rho: Agreement of the reference with itself, as far apart as the poses.
+        least: Least share of what the first exposure leaves unexplained that the other explains,
+            the square of their partial correlation (Fisher 1924).
     """
     (first, c_one), (second, c_other) = one, other
     a, b = c_one - rho * c_other, c_other - rho * c_one
@@ -120,5 +130,6 @@ def share_of_other(one: Likeness, other: Likeness, rho: float) -> float:
     size = np.sqrt(a * a + b * b + 2 * a * b * rho)
     mixed = (a * first + b * second) / size
     is_better = mixed[seen] > np.maximum(first, second)[seen]
-    is_mixed = a * c_one + b * c_other <= size and is_better.mean() > 0.5
+    explains = b * b >= least * (1 - rho * rho) * (1 - c_one * c_one)
+    is_mixed = explains and a * c_one + b * c_other <= size and is_better.mean() > 0.5
     return b / (a + b) if is_mixed else 0.0

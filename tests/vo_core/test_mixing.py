@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vo_core.mixing import share_of_other
+from vo_core.mixing import CLEAR, share_of_other
 
 HALF = np.arange(100) < 50
 NOISE = np.random.default_rng(0).normal(0.0, 0.03, 100)
@@ -26,3 +26,9 @@ def test_blocks_that_show_one_motion_each_are_no_mixture():
 
 def test_a_wall_that_repeats_itself_is_no_mixture():
     assert share_of_other(likeness(0.95), likeness(0.93), rho=0.98) == 0
+
+
+def test_what_coding_repeats_of_the_last_picture_is_no_clear_mixture():
+    both = likeness(0.43), likeness(0.3)
+    assert share_of_other(*both, rho=0.0) > 0.3
+    assert share_of_other(*both, rho=0.0, least=CLEAR) == 0
