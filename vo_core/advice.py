@@ -26,7 +26,7 @@ from vo_core.geometry.wall import (
     robot_rays,
     sight,
 )
-from vo_core.locate import LEAST_OVERLAP
+from vo_core.links.locator import LEAST_OVERLAP
 from vo_core.rig import Camera, Rig
 from vo_core.tracker.references import KEYFRAME_OVERLAP
 from vo_core.types import ByteImage

@@ -20,7 +20,9 @@ from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.wall import Pose
 from vo_core.image.axis import AxisFinder
 from vo_core.image.overlay import Overlay
-from vo_core.locate import Fix, Locator, View
+from vo_core.links.fix import Fix
+from vo_core.links.locator import Locator
+from vo_core.links.picture import View
 from vo_core.state import State
 from vo_core.types import Image, Matrix
 

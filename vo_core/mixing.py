@@ -12,8 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from vo_core.locate import Fix, Locator, Picture, Reference
-from vo_core.matching.align import Likeness
+from vo_core.links.fix import Fix
+from vo_core.links.locator import Locator
+from vo_core.links.picture import Picture, Reference
+from vo_core.matching.template import Likeness
 from vo_core.types import Matrix
 
 NEIGHBOUR = (0.75, 2.1)

@@ -23,7 +23,8 @@ from vo_core.image.health import NO_HEALTH, Health, HealthGauge
 from vo_core.image.overlay import Overlay
 from vo_core.image.resample import grey_frame
 from vo_core.image.rows import RowGains
-from vo_core.locate import Locator, Picture
+from vo_core.links.locator import Locator
+from vo_core.links.picture import Picture
 from vo_core.lookout import Lookout
 from vo_core.matching.blocks import BlockGrid
 from vo_core.matching.fields import Interlacing

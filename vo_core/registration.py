@@ -12,7 +12,8 @@ from vo_core.errors import ShapeMismatch
 from vo_core.geometry.wall import Points
 from vo_core.image.filters import normalise, taper
 from vo_core.image.resample import double, reduce_to, to_grey
-from vo_core.matching.align import LOCK, OPEN_PX, Alignment, Template, align
+from vo_core.matching.align import LOCK, OPEN_PX, Alignment, Unknowns, align
+from vo_core.matching.blocks import BlockGrid
 from vo_core.matching.correlate import (
     LOCK_PSR,
     Peak,
@@ -22,6 +23,7 @@ from vo_core.matching.correlate import (
     rotation_between,
     spectrum,
 )
+from vo_core.matching.template import Template
 from vo_core.types import ByteImage, GrayImage, Image, Matrix
 
 COARSE_SIDE_PX = 320
@@ -161,16 +163,16 @@ def _fitted(
     template: Template, moving: GrayImage, start: Matrix, centre: Matrix, enough_px: float
 ) -> Alignment | None:
     """Align a normalised picture; None if it does not show the wall of the template."""
-    nodes, everywhere = template.grid.nodes(), np.ones(moving.shape, np.uint8)
+    everywhere = np.ones(moving.shape, np.uint8)
+    scales = np.array([1.0, 1.0, 2 / max(moving.shape)])
+    motion = _RigidMotion(template.grid, centre, scales)
     # The border can be compared only if nothing moves in from beyond it.
-    stays = np.abs(rigid(start, nodes, centre) - nodes).max() < 1
+    stays = np.abs(motion.positions(start) - motion.nodes).max() < 1
     fit = align(
         template,
         double(moving),
         everywhere if stays else template.grid.whole(everywhere),
-        lambda q: rigid(q, nodes, centre),
-        start,
-        np.array([1.0, 1.0, 2 / max(moving.shape)]),
+        Unknowns(motion, start, scales),
         settled=SETTLED,
         enough_px=enough_px,
     )
@@ -237,6 +239,23 @@ def rigid(q: Matrix, points: Points, centre: Matrix) -> Points:
     x, y = (points - centre).T
     turned = np.stack([cos * x - sin * y, sin * x + cos * y], -1)
     return np.asarray(turned + centre + q[..., None, :2])
+
+
+class _RigidMotion:
+    """The motion model `rigid` at the nodes of blocks."""
+
+    def __init__(self, grid: BlockGrid, centre: Matrix, scales: Matrix) -> None:
+        self.nodes, self.scales, self._centre = grid.nodes(), scales, centre
+
+    def positions(self, q: Matrix) -> Points:
+        """w(q), (nodes, 2) px."""
+        return rigid(q, self.nodes, self._centre)
+
+    def linearise(self, q: Matrix) -> tuple[Points, Matrix]:
+        """w(q) and dw/dq, (3, 2, nodes), by differences over a ten-thousandth of a pixel."""
+        steps = 1e-4 * self.scales
+        at, *moved = self.positions(q + np.vstack([np.zeros_like(steps), np.diag(steps)]))
+        return at, np.asarray((np.stack(moved) - at).swapaxes(1, 2) / steps[:, None, None])
 
 
 def _starts(reference: GrayImage, moving: GrayImage) -> list[Matrix]:

@@ -12,7 +12,9 @@ from vo_core.geometry.height import scale_sigma
 from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.wall import Pose
 from vo_core.geometry.waves import Waves
-from vo_core.locate import CERTAIN, Fix, Locator, Picture, Reference
+from vo_core.links.fix import Fix
+from vo_core.links.locator import CERTAIN, Locator
+from vo_core.links.picture import Picture, Reference
 from vo_core.lookout import Lookout
 from vo_core.matching.skipped import Skipping
 from vo_core.mixing import Mixing

@@ -15,7 +15,8 @@ from vo_core.geometry.motion import RATES, parameters
 from vo_core.geometry.motion_prior import MotionPrior
 from vo_core.geometry.rectify import PatchGrid
 from vo_core.geometry.wall import Pose, apart_mm
-from vo_core.locate import LEAST_OVERLAP, Fix
+from vo_core.links.fix import Fix
+from vo_core.links.locator import LEAST_OVERLAP
 from vo_core.lookout import Lookout
 from vo_core.rig import Rig
 from vo_core.smoother import Link, joined

@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from vo_core.geometry.rectify import Rectifier
-from vo_core.locate import CERTAIN, Fix
+from vo_core.links.fix import Fix
+from vo_core.links.locator import CERTAIN
 from vo_core.types import Matrix
 
 GHOST_PX = 0.25

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from itertools import product
 
-from vo_core.locate import LEAST_OVERLAP, Fix, Locator, Outlook, Picture
+from vo_core.links.fix import Fix, Outlook
+from vo_core.links.locator import LEAST_OVERLAP, Locator
+from vo_core.links.picture import Picture
 from vo_core.lookout import Lookout
 from vo_core.matching.skipped import Skipping
 from vo_core.tracker.chain import Chain

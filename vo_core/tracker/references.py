@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from vo_core.locate import LEAST_OVERLAP, Fix, Reference
+from vo_core.links.fix import Fix
+from vo_core.links.locator import LEAST_OVERLAP
+from vo_core.links.picture import Reference
 from vo_core.matching.skipped import Skipping
 from vo_core.mixing import PURE, Mixing
 from vo_core.rig import Rig

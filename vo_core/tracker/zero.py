@@ -13,7 +13,9 @@ import numpy as np
 from vo_core.geometry.rectify import BOTTOM, TOP, Rectifier, Rows
 from vo_core.geometry.wall import Pose
 from vo_core.image.filters import low_pass, normalise
-from vo_core.locate import Locator, Outlook, Picture, Reference, View
+from vo_core.links.fix import Outlook
+from vo_core.links.locator import Locator
+from vo_core.links.picture import Picture, Reference, View
 from vo_core.state import State
 from vo_core.tracker.course import Course
 from vo_core.types import Image

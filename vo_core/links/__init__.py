@@ -1,0 +1,1 @@
+"""Links: a picture measured against another one, with all motions that may explain it."""
