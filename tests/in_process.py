@@ -19,6 +19,7 @@ from app.jobs.live.messages import LiveRequest
 from app.jobs.messages import Problem, encode
 from app.jobs.track import tracker
 from app.jobs.track.batches import Batch
+from app.jobs.track.follow import Follower
 from app.jobs.track.messages import Checkpoint, Passing, TrackRequest
 
 FromTracker = Batch | Checkpoint | Passing | Problem
@@ -71,6 +72,15 @@ def track(
             with pytest.raises(BrokenPipeError):
                 tracker.track(request, parent)  # type: ignore[arg-type]
     return parent.messages, clock
+
+
+def batch_of(follower: Follower) -> Batch:
+    """Everything since the last batch."""
+    found: list[Batch] = []
+    follower.hand_on(found.append)
+    follower.wait()
+    (batch,) = found
+    return batch
 
 
 class CameraThread:

@@ -9,7 +9,9 @@ stamps only guide the search: they move no pose.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -19,7 +21,7 @@ from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose
 from vo_core.image.filters import contrast, low_pass, normalise
-from vo_core.image.health import NO_HEALTH, Health, HealthGauge
+from vo_core.image.health import Health, HealthGauge
 from vo_core.image.overlay import Overlay
 from vo_core.image.resample import grey_frame
 from vo_core.image.rows import RowGains
@@ -91,8 +93,6 @@ class Odometry:
         self._chain = Chain(rectify, locator, self._skipping, self._lookout)
         self._measure = Measuring(locator, self._chain, self._skipping, self._lookout)
         self._gauge = HealthGauge(rectify.valid)
-        self._health: Health | None = NO_HEALTH
-        """Health of the last frame; None until it is measured."""
         self._pose_before = Pose()
         self.patch: GrayImage | None = None
         """The last frame on the developed wall, as `Rectifier` makes it."""
@@ -132,19 +132,19 @@ class Odometry:
         """What `smoothed` needs of each frame."""
         return self._chain.records
 
-    def measure_health(self) -> Health:
-        """Measure how good the last frame is to track on.
+    def measuring_health(self) -> Callable[[], Health]:
+        """Return what measures how good the last frame is to track on, also while the next is.
 
         Sharpness is relative: the frame is compared with the frames that were measured before it,
-        and joins them.  A second call for the same frame returns the same result.
+        and joins them.  So call what is returned once, in the order of the frames.
         """
-        if self._health is None and self.patch is not None:
-            self._health = self._gauge.take(
-                self.patch,
-                overlap=self._rectify.grid.common(self._pose_before, self._state.pose),
-                fixed_pattern=self._dirt.pattern.share,
-            )
-        return self._health or NO_HEALTH
+        assert self.patch is not None  # noqa: S101  (there is a last frame)
+        return partial(
+            self._gauge.take,
+            self.patch,
+            overlap=self._rectify.grid.common(self._pose_before, self._state.pose),
+            fixed_pattern=self._dirt.pattern.share,
+        )
 
     @property
     def tilt(self) -> MountTilt:
@@ -243,7 +243,7 @@ class Odometry:
                 self._zero.keep(image, self.rows)
         else:
             step = chain.reckon(picture, is_new=is_new)
-        self.patch, self._pose_before, self._health = patch, before, None
+        self.patch, self._pose_before = patch, before
         return chain.end(t_s, step)
 
     def _aim(self, lookout: Lookout, image: Image) -> None:

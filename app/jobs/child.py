@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -42,10 +43,13 @@ class Parent:
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
+        self._sending = threading.Lock()
 
     def send(self, part: object) -> None:
-        """Send a result before the answer, or progress."""
-        self._connection.send_bytes(encode(Part(raw(part))))
+        """Send a result before the answer, or progress; any thread may."""
+        message = encode(Part(raw(part)))
+        with self._sending:
+            self._connection.send_bytes(message)
 
     def wait_for(self, work: Callable[[], Result], sign: object) -> Result:
         """Do work that takes long, and send a sign of life every second."""

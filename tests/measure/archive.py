@@ -236,9 +236,10 @@ def plain(path: Path) -> tuple[int, float]:
             follower.add(frame)
             frames += 1
             if frames % 10 == 0:
-                follower.batch()
+                follower.hand_on(lambda batch: None)
     follower.finish()
-    follower.batch()
+    follower.hand_on(lambda batch: None)
+    follower.wait()
     return frames, time.process_time() - before_s
 
 

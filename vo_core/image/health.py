@@ -71,10 +71,6 @@ class Health:
     """Share of the texture's energy that moves with the camera: dirt, drops, burnt-in text."""
 
 
-NO_HEALTH = Health(1.0, 0.0, 0.0, 0.0, 0.0)
-"""Health before the first frame."""
-
-
 def complaints(health: Health) -> tuple[str, ...]:
     """Names of the faults: too_fast, too_dark, too_bright, blurred, lens_dirty."""
     found = complained({name: np.float64(value) for name, value in asdict(health).items()})

@@ -151,6 +151,11 @@ class JointFinder:
             self._note_crest(estimate)
         self._last = estimate
 
+    @property
+    def holds(self) -> bool:
+        """Whether frames are held until the camera's place in the pipe is known, by `smoothed`."""
+        return self._held is not None
+
     def take(self) -> list[Sighting]:
         """Return the sightings since the last call, on wall that the camera has left."""
         found, self._taken = self._found[self._taken :], len(self._found)

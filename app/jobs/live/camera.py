@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
@@ -20,6 +21,7 @@ from app.jobs.track import parts
 
 if TYPE_CHECKING:
     from app.jobs.live.capture import Capture
+    from app.jobs.track.batches import Batch
     from app.jobs.track.follow import Follower
     from app.jobs.track.parts import Mark
     from vo_core import Estimate
@@ -63,22 +65,24 @@ def record(request: LiveRequest, parent: Parent) -> Problem:
     path, marks_path = Path(request.recording), Path(request.marks_file)
     kept = parts.read(marks_path)
     pending = [mark for mark in request.left_out if mark not in kept]
-    follower = Follower(rig, start=last, between=request.between, preview_width_px=PREVIEW_WIDTH_PX)
     film = Film(path, marks_path, pending, request.reserve_bytes)
-    capture = Capture(
-        request.camera,
-        (rig.camera.width, rig.camera.height),
-        film,
-        first_index=_catch_up(follower, request, last, [*kept, *pending], parent),
-        zero_s=request.zero_s,
-    )
-    capture.start()
-    try:
-        _follow(capture, follower, parent)
-    finally:
-        capture.stop()
-        capture.waiting.close()
-        capture.join()
+    with Follower(
+        rig, start=last, between=request.between, preview_width_px=PREVIEW_WIDTH_PX
+    ) as follower:
+        capture = Capture(
+            request.camera,
+            (rig.camera.width, rig.camera.height),
+            film,
+            first_index=_catch_up(follower, request, last, [*kept, *pending], parent),
+            zero_s=request.zero_s,
+        )
+        capture.start()
+        try:
+            _follow(capture, follower, parent)
+        finally:
+            capture.stop()
+            capture.waiting.close()
+            capture.join()
     if capture.failure is not None:
         raise capture.failure
     return Problem(capture.problem)
@@ -115,11 +119,8 @@ def _catch_up(
         frames = (frame for frame in video if frame.t_s >= from_s)
         for found in parts.numbered(frames, marks, index):
             follower.add(found.frame, found.left_out)
-            batch = follower.batch()
-            assert batch is not None  # noqa: S101  (there is a frame)
-            if is_seen_again and found.frame.index == index:  # its row is known
-                batch = msgspec.structs.replace(batch, estimates=[], health=[])
-            parent.send(batch)
+            is_known = is_seen_again and found.frame.index == index
+            follower.hand_on(partial(_send_without_row, parent) if is_known else parent.send)
             index, is_seen_again = found.frame.index + 1, False
     return index
 
@@ -137,17 +138,22 @@ def _follow(capture: Capture, follower: Follower, parent: Parent) -> None:
             sent, sent_s = state, time.monotonic()
         if captured is not None:
             follower.add(captured.frame, captured.skipped)
-            batch = follower.batch()
-            assert batch is not None  # noqa: S101  (there is a frame)
-            parent.send(msgspec.structs.replace(batch, captured_s=captured.captured_s))
+            follower.hand_on(partial(_send_captured, parent, captured.captured_s))
         if parent.asks_to_stop():
             capture.stop()
     follower.finish()
-    rest = follower.batch()
-    if rest is not None:
-        parent.send(rest)
+    follower.hand_on(parent.send)
     for batch in parent.wait_for(follower.smoothed, Batch([])):
         parent.send(batch)
+
+
+def _send_without_row(parent: Parent, batch: Batch) -> None:
+    """Send the results of a frame whose row is known."""
+    parent.send(msgspec.structs.replace(batch, estimates=[], health=[]))
+
+
+def _send_captured(parent: Parent, captured_s: float, batch: Batch) -> None:
+    parent.send(msgspec.structs.replace(batch, captured_s=captured_s))
 
 
 def _state(capture: Capture) -> CameraState:

@@ -184,7 +184,7 @@ def join_walls(
         indices: Of each chunk, the indices of its layers.
         read: Returns the layer of a chunk with an index; None if there is none.
     """
-    from app.jobs.track.follow import wall_tile
+    from app.jobs.track.onlooker import wall_tile
     from vo_core.mosaic.layers import Shift, joined_tile, touched
 
     layout = Layout.of(rig)

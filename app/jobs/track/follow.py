@@ -5,40 +5,38 @@ from __future__ import annotations
 import pickle
 import zlib
 from dataclasses import astuple, fields, replace
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Self
 
-import cv2
-
-from app.jobs.track.batches import Batch, Evidence, Tie, WallPicture
+from app.jobs.track.batches import Batch, Evidence, Tie
+from app.jobs.track.in_order import InOrder
+from app.jobs.track.onlooker import Onlooker, Sight
 from app.jobs.track.rows import RowPlan, Rows
 from vo_core import Odometry, Rig
 from vo_core.geometry.stance import Stance
-from vo_core.image.health import Health
-from vo_core.joints.finder import JointFinder
-from vo_core.mosaic.layers import png_of
-from vo_core.mosaic.mosaic import Mosaic
 from vo_core.odometry import Traits
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
+    from types import TracebackType
 
     from app.jobs.track.messages import FrameRange
     from app.jobs.track.parts import Between
-    from vo_core.joints.sightings import Sighting
     from vo_core.sources import Frame
     from vo_core.track import Estimate
-    from vo_core.types import ByteImage
 
 PREVIEW_WIDTH_PX = 960
-PREVIEW_JPEG_QUALITY = 72
-WALL_JPEG_QUALITY = 85
 _SMOOTHED_AT_ONCE = 2000
 """Most rows of a batch of smoothed rows, some 200 bytes each."""
 
 
 class Follower:
-    """Tracks the frames of one run in order and collects the results for the server."""
+    """Tracks the frames of one run in order and collects the results for the server.
+
+    Poses are found in the thread of the caller, and what else the frames show in a second one, some
+    frames behind.  Whatever fails there is raised by one of the next calls.
+    """
 
     def __init__(
         self,
@@ -61,17 +59,26 @@ class Follower:
         self._rig = rig
         known = Traits() if frames is None else Traits(frames.is_coarse, frames.is_noiseless)
         self._odometry = Odometry(rig, known)
-        self._joints = JointFinder(rig)
-        self._wall = Mosaic(rig)
+        self._onlooker = Onlooker(rig, preview_width_px, is_chunk=frames is not None)
+        """Used by the second thread alone, unless it waits."""
+        self._behind = InOrder()
         self._rows, self._plan = Rows(start, between), RowPlan(start, between)
-        self._preview_width_px = preview_width_px
         self._frames = frames
         self._ties: list[Tie] = []
-        self._sightings: list[Sighting] = []
         self._estimates: list[Estimate] = []
-        self._health: list[tuple[int, Health]] = []
         self._last: Frame | None = None
         self._is_finished = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._behind.stop()
 
     def add(self, frame: Frame, skipped: Sequence[tuple[int, float]] = ()) -> None:
         """Track the next frame; `skipped` holds number and time of frames left out before it."""
@@ -87,11 +94,11 @@ class Follower:
 
     def begin_part(self, between: Between | None) -> None:
         """Start a new part: the film does not show what the robot did before the next frame."""
-        self._joints.finish()
-        self._sightings += self._joints.take()
+        self._behind.wait()
+        self._onlooker.begin_part()
         self._rows.begin_part(between)
         self._plan.begin_part(between, self._odometry.smoothed())
-        self._odometry, self._joints = Odometry(self._rig), JointFinder(self._rig)
+        self._odometry = Odometry(self._rig)
 
     def leave_out(self, frames: Sequence[tuple[int, float]]) -> None:
         """Add number and time of frames at the end that the film does not show."""
@@ -106,38 +113,34 @@ class Follower:
         """End the run: the next batch holds everything held back, possibly no frame."""
         self._is_finished = True
 
-    def batch(self) -> Batch | None:
-        """Return everything since the last batch, with the newest picture; None if there is
-        nothing.
+    def hand_on(self, send: Callable[[Batch], None]) -> None:
+        """Have everything since the last call sent, with the newest picture, unless there is
+        nothing; `send` is called in the second thread.
         """
         if self._last is None and not self._is_finished:
-            return None
-        tiles, layers = self._wall_pictures()
-        if self._is_finished:
-            self._joints.finish()
-        jpeg = b"" if self._last is None else _preview(self._last, self._preview_width_px)
+            return
         batch = Batch(
             self._estimates,
-            jpeg,
-            health=self._health,
-            tiles=tiles,
-            sightings=[*self._sightings, *self._joints.take()],
             tilt=self._odometry.tilt,
             stance=self._stance(),
             ties=self._ties,
             start=None if self._frames is None else self._odometry.start,
-            layers=layers,
         )
-        self._estimates, self._health, self._ties, self._last = [], [], [], None
-        self._sightings = []
-        return batch
+        last, is_last = self._last, self._is_finished
+        self._estimates, self._ties, self._last = [], [], None
+        self._behind.do(lambda: send(self._onlooker.completed(batch, last, is_last=is_last)))
+
+    def wait(self) -> None:
+        """Wait until everything that was handed on is sent."""
+        self._behind.wait()
 
     def smoothed(self) -> Iterator[Batch]:
         """Return the rows of a run anew, at its end, each by what all frames of its part show.
 
-        It takes about a tenth of a millisecond a frame. There are none where the run is too long
-        for the memory of the process: its rows stay as they are.
+        All other results are sent before. It takes about a tenth of a millisecond a frame. There
+        are none where the run is too long for the memory of the process: its rows stay as they are.
         """
+        self._behind.wait()
         try:
             rows = self._plan.rows(self._odometry.smoothed())
         except MemoryError:
@@ -150,9 +153,10 @@ class Follower:
         return Evidence(*self._odometry.records.drained())
 
     def state(self) -> bytes:
-        """Return the state needed to resume, after `batch` has returned all results, and `evidence`
-        what belongs to it.
+        """Return the state needed to resume, once all results are sent that were handed on before;
+        `evidence` has returned what belongs to it.
         """
+        self._behind.wait()
         return pickle.dumps(self, pickle.HIGHEST_PROTOCOL)
 
     @classmethod
@@ -204,24 +208,20 @@ class Follower:
             *astuple(odometry.traits),
         )
 
-    def _wall_pictures(self) -> tuple[list[WallPicture], list[WallPicture]]:
-        """Return the changed tiles; for a chunk those that it has left."""
-        if self._frames is None:
-            tiles = self._wall.finish() if self._is_finished else self._wall.changed()
-            return [wall_tile(tile.index, tile.picture) for tile in tiles], []
-        left = self._wall.finish() if self._is_finished else self._wall.left()
-        return [], [WallPicture(tile.index, png_of(tile)) for tile in left]
-
     def _look(self, frame: Frame, estimate: Estimate) -> None:
-        """Collect the other results of a tracked frame."""
-        health = Health(*(round(each, 4) for each in astuple(self._odometry.measure_health())))
-        self._health.append((estimate.frame, health))
-        odometry, origin = self._odometry, self._origin()
-        rows = odometry.rows
-        self._joints.add(frame.image, estimate, rows, stance=origin, smoothed=odometry.smoothed)
-        in_pipe = origin.added_to(estimate)
-        if self._wall.wants(in_pipe):
-            self._wall.add(frame.to_bgr(), in_pipe, rows)
+        """Have the other results of a tracked frame found."""
+        odometry, needs_smoothing = self._odometry, self._onlooker.needs_smoothing
+        sight = Sight(
+            frame,
+            estimate,
+            odometry.rows,
+            self._origin(),
+            odometry.measuring_health(),
+            odometry.smoothed,
+        )
+        self._behind.do(partial(self._onlooker.look, sight))
+        if needs_smoothing:
+            self._behind.wait()
 
 
 def _along(estimate: Estimate, in_run: Estimate) -> Estimate:
@@ -233,20 +233,3 @@ def _along(estimate: Estimate, in_run: Estimate) -> Estimate:
         sigma_distance_mm=in_run.sigma_distance_mm,
         sigma_registration_mm=in_run.sigma_registration_mm,
     )
-
-
-def wall_tile(index: int, picture: ByteImage) -> WallPicture:
-    """Encode a tile of the unrolled wall, (height, width, 3) BGR."""
-    quality = [cv2.IMWRITE_JPEG_QUALITY, WALL_JPEG_QUALITY]
-    _, jpeg = cv2.imencode(".jpg", picture, quality)
-    return WallPicture(index, jpeg.tobytes())
-
-
-def _preview(frame: Frame, width_px: int) -> bytes:
-    picture = frame.to_square_bgr()
-    height, width = picture.shape[:2]
-    scale = min(1.0, width_px / width)
-    size_wh = (round(width * scale), round(height * scale))
-    small = cv2.resize(picture, size_wh, interpolation=cv2.INTER_AREA)
-    _, jpeg = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, PREVIEW_JPEG_QUALITY])
-    return jpeg.tobytes()

@@ -44,43 +44,49 @@ def track(request: TrackRequest, parent: Parent) -> Problem:
     from app.jobs.track.follow import Follower
     from vo_core import Rig, VideoFile
 
-    chunk = request.frames
     if request.checkpoint is None:
-        begun = Checkpoint(chunk.first if chunk else 0, 0.0, b"")
-        follower = Follower(Rig.parse(request.rig), frames=chunk)
+        begun = Checkpoint(request.frames.first if request.frames else 0, 0.0, b"")
+        follower = Follower(Rig.parse(request.rig), frames=request.frames)
     else:
         begun, evidence = _read(Path(request.checkpoint), Path(request.journal or ""))
         follower = Follower.from_state(begun.state, evidence)
-        if chunk is not None:
-            follower.reach(chunk)
+        if request.frames is not None:
+            follower.reach(request.frames)
+    with follower, VideoFile(request.video) as video:
+        return _followed(video, follower, begun, request, parent)
+
+
+def _followed(
+    video: VideoFile, follower: Follower, begun: Checkpoint, request: TrackRequest, parent: Parent
+) -> Problem:
+    """Track the frames of a film from a checkpoint on."""
+    chunk, end = request.frames, begun.frames
     checkpoints = _Checkpoints(parent, begun.cpu_s)
     pace = None if request.pace is None else Pace(request.pace)
     sent_at = 0.0
-    with VideoFile(request.video) as video:
-        end = begun.frames
-        for found in _from(end, _numbered(video, request, parent), parent):
-            frame = found.frame
-            # Sent before the frame is added, so that the last batch contains a frame.
-            if time.monotonic() - sent_at >= BATCH_S:
-                _send(follower, parent)
-                checkpoints.make_if_due(follower, end)
-                sent_at = time.monotonic()
-            if found.between or found.left_out:
-                follower.begin_part(found.between)
-            follower.add(frame, found.left_out)
-            if pace is not None:
-                time.sleep(pace.pause_s(frame.t_s, time.monotonic()))
-            end = frame.index + 1
-        follower.leave_out(parts.left_out_after(request.marks, end))
-        if chunk is not None and end == chunk.end:
-            # From here the chunk goes on if its frames do not tie it to the next one.
+    for found in _from(end, _numbered(video, request, parent), parent):
+        frame = found.frame
+        # Sent before the frame is added, so that the last batch contains a frame.
+        if time.monotonic() - sent_at >= BATCH_S:
             _send(follower, parent)
-            checkpoints.make(follower, end)
-        follower.finish()
+            checkpoints.make_if_due(follower, end)
+            sent_at = time.monotonic()
+        if found.between or found.left_out:
+            follower.begin_part(found.between)
+        follower.add(frame, found.left_out)
+        if pace is not None:
+            time.sleep(pace.pause_s(frame.t_s, time.monotonic()))
+        end = frame.index + 1
+    follower.leave_out(parts.left_out_after(request.marks, end))
+    if chunk is not None and end == chunk.end:
+        # From here the chunk goes on if its frames do not tie it to the next one.
         _send(follower, parent)
-        for batch in parent.wait_for(follower.smoothed, Passing(end)):
-            parent.send(batch)
-        return Problem(video.problem)
+        checkpoints.make(follower, end)
+    follower.finish()
+    _send(follower, parent)
+    for batch in parent.wait_for(follower.smoothed, Passing(end)):
+        parent.send(batch)
+    return Problem(video.problem)
 
 
 def _read(checkpoint: Path, journal: Path) -> tuple[Checkpoint, bytearray]:
@@ -117,9 +123,8 @@ def _from(first: int, frames: Iterator[Numbered], parent: Parent) -> Iterator[Nu
 
 
 def _send(follower: Follower, parent: Parent) -> None:
-    batch = follower.batch()
-    if batch is not None:
-        parent.send(msgspec.structs.replace(batch, evidence=follower.evidence()))
+    evidence = follower.evidence()
+    follower.hand_on(lambda batch: parent.send(msgspec.structs.replace(batch, evidence=evidence)))
 
 
 class _Checkpoints:

@@ -21,7 +21,7 @@ def watch(rig, pictures):
     odometry, seen = Odometry(rig), []
     for n, picture in enumerate(pictures):
         odometry.step(picture, n * FRAME_S)
-        seen.append(odometry.measure_health())
+        seen.append(odometry.measuring_health()())
     return seen
 
 

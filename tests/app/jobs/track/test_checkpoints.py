@@ -11,7 +11,7 @@ import cv2
 import msgspec
 import numpy as np
 from builders import HEIGHT, RATE, WIDTH, clip_rig, make_clip
-from in_process import track
+from in_process import batch_of, track
 
 from app.jobs.messages import Limits, Problem, encode
 from app.jobs.track.batches import Batch, Tie, entry_of
@@ -108,8 +108,7 @@ def test_a_chunk_has_the_frames_of_the_film_and_goes_on_after_its_end(tmp_path: 
     follower = Follower(Rig.parse(clip_rig()), frames=frames)
     for frame in shown[30:80]:
         follower.add(frame)
-    batch = follower.batch()
-    assert batch is not None
+    batch = batch_of(follower)
     assert found.rows == batch.estimates
     assert found.ties == batch.ties
     assert [tie.picture > 0 for tie in found.ties] == [True] * 15 + [False] * 20 + [True] * 15
@@ -144,23 +143,18 @@ def barred_frames(count: int) -> Iterator[Frame]:
 def test_a_follower_made_of_a_state_sees_joints_and_wall_as_the_one_before() -> None:
     before, after = (Follower(Rig.parse(clip_rig())) for _ in range(2))
     whole, parts, evidence = Found(), Found(), bytearray()
-    for frame in barred_frames(110):
+    # Each has its own frames, as a frame is used by one thread at a time.
+    for frame, same in zip(barred_frames(110), barred_frames(110), strict=True):
         if frame.index % 9 == 0 and frame.index > 0:  # joints and tiles are under way each time
-            take(before, whole)
-            take(after, parts)
+            whole.take(batch_of(before))
+            parts.take(batch_of(after))
             evidence += after.evidence().content
             after = Follower.from_state(after.state(), evidence)
         before.add(frame)
-        after.add(frame)
+        after.add(same)
     for follower, found in ((before, whole), (after, parts)):
         follower.finish()
-        take(follower, found)
+        found.take(batch_of(follower))
     assert len(whole.sightings) >= 2
     assert len(whole.tiles) >= 2
     assert vars(parts) == vars(whole)
-
-
-def take(follower: Follower, found: Found) -> None:
-    batch = follower.batch()
-    assert batch is not None
-    found.take(batch)

@@ -13,6 +13,7 @@ import msgspec
 import numpy as np
 import pytest
 from films import film, half_sized
+from in_process import batch_of
 
 from app.jobs.messages import encode
 from app.jobs.track import chunks
@@ -58,14 +59,15 @@ def frames_of(frames: Sequence[RenderedFrame], black: Iterable[int] = ()) -> lis
 
 def followed(film: Sequence[Frame], frames: FrameRange | None = None) -> list[Batch]:
     """Return what a tracker of these frames sends."""
-    follower, batches = Follower(DRIVE.rig, frames=frames), []
+    follower = Follower(DRIVE.rig, frames=frames)
+    batches: list[Batch] = []
     for frame in film[frames.first if frames else 0 : frames.end if frames else None]:
         follower.add(frame)
         if frame.index % 40 == 39:
-            batches.append(follower.batch())
+            batches.append(batch_of(follower))
     follower.finish()
-    batches.append(follower.batch())
-    return [batch for batch in batches if batch is not None]
+    batches.append(batch_of(follower))
+    return batches
 
 
 class Tracked:

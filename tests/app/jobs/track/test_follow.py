@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 from films import film, half_sized
+from in_process import batch_of
 from projection import project
 
 from app.inspections.picking import WallPlace, seen_best
@@ -50,9 +51,7 @@ def followed(follower: Follower, frames: Iterable[RenderedFrame]) -> Batch:
         picture = av.VideoFrame.from_ndarray(each.image, format="gray")
         follower.add(frame_of(picture, each.index, each.t_s))
     follower.finish()
-    batch = follower.batch()
-    assert batch is not None
-    return batch
+    return batch_of(follower)
 
 
 def track_of(batch: Batch) -> Track:
