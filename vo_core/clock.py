@@ -10,14 +10,8 @@ from __future__ import annotations
 from collections import deque
 from statistics import fmean, median
 
-_MEMORY = 31
-"""The period is the median of this many intervals."""
-
 _GAP = 1.5
 """An interval longer than this many periods counts as a gap."""
-
-_PERIOD_LIMITS_S = (1 / 240, 2.0)
-"""Shortest and longest frame period of any camera; other intervals are clipped to them."""
 
 
 class Clock:
@@ -25,7 +19,7 @@ class Clock:
 
     def __init__(self) -> None:
         self._last_s: float | None = None
-        self._intervals_s: deque[float] = deque(maxlen=_MEMORY)
+        self._intervals_s: deque[float] = deque(maxlen=31)
         self.periods = 0.0
         """Frame periods since the first frame."""
 
@@ -42,9 +36,9 @@ class Clock:
     @property
     def period_s(self) -> float:
         """Estimated time from one frame to the next."""
+        shortest_s, longest_s = 1 / 240, 2.0  # of any camera
         if not self._intervals_s:
-            return _PERIOD_LIMITS_S[1]
-        shortest_s, longest_s = _PERIOD_LIMITS_S
+            return longest_s
         return min(max(median(self._intervals_s), shortest_s), longest_s)
 
     @property

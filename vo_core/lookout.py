@@ -26,40 +26,11 @@ from vo_core.links.picture import View
 from vo_core.state import State
 from vo_core.types import Image, Matrix
 
-STRAY_RAD = float(np.radians(3.0))
-"""Turn from which the picture is resampled from another vantage."""
-
-STRAY_SHARE = 0.04
-"""The same for the way aside, as a share of the diameter."""
-
-STRAY_ROLL = 4.0
-"""A turn about the axis, in units of `STRAY_RAD`, only shifts the patch along its arc."""
-
-KNOWN = 3.0
+CERTAINLY_APART = 3.0
 """Standard deviations of the pose beyond which a camera certainly stands elsewhere."""
-
-OFF_AXIS_RAD = float(np.radians(2.0))
-"""Standard deviation of the gaze by the axis in a clear picture; it is much the same in the next.
-
-The middle of the far rings is off the axis if the camera is, and light falls from one side."""
-
-MEMORY_S = 2.0
-"""Time over which an axis stays uncertain that was: mist clears slowly."""
 
 UNLIKE_RAD = float(np.radians(5.0))
 """Difference of the axis in the picture from the vantage beyond which the camera has turned."""
-
-NOISE_RAD = float(np.radians(1.5))
-"""Change of the gaze by the axis from frame to frame that may be an error."""
-
-MOST_PERIODS = 10.0
-"""Frame periods for which a turn goes on unseen."""
-
-JUMP_RAD = float(np.radians(20.0))
-"""A camera turns by less from frame to frame: an axis farther away is a chance."""
-
-JUMP_FRAMES = 3
-"""Number of consecutive frames in which it is none."""
 
 ASTRAY = 2.0
 """Angle between the axis in the picture and in the estimated pose that no error explains, in
@@ -68,26 +39,15 @@ standard deviations of the axis: 6 degrees in clear pictures.
 In the first 400 frames of seven rendered films no angle above 4.3 degrees lasts for 8 frames; a
 later pan by 50 degrees has larger ones, so a camera that looks around does not count."""
 
-ASTRAY_S = 0.25
-"""Time after which the estimated pose is given up."""
-
-ASTRAY_FRAMES = 4
-"""Least number of consecutive frames in that time."""
-
 ASIDE_RAD = float(np.radians(10.0))
 """Angle between gaze and driving direction from which the camera looks around."""
 
 BACK_RAD = float(np.radians(6.0))
 """Angle below which it looks ahead again."""
 
-MEMORY_MM = 20.0
-"""Way over which the driving direction is averaged."""
-
-STANDS_MM = 1.0
-"""Error of the distance while a robot stands and its camera turns, one sigma."""
-
-DRIVES_FRAMES = 3
-"""Number of consecutive frames that show a held robot elsewhere, after which it drives."""
+SURE_FRAMES = 3
+"""Consecutive frames in which an axis far from where the camera looked, or a wall that shows a held
+robot elsewhere, is no chance."""
 
 
 class Lookout:
@@ -97,10 +57,10 @@ class Lookout:
         camera, diameter_mm = rectify.rig.camera, rectify.rig.pipe.diameter_mm or 0.0
         self._locator, self._rectify, self._overlay = locator, rectify, overlay
         self._find_axis = AxisFinder((camera.width, camera.height))
-        aside_mm = STRAY_SHARE * diameter_mm
-        self._stray = np.array(
-            [np.inf, aside_mm, STRAY_RAD, aside_mm, STRAY_RAD, STRAY_ROLL * STRAY_RAD]
-        )
+        # From these turns and ways aside the picture is resampled from another vantage; a turn
+        # about the axis only shifts the patch along its arc.
+        turn_rad, aside_mm = float(np.radians(3.0)), 0.04 * diameter_mm
+        self._stray = np.array([np.inf, aside_mm, turn_rad, aside_mm, turn_rad, 4 * turn_rad])
         self.view: View = locator.view(rectify, overlay.mask)
         """What the camera sees from the vantage of the next picture."""
         self.gaze: Matrix | None = None
@@ -127,7 +87,9 @@ class Lookout:
     @property
     def is_astray(self) -> bool:
         """Whether the axis has long been elsewhere than the estimated pose shows it."""
-        return self._astray >= ASTRAY_FRAMES and self._astray_s >= ASTRAY_S
+        astray_frames = 4  # least number of consecutive frames in that time
+        astray_s = 0.25  # time after which the estimated pose is given up
+        return self._astray >= astray_frames and self._astray_s >= astray_s
 
     @property
     def held_mm(self) -> float:
@@ -136,18 +98,25 @@ class Lookout:
 
     def see(self, image: Image, state: State, period_s: float) -> None:
         """Find the axis in the next picture, (H, W) grey, a frame period after the last one."""
+        # A camera turns by less from frame to frame: an axis farther away is a chance.
+        jump_rad = float(np.radians(20.0))
+        memory_s = 2.0  # time over which an axis stays uncertain that was: mist clears slowly
+        # Standard deviation of the gaze by the axis in a clear picture; it is much the same in the
+        # next. The middle of the far rings is off the axis if the camera is, and light falls from
+        # one side.
+        off_axis_rad = float(np.radians(2.0))
         axis = self._find_axis(image)
         roll_rad = state.pose.roll_rad + state.mount_rad[1]
         seen = None if axis is None else gaze(self._rectify.rig, axis.pixel_uv, roll_rad)
         if axis is not None:
             seen_rad = axis.sigma_px / self._rectify.rig.camera.fx
-            kept_rad = self.gaze_rad * np.exp(-period_s / MEMORY_S)
-            self.gaze_rad = float(max(np.hypot(seen_rad, OFF_AXIS_RAD), kept_rad))
+            kept_rad = self.gaze_rad * np.exp(-period_s / memory_s)
+            self.gaze_rad = float(max(np.hypot(seen_rad, off_axis_rad), kept_rad))
         off_rad = 0.0 if seen is None else float(np.abs(seen - state.gaze).max())
         # Before the first fix nothing shows where the camera looked before.
-        jumps = off_rad > JUMP_RAD and self._ahead is not None
+        jumps = off_rad > jump_rad and self._ahead is not None
         self._jumps = self._jumps + 1 if jumps else 0
-        self.gaze = seen if not jumps or self._jumps >= JUMP_FRAMES else None
+        self.gaze = seen if not jumps or self._jumps >= SURE_FRAMES else None
         if self.is_around and self.gaze is not None and self._ahead is not None:
             self.is_around = bool((np.abs(self.gaze - self._ahead) > BACK_RAD).any())
         # Near the border of the picture, where a pan takes it, the axis is less exact.
@@ -167,13 +136,16 @@ class Lookout:
 
     def turned(self, fixed: State, periods: float) -> Pose:
         """Turn the pose of the last fix, `periods` frame periods ago, to where the camera looks."""
+        most_periods = 10.0  # frame periods for which a turn goes on unseen
+        # Change of the gaze by the axis from frame to frame that may be an error.
+        noise_rad = float(np.radians(1.5))
         pose, turn = fixed.pose, np.zeros(2)
         if self.gaze is not None:
             before = fixed.gaze if self._gaze_fixed is None else self._gaze_fixed
             turn = self.gaze - before
-            turn = np.sign(turn) * np.maximum(np.abs(turn) - NOISE_RAD, 0.0)
+            turn = np.sign(turn) * np.maximum(np.abs(turn) - noise_rad, 0.0)
         elif self.is_around:
-            turn = self._turn * min(periods, MOST_PERIODS)
+            turn = self._turn * min(periods, most_periods)
         yaw, pitch = turn.tolist()
         return replace(pose, yaw_rad=pose.yaw_rad + yaw, pitch_rad=pose.pitch_rad + pitch)
 
@@ -192,7 +164,7 @@ class Lookout:
         )
         vantage = self.view.vantage
         off = np.abs(at.vector - vantage.vector)
-        strays = bool((off > np.maximum(self._stray, KNOWN * state.absolute_sigma)).any())
+        strays = bool((off > np.maximum(self._stray, CERTAINLY_APART * state.absolute_sigma)).any())
         if self.gaze is not None:
             aside = np.abs(self.gaze - (vantage.yaw_rad, vantage.pitch_rad))
             strays |= bool((aside > UNLIKE_RAD).any())
@@ -214,16 +186,17 @@ class Lookout:
         Returns:
             The fix, at the place that the wall alone shows if a robot that was held drives.
         """
+        memory_mm = 20.0  # way over which the driving direction is averaged
         now, x_mm = fix.state.gaze, fix.pose.x_mm
         self._gaze_fixed = self.gaze
         self._turn = (now - before.gaze) / periods
         if self._ahead is None:
             self._ahead, self._last_mm = now, x_mm
         self._drives = self._drives + 1 if self.is_around and self._is_elsewhere(fix) else 0
-        if self._drives >= DRIVES_FRAMES:
+        if self._drives >= SURE_FRAMES:
             fix = fix.unheld
             self._ahead, x_mm = now, fix.pose.x_mm
-        driven = 1 - np.exp(-abs(x_mm - self._last_mm) / MEMORY_MM)
+        driven = 1 - np.exp(-abs(x_mm - self._last_mm) / memory_mm)
         ahead = self._ahead + (now - self._ahead) * driven
         aside_rad = float(np.abs(now - ahead).max())
         self.is_around = aside_rad > (BACK_RAD if self.is_around else ASIDE_RAD)
@@ -233,6 +206,8 @@ class Lookout:
 
     def _is_elsewhere(self, fix: Fix) -> bool:
         """Whether the wall alone shows the robot elsewhere than where it is held."""
+        # Error of the distance while a robot stands and its camera turns, one sigma.
+        stands_mm = 1.0
         off_mm = fix.unheld.pose.x_mm - self._last_mm
-        sigma_mm = np.hypot(np.sqrt(fix.change_variance[0]), STANDS_MM)
-        return bool(abs(off_mm) > KNOWN * sigma_mm)
+        sigma_mm = np.hypot(np.sqrt(fix.change_variance[0]), stands_mm)
+        return bool(abs(off_mm) > CERTAINLY_APART * sigma_mm)

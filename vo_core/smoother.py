@@ -19,7 +19,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from vo_core.geometry.motion import MOVING, PARAMETERS, POSE, REFERENCE
+from vo_core.geometry.motion import OF_MOVING, OF_REFERENCE, PARAMETERS, POSE
 from vo_core.geometry.wall import Pose
 from vo_core.records import Records
 from vo_core.track import Estimate, Status
@@ -29,9 +29,6 @@ STATE = POSE + 2
 """Number of parameters of a state: pose and mount."""
 
 _STATUSES: tuple[Status, ...] = get_args(Status)
-_MOUNT = [*range(2 * POSE, PARAMETERS)]
-_MOVING = [*range(PARAMETERS)[MOVING], *_MOUNT]
-_REFERENCE = [*range(PARAMETERS)[REFERENCE], *_MOUNT]
 _UPPER = np.triu_indices(PARAMETERS)
 
 _RECORD = np.dtype(
@@ -79,10 +76,10 @@ class Apart:
 def joined(moving: Matrix, reference: Matrix) -> Matrix:
     """(14, 14) covariance of a state that goes on from another one, both (8, 8)."""
     joint = np.zeros((PARAMETERS, PARAMETERS))
-    joint[np.ix_(_REFERENCE, _MOVING)] = reference
-    joint[np.ix_(_MOVING, _REFERENCE)] = reference
-    joint[np.ix_(_REFERENCE, _REFERENCE)] = reference
-    joint[np.ix_(_MOVING, _MOVING)] = moving
+    joint[np.ix_(OF_REFERENCE, OF_MOVING)] = reference
+    joint[np.ix_(OF_MOVING, OF_REFERENCE)] = reference
+    joint[np.ix_(OF_REFERENCE, OF_REFERENCE)] = reference
+    joint[np.ix_(OF_MOVING, OF_MOVING)] = moving
     return joint
 
 
@@ -146,7 +143,7 @@ def _smoothed(records: NDArray[Any]) -> tuple[Matrix, Matrix]:
     """(N, 8) states and (N, 8, 8) covariances of all frames."""
     count = len(records)
     reference = np.asarray(records["reference"])
-    mean = np.array(records["mean"][:, _MOVING])
+    mean = np.array(records["mean"][:, OF_MOVING])
     covariance = np.empty((count, STATE, STATE))
     is_done = np.zeros(count, np.bool_)
     for last in _ends(reference):
@@ -184,16 +181,16 @@ def _joint(record: Any) -> Matrix:
 
 def _moving(record: Any) -> tuple[Matrix, Matrix]:
     """State of a frame by the pictures up to it."""
-    return record["mean"][_MOVING], _joint(record)[np.ix_(_MOVING, _MOVING)]
+    return record["mean"][OF_MOVING], _joint(record)[np.ix_(OF_MOVING, OF_MOVING)]
 
 
 def _back(record: Any, parent: Any, mean: Matrix, covariance: Matrix) -> tuple[Matrix, Matrix]:
     """State of the reference of a frame whose smoothed state is known."""
     joint = _joint(record)
-    now, across = joint[np.ix_(_MOVING, _MOVING)], joint[np.ix_(_REFERENCE, _MOVING)]
+    now, across = joint[np.ix_(OF_MOVING, OF_MOVING)], joint[np.ix_(OF_REFERENCE, OF_MOVING)]
     gain = _divided(across, now)
-    before = record["mean"][_REFERENCE] + gain @ (mean - record["mean"][_MOVING])
-    spread = joint[np.ix_(_REFERENCE, _REFERENCE)] + gain @ (covariance - now) @ gain.T
+    before = record["mean"][OF_REFERENCE] + gain @ (mean - record["mean"][OF_MOVING])
+    spread = joint[np.ix_(OF_REFERENCE, OF_REFERENCE)] + gain @ (covariance - now) @ gain.T
     # As a reference it was taken to be less certain than it was as a frame.
     own_mean, own = _moving(parent)
     wide = own + np.diag(parent["widening"])
@@ -204,10 +201,13 @@ def _back(record: Any, parent: Any, mean: Matrix, covariance: Matrix) -> tuple[M
 def _forth(record: Any, mean: Matrix, covariance: Matrix) -> tuple[Matrix, Matrix]:
     """State of a leaf whose reference is known."""
     joint = _joint(record)
-    before, across = joint[np.ix_(_REFERENCE, _REFERENCE)], joint[np.ix_(_MOVING, _REFERENCE)]
+    before, across = (
+        joint[np.ix_(OF_REFERENCE, OF_REFERENCE)],
+        joint[np.ix_(OF_MOVING, OF_REFERENCE)],
+    )
     gain = _divided(across, before)
-    now = record["mean"][_MOVING] + gain @ (mean - record["mean"][_REFERENCE])
-    return now, joint[np.ix_(_MOVING, _MOVING)] + gain @ (covariance - before) @ gain.T
+    now = record["mean"][OF_MOVING] + gain @ (mean - record["mean"][OF_REFERENCE])
+    return now, joint[np.ix_(OF_MOVING, OF_MOVING)] + gain @ (covariance - before) @ gain.T
 
 
 def _divided(matrix: Matrix, by: Matrix) -> Matrix:

@@ -23,15 +23,12 @@ START_SIGMA = {
 A film may begin anywhere on the path of a robot that sways; a pipe shows how the robot stands then.
 On a floor the first pose defines the axes."""
 
-ASIDE = 0.035
+ASIDE_AT_START = 0.035
 """Distance of the first pose from the pipe's axis, one sigma, as a share of the diameter, where the
 camera looks along the pipe."""
 
-TURNED = np.radians(2.5)
+TURNED_AT_START_RAD = np.radians(2.5)
 """Its turn against the axis, one sigma."""
-
-LEAST_TILT_DEG = 1e-3
-"""Lower limit of the mount's tilt uncertainty, so that its covariance can be inverted."""
 
 RATE_SIGMA = np.array([100.0, 30.0, 0.3])
 """Standard deviation of the rate of x, y and yaw predicted from the frame before, mm/s and
@@ -43,7 +40,7 @@ UNKNOWN_RATE = Prior(np.zeros(RATES), np.diag(1 / np.square(RATE_SIGMA)))
 
 def tilt_sigma_rad(rig: Rig) -> float:
     """Standard deviation of the mount's pitch and roll by the tolerance of the rig, rad."""
-    return float(np.radians(max(rig.tolerance.tilt_deg, LEAST_TILT_DEG)))
+    return float(np.radians(max(rig.tolerance.tilt_deg, 1e-3)))  # 0 has no inverse
 
 
 @dataclass(frozen=True)
@@ -71,8 +68,8 @@ class State:
         tilt_rad = tilt_sigma_rad(rig)
         start = np.array(START_SIGMA[rig.pipe.shape])
         if rig.looks_along_pipe and rig.pipe.diameter_mm is not None:
-            aside_mm = ASIDE * rig.pipe.diameter_mm
-            start[1:5] = aside_mm, TURNED, aside_mm, TURNED
+            aside_mm = ASIDE_AT_START * rig.pipe.diameter_mm
+            start[1:5] = aside_mm, TURNED_AT_START_RAD, aside_mm, TURNED_AT_START_RAD
         covariance = np.diag(np.square([*start, tilt_rad, tilt_rad]))
         yaw_rad, pitch_rad = (0.0, 0.0) if gaze is None else gaze.tolist()
         pose = Pose(yaw_rad=yaw_rad, pitch_rad=pitch_rad)

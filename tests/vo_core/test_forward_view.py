@@ -15,7 +15,8 @@ from vo_core.geometry.motion import PARAMETERS, WallMotion, parameters
 from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.wall import NOMINAL, Pose, cast, develop, robot_rays
 from vo_core.image.axis import AxisFinder
-from vo_core.image.overlay import LEAST, Overlay
+from vo_core.image.overlay import Overlay
+from vo_core.image.pattern import LEAST_FRAMES
 from vo_core.matching.blocks import BlockGrid
 
 RIG = SCENARIOS["forward"].rig
@@ -92,7 +93,7 @@ def test_a_camera_that_stands_masks_nothing():
     still = film(replace(SCENARIOS["forward"], text=True, length_mm=1.0))[0].image
     overlay = Overlay((640, 480))
     rng = np.random.default_rng(1)
-    for _ in range(4 * LEAST):
+    for _ in range(4 * LEAST_FRAMES):
         overlay.add(np.clip(still + rng.normal(0, 1.5, still.shape), 0, 255).astype(np.uint8))
     assert overlay.mask is None
 

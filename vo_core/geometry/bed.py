@@ -27,9 +27,6 @@ is a little wrong 0.015.  Over less it is larger, as for any mean."""
 MEMORY_MM = 400.0
 """Distance over which the misfit is averaged: soft wheels nod over shorter ones."""
 
-_FAR_MM = 20.0
-"""Beyond this distance from the reference a picture shows a pitch as well as from farther away."""
-
 
 def flat_misfit(rig: Rig, patch_mm: tuple[float, float]) -> float:
     """Apparent pitch per distance on a flat bed, times the height; 0 over a floor.
@@ -68,10 +65,11 @@ class Bed:
             change: (6,) in the order of `Pose`, measured without the prior of the motion.
             last_mm, x_mm: Distance of the camera at the fix before, and at this one.
         """
+        far_mm = 20.0  # a picture farther from its reference shows a pitch no better
         way_mm, pitch_rad, driven_mm = float(change[0]), float(change[4]), abs(x_mm - last_mm)
         self._seen_mm += driven_mm
         share = driven_mm / max(min(self._seen_mm, MEMORY_MM), driven_mm, 1e-9)
-        weight = 1 / max(way_mm**2, _FAR_MM**2)
+        weight = 1 / max(way_mm**2, far_mm**2)
         self._pitch += share * (weight * pitch_rad * way_mm - self._pitch)
         self._way += share * (weight * way_mm**2 - self._way)
         # Of a mixture of a bed and none, the standard deviation.

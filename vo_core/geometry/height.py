@@ -38,9 +38,6 @@ LEAST_INFLUENCE = 0.2
 _SMALL = 1e-3
 """Relative step of the numerical derivatives."""
 
-_EXACT = 1e-9
-"""Relative change of a height that is found: the next step would be far smaller still."""
-
 _RIGS = 64
 """Rigs whose results are kept: the surveys of a project often share one."""
 
@@ -64,6 +61,8 @@ def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
         None where the height hardly matters (a camera that looks along the pipe), and where the
         camera would be outside the pipe.
     """
+    # Relative change of a height that is found: the next step would be far smaller still.
+    exact = 1e-9
     height_mm, pixels = rig.mount.height_mm, _patch_pixels(rig)
     for _ in range(8):  # Newton's method; the reading is close to a power of the height
         truth = _with_height(rig, height_mm)
@@ -74,7 +73,7 @@ def implied_height(rig: Rig, scale: float, sigma: float) -> Height | None:
             return None
         change = float(np.exp(-np.log(scale * read) / power))
         height_mm *= change
-        if abs(change - 1) < _EXACT:
+        if abs(change - 1) < exact:
             break
     try:
         truth = Rig.parse(_with_height(rig, height_mm).model_dump())

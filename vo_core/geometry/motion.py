@@ -43,6 +43,11 @@ MOUNT = slice(2 * POSE, 2 * POSE + 2)
 
 PARAMETERS = 2 * POSE + 2
 
+OF_MOVING, OF_REFERENCE = (
+    [*range(PARAMETERS)[pose], *range(PARAMETERS)[MOUNT]] for pose in (MOVING, REFERENCE)
+)
+"""Places of the state, which is pose and mount, of the moving camera and of the reference."""
+
 RATES = 3
 """Number of rates, those of x, y and yaw, that a rolling shutter needs."""
 

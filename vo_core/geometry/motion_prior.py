@@ -45,7 +45,7 @@ CLIMB = float(np.radians(1.0))
 WORTH = 10
 """Weight of the expectation, in pictures."""
 
-MEMORY = 40
+MEMORY_STEPS = 40
 """Pictures over which the steps are averaged."""
 
 
@@ -76,7 +76,7 @@ class MotionPrior:
     @property
     def steps(self) -> Matrix:
         """(5, 5) covariance S of y, yaw, z, pitch and roll."""
-        seen = min(self._count, MEMORY)
+        seen = min(self._count, MEMORY_STEPS)
         return np.asarray((WORTH * self._expected + seen * self._mean_square) / (WORTH + seen))
 
     def mean(self, pose: Pose) -> Matrix:
@@ -110,7 +110,7 @@ class MotionPrior:
         scale = 1 / np.sqrt(self._spread(way_mm))
         seen = scale * (step @ np.concatenate([now, before]))
         self._count += 1
-        share = 1 / min(self._count, MEMORY)
+        share = 1 / min(self._count, MEMORY_STEPS)
         # Springs swing about their mean: an offset that lasts is an error of the rig or the wall.
         self._offset += share * np.where(self._length_mm == SPRINGS_MM, seen - self._offset, 0.0)
         seen = seen - self._offset

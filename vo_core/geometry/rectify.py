@@ -35,12 +35,6 @@ PATCH_SIDE_PX = 320
 Frames are first reduced to this size, or to twice this size (see `EVEN`), because noise and cost
 fall with the square of the reduction."""
 
-MULTIPLE_PX = 4
-"""Sides of a patch are multiples of this: reductions by whole numbers are many times faster."""
-
-LEAST_PX = 16
-"""Shortest side of a patch on which motion can be measured."""
-
 COARSEST = 3.0
 """Parts of the picture whose pixels cover this many times the finest mm per px are left out."""
 
@@ -242,6 +236,9 @@ def _visible_grid(rig: Rig, coarsest: float) -> tuple[PatchGrid, float]:
 
     The second value is the unevenness: the coarsest mm per px there over the finest.
     """
+    least_px = 16  # shortest side of a patch on which motion can be measured
+    # Sides of a patch are multiples of this: reductions by whole numbers are many times faster.
+    multiple_px = 4
     camera = rig.camera
     if rig.looks_along_pipe:
         rig = _straight(rig)
@@ -268,8 +265,8 @@ def _visible_grid(rig: Rig, coarsest: float) -> tuple[PatchGrid, float]:
     reduction = max(1.0, max(camera.width, camera.height) / PATCH_SIDE_PX)
     step_mm = max(float(np.median(mm_per_px[good])), least_mm) * reduction
     size = np.floor((high - low) / step_mm).astype(int) + 1
-    columns, rows = size // MULTIPLE_PX * MULTIPLE_PX
-    if min(columns, rows) < LEAST_PX:
+    columns, rows = size // multiple_px * multiple_px
+    if min(columns, rows) < least_px:
         raise InvalidRig(
             f"The camera shows a strip of wall of {columns}x{rows} px only, too narrow to measure "
             "on; check fx, fy, cx, cy, the tilts and the size of the picture."

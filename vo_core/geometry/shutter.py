@@ -15,9 +15,6 @@ from vo_core.geometry.wall import Points, Pose, enclose, robot_pixels, sight
 from vo_core.rig import Rig
 from vo_core.types import Matrix
 
-_STEP_MM = 0.5
-"""Step of the numerical derivatives; rows bend over many millimetres."""
-
 
 def exposure_s(rig: Rig, axial_arc_mm: Points) -> Matrix:
     """Compute when places of the developed wall were exposed, from the frame's own time.
@@ -49,7 +46,8 @@ class Exposure:
     @classmethod
     def of(cls, rig: Rig, axial_arc_mm: Points) -> Exposure:
         """Compute the times of (N, 2) places, as `exposure_s` takes them."""
-        steps_mm = _STEP_MM * np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
+        step_mm = 0.5  # step of the numerical derivatives; rows bend over many millimetres
+        steps_mm = step_mm * np.array([[i, j] for i in (-1, 0, 1) for j in (-1, 0, 1)])
         around = exposure_s(rig, axial_arc_mm[:, None, :] + steps_mm)
         # The place itself is 4; 1 and 7 lie behind and ahead of it, 3 and 5 to its left and right.
         at = around[:, 4]
@@ -58,7 +56,7 @@ class Exposure:
         arc = around[:, 5] + around[:, 3] - 2 * at
         mixed = (around[:, 8] + around[:, 0] - around[:, 2] - around[:, 6]) / 4
         bend = np.stack([axial, mixed, mixed, arc], 1).reshape(-1, 2, 2)
-        return cls(at, slope / (2 * _STEP_MM), bend / _STEP_MM**2)
+        return cls(at, slope / (2 * step_mm), bend / step_mm**2)
 
     def of_moved(self, moved_mm: Matrix, velocity_mm_s: Matrix) -> Matrix:
         """Exposure times of the places in a picture that shows them elsewhere, s from its time.

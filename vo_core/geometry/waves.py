@@ -24,35 +24,8 @@ PITCHES_MM = (20.0, 200.0)
 DEPTH_SHARE = 0.25
 """Depth of waves over their pitch, root mean square: 0.17 to 0.33 in pipes on the market."""
 
-CELL_MM = 4.0
-"""Length of the raster's cells along the pipe."""
-
 CELLS = 512
 """Cells along the pipe that are kept: two metres."""
-
-SECTORS = 8
-"""Cells around the visible arc, so that waves may run around the pipe as a helix."""
-
-_LAMP_PICTURES = 100
-"""Pictures over which the light of the lamp is averaged."""
-
-_STEPS_PER_VIEW = 8
-"""Pictures that are added while a wall passes through the view."""
-
-_ADDED_AT_ONCE = 4
-"""Pictures that are added between two searches for the wave: half of the wall in view is new."""
-
-_SPECTRUM = 2 * CELLS
-"""Length of the spectrum along the pipe, with zeros beyond the raster."""
-
-_LEAST_WAVES = 2.0
-"""Least number of waves in sight."""
-
-_LOBE = 2.0
-"""Half the width of a line in the spectrum of a tapered window, over 1 / its length."""
-
-_TAPERED = 1.5
-"""Length of a window over that of an even one as good (Hann)."""
 
 
 @dataclass(frozen=True)
@@ -78,17 +51,21 @@ class Waves:
 
     def __init__(self, rig: Rig, grid: PatchGrid) -> None:
         """`grid` is that of the patches."""
+        cell_mm = 4.0  # length of the raster's cells along the pipe
+        # Cells around the visible arc, so that waves may run around the pipe as a helix
+        sectors = 8
+        steps_per_view = 8  # pictures that are added while a wall passes through the view
         rows, columns = grid.shape
         view_mm = columns * grid.mm_per_px
         # Whole pixels: pictures are reduced by whole numbers many times faster.
-        cell_px, sector_px = max(1, round(CELL_MM / grid.mm_per_px)), max(1, rows // SECTORS)
+        cell_px, sector_px = max(1, round(cell_mm / grid.mm_per_px)), max(1, rows // sectors)
         self._size_wh = (columns // cell_px, rows // sector_px)
         self._covered = np.s_[: self._size_wh[1] * sector_px, : self._size_wh[0] * cell_px]
         self._cell_mm = cell_px * grid.mm_per_px
         self._seen: tuple[ByteImage, NDArray[np.bool_]] | None = None
         """The last mask of the wall, and the cells that it shows whole."""
         self._near_mm = grid.axial_mm - grid.mm_per_px / 2
-        self._step_mm = view_mm / _STEPS_PER_VIEW
+        self._step_mm = view_mm / steps_per_view
         self._across_mm = rig.mount.height_mm
         if rig.looks_along_pipe and rig.pipe.radius_mm is not None:
             self._across_mm = rig.pipe.radius_mm
@@ -115,11 +92,14 @@ class Waves:
             patch: (rows, columns), the developed wall; `valid` is 1 where it shows it.
             x_mm: Distance of the camera.
         """
+        # Pictures that are added between two searches for the wave: half of the wall in view is
+        # new.
+        added_at_once = 4
         if self._added_mm is None or abs(x_mm - self._added_mm) >= self._step_mm:
             self._add(patch, valid, x_mm)
             self._added_mm = x_mm
             self._unsearched += 1
-            if self._unsearched == _ADDED_AT_ONCE:
+            if self._unsearched == added_at_once:
                 self.wave, self._unsearched = self._strongest(), 0
         way_mm = 0.0 if self._last_mm is None else x_mm - self._last_mm
         self._last_mm = x_mm
@@ -145,12 +125,13 @@ class Waves:
 
     def _add(self, patch: GrayImage, valid: ByteImage, x_mm: float) -> None:
         """Add a picture to the raster, without the mean of all pictures so far."""
+        lamp_pictures = 100  # pictures over which the light of the lamp is averaged
         is_seen = self._cells_of(valid)
         if not is_seen.any():
             return
         bright = np.log(np.maximum(self._reduced(patch), 1.0))
         bright -= bright[is_seen].mean()
-        self._pictures = np.minimum(self._pictures + is_seen, _LAMP_PICTURES)
+        self._pictures = np.minimum(self._pictures + is_seen, lamp_pictures)
         self._lamp += is_seen * (bright - self._lamp) / np.maximum(self._pictures, 1)
         begin = round((x_mm + self._near_mm) / self._cell_mm)
         self._move_to(begin, begin + self._size_wh[0])
@@ -180,28 +161,32 @@ class Waves:
 
     def _strongest(self) -> Wave | None:
         """Find the wave in the spectrum of the seen part of the raster."""
+        padded = 2 * CELLS  # length of the spectrum along the pipe, with zeros beyond the raster
+        tapered = 1.5  # length of a tapered window over that of an even one as good (Hann)
+        half_line = 2.0  # half the width of a line in its spectrum, over 1 / its length
+        least_waves = 2.0  # least number of waves in sight
         seen = np.flatnonzero(self._count.any(axis=0))
         if not len(seen):
             return None
         begin, end = int(seen[0]), int(seen[-1]) + 1
         wall = self._total[:, begin:end] / np.maximum(self._count[:, begin:end], 1)
         wall = (wall - wall.mean(axis=1, keepdims=True)) * np.hanning(end - begin)
-        per_mm = np.fft.rfftfreq(_SPECTRUM, self._cell_mm)
+        per_mm = np.fft.rfftfreq(padded, self._cell_mm)
         length_mm = (end - begin) * self._cell_mm
         shortest_mm = max(PITCHES_MM[0], 5 * self._cell_mm)
         band = (per_mm >= 1 / PITCHES_MM[1]) & (per_mm <= 1 / shortest_mm)
         per_mm = per_mm[band]
-        spectrum = np.fft.fft(np.fft.rfft(wall, _SPECTRUM, axis=1)[:, band], axis=0)
+        spectrum = np.fft.fft(np.fft.rfft(wall, padded, axis=1)[:, band], axis=0)
         power = np.square(np.abs(spectrum))
-        wanted = power * (per_mm * length_mm >= _LEAST_WAVES)
+        wanted = power * (per_mm * length_mm >= least_waves)
         turn, at = np.unravel_index(int(wanted.argmax()), power.shape)
         if wanted[turn, at] <= 0:
             return None
         frequency = float(per_mm[at])
-        lobe = np.abs(per_mm - frequency) <= _LOBE / length_mm
+        lobe = np.abs(per_mm - frequency) <= half_line / length_mm
         share = min(float(power[turn, lobe].sum() / power.sum()), 1 - 1e-6)
         # So many values a band of this width has in this length.
-        independent = 2 * (1 / shortest_mm - 1 / PITCHES_MM[1]) * length_mm / _TAPERED
+        independent = 2 * (1 / shortest_mm - 1 / PITCHES_MM[1]) * length_mm / tapered
         # Of a model with one wave against none (Gaussian), beside the number of waves tried.
         gain = -independent / 2 * np.log(1 - share) - np.log(max(independent / 2, 1.0))
         middle_mm = (begin + end) / 2 * self._cell_mm

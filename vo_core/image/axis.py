@@ -17,30 +17,7 @@ from vo_core.image.filters import gradient, magnitude
 from vo_core.image.resample import reduce_to
 from vo_core.types import GrayImage, Image
 
-SIDE_PX = 96
-"""Longest side of the picture in which the axis is searched: shading is smooth."""
-
-OUTSIDE = 0.15
-"""How far outside the picture the axis may lie, as a share of its longest side."""
-
-NEAR = 0.1
-"""Distance from the axis up to which gradients count fully, as a share of the longest side.
-
-Farther rings are off the axis if the camera is."""
-
-REACH = 0.4
-"""Distance beyond which gradients do not count, as a share of the longest side."""
-
-BLACK_GREY = 8.0
-"""Grey levels added before the logarithm, so that noise in the dark counts little."""
-
-LEAST_SLOPE = 0.01
-"""Gradient of the logarithm, per px, that counts half."""
-
-LEAST_SUPPORT = 0.35
-"""Least share of the window that lies in the picture, else the score falls."""
-
-CLEAR = 0.25
+LEAST_SCORE = 0.25
 """A score from which the axis is in the picture: 1 if all gradients point to it, 0 if as many lie
 across."""
 
@@ -68,9 +45,18 @@ class AxisFinder:
     """Finds the axis in frames of one size."""
 
     def __init__(self, frame_wh: tuple[int, int]) -> None:
-        self._scale = min(1.0, SIDE_PX / max(frame_wh))
+        # How far outside the picture the axis may lie, as a share of its longest side Distance from
+        # the axis up to which gradients count fully, as a share of the longest side. Farther rings
+        # are off the axis if the camera is. Least share of the window that lies in the picture,
+        # else the score falls.
+        least_support = 0.35
+        reach = 0.4  # distance beyond which gradients do not count, as a share of the longest side
+        near = 0.1
+        outside = 0.15
+        side_px = 96  # longest side of the picture in which the axis is searched: shading is smooth
+        self._scale = min(1.0, side_px / max(frame_wh))
         self._size_wh = (round(frame_wh[0] * self._scale), round(frame_wh[1] * self._scale))
-        reach_px, near_px = int(REACH * SIDE_PX), NEAR * SIDE_PX
+        reach_px, near_px = int(reach * side_px), near * side_px
         x, y = np.meshgrid(*[np.arange(-reach_px, reach_px + 1, dtype=np.float32)] * 2)
         square = x * x + y * y
         window = (1 + square / near_px**2) ** -1.5 * (square > 2)
@@ -79,17 +65,20 @@ class AxisFinder:
             np.asarray(window * part, np.float32)
             for part in (2 * x * x / square - 1, 4 * x * y / square, 2 * y * y / square - 1)
         ]
-        self._border_px = round(OUTSIDE * SIDE_PX)
+        self._border_px = round(outside * side_px)
         area = cv2.filter2D(self._padded(np.ones(self._size_wh[::-1], np.float32)), -1, window)
-        self._area = np.maximum(area, LEAST_SUPPORT * window.sum())
+        self._area = np.maximum(area, least_support * window.sum())
 
     def __call__(self, image: Image) -> Axis | None:
         """Find the axis in a frame, (H, W) grey; None if it does not show."""
-        grey = np.log(reduce_to(image, self._size_wh) + np.float32(BLACK_GREY))
+        least_slope = 0.01  # gradient of the logarithm, per px, that counts half
+        # Grey levels added before the logarithm, so that noise in the dark counts little.
+        black_grey = 8.0
+        grey = np.log(reduce_to(image, self._size_wh) + np.float32(black_grey))
         along, down = gradient(np.asarray(cv2.GaussianBlur(grey, (0, 0), 1.0), np.float32))
         slope = magnitude(along, down)
         # Unit gradients, those of noise less: a bright lamp must not outvote the shading.
-        weight = 1 / (np.maximum(slope, 1e-9) * (slope + np.float32(LEAST_SLOPE)))
+        weight = 1 / (np.maximum(slope, 1e-9) * (slope + np.float32(least_slope)))
         parts = (weight * along * along, weight * along * down, weight * down * down)
         votes = np.zeros_like(self._area)
         for part, kernel in zip(parts, self._kernels, strict=True):
@@ -98,7 +87,7 @@ class AxisFinder:
             )
         score = votes / self._area
         row, column = divmod(int(score.argmax()), score.shape[1])
-        if score[row, column] < CLEAR:
+        if score[row, column] < LEAST_SCORE:
             return None
         offset = [
             _peak(line)

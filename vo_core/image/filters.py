@@ -8,9 +8,6 @@ import numpy as np
 from vo_core.image.resample import reduce_to
 from vo_core.types import ByteImage, GrayImage
 
-FLOOR = 0.003
-"""Added to the local contrast, so that noise in flat areas is not amplified."""
-
 BLACK_GREY = 2.0
 """Grey levels added to the light, so that black areas get no contrast."""
 
@@ -21,8 +18,6 @@ NEIGHBOURHOOD_PX = 8.0
 """Sigma of the neighbourhood in which contrast is normalised."""
 
 _REDUCTION = 4
-
-_NOISELESS_REDUCTION = 8
 
 
 def normalise(image: GrayImage) -> GrayImage:
@@ -37,11 +32,12 @@ def normalise(image: GrayImage) -> GrayImage:
     Returns:
         (H, W), about zero mean and unit deviation where there is texture.
     """
+    floor = 0.003  # added to the local contrast, so that noise in flat areas is not amplified
     light = _enlarged(_slow(image, LIGHT_PX) + np.float32(BLACK_GREY), image.shape)
     # In place, because allocating whole pictures costs more than the arithmetic.
     detail = np.divide(image, light, out=light)
     detail -= smooth(detail, NEIGHBOURHOOD_PX)
-    deviation = np.sqrt(_slow(detail * detail, NEIGHBOURHOOD_PX)) + np.float32(FLOOR)
+    deviation = np.sqrt(_slow(detail * detail, NEIGHBOURHOOD_PX)) + np.float32(floor)
     detail *= _enlarged(np.reciprocal(deviation), image.shape)
     return detail
 
@@ -117,6 +113,6 @@ def taper(valid: ByteImage | GrayImage, margin_px: int) -> GrayImage:
 
 def contrast(image: GrayImage) -> float:
     """Standard deviation in grey levels at an eighth of the size, where noise averages out."""
-    rows, columns = (max(side // _NOISELESS_REDUCTION, 1) for side in image.shape)
-    whole = image[: rows * _NOISELESS_REDUCTION, : columns * _NOISELESS_REDUCTION]
-    return float(cv2.meanStdDev(reduce_to(whole, (columns, rows)))[1].item())
+    rows, columns = (max(side // 8, 1) for side in image.shape)
+    small = reduce_to(image[: rows * 8, : columns * 8], (columns, rows))
+    return float(cv2.meanStdDev(small)[1].item())

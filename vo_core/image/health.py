@@ -39,20 +39,8 @@ WHITE_GREY = 230.0
 _SPARSE = 8
 """Sharpness is measured on every 8th row, and on every 8th column."""
 
-_LAGS_PX = (2, 4, 8)
-_BLOCK_PX = 32
-
 _LEAST_SHARP = 0.35
 """Detail of any wall in a sharp picture, so that a lens out of focus from the start is detected."""
-
-_RISE = 0.2
-"""Weight of a measurement above the recent best detail."""
-
-_FALL = 1 / 1000
-"""Weight of a measurement below the recent best detail: a minute at 30 Hz forgets most of it."""
-
-_STEADY = 0.2
-"""Weight of a measurement in the current detail, so that one joint or stain is no blur."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,13 +114,18 @@ class HealthGauge:
 
     def _sharpness(self, patch: GrayImage) -> float:
         # One direction per frame, at half the cost.
+        # Weight of a measurement below the recent best detail: a minute at 30 Hz forgets most of it
+        # Weight of a measurement in the current detail, so that one joint or stain is no blur.
+        steady = 0.2
+        fall = 1 / 1000
+        rise = 0.2  # weight of a measurement above the recent best detail
         turn = self._turn = 1 - self._turn
         rows = patch[:, _SPARSE // 2 :: _SPARSE].T if turn else patch[_SPARSE // 2 :: _SPARSE]
         new = detail(np.ascontiguousarray(rows))
         known = self._detail[turn]
         if np.isfinite(new):
-            known += _STEADY * (new - known) if known else new
-        share = _RISE if known > self._best[turn] else _FALL
+            known += steady * (new - known) if known else new
+        share = rise if known > self._best[turn] else fall
         self._detail[turn] = known
         self._best[turn] = max(self._best[turn] + share * (known - self._best[turn]), _LEAST_SHARP)
         shares = (now / best for now, best in zip(self._detail, self._best, strict=True))
@@ -151,20 +144,22 @@ def detail(rows: GrayImage) -> float:
     result does not depend on the contrast; blur removes the finest texture first.  The median over
     blocks ignores dirt, text and joints.
     """
+    lags_px = (2, 4, 8)
+    block_px = 32
     height, width = rows.shape
-    reach = _LAGS_PX[-1]
+    reach = lags_px[-1]
     if width < 3 * reach:
         return float("nan")
-    across, down = max(1, (width - 2 * reach) // _BLOCK_PX), max(1, height * _SPARSE // _BLOCK_PX)
+    across, down = max(1, (width - 2 * reach) // block_px), max(1, height * _SPARSE // block_px)
     at = 2 * rows[:, reach : width - reach]
     differences = [
         at - rows[:, reach - lag : width - reach - lag] - rows[:, reach + lag : width - reach + lag]
-        for lag in _LAGS_PX
+        for lag in lags_px
     ]
     below = np.concatenate(differences)
     # T of each block, for all lags at once.
-    energies = reduce_to(below * below, (across, len(_LAGS_PX) * down))
-    fine, mid, coarse = energies.reshape(len(_LAGS_PX), -1)
+    energies = reduce_to(below * below, (across, len(lags_px) * down))
+    fine, mid, coarse = energies.reshape(len(lags_px), -1)
     gain = coarse - mid
     clear = gain > 0.02 * coarse
     ratios = np.sort((mid - fine)[clear] / gain[clear])

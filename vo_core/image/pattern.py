@@ -17,14 +17,11 @@ from vo_core.types import GrayImage
 SIGNIFICANT = 3.0
 """Standard errors of the mean that are not removed."""
 
-MEMORY = 100
+MEMORY_FRAMES = 100
 """Frames over which the pattern is averaged, so that a lens may get wet on the way."""
 
-LEAST = 6
-"""Least number of frames before anything is removed."""
-
-ALONG_PX = 65
-"""Structures that are longer along the rows may belong to the wall."""
+LEAST_FRAMES = 6
+"""Least number of frames before anything is removed, or masked by `Overlay`."""
 
 
 @dataclass
@@ -44,10 +41,10 @@ class FixedPattern:
         if self._mean is None or self._power is None:
             self._mean, self._power = picture.copy(), picture * picture
             return
-        frames = min(self.count, MEMORY)
+        frames = min(self.count, MEMORY_FRAMES)
         cv2.accumulateWeighted(picture, self._mean, 1 / frames)
         cv2.accumulateWeighted(picture * picture, self._power, 1 / frames)
-        if self.count < LEAST:
+        if self.count < LEAST_FRAMES:
             return
         variance = np.abs(self._power - self._mean * self._mean)
         by_chance = SIGNIFICANT * cv2.sqrt(variance / np.float32(frames - 1))
@@ -60,10 +57,10 @@ class FixedPattern:
         Structures along the rows are left out, because a water line or a seam along the pipe stays
         in its place too.
         """
-        if self._mean is None or self._power is None or self.count < LEAST:
+        if self._mean is None or self._power is None or self.count < LEAST_FRAMES:
             return 0.0
         if self._share is None:
-            self._share = _share(self._mean, self._power, min(self.count, MEMORY))
+            self._share = _share(self._mean, self._power, min(self.count, MEMORY_FRAMES))
         return self._share
 
     def remove(self, picture: GrayImage) -> GrayImage:
@@ -73,6 +70,7 @@ class FixedPattern:
 
 def _share(mean: GrayImage, power: GrayImage, frames: int) -> float:
     """Energy of the pattern over that of the pictures, without the share expected by chance."""
-    spots = mean - cv2.blur(mean, (ALONG_PX, 1))
+    along_px = 65  # structures that are longer along the rows may belong to the wall
+    spots = mean - cv2.blur(mean, (along_px, 1))
     own, fixed, apart = (float(cv2.mean(each)[0]) for each in (power, mean * mean, spots * spots))
     return max(apart - (own - fixed) / (frames - 1), 0.0) / max(own, 1e-6)

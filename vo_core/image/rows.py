@@ -15,19 +15,10 @@ from vo_core.types import GrayImage, Image
 PARTS = 8
 """Parts of a row that are compared: a gain of the row is the same in all of them."""
 
-ROWS = 120
-"""Approximate number of rows, spread over the picture, that are searched for bands."""
-
-SHADING = 1 / 24
-"""Sigma of the Gaussian that separates the lamp's shading, over the height of the picture."""
-
 RECENT_FRAMES = 30
 """Frames over which profiles and variances are averaged.
 
 Bands that hardly move in that time are no motion, and count with the dirt on the lens."""
-
-LATER_STEP = 4
-"""Beyond them only every fourth frame is searched: a lamp is seldom changed on the way."""
 
 
 class RowGains:
@@ -57,12 +48,16 @@ class RowGains:
 
     def learn(self, image: Image) -> None:
         """Look for bands in the next frame, (H, W) grey."""
+        # Sigma of the Gaussian that separates the lamp's shading, over the height of the picture.
+        shading = 1 / 24
+        searched_rows = 120  # approximate, spread over the picture
         self._frames += 1
-        if self._searched >= RECENT_FRAMES and self._frames % LATER_STEP:
+        # Later only every fourth frame is searched: a lamp is seldom changed on the way.
+        if self._searched >= RECENT_FRAMES and self._frames % 4:
             return
-        level = _level(image[:: max(1, image.shape[0] // ROWS)])
+        level = _level(image[:: max(1, image.shape[0] // searched_rows)])
         level -= cv2.GaussianBlur(
-            level, (1, 0), 1.0, sigmaY=SHADING * len(level), borderType=cv2.BORDER_REFLECT
+            level, (1, 0), 1.0, sigmaY=shading * len(level), borderType=cv2.BORDER_REFLECT
         )
         if self._searched > 0:
             change = level - self._mean

@@ -29,7 +29,7 @@ alone is no ring."""
 SIGNIFICANCE = 6.0
 """Least contrast of a ring, in robust standard deviations of the wall around it."""
 
-LEAST_CONTRAST = 0.003
+LEAST_RING_CONTRAST = 0.003
 """Added to the wall's deviation, so that a contrast of less than some percent is no ring."""
 
 COVERED = 0.9
@@ -116,7 +116,7 @@ class _Layer:
         is_round = np.where(median > 0, low, -high) >= size / 2
         measured = size[seen >= len(answers) / 2]
         noise = 1.4826 * float(np.median(measured)) if measured.size else np.inf
-        return cls(width_px, answers, median, is_round * size / (noise + LEAST_CONTRAST))
+        return cls(width_px, answers, median, is_round * size / (noise + LEAST_RING_CONTRAST))
 
     def ring(self, peak: int) -> Ring:
         """Locate the ring near a column by the median's peak and the scatter of the sectors."""

@@ -9,6 +9,8 @@ import numpy as np
 from vo_core.geometry.motion import (
     MOUNT,
     MOVING,
+    OF_MOVING,
+    OF_REFERENCE,
     PARAMETERS,
     POSE,
     REFERENCE,
@@ -21,7 +23,7 @@ from vo_core.image.filters import taper
 from vo_core.image.resample import double, resample, resample_mask
 from vo_core.links.fix import Fix, Outlook
 from vo_core.links.picture import Picture, Reference, View
-from vo_core.links.priors import KNOWN, Priors
+from vo_core.links.priors import Priors
 from vo_core.links.rivals import best_of, explains_all, off_mm
 from vo_core.matching.align import LOCK, OPEN_PX, Alignment, Prior, align
 from vo_core.matching.blocks import BlockGrid
@@ -43,7 +45,7 @@ FAINT_PSR = 6.5
 """Like `LOCK_PSR`, where a wrong peak costs only an alignment that fails: as the wall comes nearer
 it is seen more sharply, and the peak is fainter."""
 
-SETTLED = 6
+SETTLED_AHEAD = 6
 """Plain steps of an alignment before the rest is extrapolated, where the camera looks along the
 pipe: an offset from the axis that is hardly known converges slowly."""
 
@@ -54,9 +56,6 @@ The share of a shift that driving, an offset from the axis and coding have in it
 there. A link over a longer way is uncertain by 1 to 2 px, and is right; straight lines leave 100 px
 open."""
 
-MOTIONS_KEPT = 16
-"""Motion models that are kept: each costs as much as some steps of an alignment."""
-
 LEAST_OVERLAP = 0.15
 """A reference that shares less wall than this with a frame is out of reach."""
 
@@ -65,8 +64,6 @@ CERTAIN = 14.0
 
 _DIFFERENCE = np.zeros((POSE, PARAMETERS))
 _DIFFERENCE[:, MOVING], _DIFFERENCE[:, REFERENCE] = np.eye(POSE), -np.eye(POSE)
-_KEPT = [*range(PARAMETERS)[MOVING], *range(PARAMETERS)[MOUNT]]
-"""Indices of the parameters that are kept in the state."""
 
 
 class Locator:
@@ -84,7 +81,7 @@ class Locator:
         self._least_psr, self._open_px = LOCK_PSR, OPEN_PX
         self._settled: int | None = None
         if self._rig.looks_along_pipe:
-            self._least_psr, self._open_px, self._settled = FAINT_PSR, OPEN_AHEAD_PX, SETTLED
+            self._least_psr, self._open_px, self._settled = FAINT_PSR, OPEN_AHEAD_PX, SETTLED_AHEAD
         self._motions: dict[tuple[Pose, Pose, bool], WallMotion] = {}
         """Motion models in use, by the vantages of reference and picture."""
         self._doubled: tuple[Picture, GrayImage] | None = None
@@ -190,7 +187,7 @@ class Locator:
         is_open = fit.uncertainty_px[0] > self._open_px
         if not fit.converged or is_open or fit.significance < LOCK or fit.overlap < LEAST_OVERLAP:
             return None
-        news = fit.parameters[KNOWN] - unknowns.start[KNOWN]
+        news = fit.parameters[OF_REFERENCE] - unknowns.start[OF_REFERENCE]
         moved_px = np.hypot(*(self._blocks.centres(fit.positions) - self._centres).T)
         free_covariance = fit.free_covariance[:PARAMETERS, :PARAMETERS]
         return Fix(
@@ -215,19 +212,21 @@ class Locator:
         state = State(
             pose=pose,
             mount_rad=fit.parameters[MOUNT],
-            covariance=fit.covariance[np.ix_(_KEPT, _KEPT)],
+            covariance=fit.covariance[np.ix_(OF_MOVING, OF_MOVING)],
             rate=Prior(outlook.rate_at(pose), UNKNOWN_RATE.information),
             start=before.start + gain @ news,
-            with_start=fit.covariance[np.ix_(_KEPT, KNOWN)] @ gain.T,
+            with_start=fit.covariance[np.ix_(OF_MOVING, OF_REFERENCE)] @ gain.T,
         )
         return state.known_to(self._tilt_rad)
 
     def _motion(self, reference: Reference, picture: Picture, *, coarse: bool) -> WallMotion:
         """The motion model between two patches, at the nodes of the fine or the coarse blocks."""
+        # Motion models that are kept: each costs as much as some steps of an alignment.
+        motions_kept = 16
         vantages = reference.picture.view.vantage, picture.view.vantage
         key = (*vantages, coarse)
         if key not in self._motions:
-            if len(self._motions) >= MOTIONS_KEPT:
+            if len(self._motions) >= motions_kept:
                 self._motions.clear()
             nodes = 2 * self._coarse_blocks.nodes() + 0.5 if coarse else self._blocks.nodes()
             self._motions[key] = WallMotion(

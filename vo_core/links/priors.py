@@ -7,6 +7,7 @@ import numpy as np
 from vo_core.geometry.motion import (
     MOUNT,
     MOVING,
+    OF_REFERENCE,
     PARAMETERS,
     POSE,
     RATES,
@@ -31,9 +32,6 @@ ASIDE_ANYWHERE = 0.15
 """Distance of a camera that looks ahead from where the rig states it, one sigma, as a share of the
 diameter."""
 
-STANDS_MM = 0.3
-"""Way of a robot that stands, one sigma."""
-
 CODING_PX = 0.15
 """Displacement by coding, px of the patch, one sigma, where the camera looks along the pipe.
 
@@ -43,9 +41,6 @@ tens of millimetres beside the axis, with a small uncertainty."""
 RELIEF_PX = 1.0
 """Way, px of the patch, over which the relief of a corrugated wall shows even at a standstill: the
 start of an alignment may be wrong by as much."""
-
-KNOWN = [*range(PARAMETERS)[REFERENCE], *range(PARAMETERS)[MOUNT]]
-"""Indices of the parameters of which the reference's state is the prior."""
 
 _GAZE = [MOVING.start + 2, MOVING.start + 4]
 _BY_GAZE = np.zeros((2, PARAMETERS))
@@ -71,7 +66,9 @@ class Priors:
     ) -> Unknowns:
         """The parameters of an alignment that starts from a pose, and their priors."""
         parameters = reference.parameters(start)
-        reach_mm = STANDS_MM if outlook.is_held else START_PX * self._mm_per_px
+        reach_mm = START_PX * self._mm_per_px
+        if outlook.is_held:
+            reach_mm = 0.3  # way of a robot that stands, one sigma
         exact: WallMotion | RollingMotion = motion
         unknowns = Unknowns(
             exact,
@@ -100,7 +97,7 @@ class Priors:
     def _known(self, reference: Reference, parameters: Matrix, outlook: Outlook) -> Prior:
         """Prior of the reference pose and the mount, and of the gaze: pitch is pose and mount."""
         information = np.zeros((PARAMETERS, PARAMETERS))
-        information[np.ix_(KNOWN, KNOWN)] = reference.information
+        information[np.ix_(OF_REFERENCE, OF_REFERENCE)] = reference.information
         mean = parameters.copy()
         if np.isfinite(self._aside_mm):
             mean[[1, 3]] = 0.0

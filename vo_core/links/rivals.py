@@ -20,8 +20,8 @@ STANDS_PX = 3.0
 """Below this motion of the content the robot counts as standing still: a fixed pattern pulls an
 alignment by as much."""
 
-MOVES_PX = 6.0
-"""A motion counts as another one beside a standstill only beyond this."""
+MOVES_PX = 2 * STANDS_PX
+"""Motion of the content since the reference from which the wall has certainly moved."""
 
 RIVAL = 0.9
 """A pose with at least this share of the best support counts as equally good."""

@@ -25,46 +25,14 @@ from vo_core.types import ByteImage, GrayImage, Matrix
 CONVERGED_PX = 0.02
 """A step that moves no block by more ends the iteration: the remaining error is far smaller."""
 
-SHORT_PX = 0.003
-"""Error that a longer last step may leave in a clear picture, a third of `PIXEL_ERROR`.
-
-Noise in the reference's gradients makes each step too short by a share that grows with 1 -
-fidelity. A step ends the iteration if that share of it is at most this."""
-
-LONGEST_LAST_PX = 0.3
-"""Longest step that may end the iteration in a clear picture.
-
-Measured: up to 0.3 px distance and heading do not change; at 0.5 px the lateral offset under a
-rolling shutter does."""
-
-LINEAR_PX = 0.5
-"""A step that moves no block by more moves all of them linearly, by the slopes at the start.
-
-What is left out is of second order, a step's square over the size of the patch: 0.001 px."""
-
-LAST_STEP = 60
-"""Most steps of any alignment, even one that still converges."""
-
 MOST_STEPS = 8
 """Most steps of an alignment that is extrapolated from the second step on.
 
 Where several motions are tried (wall, water, dirt), a start that needs more steps is not near its
 own motion."""
 
-LONGEST_STRIDE = 10.0
-"""Largest factor by which a Gauss-Newton step is extrapolated."""
-
-PATIENCE = 5
-"""An alignment is given up after this many extrapolated steps without progress."""
-
-CLEAR = 0.5
-"""A block with a higher correlation agrees clearly: unrelated pictures do not reach it."""
-
 START_PX = 100.0
 """Standard deviation of a start without priors: it bounds what the pictures leave open."""
-
-OPEN_END_PX = 1e8
-"""The same where the parameters have priors; it only keeps the equations solvable."""
 
 LOCK = 6.0
 """An alignment with at least this significance shows the same wall and no coincidence."""
@@ -145,7 +113,8 @@ class _Beforehand:
 
     @classmethod
     def of(cls, unknowns: Unknowns) -> _Beforehand:
-        start_px = START_PX if unknowns.known is None else OPEN_END_PX
+        # Where the parameters have priors, it only keeps the equations solvable.
+        start_px = START_PX if unknowns.known is None else 1e8
         loose = np.diag(1 / (start_px * unknowns.scales) ** 2)
         nothing = Prior(unknowns.start, np.zeros_like(loose))
         known, usual = unknowns.known or nothing, unknowns.usual or nothing
@@ -222,13 +191,25 @@ def align(
             shrink; None for the first of at most `MOST_STEPS`.
         enough_px: The iteration ends once no block moves by more.
     """
+    patience = 5  # an alignment is given up after this many extrapolated steps without progress
+    last_step = 60  # most steps of any alignment, even one that still converges
+    # A step that moves no block by more moves all of them linearly, by the slopes at the start.
+    # What is left out is of second order, a step's square over the size of the patch: 0.001 px.
+    linear_px = 0.5
+    # Longest step that may end the iteration in a clear picture. Measured: up to 0.3 px distance
+    # and heading do not change; at 0.5 px the lateral offset under a rolling shutter does.
+    longest_last_px = 0.3
+    # Error that a longer last step may leave in a clear picture, a third of what all blocks share.
+    # Noise in the reference's gradients makes each step too short by a share that grows with 1 -
+    # fidelity. A step ends the iteration if that share of it is at most this.
+    short_px = 0.003
     parameters, beforehand = np.array(unknowns.start, np.float64), _Beforehand.of(unknowns)
     positions, slopes = unknowns.motion.linearise(parameters)
     fit = template.grid.linear(positions)
     jacobian = _on_reference(template.grid, fit, slopes)
     rooted = _rooted(template.root, jacobian)
     stride, moved, left_px, waited = 1.0, np.zeros(0), np.inf, 0
-    for taken in range(1, LAST_STEP + 1):
+    for taken in range(1, last_step + 1):
         seen = compare(template, doubled, whole, positions, fit)
         scores = (jacobian * (seen.product * seen.weights)).sum(1)
         step = -np.linalg.solve(
@@ -243,14 +224,14 @@ def align(
         before_px, left_px = left_px, stride * float(np.abs(moved).max())
         waited += extrapolated and left_px >= before_px
         if settled is None:
-            clear_px = SHORT_PX / max(1 - seen.fidelity, 1e-3)
-            enough_px = max(enough_px, min(clear_px, LONGEST_LAST_PX))
+            clear_px = short_px / max(1 - seen.fidelity, 1e-3)
+            enough_px = max(enough_px, min(clear_px, longest_last_px))
         if taken == (settled or MOST_STEPS):
             enough_px *= 2
-        out_of_steps = waited == PATIENCE or (settled is None and taken == MOST_STEPS)
+        out_of_steps = waited == patience or (settled is None and taken == MOST_STEPS)
         if left_px < enough_px or left_px > 2 * template.grid.side_px or out_of_steps:
             break
-        if left_px > LINEAR_PX:
+        if left_px > linear_px:
             positions = unknowns.motion.positions(parameters)
         else:
             change = stride * step @ slopes.reshape(len(step), -1)
@@ -298,7 +279,7 @@ def _covariances(
 def _significance(template: Template, seen: Comparison) -> float:
     """See `Alignment.significance`."""
     of_all = seen.agreement * float(np.sqrt(seen.independent))
-    clear = seen.ncc > CLEAR
+    clear = seen.ncc > 0.5  # unrelated pictures do not reach it
     if not clear.any():
         return max(of_all, 0)
     independent = clear.sum() * template.values_per_block
@@ -312,8 +293,9 @@ def _stride(stride: float, last: Matrix, moved: Matrix) -> float:
     step is a fixed part of the one before, and the sum of the series is known.  `last` and `moved`
     are the displacements of all blocks by the last step and of this one, each taken once.
     """
+    longest_stride = 10.0  # largest factor by which a Gauss-Newton step is extrapolated
     left = float((moved * last).sum() / max((last * last).sum(), 1e-12))
-    return float(np.clip(stride / max(1 - left, 0.1), 1.0, LONGEST_STRIDE))
+    return float(np.clip(stride / max(1 - left, 0.1), 1.0, longest_stride))
 
 
 def inverse(matrix: Matrix) -> Matrix:

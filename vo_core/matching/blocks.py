@@ -13,8 +13,6 @@ from vo_core.geometry.wall import Points
 from vo_core.image.resample import resample_mask
 from vo_core.types import AnyImage, ByteImage, GrayImage, Matrix
 
-BLOCK_PX = 16
-
 
 @dataclass(frozen=True)
 class BlockGrid:
@@ -28,8 +26,8 @@ class BlockGrid:
 
     @classmethod
     def over(cls, shape: tuple[int, ...]) -> BlockGrid:
-        """Blocks of `BLOCK_PX`, or smaller ones where fewer than six would fit along a side."""
-        side = next((s for s in (BLOCK_PX, BLOCK_PX // 2) if min(shape) >= 6 * s), BLOCK_PX // 4)
+        """Blocks of 16 px, or smaller ones where fewer than six would fit along a side."""
+        side = next((side for side in (16, 8) if min(shape) >= 6 * side), 4)
         rows, columns = shape[0] // side, shape[1] // side
         return cls(
             rows, columns, side, (shape[0] - rows * side) // 2, (shape[1] - columns * side) // 2

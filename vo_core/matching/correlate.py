@@ -16,15 +16,6 @@ import numpy as np
 from vo_core.image.filters import magnitude, smooth
 from vo_core.types import GrayImage
 
-LOW_PASS = 0.16
-"""`low` of the band-pass W = exp(-(r/low)^2/2) (1 - exp(-(r/high)^2/2)), r in cycles per px."""
-
-HIGH_PASS = 0.02
-"""`high` of the same band-pass, cycles per px."""
-
-ROTATION_LIMIT_RAD = float(np.radians(12))
-"""Largest rotation that is searched for: the paper's 10 degrees plus a margin."""
-
 LOCK_PSR = 8.0
 """Peak-to-sidelobe ratio of a true match; without a match it stays below 6 (measured)."""
 
@@ -117,9 +108,13 @@ def _dft_size(length: int) -> int:
 
 @lru_cache(maxsize=16)
 def _band_pass(height: int, width: int) -> GrayImage:
-    """W in packed order, scaled so that a perfect match peaks at 1."""
+    """W in packed order, scaled so that a perfect match peaks at 1.
+
+    W = exp(-(r/low)^2/2) (1 - exp(-(r/high)^2/2)) of the frequency r.
+    """
+    low, high = 0.16, 0.02  # cycles per px
     r = np.hypot(np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)[None, :])
-    half = np.exp(-((r / LOW_PASS) ** 2) / 2) * (1 - np.exp(-((r / HIGH_PASS) ** 2) / 2))
+    half = np.exp(-((r / low) ** 2) / 2) * (1 - np.exp(-((r / high) ** 2) / 2))
     half /= np.fft.irfft2(half).flat[0]
     packed = np.empty((height, width), np.float32)
     packed[:, 1:-1] = np.repeat(half[:, 1:-1], 2, axis=1)
@@ -129,8 +124,6 @@ def _band_pass(height: int, width: int) -> GrayImage:
 
 
 ANGLES, RADII = 360, 160
-_RADIUS_RANGE = (0.03, 0.35)
-"""Radii of the polar spectrum, cycles per px."""
 
 
 def polar_spectrum(image: GrayImage, window: GrayImage) -> GrayImage:
@@ -146,11 +139,13 @@ def polar_spectrum(image: GrayImage, window: GrayImage) -> GrayImage:
 
 def rotation_between(reference: GrayImage, moving: GrayImage) -> float:
     """Rotation of the content, x towards y, between two polar spectra, within the limit."""
+    # Largest rotation that is searched for: the paper's 10 degrees plus a margin.
+    rotation_limit_rad = float(np.radians(12))
     spectra = [np.fft.rfft(polar, axis=0) for polar in (reference, moving)]
     curve = np.fft.irfft((np.conj(spectra[0]) * spectra[1]).sum(1), n=ANGLES)
     curve = np.convolve(np.r_[curve[-2:], curve, curve[:2]], np.hanning(7)[1:-1], "valid")
     step_rad = np.pi / ANGLES
-    reach = int(ROTATION_LIMIT_RAD / step_rad)
+    reach = int(rotation_limit_rad / step_rad)
     lags = np.arange(-reach, reach + 1)
     best = int(lags[curve[lags].argmax()])
     left, middle, right = curve[best - 1], curve[best], curve[(best + 1) % ANGLES]
@@ -161,8 +156,9 @@ def rotation_between(reference: GrayImage, moving: GrayImage) -> float:
 
 @lru_cache(maxsize=16)
 def _polar_maps(height: int, half_width: int) -> tuple[GrayImage, GrayImage]:
+    radius_range = (0.03, 0.35)  # radii of the polar spectrum, cycles per px
     angle = (np.arange(ANGLES)[:, None] / ANGLES - 0.5) * np.pi
-    radius = np.linspace(*_RADIUS_RANGE, RADII)[None, :]
+    radius = np.linspace(*radius_range, RADII)[None, :]
     # Frequencies count per side: a spectrum that is not square has different steps on its axes.
     x = radius * np.cos(angle) * 2 * (half_width - 1)
     y = height // 2 + radius * np.sin(angle) * height

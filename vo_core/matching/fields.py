@@ -26,36 +26,8 @@ COMBED = 1.2
 """A block combs if the second differences of neighbouring rows have this many times the energy of
 those of every second row.  The ratio is 1 for noise and less for texture."""
 
-SHARE = 0.25
-"""Share of the blocks that must comb; text, dirt and distant wall do not."""
-
-COLUMNS = 80
-"""Approximate number of columns, spread over the picture, that are tested for combing."""
-
-ROWS = 100
-"""Approximate number of rows, spread over the picture, that are tested for combing."""
-
-BLOCKS = 6
-"""Number of blocks along each side in which the result is averaged."""
-
-BLANK = 0.01
-"""A block whose rows differ by less, in grey levels squared, shows nothing."""
-
 LEAST_PX = 0.7
 """Least shift from field to field, in px of the correlated pictures, that shows their order."""
-
-ALIKE = 0.25
-"""Largest relative change of the shift from field to field by the robot itself."""
-
-SURE = 3
-"""An order is certain when this many more frames support it than the other."""
-
-LONG = 25
-"""A film is not interlaced if this many frames comb without a shift from field to field."""
-
-WHOLE_FRAMES = 50
-"""A film is not interlaced if this many frames, with none that combs among them, were certainly
-exposed at one time each."""
 
 
 class Interlacing:
@@ -105,20 +77,26 @@ class Interlacing:
         picture has changed since the one before: their rows, twice the rows between them less
         both, would have at least the energy of that change.
         """
+        # A film is not interlaced if this many frames, with none that combs among them, were
+        # certainly exposed at one time each.
+        whole_frames = 50
+        share = 0.25  # share of the blocks that must comb; text, dirt and distant wall do not
+        blank = 0.01  # A block whose rows differ by less, in grey levels squared, shows nothing
+        tested_rows, tested_columns = 100, 80  # approximate, spread over the picture
         height, width = image.shape
-        columns = image[:, :: max(1, width // COLUMNS)].astype(np.float32)
+        columns = image[:, :: max(1, width // tested_columns)].astype(np.float32)
         before, self._sample = self._sample, columns
-        step = height // ROWS // 2 * 2 + 1  # odd, for even and odd rows
+        step = height // tested_rows // 2 * 2 + 1  # odd, for even and odd rows
         centre = 2 * columns[2:-2:step]
         near = columns[1:-3:step] + columns[3:-1:step] - centre
         far = columns[:-4:step] + columns[4::step] - centre
         near_energy, far_energy = (_blocks_energy(part) for part in (near, far))
-        combs = bool((near_energy > COMBED * far_energy + BLANK).mean() > SHARE)
+        combs = bool((near_energy > COMBED * far_energy + blank).mean() > share)
         if before is not None:
             changed = _blocks_energy((columns - before)[2:-2:step])
-            is_whole = (changed > 2 * near_energy + BLANK).mean() > 1 - SHARE
+            is_whole = (changed > 2 * near_energy + blank).mean() > 1 - share
             self._whole = 0 if combs else self._whole + bool(is_whole)
-            if self._whole >= WHOLE_FRAMES:
+            if self._whole >= whole_frames:
                 self._certain, self._sample = WHOLE, None
         return combs
 
@@ -128,32 +106,37 @@ class Interlacing:
         The bottom field of one frame and the top field of the next are neighbours in time if the
         top is first, and three fields apart if it is not; the other pair behaves the opposite way.
         """
+        sure = 3  # an order is certain when this many more frames support it than the other
+        # A film is not interlaced if this many frames comb without a shift from field to field.
+        long = 25
         within = [s for s in _shifts_px(before.top, before.bottom) if np.hypot(*s) > LEAST_PX]
         if not within:
             self._unmoved += 1
-            if self._unmoved >= LONG:
+            if self._unmoved >= long:
                 self._certain = WHOLE
             return False  # fine lines, or a lamp that flickers from field to field
         if_top = _goes_on(within, _shifts_px(before.bottom, now.top))
         if_bottom = _goes_on(within, [-s for s in _shifts_px(before.top, now.bottom)])
         self._top_first += if_top - if_bottom
-        if abs(self._top_first) >= SURE:
+        if abs(self._top_first) >= sure:
             self._certain = TOP if self._top_first > 0 else BOTTOM
         return True
 
 
 def _goes_on(shifts: list[Matrix], later: list[Matrix]) -> bool:
     """Whether one of the later shifts resembles one of the earlier."""
+    alike = 0.25  # largest relative change of the shift from field to field by the robot itself
     return any(
-        np.hypot(*(b - a)) < ALIKE * np.hypot(*a) + LEAST_PX / 2 for a in shifts for b in later
+        np.hypot(*(b - a)) < alike * np.hypot(*a) + LEAST_PX / 2 for a in shifts for b in later
     )
 
 
 def _blocks_energy(values: GrayImage) -> GrayImage:
-    """Mean squares of a picture in `BLOCKS` by `BLOCKS` blocks."""
-    rows, columns = (side // BLOCKS * BLOCKS for side in values.shape)
+    """Mean squares of a picture in 6 by 6 blocks."""
+    blocks = 6
+    rows, columns = (side // blocks * blocks for side in values.shape)
     whole = values[:rows, :columns]
-    return reduce_to(whole * whole, (BLOCKS, BLOCKS))
+    return reduce_to(whole * whole, (blocks, blocks))
 
 
 @dataclass(frozen=True)

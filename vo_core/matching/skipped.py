@@ -41,12 +41,6 @@ FRESH = 0.1
 """A picture of a coarsely coded film with a smaller share of repeated blocks counts as an I
 frame."""
 
-ROW_STEP = 4
-"""Every fourth row is compared."""
-
-_SOFT_PX = 2.0
-"""Sigma of the fading around a blank block, because an edge would count as texture."""
-
 Blocks = NDArray[np.bool_]
 """(blocks,) of a `BlockGrid`."""
 
@@ -80,7 +74,8 @@ class Skipping:
         Returns:
             (blocks,); all false if the coding is not coarse or the robot stands still.
         """
-        rows = self._grid.crop(now, ROW_STEP)
+        row_step = 4
+        rows = self._grid.crop(now, row_step)
         power = self._grid.means(rows * rows)
         kept, self._before = self._before, (now, rows, power)
         self.is_fresh = False
@@ -95,7 +90,7 @@ class Skipping:
         if lies_still <= COARSE and not self.is_coarse:
             self._least_repeated = min(self._least_repeated, lies_still)
             return none
-        change = rows - self._grid.crop(_moved(before, way_px), ROW_STEP)
+        change = rows - self._grid.crop(_moved(before, way_px), row_step)
         moving = self._grid.means(change * change)
         repeats = (still < alike) & (still < UNLIKE * moving)
         moves = (moving < alike) & (moving < UNLIKE * still)
@@ -123,6 +118,8 @@ def _moved(picture: GrayImage, way_px: Matrix) -> GrayImage:
 
 def blank(grid: BlockGrid, picture: GrayImage, blocks: Blocks) -> GrayImage:
     """Blank some blocks of a picture, so that they get no weight."""
+    # Sigma of the fading around a blank block, because an edge would count as texture.
+    soft_px = 2.0
     if not blocks.any():
         return picture
     side = grid.side_px
@@ -130,4 +127,4 @@ def blank(grid: BlockGrid, picture: GrayImage, blocks: Blocks) -> GrayImage:
     shown = np.kron((~blocks).reshape(grid.rows, grid.columns), np.ones((side, side)))
     height, width = shown.shape
     kept[grid.top_px : grid.top_px + height, grid.left_px : grid.left_px + width] = shown
-    return np.asarray(picture * cv2.GaussianBlur(kept, (0, 0), _SOFT_PX))
+    return np.asarray(picture * cv2.GaussianBlur(kept, (0, 0), soft_px))

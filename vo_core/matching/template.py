@@ -18,26 +18,11 @@ from vo_core.image.resample import even_pixels_of_double, resample_at
 from vo_core.matching.blocks import BlockGrid
 from vo_core.types import ByteImage, GrayImage, Matrix
 
-VARIANCE_FLOOR = 0.02
-"""Residual variance, for a texture of variance 1, below which a block's weight no longer grows."""
-
-LEAST_ENERGY = 1e-3
-"""Mean square up to which a normalised picture counts as blank, as rounding errors correlate."""
-
 INFLATION = 6.0
 """Variance of an alignment over the variance computed from the scatter between its blocks.
 
 The errors of blocks are correlated, as video coding moves many of them alike.  Measured on coded
 video."""
-
-BY_CHANCE = 5.0
-"""Common texture counts only beyond this many standard deviations of a chance correlation."""
-
-PIXEL_ERROR = 0.01
-"""Displacement error, px, that all blocks share, however good the picture."""
-
-CORRELATED_PX = 12.0
-"""Pixels per independent value after a low-pass of sigma 1 (4 pi sigma^2)."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +53,8 @@ class Template:
     @property
     def values_per_block(self) -> float:
         """Number of independent values in a block."""
-        return self.grid.side_px**2 / CORRELATED_PX
+        # After a low-pass of sigma 1 about 4 pi sigma^2 pixels hold one.
+        return self.grid.side_px**2 / 12.0
 
     @classmethod
     def of(cls, picture: GrayImage, valid: ByteImage, row_step: int = 1) -> Template:
@@ -121,6 +107,11 @@ def compare(
     template: Template, doubled: GrayImage, whole: ByteImage, positions: Points, fit: Matrix
 ) -> Comparison:
     """Compare at the positions of the nodes, of which `fit` is the linear fit in each block."""
+    pixel_error = 0.01  # displacement error, px, that all blocks share, however good the picture
+    # Mean square up to which a normalised picture counts as blank, as rounding errors correlate.
+    least_energy = 1e-3
+    # Residual variance, for a texture of variance 1, below which a block's weight no longer grows.
+    variance_floor = 0.02
     grid = template.grid
     cover = template.seen & grid.look_up(whole, positions)
     seen = resample_at(doubled, *grid.spread(2 * fit, template.row_step))
@@ -136,14 +127,14 @@ def compare(
     ncc = np.clip(correlation, 0.0, 1.0) * cover
     variance = own + power - 2 * common
     total_own, total_power, total_common = energies.sum(0).tolist()
-    energy = np.sqrt(total_own * total_power) + LEAST_ENERGY * len(own)
+    energy = np.sqrt(total_own * total_power) + least_energy * len(own)
     vote = ncc * ncc
-    weights = vote / (variance + VARIANCE_FLOOR) * (template.values_per_block / INFLATION)
+    weights = vote / (variance + variance_floor) * (template.values_per_block / INFLATION)
     # Information about a displacement of all blocks together, per px^2.  Errors of interpolation,
     # lens and coding do not average out over the blocks, so they must not determine a direction
     # that the picture hardly shows: the information i becomes 1 / (1/i + e^2).
     information = float(weights @ template.texture) / 2
-    unshared = 1 / (1 + PIXEL_ERROR**2 * information)
+    unshared = 1 / (1 + pixel_error**2 * information)
     voted_own, voted_power, voted_common = (vote @ energies).tolist()
     overlap = float(cover.sum() / max(template.seen.sum(), 1))
     return Comparison(
@@ -153,7 +144,7 @@ def compare(
         shared=1 - unshared,
         ncc=ncc,
         agreement=total_common / energy,
-        fidelity=voted_common / (np.sqrt(voted_own * voted_power) + LEAST_ENERGY),
+        fidelity=voted_common / (np.sqrt(voted_own * voted_power) + least_energy),
         overlap=overlap,
         independent=overlap * template.seen.sum() * template.values_per_block,
     )
@@ -177,6 +168,8 @@ def common_texture(template: Template, seen: Comparison) -> Matrix:
     texture in A along two directions. The share expected by chance is subtracted, so that a wall of
     straight lines (the aperture problem) leaves the direction along them open.
     """
+    # Common texture counts only beyond this many standard deviations of a chance correlation.
+    by_chance = 5.0
     moving = _coarse_gradient(template.grid, seen.picture, template.row_step)
     weighted = (template.coarse_gradient * seen.weights.astype(np.float32)).reshape(2, -1)
     both = (weighted @ moving.reshape(2, -1).T).astype(np.float64)
@@ -185,7 +178,7 @@ def common_texture(template: Template, seen: Comparison) -> Matrix:
     root = _root(xx + least, xy, yy + least)
     whitener = np.linalg.inv(root)
     shares, directions = np.linalg.eigh(whitener @ (both + both.T) @ whitener / 2)
-    kept = np.clip(shares - BY_CHANCE / np.sqrt(max(seen.independent, 1.0)), 0.0, 1.0)
+    kept = np.clip(shares - by_chance / np.sqrt(max(seen.independent, 1.0)), 0.0, 1.0)
     return np.asarray(root @ (directions * np.sqrt(kept)) @ directions.T @ whitener)
 
 

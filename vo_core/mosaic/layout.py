@@ -20,7 +20,7 @@ FINEST_MM = 0.5
 MOST_PX = 600_000
 """Most pixels of a tile."""
 
-LONGEST_PX = 1000
+LONGEST_TILE_PX = 1000
 """Most pixels along one side of a tile."""
 
 SWAY = 0.15
@@ -70,7 +70,7 @@ class Layout:
             FINEST_MM,
             grid.mm_per_px * PATCH_SIDE_PX / max(longest, PATCH_SIDE_PX),
             (TILE_MM * arc_mm / MOST_PX) ** 0.5,
-            arc_mm / LONGEST_PX,
+            arc_mm / LONGEST_TILE_PX,
         )
         width_px = max(1, floor(TILE_MM / finest_mm))
         mm_per_px = TILE_MM / width_px

@@ -29,7 +29,7 @@ STEPS_PER_VIEW = 8
 FULL = 1.5 * PEAK
 """Sum of weights at which a place is complete; later frames no longer change it."""
 
-CLEAR = 0.02 * PEAK
+WELL_SEEN = 0.02 * PEAK
 """Sum of weights from which a place counts as well seen."""
 
 LEAST_WEIGHT = 1e-6 * PEAK
@@ -253,11 +253,11 @@ class _Painted:
 
     def freeze(self) -> None:
         """Keep what is painted, except for its thin borders."""
-        self.weight = np.asarray(FULL * np.minimum(self.weight / CLEAR, 1), np.float32)
+        self.weight = np.asarray(FULL * np.minimum(self.weight / WELL_SEEN, 1), np.float32)
 
     def is_whole(self) -> bool:
         """Whether the tile was well seen along its whole length."""
-        return bool((self.weight.max(axis=0) > CLEAR).all())
+        return bool((self.weight.max(axis=0) > WELL_SEEN).all())
 
     def published(self, index: int) -> Tile:
         """Return the current picture as tile `index`, and mark it as published."""

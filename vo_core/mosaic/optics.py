@@ -22,7 +22,7 @@ Mask = NDArray[np.bool_]
 PEAK = 1000.0
 """Weight of the best place of a picture; large, because `cv2.blendLinear` adds 1e-5 to it."""
 
-LEAST_PX = 8
+LEAST_SIDE_PX = 8
 """Shortest side of a reduced picture from which a mosaic can be painted."""
 
 COARSER = 2.0
@@ -70,7 +70,7 @@ class Optics:
         finest_mm = float(np.nanmin(resolution))
         reduction = max(1, floor(mm_per_px / finest_mm))
         self.size_wh = (round(camera.width / reduction), round(camera.height / reduction))
-        if min(self.size_wh) < LEAST_PX:
+        if min(self.size_wh) < LEAST_SIDE_PX:
             raise InvalidRig(
                 f"One place of the picture shows the wall {reduction} times finer than the rest: "
                 "check mount.height_mm, fx, fy and the tilts."

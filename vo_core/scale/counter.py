@@ -35,7 +35,7 @@ WINDOW_TICKS = 20
 WINDOW_MM = 300.0
 """Least way over which the counter is compared with the track."""
 
-CERTAIN = 4.0
+CERTAINLY_OFF = 4.0
 """Standard deviations of the track beyond which a difference is a fault of the counter."""
 
 ROUNDING_TICKS = 2.0
@@ -165,7 +165,7 @@ class _Pair:
         driven = scale * np.diff(self._camera_mm)
         beyond = np.abs(np.diff(self._counter_mm) - driven)
         limit = RESET_TICKS * self._tick_mm + np.abs(driven) / 2
-        limit += CERTAIN * self._sigma_mm(here, here + 1)
+        limit += CERTAINLY_OFF * self._sigma_mm(here, here + 1)
         return [(k, k + 1) for k in np.flatnonzero(beyond > limit).tolist()]
 
     def faults(self, first: int, end: int, scale: float) -> list[Span]:
@@ -174,7 +174,7 @@ class _Pair:
         camera = scale * (self._camera_mm[there] - self._camera_mm[here])
         beyond = np.abs(self._counter_mm[there] - self._counter_mm[here] - camera)
         limit = ROUNDING_TICKS * self._tick_mm + SHARE * np.abs(camera)
-        limit += CERTAIN * scale * self._sigma_mm(here, there)
+        limit += CERTAINLY_OFF * scale * self._sigma_mm(here, there)
         spans: list[Span] = []
         for k in np.flatnonzero(beyond > limit).tolist():
             span = (int(here[k]), int(there[k]))

@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from vo_core.clock import Clock
-from vo_core.dead_reckoning import UNKNOWN_SPEED, reckoned
 from vo_core.geometry.motion import RATES, parameters
 from vo_core.geometry.motion_prior import MotionPrior
 from vo_core.geometry.rectify import PatchGrid
@@ -29,14 +28,20 @@ ACCELERATION_MM_S2 = 2000.0
 REACH_PX = 2.0
 """Largest error of a good prediction, in pixels of the patch."""
 
-APART = 4.0
-"""Two guesses are both tried if they differ by more than this, in pixels of the patch."""
-
 HELD_MM = 2.0
 """Way of a robot that stands while its camera looks around, one sigma."""
 
 HELD_S = 5.0
 """After this time without a fix nothing shows that the robot still stands."""
+
+UNSEEN_SPEED = 0.1
+"""Relative change of speed, one sigma, that may go unseen during a loss."""
+
+UNSEEN_ACCELERATION = np.array([500.0, 200.0, 0.5])
+"""Acceleration along and across in mm/s^2, and about the vertical in rad/s^2, one sigma each."""
+
+UNKNOWN_SPEED = np.array([300.0, 20.0, 0.1])
+"""Speed along and across in mm/s and of the turn in rad/s, one sigma, before any motion is seen."""
 
 LOST_LIMIT_S = 1.0
 """After this time without a fix the newest picture becomes a reference, at the predicted pose."""
@@ -130,9 +135,9 @@ class Course:
         return (self.predict().vector - self.state.pose.vector)[:2]
 
     def guesses(self) -> list[Pose]:
-        """The predicted pose, and that of the last fix if it is another one."""
+        """The predicted pose, and that of the last fix if both predictions cannot be good."""
         predicted, last = self.predict(), self.fixed.pose
-        is_apart = apart_mm(predicted, last) > APART * self._mm_per_px
+        is_apart = apart_mm(predicted, last) > 2 * REACH_PX * self._mm_per_px
         is_turned = (predicted.yaw_rad, predicted.pitch_rad) != (last.yaw_rad, last.pitch_rad)
         return [predicted, last] if is_apart or is_turned else [predicted]
 
@@ -171,16 +176,18 @@ class Course:
         return Link(fix.reference.frame, mean, fix.joint, is_seen=True)
 
     def reckon(self) -> None:
-        """Go on without a fix."""
-        self.state = reckoned(
-            self.fixed,
-            self.predict(),
-            self.velocity,
-            self.motion,
-            periods=self.gone,
-            most_periods=self.most_periods,
-            period_s=self.clock.period_s,
-        )
+        """Go on without a fix: the motion continues, and the uncertainty grows with the time."""
+        unknown = UNKNOWN_SPEED * self.clock.period_s
+        if self.velocity is not None:
+            unknown = UNSEEN_SPEED * np.abs(self.velocity)
+            beyond = max(0.0, 1 - self.most_periods / self.gone)
+            unknown[0] += abs(self.velocity[0]) * beyond
+        drift = unknown * self.gone
+        drift += np.minimum(UNSEEN_ACCELERATION * self.gone_s / 2, UNKNOWN_SPEED) * self.gone_s
+        covariance = self.fixed.covariance.copy()
+        covariance[:3, :3] += np.diag(np.square(drift))
+        covariance[3:6, 3:6] += self.motion.steps[2:, 2:] * min(self.gone_s, 1.0)
+        self.state = replace(self.fixed, pose=self.predict(), covariance=covariance)
 
     def hold(self) -> None:
         """Keep the distance of a robot that stands, while its camera looks elsewhere."""

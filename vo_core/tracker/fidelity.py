@@ -15,6 +15,7 @@ import numpy as np
 from vo_core.geometry.rectify import Rectifier
 from vo_core.links.fix import Fix
 from vo_core.links.locator import CERTAIN
+from vo_core.links.rivals import MOVES_PX
 from vo_core.types import Matrix
 
 GHOST_PX = 0.25
@@ -25,9 +26,6 @@ H.264 at crf 30, much the same over one frame and over six."""
 
 USUAL_AGREEMENT = 0.7
 """A fix is as usual if it agrees at least by this share of the mean agreement."""
-
-MOVED_PX = 6.0
-"""Motion of the content since the reference from which the wall has certainly moved."""
 
 LINK_ERROR = (0.0, 0.0, 0.0, 0.01, np.radians(0.003), np.radians(0.003), 0.0, 0.0)
 """Standard deviation that each keyframe adds to z, pitch and roll beyond its covariance, mm and
@@ -94,7 +92,7 @@ class Fidelity:
         self.unexplained = fix.alignment.unexplained
         self._agreement += FIDELITY_GAIN * (fix.alignment.agreement - self._agreement)
         self._fidelity += FIDELITY_GAIN * (fix.alignment.fidelity - self._fidelity)
-        self.has_moved |= fix.moved_px > MOVED_PX and fix.alignment.significance > CERTAIN
+        self.has_moved |= fix.moved_px > MOVES_PX and fix.alignment.significance > CERTAIN
 
     def add_ghost(self, fix: Fix) -> None:
         """Add the error of a keyframe's link in a coarsely coded film ahead, see `GHOST_PX`."""

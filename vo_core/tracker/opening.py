@@ -5,12 +5,6 @@ from __future__ import annotations
 from vo_core.image.resample import kept_apart
 from vo_core.types import Image
 
-OPENING_FRAMES = 60
-"""Most frames that are kept: bands of a lamp and a mask of fixed parts show within two seconds."""
-
-OPENING_BYTES = 64_000_000
-"""Most memory for them."""
-
 SLOW_S = 0.2
 """Frame period from which the robot may leave the near wall from one frame to the next."""
 
@@ -36,11 +30,15 @@ class Opening:
 
     def keep(self, image: Image, t_s: float) -> None:
         """Keep the next frame as well, unless the opening is closed."""
+        opening_bytes = 64_000_000  # most memory for them
+        # Most frames that are kept: bands of a lamp and a mask of fixed parts show within two
+        # seconds.
+        opening_frames = 60
         if self._is_closed:
             return
         self._frames.append((kept_apart(image), t_s))
         bytes_kept = len(self._frames) * image.nbytes
-        if len(self._frames) >= OPENING_FRAMES or bytes_kept >= OPENING_BYTES:
+        if len(self._frames) >= opening_frames or bytes_kept >= opening_bytes:
             self.close()
 
     def close(self) -> None:

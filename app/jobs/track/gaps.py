@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from app.jobs.track.parts import Between
-from vo_core.dead_reckoning import UNSEEN_ACCELERATION_MM_S2
 from vo_core.track import Estimate
+from vo_core.tracker.course import UNSEEN_ACCELERATION
 
 _UNKNOWN_MOVE_MM = 10_000.0
 """One sigma of the position of a robot that was moved by hand: the length of a culvert."""
@@ -38,7 +38,7 @@ def between(
     for frame, time_s in skipped:
         passed_s = time_s - before.time_s
         share = passed_s / length_s
-        unseen_mm = UNSEEN_ACCELERATION_MM_S2 * passed_s * (length_s - passed_s) / 2
+        unseen_mm = float(UNSEEN_ACCELERATION[0]) * passed_s * (length_s - passed_s) / 2
         yield replace(
             before,
             frame=frame,
