@@ -12,6 +12,10 @@ from vo_core.drift import row_of
 from vo_core.track import Track
 from vo_core.types import Matrix
 
+EDGE_SIGMA_MM = 0.5
+"""Position error of a sighting, one sigma: broken and filled edges look different in another
+light."""
+
 SAME_JOINT_MM = 50.0
 """Sightings closer than this are one joint: half the shortest segment that a rig may state."""
 
@@ -102,3 +106,8 @@ def from_csv(text: str) -> list[Sighting]:
     columns = number_columns(text, needed, "file of joints", further=_NEWER)
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [Sighting(int(frame), *values) for frame, *values in rows]
+
+
+def seen_variance(sightings: Sequence[Sighting]) -> Matrix:
+    """(N,) variance of the joints' positions relative to the camera, mm^2."""
+    return np.asarray(np.square([s.sigma_mm for s in sightings]) + EDGE_SIGMA_MM**2)

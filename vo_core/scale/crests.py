@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from vo_core.drift import Drift, Places, row_of
-from vo_core.joints.lattice import COUNTABLE, Joint, seen_variance
-from vo_core.joints.sightings import Sighting, crests, places_mm
+from vo_core.joints.chains import COUNTABLE
+from vo_core.joints.lattice import Joint
+from vo_core.joints.sightings import Sighting, crests, places_mm, seen_variance
 from vo_core.rig import Corrugation
 from vo_core.scale.evidence import CrestSpacing
 from vo_core.track import Track

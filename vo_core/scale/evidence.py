@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vo_core.geometry.height import scale_sigma
-from vo_core.joints.lattice import PRIOR_SCATTER_MM, Joint
+from vo_core.joints.chains import PRIOR_SCATTER_MM
+from vo_core.joints.lattice import Joint
 from vo_core.rig import Rig
 
 TAPE_SIGMA_MM = 5.0

@@ -10,8 +10,7 @@ import numpy as np
 
 from vo_core.drift import Drift, Places, row_of
 from vo_core.errors import InvalidCorrection
-from vo_core.joints.lattice import seen_variance
-from vo_core.joints.sightings import places_mm
+from vo_core.joints.sightings import places_mm, seen_variance
 from vo_core.scale.evidence import (
     CrestSpacing,
     Evidence,
