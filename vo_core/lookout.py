@@ -30,7 +30,7 @@ CERTAINLY_APART = 3.0
 """Standard deviations of the pose beyond which a camera certainly stands elsewhere."""
 
 UNLIKE_RAD = float(np.radians(5.0))
-"""Difference of the axis in the picture from the vantage beyond which the camera has turned."""
+"""Least difference of the axis in the picture beyond which the camera looks elsewhere."""
 
 ASTRAY = 2.0
 """Angle between the axis in the picture and in the estimated pose that no error explains, in
@@ -96,6 +96,11 @@ class Lookout:
         """Where the robot stands while the camera looks around."""
         return self._last_mm
 
+    @property
+    def _unlike_rad(self) -> float:
+        """Difference of the axis in the picture beyond which the camera looks elsewhere."""
+        return max(UNLIKE_RAD, ASTRAY * self.gaze_rad)
+
     def see(self, image: Image, state: State, period_s: float) -> None:
         """Find the axis in the next picture, (H, W) grey, a frame period after the last one."""
         # A camera turns by less from frame to frame: an axis farther away is a chance.
@@ -130,15 +135,15 @@ class Lookout:
         The axis in a picture is known to a few degrees only.
         """
         self._gaze_fixed, self._astray, self._astray_s = self.gaze, 0, 0.0
-        unlike_rad = max(UNLIKE_RAD, ASTRAY * self.gaze_rad)
-        is_stated = self.gaze is None or bool((np.abs(self.gaze) < unlike_rad).all())
+        is_stated = self.gaze is None or bool((np.abs(self.gaze) < self._unlike_rad).all())
         return State.at_start(self._rectify.rig, None if is_stated else self.gaze)
 
     def turned(self, fixed: State, periods: float) -> Pose:
         """Turn the pose of the last fix, `periods` frame periods ago, to where the camera looks."""
         most_periods = 10.0  # frame periods for which a turn goes on unseen
-        # Change of the gaze by the axis from frame to frame that may be an error.
-        noise_rad = float(np.radians(1.5))
+        # Change of the gaze by the axis from frame to frame that may be an error: 1.5 degrees in
+        # clear pictures.
+        noise_rad = 0.75 * self.gaze_rad
         pose, turn = fixed.pose, np.zeros(2)
         if self.gaze is not None:
             before = fixed.gaze if self._gaze_fixed is None else self._gaze_fixed
@@ -167,7 +172,7 @@ class Lookout:
         strays = bool((off > np.maximum(self._stray, CERTAINLY_APART * state.absolute_sigma)).any())
         if self.gaze is not None:
             aside = np.abs(self.gaze - (vantage.yaw_rad, vantage.pitch_rad))
-            strays |= bool((aside > UNLIKE_RAD).any())
+            strays |= bool((aside > self._unlike_rad).any())
         if strays:
             self.view = self._locator.view(self._rectify.at(at), self._overlay.mask)
         return strays

@@ -177,22 +177,40 @@ def project(camera: Camera, x: Matrix, y: Matrix, z: Matrix) -> tuple[Matrix, Ma
             scale = np.where(z > 1e-9, 1 / z, np.nan)
         x, y = x * scale, y * scale
         if camera.model == "pinhole" and any(camera.distortion):
-            plane = _distort(camera, np.stack([x.ravel(), y.ravel()], 1))
-            x, y = plane[:, 0].reshape(x.shape), plane[:, 1].reshape(x.shape)
+            x, y = _distort(camera, x, y)
     return camera.fx * x + camera.skew * y + camera.cx, camera.fy * y + camera.cy
 
 
-def _distort(camera: Camera, plane: Points) -> Points:
-    import cv2
+def _distort(camera: Camera, x: Matrix, y: Matrix) -> tuple[Matrix, Matrix]:
+    """Distorted plane coordinates, by OpenCV's model; nan where the lens cannot see.
 
-    solid = np.column_stack([np.nan_to_num(plane), np.ones(len(plane))])
-    bent, _ = cv2.projectPoints(
-        solid, np.zeros(3), np.zeros(3), np.eye(3), np.array(camera.distortion)
-    )
+    `cv2.projectPoints` always computes derivatives too, which takes twenty times as long.
+    """
+    k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, *tilt_rad = [*camera.distortion, *[0.0] * 14][
+        :14
+    ]
+    xy, r2 = 2 * x * y, x * x + y * y
+    radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+    bent_x = x * radial + p1 * xy + p2 * (r2 + 2 * x * x) + r2 * (s1 + r2 * s2)
+    bent_y = y * radial + p1 * (r2 + 2 * y * y) + p2 * xy + r2 * (s3 + r2 * s4)
+    if any(tilt_rad):
+        bent_x, bent_y = _on_tilted_sensor(tilt_rad, bent_x, bent_y)
     # Far outside the picture a polynomial folds back and would show the wall twice.
-    radius = np.linalg.norm(plane, axis=1)
     limit = np.linalg.norm(_undistort(camera, _border_plane(camera)), axis=1).max() * 1.1
-    return np.where((radius <= limit)[:, None], bent.reshape(-1, 2), np.nan)
+    beyond = ~(r2 <= limit * limit)
+    bent_x[beyond] = bent_y[beyond] = np.nan
+    return bent_x, bent_y
+
+
+def _on_tilted_sensor(tilt_rad: Sequence[float], x: Matrix, y: Matrix) -> tuple[Matrix, Matrix]:
+    """Plane coordinates on a sensor turned by two angles, about its rows and its columns."""
+    (sin_x, sin_y), (cos_x, cos_y) = np.sin(tilt_rad), np.cos(tilt_rad)
+    about_x = np.array([[1, 0, 0], [0, cos_x, sin_x], [0, -sin_x, cos_x]])
+    about_y = np.array([[cos_y, 0, -sin_y], [0, 1, 0], [sin_y, 0, cos_y]])
+    turn = about_y @ about_x
+    level = np.array([[turn[2, 2], 0, -turn[0, 2]], [0, turn[2, 2], -turn[1, 2]], [0, 0, 1]])
+    a, b, c = (row[0] * x + row[1] * y + row[2] for row in level @ turn)
+    return a / c, b / c
 
 
 def _undistort(camera: Camera, plane: Points) -> Points:
