@@ -293,9 +293,10 @@ def _stride(stride: float, last: Matrix, moved: Matrix) -> float:
     step is a fixed part of the one before, and the sum of the series is known.  `last` and `moved`
     are the displacements of all blocks by the last step and of this one, each taken once.
     """
-    longest_stride = 10.0  # largest factor by which a Gauss-Newton step is extrapolated
+    # Steps that swing to and fro, as blocks come in sight and leave it, are shortened.
+    shortest, longest = 0.25, 10.0
     left = float((moved * last).sum() / max((last * last).sum(), 1e-12))
-    return float(np.clip(stride / max(1 - left, 0.1), 1.0, longest_stride))
+    return float(np.clip(stride / max(1 - left, 0.1), shortest, longest))
 
 
 def inverse(matrix: Matrix) -> Matrix:
