@@ -203,8 +203,12 @@ class Child:
             raise EOFError from error
 
     def _has_message_within(self, timeout_s: float) -> bool:
-        began_s, before = time.monotonic(), _Work.done_by(self.pid)
-        pause_s = timeout_s
+        began_s = time.monotonic()
+        pause_s = min(_LOOK_AGAIN_S, timeout_s / 10)
+        if self._connection.poll(pause_s):  # as nearly always, without looking at the process
+            return True
+        before = _Work.done_by(self.pid)
+        pause_s = timeout_s - pause_s
         while not self._connection.poll(pause_s):
             now = _Work.done_by(self.pid)
             ran_s, waited_s = now.ran_s - before.ran_s, now.waited_s - before.waited_s
@@ -305,7 +309,9 @@ def _environment() -> dict[str, str]:
     }
     return kept | {
         "PYTHONPATH": str(Path(app.__file__).parent.parent),
-        # Each thread of a numerical library's pool reserves address space, which is limited.
+        # Each thread of a numerical library's pool reserves address space, which is limited, and
+        # takes a processor from another film while it waits for small work.
         "OPENBLAS_NUM_THREADS": "1",
         "OMP_NUM_THREADS": "1",
+        "OPENCV_FOR_THREADS_NUM": "1",
     }

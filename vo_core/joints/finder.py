@@ -212,10 +212,9 @@ class JointFinder:
         first, last = int(bins.min()), int(bins.max())
         width = last - first + 1
         cell = sector[inside].astype(np.int64) * width + bins - first
-        grey = pooled[inside]
         total, count = (
-            np.asarray(np.bincount(cell, values, SECTORS * width), np.float64).reshape(-1, width)
-            for values in (grey, np.ones(len(cell)))
+            np.asarray(np.bincount(cell, weights, SECTORS * width), np.float64).reshape(-1, width)
+            for weights in (pooled[inside], None)
         )
         touched = range(first // STRIP_BINS, last // STRIP_BINS + 1)
         self._close({k for k in self._open if k < touched.start - 1 or k >= touched.stop + 1})
