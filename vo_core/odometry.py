@@ -16,8 +16,8 @@ from functools import partial
 import numpy as np
 
 from vo_core.errors import InvalidTime
+from vo_core.geometry.initial_pose import AS_STATED, InitialPose
 from vo_core.geometry.rectify import COARSEST, WHOLE, Rectifier
-from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose
 from vo_core.image.filters import contrast, low_pass, normalise
@@ -152,7 +152,7 @@ class Odometry:
         return self._state.tilt
 
     @property
-    def stance(self) -> Stance:
+    def initial_pose(self) -> InitialPose:
         """Pose of the camera in the pipe at the first frame, estimated from all frames so far.
 
         A camera that looks down stands as its rig states; `tilt` reports if it does not.
@@ -160,10 +160,11 @@ class Odometry:
         return self.start if self.rig.looks_along_pipe else AS_STATED
 
     @property
-    def start(self) -> Stance:
+    def start(self) -> InitialPose:
         """Pose of the camera in the pipe at the first frame, whichever way it looks.
 
-        `stance` leaves it out for a camera that looks down: its rays are cast from the rig's pose.
+        `initial_pose` leaves it out for a camera that looks down: its rays are cast from the
+        rig's pose.
         """
         return self._state.start_in_pipe(self.rig)
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from vo_core.errors import InvalidRig
-from vo_core.geometry.stance import AS_STATED
+from vo_core.geometry.initial_pose import AS_STATED
 from vo_core.image.resample import grey_frame
 from vo_core.rig import Camera, Rig
 from vo_core.track import Estimate
@@ -81,7 +81,7 @@ class PaperOdometry:
         if rig.mount.view != "down":
             raise InvalidRig("mount.view: the paper's method needs a camera that looks down.")
         self.rig = rig
-        self.stance = AS_STATED
+        self.initial_pose = AS_STATED
         """Where the rig states: the method estimates no other place."""
         self._previous: GrayImage | None = None
         self._x_mm = self._y_mm = self._yaw_rad = 0.0

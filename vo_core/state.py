@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.geometry.motion import POSE, RATES
-from vo_core.geometry.stance import Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.geometry.wall import Pose
 from vo_core.matching.align import Prior
@@ -98,7 +98,7 @@ class State:
         pitch_sigma, roll_sigma = np.degrees(np.sqrt(variance)).tolist()
         return MountTilt(pitch, roll, pitch_sigma, roll_sigma)
 
-    def start_in_pipe(self, rig: Rig) -> Stance:
+    def start_in_pipe(self, rig: Rig) -> InitialPose:
         """Pose of the camera in the pipe at the first frame, as it is known by now.
 
         A camera that looks down is turned by its mount in the rig, see `tilt`; one that looks along
@@ -107,7 +107,7 @@ class State:
         _, y_mm, yaw, z_mm, pitch, roll = self.start.tolist()
         mount_rad = self.mount_rad if rig.looks_along_pipe else np.zeros(2)
         yaw_deg, pitch_deg, roll_deg = np.degrees([yaw, *mount_rad + (pitch, roll)]).tolist()
-        return Stance(y_mm, yaw_deg, z_mm, pitch_deg, roll_deg)
+        return InitialPose(y_mm, yaw_deg, z_mm, pitch_deg, roll_deg)
 
     @property
     def gaze(self) -> Matrix:

@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 
 from vo_core.errors import UndeterminedSeam
 from vo_core.geometry.height import scale_sigma
+from vo_core.geometry.initial_pose import AS_STATED, InitialPose
 from vo_core.geometry.rectify import Rectifier
-from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.tilt import MountTilt
 from vo_core.odometry import Traits
 from vo_core.rig import Rig
@@ -78,7 +78,7 @@ class Part:
     """(N,) checksum of each picture that another part may show, else 0."""
     traits: NDArray[np.bool_]
     """(N, 2) fields of `Odometry.traits` at each frame."""
-    start: Stance = AS_STATED
+    start: InitialPose = AS_STATED
     """`Odometry.start` after the last frame."""
 
 
@@ -90,7 +90,7 @@ class Seam:
     """First frame whose pose comes from the later part."""
     x_mm: float
     """Added to distances of the later part."""
-    stance: Stance
+    initial_pose: InitialPose
     """Added to the rest of its poses."""
     sigma_mm: float
     """Standard deviation of `x_mm`: the scatter of the frames that show it."""
@@ -160,11 +160,11 @@ def find_seam(before: Part, after: Part, rig: Rig, number: int = 0) -> Seam:
         )
     last = count - 1
     _compare_traits(before.traits[first + last], after.traits[last], number)
-    stance = _difference(after.start, before.start)
+    initial_pose = _difference(after.start, before.start)
     if rig.looks_along_pipe:
         roll_deg, _ = _robust_mean((one.roll_deg - other.roll_deg)[ties])
-        stance = replace(stance, roll_deg=roll_deg)
-    return Seam(int(one.frame[ties[-1]]) + 1, x_mm, stance, sigma_mm)
+        initial_pose = replace(initial_pose, roll_deg=roll_deg)
+    return Seam(int(one.frame[ties[-1]]) + 1, x_mm, initial_pose, sigma_mm)
 
 
 def join_tilts(tilts: Sequence[MountTilt], shares: Sequence[float], rig: Rig) -> MountTilt:
@@ -273,7 +273,7 @@ def _continued(whole: Part, part: Part, seam: Seam, rig: Rig) -> Part:
     random_mm2 = _random_mm2(whole)[last] + seam.sigma_mm**2
     random_mm2 = random_mm2 + np.maximum(variance - _random_mm2(part)[row], 0.0)[later]
     registration_mm = np.sqrt(random_mm2 + np.square(systematic_mm))
-    moved = seam.stance.added_to(_cut(track, later))
+    moved = seam.initial_pose.added_to(_cut(track, later))
     distance_mm = moved.distance_mm + seam.x_mm
     scale_mm = np.hypot(scale_sigma(rig) * distance_mm, bed_mm)
     moved = replace(
@@ -303,5 +303,7 @@ def _appended(one: Track, other: Track) -> Track:
     return Track(**{n: np.concatenate([getattr(one, n), getattr(other, n)]) for n in names})
 
 
-def _difference(one: Stance, other: Stance) -> Stance:
-    return Stance(*(getattr(one, each.name) - getattr(other, each.name) for each in fields(Stance)))
+def _difference(one: InitialPose, other: InitialPose) -> InitialPose:
+    return InitialPose(
+        *(getattr(one, each.name) - getattr(other, each.name) for each in fields(InitialPose))
+    )

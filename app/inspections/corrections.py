@@ -32,7 +32,7 @@ from app.tracking.live import Live
 from app.tracking.tracks import Tracks
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection
-from vo_core.geometry.stance import Stance
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.track import Estimate
 
 logger = logging.getLogger(__name__)
@@ -275,9 +275,9 @@ class Corrections:
         estimate = estimate_at(raw, len(raw) - 1 if frame is None else frame)
         return None if estimate is None else self.estimate(inspection_id, estimate)
 
-    def stance(self, inspection_id: str) -> Stance:
+    def initial_pose(self, inspection_id: str) -> InitialPose:
         """Return the pose of the camera in the pipe at the first frame; no correction moves it."""
-        return self._tracks.stance(inspection_id)
+        return self._tracks.initial_pose(inspection_id)
 
     def estimate(self, inspection_id: str, raw: Estimate) -> Estimate:
         """Correct the estimate of a frame that was just tracked, without solving."""

@@ -192,7 +192,7 @@ class Observations:
         """Return the rays of a grid of pixels over the picture, with pose 0."""
         return wall_grid(
             rig_of(self._inspections.get(inspection_id)),
-            self._tracks.stance(inspection_id),
+            self._tracks.initial_pose(inspection_id),
             self._corrections.adjusted(inspection_id).scale,
         )
 
@@ -212,16 +212,23 @@ class Observations:
     def _trajectory(self, inspection_id: str) -> Trajectory:
         """Return the current trajectory, from which places are derived."""
         adjusted = self._corrections.adjusted(inspection_id)
-        raw, stance = self._tracks.get(inspection_id), self._tracks.stance(inspection_id)
+        raw, initial_pose = (
+            self._tracks.get(inspection_id),
+            self._tracks.initial_pose(inspection_id),
+        )
         with self._lock:
             known = self._trajectories.get(inspection_id)
             # During a run rows are only added; existing ones stay.
             places: MutableMapping[Anchor, Place] = {}
             figures: MutableMapping[str, Figure] = {}
-            if known is not None and known.adjusted is adjusted and known.stance == stance:
+            if (
+                known is not None
+                and known.adjusted is adjusted
+                and known.initial_pose == initial_pose
+            ):
                 places, figures = known.places, known.figures
             trajectory = self._trajectories[inspection_id] = Trajectory(
-                adjusted, raw, places, stance, figures
+                adjusted, raw, places, initial_pose, figures
             )
         return trajectory
 

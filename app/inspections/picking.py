@@ -80,7 +80,7 @@ class Picking:
         return Trajectory(
             self.corrections.adjusted(inspection_id),
             self.tracks.get(inspection_id),
-            stance=self.tracks.stance(inspection_id),
+            initial_pose=self.tracks.initial_pose(inspection_id),
         )
 
 
@@ -120,7 +120,7 @@ def seen_best(trajectory: Trajectory, place: WallPlace, near_frame: int | None) 
     low_mm, high_mm = _well_seen_mm(rig)
     margin_mm = _MARGIN * (high_mm - low_mm)
     near = np.flatnonzero((ahead_mm > low_mm - margin_mm) & (ahead_mm < high_mm + margin_mm))
-    in_pipe = trajectory.stance.added_to(raw)
+    in_pipe = trajectory.initial_pose.added_to(raw)
     pixels = _pixels(rig, in_pipe, near, ahead_mm[near], _raw_arc_mm(rig, place, scale))
     camera = rig.camera
     with np.errstate(invalid="ignore"):

@@ -107,7 +107,9 @@ def _trial(name: str, rig: Rig, frames: Sequence[RenderedFrame]) -> Trial:
     odometry, finder = Odometry(rig), JointFinder(rig)
     for frame in frames:
         estimate = odometry.step(frame.image, frame.t_s)
-        finder.add(frame.image, estimate, stance=odometry.stance, smoothed=odometry.smoothed)
+        finder.add(
+            frame.image, estimate, initial_pose=odometry.initial_pose, smoothed=odometry.smoothed
+        )
     track = Track.from_estimates(odometry.smoothed())
     proposal = by_joints(rig, track, finder.finish())
     true_mm = frames[-1].x_mm

@@ -121,7 +121,7 @@ class Measurements:
             },
             layout=self._layout(rig_of(row)),
             counter=self._counters.get(row.id),
-            stance=self._tracks.stance(row.id),
+            initial_pose=self._tracks.initial_pose(row.id),
         )
 
     def _layout(self, rig: Rig) -> Layout | None:

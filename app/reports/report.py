@@ -36,7 +36,7 @@ from app.survey.observations.tag import StatedTag
 from app.survey.places.measure import Figure
 from vo_core import Rig, Track
 from vo_core.errors import ChainageError
-from vo_core.geometry.stance import AS_STATED, Stance
+from vo_core.geometry.initial_pose import AS_STATED, InitialPose
 from vo_core.joints.sightings import Sighting
 from vo_core.mosaic.layout import Layout
 
@@ -294,7 +294,7 @@ class Measured:
     """JPEG tiles of the unrolled wall by number, which counts raw distance (`Layout`)."""
     layout: Layout | None
     counter: CounterView = NO_COUNTER
-    stance: Stance = AS_STATED
+    initial_pose: InitialPose = AS_STATED
     """Pose of the camera in the pipe at the first frame, against the rig's."""
 
 

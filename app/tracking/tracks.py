@@ -22,7 +22,7 @@ from app.storage.blobs.blobs import Blobs
 from app.storage.folder.files import Places
 from app.tracking.columns import GrowingColumns
 from vo_core.errors import InvalidTrack
-from vo_core.geometry.stance import AS_STATED, Stance
+from vo_core.geometry.initial_pose import AS_STATED, InitialPose
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting, from_csv, to_csv
@@ -74,13 +74,13 @@ class HealthColumns(GrowingColumns):
 
 
 class _Growing:
-    """Columns of a growing track, 116 bytes a frame, with joints, tilt and stance."""
+    """Columns of a growing track, 116 bytes a frame, with joints, tilt and initial_pose."""
 
     def __init__(self) -> None:
         self.health = HealthColumns()
         self.sightings: list[Sighting] = []
         self.tilt: MountTilt | None = None
-        self.stance = AS_STATED
+        self.initial_pose = AS_STATED
         self.left_out: list[Mark] = []
         self.columns = GrowingColumns(_DTYPES)
         self.smoothed = GrowingColumns(_DTYPES)
@@ -97,7 +97,7 @@ class _Growing:
             self.health.note(frame, health)
         self.sightings.extend(batch.sightings)
         self.tilt = batch.tilt or self.tilt
-        self.stance = batch.stance or self.stance
+        self.initial_pose = batch.initial_pose or self.initial_pose
 
     def track(self) -> Track:
         return Track(**self.columns.columns())
@@ -149,7 +149,7 @@ class Tracks:
         growing.health = self.health(inspection_id).copy()
         growing.sightings = self.sightings(inspection_id)
         growing.tilt = self.tilt(inspection_id)
-        growing.stance = self.stance(inspection_id)
+        growing.initial_pose = self.initial_pose(inspection_id)
         growing.columns.extend(len(track), {name: getattr(track, name) for name in COLUMNS})
         self._grow(inspection_id, growing)
 
@@ -160,7 +160,7 @@ class Tracks:
 
     def append(self, inspection_id: str, batch: Batch) -> None:
         """Add the next frames, with their health, the joints that were seen, and the newest tilt
-        and stance.
+        and initial_pose.
         """
         with self._lock:
             self._growing[inspection_id].append(batch)
@@ -214,8 +214,8 @@ class Tracks:
         track = self.get(inspection_id) if final is None else final
         health = self.health(inspection_id)
         sightings, tilt = self.sightings(inspection_id), self.tilt(inspection_id)
-        stance = self.stance(inspection_id)
-        metadata = {**metadata, **(tilt.metadata() if tilt else {}), **stance.metadata()}
+        initial_pose = self.initial_pose(inspection_id)
+        metadata = {**metadata, **(tilt.metadata() if tilt else {}), **initial_pose.metadata()}
         self._blobs.put(keys.joints(inspection_id), to_csv(track, sightings).encode())
         self._blobs.put(keys.track(inspection_id), track.to_csv(metadata).encode())
         self._blobs.put(keys.health(inspection_id), health.to_csv().encode())
@@ -351,13 +351,13 @@ class Tracks:
                 return growing.tilt
         return MountTilt.from_metadata(self._metadata(inspection_id))
 
-    def stance(self, inspection_id: str) -> Stance:
+    def initial_pose(self, inspection_id: str) -> InitialPose:
         """Return the pose of the camera in the pipe at the first frame, by the run so far."""
         with self._lock:
             growing = self._growing.get(inspection_id)
             if growing is not None:
-                return growing.stance
-        return Stance.from_metadata(self._metadata(inspection_id))
+                return growing.initial_pose
+        return InitialPose.from_metadata(self._metadata(inspection_id))
 
     def _metadata(self, inspection_id: str) -> dict[str, str]:
         try:

@@ -185,13 +185,13 @@ class SceneFeed(Worker):
     def _draw_robot(self) -> None:
         estimate = self._corrections.at(self._inspection_id, self._look().frame)
         if estimate is not None:
-            stance = self._corrections.stance(self._inspection_id)
-            self.scene.show(pose=stance.added_to(estimate))
+            initial_pose = self._corrections.initial_pose(self._inspection_id)
+            self.scene.show(pose=initial_pose.added_to(estimate))
 
     def _extend_path(self, track: Track) -> None:
         new = slice(self._drawn, None)
         if len(track) > self._drawn:
-            y_mm = track.y_mm[new] + self._corrections.stance(self._inspection_id).y_mm
+            y_mm = track.y_mm[new] + self._corrections.initial_pose(self._inspection_id).y_mm
             self.scene.extend_path(
                 track.distance_mm[new].tolist(),
                 y_mm.tolist(),
@@ -239,9 +239,9 @@ class SceneFeed(Worker):
                 self._note("pins")
 
     def _draw_frames(self, update: Update) -> None:
-        stance = self._corrections.stance(self._inspection_id)
+        initial_pose = self._corrections.initial_pose(self._inspection_id)
         new = [
-            stance.added_to(self._corrections.estimate(self._inspection_id, raw))
+            initial_pose.added_to(self._corrections.estimate(self._inspection_id, raw))
             for raw in update.estimates
         ]
         if new[0].frame == self._drawn:

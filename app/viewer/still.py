@@ -42,7 +42,7 @@ def scene_page(report: Report) -> str:
         if entry.distance_m is not None
     ]
     layout, adjusted = report.layout, report.adjusted
-    track = report.stance.added_to(report.track)
+    track = report.initial_pose.added_to(report.track)
     wall = None
     if layout is not None and adjusted is not None:
         revisions = dict.fromkeys(report.wall, 1)

@@ -25,7 +25,7 @@ from app.survey.places.measuring import figure_of
 from app.survey.places.place import Trajectory, wall_grid
 from app.web.schemas.inspection.observations import WallGridOut
 from vo_core import Pose
-from vo_core.geometry.stance import AS_STATED, Stance
+from vo_core.geometry.initial_pose import AS_STATED, InitialPose
 from vo_core.geometry.wall import wall_point
 from vo_core.rig import Rig
 
@@ -76,13 +76,13 @@ def _row(pose: Pose) -> dict[str, float]:
     }
 
 
-def _grid(rig: Rig, stance: Stance = AS_STATED) -> dict[str, Any]:
-    return WallGridOut.of(wall_grid(rig, stance)).model_dump()
+def _grid(rig: Rig, initial_pose: InitialPose = AS_STATED) -> dict[str, Any]:
+    return WallGridOut.of(wall_grid(rig, initial_pose)).model_dump()
 
 
 def _looking(pose: Pose) -> dict[str, Any]:
-    rig, stance = SCENARIOS["forward_crooked"].rig, Stance(12.0, 1.5, 16.0, -3.0, 0.5)
-    there = Pose.of(pose.vector + stance.pose.vector)
+    rig, initial_pose = SCENARIOS["forward_crooked"].rig, InitialPose(12.0, 1.5, 16.0, -3.0, 0.5)
+    there = Pose.of(pose.vector + initial_pose.pose.vector)
     seen = []
     for pixel in ((3.0, 4.0), (600.0, 100.0), (320.0, 470.0), (200.5, 333.3)):
         point = wall_point(rig, pixel, there)
@@ -90,7 +90,7 @@ def _looking(pose: Pose) -> dict[str, Any]:
         right_mm = 150.0 * sin(radians(30 * (6 - point.clock_h)))
         place = {"distance_mm": point.distance_mm, "clock_h": point.clock_h, "right_mm": right_mm}
         seen.append({"pixel": pixel} | place)
-    return {"grid": _grid(rig, stance), "pose": _row(pose), "seen": seen}
+    return {"grid": _grid(rig, initial_pose), "pose": _row(pose), "seen": seen}
 
 
 def _outlined(pose: Pose) -> dict[str, Any]:

@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 
 from vo_core.geometry.height import scale_sigma
+from vo_core.geometry.initial_pose import AS_STATED, InitialPose
 from vo_core.geometry.rectify import WHOLE, Rectifier, Rows
-from vo_core.geometry.stance import AS_STATED, Stance
 from vo_core.geometry.wall import NOMINAL, Pose, cast, develop, enclose, sight
 from vo_core.geometry.waves import Waves
 from vo_core.joints.rings import find_rings
@@ -48,7 +48,7 @@ WAVES = (0.3, 0.99, 8.0)
 """Least share of the wall's brightness, least probability and least number of the waves whose
 crests are noted: a corrugated wall has a share of 0.5 to 0.9, others up to 0.2."""
 
-_ASIDE = tuple(field.name for field in fields(Stance))
+_ASIDE = tuple(field.name for field in fields(InitialPose))
 
 _STEPS_PER_VIEW = 8
 """Frames that are added to the wall while it passes through the view."""
@@ -91,7 +91,7 @@ class JointFinder:
         """Estimate of the last frame that was added."""
         self._was_unsure = False
         """Whether the wall was not surely recognised since."""
-        self._stance = AS_STATED
+        self._initial_pose = AS_STATED
         self._frames = 0
         self._smoothed: Callable[[], Sequence[Estimate]] | None = None
         self._held: list[tuple[int, GrayImage, Estimate]] | None = None
@@ -115,7 +115,7 @@ class JointFinder:
         estimate: Estimate,
         rows: Rows = WHOLE,
         *,
-        stance: Stance = AS_STATED,
+        initial_pose: InitialPose = AS_STATED,
         smoothed: Callable[[], Sequence[Estimate]] | None = None,
     ) -> None:
         """Add a frame, in the order of the video; also one without a lock.
@@ -124,12 +124,12 @@ class JointFinder:
             image: (H, W) or (H, W, 3), of the rig's size.
             estimate: Its pose, against the first frame.
             rows: Rows of the picture that were exposed at that pose.
-            stance: Pose of the camera in the pipe at the first frame, as it is known by now.
+            initial_pose: Pose of the camera in the pipe at the first frame, as it is known by now.
             smoothed: `Odometry.smoothed`: the estimates of all frames so far, by all of them.
         Raises:
             ShapeMismatch: The size of the image is not the one that the rig states.
         """
-        last, self._stance = self._last, stance
+        last, self._initial_pose = self._last, initial_pose
         self._smoothed = smoothed if self._held is not None else None
         self._frames += 1
         self._was_unsure |= estimate.status != "ok"
@@ -200,7 +200,7 @@ class JointFinder:
     def _spread(self, pooled: GrayImage, estimate: Estimate) -> None:
         """Add each pixel of a reduced patch to the strips at its place on the wall."""
         # Axial coordinates are taken from the camera, to keep their precision far into a pipe.
-        pose = replace(self._stance.added_to(estimate).pose, x_mm=0.0)
+        pose = replace(self._initial_pose.added_to(estimate).pose, x_mm=0.0)
         axial, arc = np.moveaxis(self._places_from(pose), -1, 0)
         low_mm, high_mm = self._arc_mm
         sector = np.floor((arc - low_mm) / (high_mm - low_mm) * SECTORS)

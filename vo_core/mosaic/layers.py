@@ -14,8 +14,8 @@ from math import isclose, pi
 import cv2
 import numpy as np
 
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.geometry.rectify import Rectifier
-from vo_core.geometry.stance import Stance
 from vo_core.geometry.wall import NOMINAL, cast, develop, enclose, sight
 from vo_core.mosaic.layout import UNSEEN_GREY, Layout
 from vo_core.mosaic.mosaic import Tile
@@ -47,7 +47,9 @@ def png_of(tile: Tile) -> bytes:
     return png.tobytes()
 
 
-def shift_of(rig: Rig, layout: Layout, seam: Seam, *, start: Stance, origin: Stance) -> Shift:
+def shift_of(
+    rig: Rig, layout: Layout, seam: Seam, *, start: InitialPose, origin: InitialPose
+) -> Shift:
     """Compute how far the wall of a later part lies from its place on the joined wall.
 
     Args:
@@ -55,10 +57,10 @@ def shift_of(rig: Rig, layout: Layout, seam: Seam, *, start: Stance, origin: Sta
         layout: The raster of both walls.
         seam: How the part is moved.
         start: `Odometry.start` of the part, from which it is painted.
-        origin: `Odometry.stance` of the first part, from which the joined wall is painted.
+        origin: `Odometry.initial_pose` of the first part, from which the joined wall is painted.
     """
-    turned = Stance(
-        *(getattr(seam.stance, n) + getattr(origin, n) - getattr(start, n) for n in _STANCE)
+    turned = InitialPose(
+        *(getattr(seam.initial_pose, n) + getattr(origin, n) - getattr(start, n) for n in _FIELDS)
     )
     grid = Rectifier(rig).grid
     rows, columns = np.mgrid[: grid.shape[0] : _EVERY_PX, : grid.shape[1] : _EVERY_PX]
@@ -106,7 +108,7 @@ def joined_tile(rig: Rig, layout: Layout, index: int, layers: Iterable[Layer]) -
     return colour if weight.any() else None
 
 
-_STANCE = tuple(each.name for each in fields(Stance))
+_FIELDS = tuple(each.name for each in fields(InitialPose))
 
 
 def _moved(

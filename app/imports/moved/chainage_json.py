@@ -27,7 +27,7 @@ from app.imports.moved.moved_media import require_media
 from app.imports.moved.whole_inspection import MovedFile, WholeInspection
 from vo_core import Rig, Track
 from vo_core.errors import InvalidRig, RigVideoMismatch
-from vo_core.geometry.stance import AS_STATED, Stance
+from vo_core.geometry.initial_pose import AS_STATED, InitialPose
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting
@@ -70,7 +70,7 @@ def read(content: bytes) -> WholeInspection:
         health=tuple(health),
         sightings=tuple(Sighting(**sighting.model_dump()) for sighting in file.sightings),
         tilt=MountTilt(**file.mount_tilt.model_dump()) if file.mount_tilt else None,
-        stance=Stance(**file.stance.model_dump()) if file.stance else AS_STATED,
+        initial_pose=InitialPose(**file.stance.model_dump()) if file.stance else AS_STATED,
         tags=tuple(sorted(file.tags, key=lambda tag: tag.seq)),
         events=tuple(file.events),
         attachments=tuple(file.attachments),

@@ -26,7 +26,7 @@ from app.imports.moved.whole_inspection import (
 from app.survey.distances.stated import Stated
 from app.survey.given import Frame, PackName
 from vo_core import Track
-from vo_core.geometry.stance import Stance
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting
@@ -172,7 +172,7 @@ _WHOLE: dict[str, Any] = {
     "health": _columns_of(Health, _Columns),
     "sightings": _list_of(_row_of(Sighting), _MOST_SIGHTINGS),
     "mount_tilt": (_row_of(MountTilt) | None, None),
-    "stance": (_row_of(Stance) | None, None),
+    "stance": (_row_of(InitialPose) | None, None),
 }
 File = create_model("File", __base__=Parts, **_WHOLE)
 """The whole file."""

@@ -29,7 +29,7 @@ from app.survey.observations.attachments import LONGEST_VOICE_S, MOST_VOICE_BYTE
 from app.survey.observations.review import DRAFT, RemarkKind, ReviewState
 from app.survey.observations.tag import StatedTag
 from vo_core import Rig, Track
-from vo_core.geometry.stance import Stance
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting
@@ -219,7 +219,7 @@ class WholeInspection:
     health: Sequence[Health]
     sightings: tuple[Sighting, ...]
     tilt: MountTilt | None
-    stance: Stance
+    initial_pose: InitialPose
     tags: tuple[MovedTag, ...]
     """Tags in the order of their numbers."""
     events: tuple[MovedEvent, ...]

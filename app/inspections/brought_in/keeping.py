@@ -19,7 +19,7 @@ from app.survey.distances.track_rows import estimate_at
 from app.tracking.films.runs import track_metadata
 from app.tracking.tracks import Tracks
 from vo_core import Track
-from vo_core.geometry.stance import AS_STATED, Stance
+from vo_core.geometry.initial_pose import AS_STATED, InitialPose
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting
@@ -49,7 +49,7 @@ class Run:
     health: Sequence[Health] = ()
     sightings: Sequence[Sighting] = ()
     tilt: MountTilt | None = None
-    stance: Stance = AS_STATED
+    initial_pose: InitialPose = AS_STATED
 
     def estimates(self) -> Iterator[Estimate]:
         """Yield the estimates row by row."""
@@ -113,7 +113,7 @@ class Keeper:
             health=list(enumerate(run.health)),
             sightings=list(run.sightings),
             tilt=run.tilt,
-            stance=run.stance,
+            initial_pose=run.initial_pose,
         )
         self._tracks.append(inspection.id, batch)
         self._tracks.finish(inspection.id, track_metadata(inspection))

@@ -120,7 +120,7 @@ class MovedInspections:
             labels = distinct(whole.about.labels)
             rows = Rows(inspection, moved.observations(), moved.events(), labels, more)
             self._bring_template(moved)
-            run = Run(whole.track, whole.health, whole.sightings, whole.tilt, whole.stance)
+            run = Run(whole.track, whole.health, whole.sightings, whole.tilt, whole.initial_pose)
             self._keeper.keep([(rows, run)])
         self._live.observations_changed(inspection_id)
         return Imported((inspection_id,), tuple(moved.warnings))

@@ -8,7 +8,7 @@ from typing import BinaryIO
 import msgspec
 
 from app.jobs.messages import encode
-from vo_core.geometry.stance import Stance
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting
@@ -62,12 +62,12 @@ class Batch(msgspec.Struct, frozen=True, tag="batch"):
     """Joints that were detected."""
     tilt: MountTilt | None = None
     """Tilt of the mount against the rig, from all frames so far."""
-    stance: Stance | None = None
+    initial_pose: InitialPose | None = None
     """Where the camera stood at the first frame of the run; None while the newest part shows it
     worse than those before."""
     ties: list[Tie] = []
     """Of a chunk: one for each frame."""
-    start: Stance | None = None
+    start: InitialPose | None = None
     """Of a chunk: `Odometry.start`."""
     smoothed: list[Estimate] = []
     """At the end of a run: its next rows anew, each by what all frames show."""

@@ -21,7 +21,7 @@ import numpy as np
 from app.jobs.track.batches import Batch, Tie, WallPicture
 from app.jobs.track.messages import FrameRange, Placed
 from vo_core import Estimate, Rig, Track
-from vo_core.geometry.stance import Stance
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.sightings import SAME_JOINT_MM, Sighting
@@ -50,8 +50,8 @@ class Chunk(msgspec.Struct, frozen=True):
     health: list[tuple[int, Health]]
     sightings: list[Sighting]
     tilt: MountTilt
-    stance: Stance
-    start: Stance
+    initial_pose: InitialPose
+    start: InitialPose
 
 
 class Joined(msgspec.Struct, frozen=True):
@@ -115,7 +115,7 @@ def gather(frames: FrameRange, batches: Iterable[Batch]) -> Chunk:
     found = list(batches)
     last = next(batch for batch in reversed(found) if not batch.smoothed)
     assert last.tilt is not None  # noqa: S101  (a chunk states it, and the next two)
-    assert last.stance is not None  # noqa: S101
+    assert last.initial_pose is not None  # noqa: S101
     assert last.start is not None  # noqa: S101
     rows = [each for batch in found for each in batch.estimates]
     smoothed = [each for batch in found for each in batch.smoothed]
@@ -126,7 +126,7 @@ def gather(frames: FrameRange, batches: Iterable[Batch]) -> Chunk:
         [each for batch in found for each in batch.health],
         [seen for batch in found for seen in batch.sightings],
         last.tilt,
-        last.stance,
+        last.initial_pose,
         last.start,
     )
 
@@ -158,9 +158,9 @@ def join(chunks: Sequence[Chunk], rig: Rig) -> Joined:
         health=health,
         sightings=sightings,
         tilt=_tilt(chunks, firsts, rig),
-        stance=chunks[0].stance,
+        initial_pose=chunks[0].initial_pose,
     )
-    origin, layout = chunks[0].stance, Layout.of(rig)
+    origin, layout = chunks[0].initial_pose, Layout.of(rig)
     placed = [Placed(0, 0.0, 0.0, 0, 0)]
     for part, seam in zip(parts[1:], joined.seams, strict=True):
         shift = shift_of(rig, layout, seam, start=part.start, origin=origin)

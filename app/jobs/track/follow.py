@@ -14,7 +14,7 @@ from app.jobs.track.in_order import InOrder
 from app.jobs.track.onlooker import Onlooker, Sight
 from app.jobs.track.rows import RowPlan, Rows
 from vo_core import Odometry, Rig
-from vo_core.geometry.stance import Stance
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.odometry import Traits
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class Follower:
         batch = Batch(
             self._estimates,
             tilt=self._odometry.tilt,
-            stance=self._stance(),
+            initial_pose=self._initial_pose(),
             ties=self._ties,
             start=None if self._frames is None else self._odometry.start,
         )
@@ -171,27 +171,27 @@ class Follower:
         follower._odometry.records.restore(evidence)
         return follower
 
-    def _stance(self) -> Stance | None:
-        """Return the stance of the run, as the longest part shows it."""
-        stance = self._odometry.stance
+    def _initial_pose(self) -> InitialPose | None:
+        """Return the initial_pose of the run, as the longest part shows it."""
+        initial_pose = self._odometry.initial_pose
         start, last = self._rows.start, self._rows.last
         if start is None or last is None or self._rig.mount.view == "down":
-            return stance
+            return initial_pose
         if last.frame - start.frame < start.frame:
             return None
         own = {
-            each.name: getattr(stance, each.name) - getattr(start, each.name)
-            for each in fields(Stance)
+            each.name: getattr(initial_pose, each.name) - getattr(start, each.name)
+            for each in fields(InitialPose)
         }
-        return Stance(**own)
+        return InitialPose(**own)
 
-    def _origin(self) -> Stance:
+    def _origin(self) -> InitialPose:
         """Return where the camera stood in the pipe at the pose 0.
 
         A later chunk begins anywhere on the way of the robot, and its wall is joined to others.
         """
         if self._frames is None or self._frames.first == 0:
-            return self._odometry.stance
+            return self._odometry.initial_pose
         return self._odometry.start
 
     def _tie(self, frame: Frame, frames: FrameRange) -> Tie:

@@ -17,8 +17,8 @@ from vo_core.mosaic.mosaic import Mosaic
 
 if TYPE_CHECKING:
     from vo_core import Estimate, Rig
+    from vo_core.geometry.initial_pose import InitialPose
     from vo_core.geometry.rectify import Rows
-    from vo_core.geometry.stance import Stance
     from vo_core.joints.sightings import Sighting
     from vo_core.sources import Frame
     from vo_core.types import ByteImage
@@ -36,7 +36,7 @@ class Sight:
     """The odometry's pose at the distance that it has in the run."""
     rows: Rows
     """Rows of the picture that were exposed at that pose."""
-    origin: Stance
+    origin: InitialPose
     """Where the camera stood in the pipe at the pose 0."""
     measure_health: Callable[[], Health]
     smoothed: Callable[[], Sequence[Estimate]]
@@ -65,7 +65,9 @@ class Onlooker:
         frame, estimate = at.frame, at.estimate
         health = Health(*(round(each, 4) for each in astuple(at.measure_health())))
         self._health.append((estimate.frame, health))
-        self._joints.add(frame.image, estimate, at.rows, stance=at.origin, smoothed=at.smoothed)
+        self._joints.add(
+            frame.image, estimate, at.rows, initial_pose=at.origin, smoothed=at.smoothed
+        )
         in_pipe = at.origin.added_to(estimate)
         if self._wall.wants(in_pipe):
             self._wall.add(frame.to_bgr(), in_pipe, at.rows)

@@ -187,7 +187,7 @@ def _row(
         estimates.append(estimate)
         times_ms.append((step_ms, unit_ms))
         if isinstance(method, Odometry) and finder is not None:
-            finder.add(image, estimate, stance=method.stance, smoothed=method.smoothed)
+            finder.add(image, estimate, initial_pose=method.initial_pose, smoothed=method.smoothed)
     if isinstance(method, Odometry):
         estimates = method.smoothed()
     track = Track.from_estimates(estimates)

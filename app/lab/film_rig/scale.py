@@ -72,7 +72,12 @@ def focal_factors(
     with VideoFile(video) as frames:
         for done, frame in enumerate(frames.read_ahead(), 1):
             estimate = odometry.step(frame.image, frame.t_s)
-            finder.add(frame.image, estimate, stance=odometry.stance, smoothed=odometry.smoothed)
+            finder.add(
+                frame.image,
+                estimate,
+                initial_pose=odometry.initial_pose,
+                smoothed=odometry.smoothed,
+            )
             on_progress(done, frames.info.frames)
     return factors_of(Track.from_estimates(odometry.smoothed()), finder.finish(), rig, length_mm)
 

@@ -86,7 +86,7 @@ def write(report: Report) -> Written:
         },
         "sightings": [asdict(sighting) for sighting in report.sightings],
         "mount_tilt": asdict(tilt) if (tilt := report.corrected.tilt) else None,
-        "stance": asdict(report.stance),
+        "stance": asdict(report.initial_pose),
     }
     losses: list[Loss] = []
     if report.extras.photos:

@@ -18,7 +18,7 @@ from app.survey.observations.records import Observation
 from app.survey.observations.tag import Tag
 from app.survey.places.measure import Figure
 from vo_core import Estimate, Pose, Rig, Track
-from vo_core.geometry.stance import AS_STATED, Stance
+from vo_core.geometry.initial_pose import AS_STATED, InitialPose
 from vo_core.geometry.wall import (
     Poses,
     WallPoint,
@@ -110,8 +110,8 @@ class Trajectory:
     adjusted: Adjusted
     raw: Track
     places: MutableMapping[Anchor, Place] = field(default_factory=dict)
-    """Places derived before with the same correction and stance of the same run."""
-    stance: Stance = AS_STATED
+    """Places derived before with the same correction and initial_pose of the same run."""
+    initial_pose: InitialPose = AS_STATED
     """Pose of the camera in the pipe at the first frame."""
     figures: MutableMapping[str, Figure] = field(default_factory=dict)
     """Figures of measures, kept like the places."""
@@ -127,7 +127,9 @@ class Trajectory:
         None until the frame is tracked.
         """
         raw = estimate_at(self.raw, frame)
-        return None if raw is None else (self.stance.added_to(raw), self.adjusted.estimate(raw))
+        return (
+            None if raw is None else (self.initial_pose.added_to(raw), self.adjusted.estimate(raw))
+        )
 
 
 def wall_under(trajectory: Trajectory, frame: int, pixel: tuple[float, float]) -> WallUnder | None:
@@ -183,19 +185,19 @@ class WallGrid:
 
 
 def wall_grid(
-    rig: Rig, stance: Stance, scale: float = 1.0, cols: int = 33, rows: int = 25
+    rig: Rig, initial_pose: InitialPose, scale: float = 1.0, cols: int = 33, rows: int = 25
 ) -> WallGrid:
     """Compute the rays of a grid of pixels, with the pose of the first frame."""
     u_px = np.linspace(0, rig.camera.width - 1, cols)
     v_px = np.linspace(0, rig.camera.height - 1, rows)
     pixels = np.stack(np.meshgrid(u_px, v_px), axis=-1).reshape(-1, 2)
-    _, y_mm, z_mm = camera_position(rig, stance.pose).tolist()
+    _, y_mm, z_mm = camera_position(rig, initial_pose.pose).tolist()
     return WallGrid(
         u_px.tolist(),
         v_px.tolist(),
         robot_rays(rig, pixels).reshape(rows, cols, 3),
         rig.pipe.radius_mm,
-        replace(stance.pose, y_mm=y_mm, z_mm=z_mm),
+        replace(initial_pose.pose, y_mm=y_mm, z_mm=z_mm),
         scale,
     )
 

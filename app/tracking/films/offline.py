@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Protocol
 
 from vo_core import Estimate, Odometry, Rig, Track, VideoFile
-from vo_core.geometry.stance import Stance
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.joints.finder import JointFinder
 from vo_core.paper import PaperOdometry
 from vo_core.types import Image
@@ -26,7 +26,7 @@ class Stepper(Protocol):
     """The interface of every method."""
 
     @property
-    def stance(self) -> Stance:
+    def initial_pose(self) -> InitialPose:
         """Pose of the camera in the pipe at the first frame, by the frames so far."""
 
     def step(self, image: Image, t_s: float) -> Estimate:
@@ -74,7 +74,9 @@ def track_video(
         for frame in frames.read_ahead():
             estimates.append(stepper.step(frame.image, frame.t_s))
             if finder is not None:
-                finder.add(frame.image, estimates[-1], stance=stepper.stance, smoothed=smoothed)
+                finder.add(
+                    frame.image, estimates[-1], initial_pose=stepper.initial_pose, smoothed=smoothed
+                )
             if on_progress is not None:
                 on_progress(len(estimates), frames.info.frames)
     if smoothed is not None:

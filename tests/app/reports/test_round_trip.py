@@ -200,7 +200,7 @@ HEADERS = st.fixed_dictionaries(
 )  # fmt: skip
 
 
-STANCES = st.fixed_dictionaries(
+INITIAL_POSES = st.fixed_dictionaries(
     {name: st.integers(-9000, 9000).map(lambda n: n / 100)
      for name in ("y_mm", "yaw_deg", "z_mm", "pitch_deg", "roll_deg")}
 )  # fmt: skip
@@ -231,7 +231,7 @@ def test_anything_that_was_stated_comes_back(
         }
         for n, one in enumerate(fields)
     ]  # fmt: skip
-    content["stance"] = data.draw(STANCES)
+    content["stance"] = data.draw(INITIAL_POSES)
     first = exported(shared, imported(shared, json.dumps(content).encode()))
     for tag, one in zip(content["tags"], fields, strict=True):
         if one.get("photo_name"):  # another program's photo, which nobody has seen

@@ -15,7 +15,7 @@ from app.jobs.track.batches import Batch
 from app.storage.blobs.folder import FolderBlobs
 from app.storage.folder.files import Places
 from app.tracking.tracks import HealthColumns, Tracks
-from vo_core.geometry.stance import Stance
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.geometry.tilt import MountTilt
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting
@@ -48,23 +48,28 @@ def test_a_frame_that_was_left_out_has_the_health_of_the_next_one() -> None:
 def test_the_newest_tilt_and_stance_of_the_camera_are_kept_with_the_track(
     tracks: Tracks, tmp_path: Path
 ) -> None:
-    tilt, stance = MountTilt(2.9, -0.25, 0.01, 0.4), Stance(12.0, -0.5, 16.25, -3.125, 0.0)
+    tilt, initial_pose = (
+        MountTilt(2.9, -0.25, 0.01, 0.4),
+        InitialPose(12.0, -0.5, 16.25, -3.125, 0.0),
+    )
     tracks.begin("a")
-    assert (tracks.tilt("a"), tracks.stance("a")) == (None, Stance())
-    tracks.append("a", Batch([], tilt=MountTilt(0.0, 0.0, 1.0, 1.0), stance=Stance(y_mm=1.0)))
-    tracks.append("a", Batch([], tilt=tilt, stance=stance))
+    assert (tracks.tilt("a"), tracks.initial_pose("a")) == (None, InitialPose())
+    tracks.append(
+        "a", Batch([], tilt=MountTilt(0.0, 0.0, 1.0, 1.0), initial_pose=InitialPose(y_mm=1.0))
+    )
+    tracks.append("a", Batch([], tilt=tilt, initial_pose=initial_pose))
     tracks.append("a", Batch([]))
     for _ in range(2):  # once more, as after a full disk
         tracks.finish("a", {"name": "A run"})
         for found in (tracks, started(tmp_path)):
-            assert (found.tilt("a"), found.stance("a")) == (tilt, stance)
+            assert (found.tilt("a"), found.initial_pose("a")) == (tilt, initial_pose)
     tracks.go_on("a")
-    assert tracks.stance("a") == stance
+    assert tracks.initial_pose("a") == initial_pose
     tracks.begin("a")
     assert tracks.tilt("a") is None
     tracks.finish("a", {"name": "A run"})
     assert "# stance" not in FolderBlobs(tmp_path).get("inspections/a/track.csv").decode()
-    assert started(tmp_path).stance("a") == Stance()
+    assert started(tmp_path).initial_pose("a") == InitialPose()
 
 
 def test_a_track_that_grows_is_read_without_a_copy_and_what_was_read_stays(tracks: Tracks) -> None:

@@ -5,11 +5,11 @@ import pytest
 from worlds import FINER, WALL_SHAPE, World, small_rig, speckle, stored
 
 from vo_core import Estimate
-from vo_core.geometry.stance import AS_STATED, Stance
+from vo_core.geometry.initial_pose import AS_STATED, InitialPose
 from vo_core.joints.finder import JointFinder
 
 RIG = small_rig(mount={"view": "forward"})
-STANDS = Stance(y_mm=12.0, yaw_deg=2.5)
+STANDS = InitialPose(y_mm=12.0, yaw_deg=2.5)
 JOINT_MM, KNOWN_MM = 300.0, 700.0
 PERIOD_MM = WALL_SHAPE[1] * RIG.mount.height_mm / RIG.camera.fx / FINER
 """The wall, with its joint, repeats."""
@@ -31,8 +31,8 @@ def found(images, smoothed=None):
     finder = JointFinder(RIG)
     for n, (image, x_mm) in enumerate(zip(images, WAY_MM, strict=True)):
         pose = Estimate(n, n / 30, x_mm, 0.0, 0.0, x_mm, 0.1, 1.0, "ok", 0.1)
-        stance = STANDS if x_mm > KNOWN_MM else AS_STATED
-        finder.add(image, pose, stance=stance, smoothed=smoothed)
+        initial_pose = STANDS if x_mm > KNOWN_MM else AS_STATED
+        finder.add(image, pose, initial_pose=initial_pose, smoothed=smoothed)
     return [(WAY_MM[s.frame] + s.ahead_mm, s.sigma_mm) for s in finder.finish()]
 
 

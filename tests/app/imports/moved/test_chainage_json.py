@@ -18,7 +18,7 @@ from app.survey.adjustment.adjust import adjust
 from app.survey.distances.corrected import Corrected
 from app.survey.distances.stated import Joints, Length, Mark, Stated, Zero
 from app.survey.observations.records import Event
-from vo_core.geometry.stance import Stance
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.image.health import Health
 from vo_core.joints.sightings import Sighting
 from vo_core.rig import Tolerance
@@ -108,7 +108,7 @@ def test_an_export_of_before_the_tolerances_is_read(exported):
     track = found.track
     assert (track.sigma_registration_mm == track.sigma_distance_mm).all()
     assert not np.concatenate([track.z_mm, track.pitch_deg, track.roll_deg]).any()
-    assert found.stance == Stance()
+    assert found.initial_pose == InitialPose()
     assert found.rig.tolerance == Tolerance()
     assert found.stated.joints.use is False
 

@@ -160,7 +160,7 @@ def test_joints_health_tilt_and_stance_are_those_of_one_run(
     for name in ("overlap", "brightness", "overexposed", "fixed_pattern"):
         off = column(health.values(), name) - column(other.values(), name)
         assert np.abs(off).max() < 0.02, name
-    assert batch.stance == tracked.whole.stance
+    assert batch.initial_pose == tracked.whole.initial_pose
     assert batch.tilt is not None
     assert tracked.whole.tilt is not None
     assert batch.tilt.pitch_deg == pytest.approx(tracked.whole.tilt.pitch_deg, abs=0.02)

@@ -21,7 +21,7 @@ from app.survey.adjustment.adjust import adjust
 from app.survey.distances.stated import Stated
 from app.survey.places.place import Trajectory, wall_under
 from vo_core import Estimate, Pose, Track
-from vo_core.geometry.stance import Stance
+from vo_core.geometry.initial_pose import InitialPose
 from vo_core.joints.sightings import places_mm
 from vo_core.mosaic.layout import Layout
 from vo_core.sources import frame_of
@@ -40,7 +40,7 @@ CROOKED = replace(
 )
 """The camera stands 12 mm to the right and 16 mm low and looks 3 degrees down; no rig says so."""
 
-TRUE = Stance(y_mm=12.0, z_mm=16.0, pitch_deg=-3.0)
+TRUE = InitialPose(y_mm=12.0, z_mm=16.0, pitch_deg=-3.0)
 AHEAD_MM = 250.0
 CLOCKS_H = (1.0, 3.0, 5.0, 6.0, 7.0, 9.0, 11.0)
 RADIUS_MM = 150.0
@@ -71,8 +71,10 @@ def batch(follower: Follower) -> Batch:
 @pytest.fixture(scope="module")
 def trajectory(batch: Batch, follower: Follower) -> Trajectory:
     track = Track.from_estimates([row for each in follower.smoothed() for row in each.smoothed])
-    assert batch.stance is not None
-    return Trajectory(adjust(track, CROOKED.rig, Stated(), []), track, stance=batch.stance)
+    assert batch.initial_pose is not None
+    return Trajectory(
+        adjust(track, CROOKED.rig, Stated(), []), track, initial_pose=batch.initial_pose
+    )
 
 
 def true_pixel(frame: RenderedFrame, x_mm: float, clock_h: float) -> tuple[float, float]:
@@ -88,10 +90,12 @@ def true_pixel(frame: RenderedFrame, x_mm: float, clock_h: float) -> tuple[float
 
 def test_the_stance_is_that_of_the_real_camera(trajectory: Trajectory) -> None:
     # The first links of a coded film are short; the places after a metre do not suffer from it.
-    assert trajectory.stance.y_mm == pytest.approx(TRUE.y_mm, abs=8)
-    assert trajectory.stance.z_mm == pytest.approx(TRUE.z_mm, abs=8)
+    assert trajectory.initial_pose.y_mm == pytest.approx(TRUE.y_mm, abs=8)
+    assert trajectory.initial_pose.z_mm == pytest.approx(TRUE.z_mm, abs=8)
     for turn in ("yaw_deg", "pitch_deg", "roll_deg"):
-        assert getattr(trajectory.stance, turn) == pytest.approx(getattr(TRUE, turn), abs=1), turn
+        assert getattr(trajectory.initial_pose, turn) == pytest.approx(
+            getattr(TRUE, turn), abs=1
+        ), turn
 
 
 def test_a_pixel_shows_its_wall_point_at_the_right_clock_and_distance(
@@ -146,7 +150,7 @@ def test_a_camera_that_looks_down_stands_as_its_rig_states_in_every_part() -> No
     last = Estimate(3, 0.0, 0.0, 4.0, 0.5, 0.0, 1.0, 1.0, "ok", 1.0)
     frames = [replace(each, index=4 + each.index) for each in film(CROOKED)[:20]]
     for follower in (Follower(rig), Follower(rig, start=last, between="stood_still")):
-        assert followed(follower, frames).stance == Stance()
+        assert followed(follower, frames).initial_pose == InitialPose()
 
 
 @pytest.mark.parametrize(("earlier", "is_known"), [(3, True), (300, False)])
@@ -155,13 +159,13 @@ def test_a_later_part_shows_the_stance_once_it_is_longer_than_the_run_before(
 ) -> None:
     last = Estimate(earlier, 0.0, 0.0, 4.0, 0.5, 0.0, 1.0, 1.0, "ok", 1.0)
     frames = [replace(each, index=earlier + 1 + each.index) for each in film(CROOKED)[:20]]
-    alone = followed(Follower(CROOKED.rig), film(CROOKED)[:20]).stance
+    alone = followed(Follower(CROOKED.rig), film(CROOKED)[:20]).initial_pose
     later = followed(Follower(CROOKED.rig, start=last, between="stood_still"), frames)
     if not is_known:
-        assert later.stance is None
+        assert later.initial_pose is None
         return
     assert alone is not None
-    assert later.stance is not None
-    assert later.stance.y_mm == alone.y_mm - 4.0
-    assert later.stance.yaw_deg == alone.yaw_deg - 0.5
-    assert later.stance.z_mm == alone.z_mm
+    assert later.initial_pose is not None
+    assert later.initial_pose.y_mm == alone.y_mm - 4.0
+    assert later.initial_pose.yaw_deg == alone.yaw_deg - 0.5
+    assert later.initial_pose.z_mm == alone.z_mm

@@ -15,7 +15,7 @@ Poses = TypeVar("Poses", Estimate, Track)
 
 
 @dataclass(frozen=True)
-class Stance:
+class InitialPose:
     """Pose of the camera in the pipe at the first frame, against the rig's.
 
     A track begins at this pose and does not contain it, so rays are cast from their sum.
@@ -43,13 +43,16 @@ class Stance:
         return replace(poses, **sums)
 
     def metadata(self) -> dict[str, str]:
-        """Lines for the head of a track file; a camera that stands as its rig states has none."""
+        """Lines for the head of a track file; a camera that stands as its rig states has none.
+
+        Files have the older name `stance` for it.
+        """
         if self == AS_STATED:
             return {}
         return {f"stance_{each.name}": f"{getattr(self, each.name):.3f}" for each in fields(self)}
 
     @classmethod
-    def from_metadata(cls, lines: Mapping[str, str]) -> Stance:
+    def from_metadata(cls, lines: Mapping[str, str]) -> InitialPose:
         """Parse the lines of `metadata`; zero where they are missing, as in older files."""
         try:
             return cls(*(float(lines[f"stance_{each.name}"]) for each in fields(cls)))
@@ -57,5 +60,5 @@ class Stance:
             return AS_STATED
 
 
-AS_STATED = Stance()
+AS_STATED = InitialPose()
 """A camera that stands as its rig states, like any that looks down."""
