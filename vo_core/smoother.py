@@ -43,7 +43,8 @@ _RECORD = np.dtype(
         ("status", np.int8),
         ("looking_around", np.float32),
         ("systematic_mm2", np.float64),
-        ("scale_mm2", np.float64),
+        ("doubt_mm", np.float64),
+        ("doubted", np.float32),
     ]
 )
 
@@ -69,8 +70,11 @@ class Apart:
     widening: Matrix
     """(8,) variance that the state gains where the frame becomes a reference."""
     systematic_mm2: float
-    scale_mm2: float
-    """Variances of the distance, the second one by the wall's shape."""
+    """Variance of the distance."""
+    doubt_mm: float
+    """Standard deviation of the distance by the shape of the wall, so far."""
+    doubted: float
+    """Share by which the way that ends with this frame may be wrong."""
 
 
 def joined(moving: Matrix, reference: Matrix) -> Matrix:
@@ -103,7 +107,8 @@ class Smoother:
                 _STATUSES.index(estimate.status),
                 estimate.looking_around,
                 apart.systematic_mm2,
-                apart.scale_mm2,
+                apart.doubt_mm,
+                apart.doubted,
             )
         )
 
@@ -123,7 +128,8 @@ class Smoother:
         start = mean[0, :POSE]
         variance = np.maximum(covariance[:, 0, 0], 0.0) + records["systematic_mm2"]
         poses = mean[:, :POSE] - start
-        scale = records["scale_mm2"] + np.square(scale_sigma * poses[:, 0])
+        doubt_mm = _known_later(records["doubt_mm"], records["doubted"], poses[:, 0])
+        scale = np.square(doubt_mm) + np.square(scale_sigma * poses[:, 0])
         return [
             Estimate.of(
                 Pose.of(pose),
@@ -137,6 +143,21 @@ class Smoother:
             )
             for frame, (record, pose) in enumerate(zip(records, poses, strict=True))
         ]
+
+
+def _known_later(doubt_mm: Matrix, doubted: Matrix, x_mm: Matrix) -> Matrix:
+    """(N,) doubts of the distance, each with what later frames show of the way up to it.
+
+    A bed, or waves, are certain only after some way, which then counts by them as a whole: the
+    doubt jumps at one frame.  Looking back it rose by the share that is known there.
+    """
+    known_mm, share = doubt_mm.tolist(), 0.0
+    steps_mm = np.abs(np.diff(x_mm)).tolist()
+    for frame in reversed(range(len(steps_mm))):
+        if known_mm[frame + 1] <= doubt_mm[frame + 1]:
+            share = float(doubted[frame + 1])
+        known_mm[frame] = max(known_mm[frame], known_mm[frame + 1] - share * steps_mm[frame])
+    return np.array(known_mm)
 
 
 def _smoothed(records: NDArray[Any]) -> tuple[Matrix, Matrix]:

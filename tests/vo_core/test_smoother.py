@@ -6,7 +6,7 @@ import pytest
 from vo_core.smoother import STATE, Apart, Link, Smoother, joined
 from vo_core.track import Estimate
 
-NOTHING = Apart(np.zeros(STATE), 0.0, 0.0)
+NOTHING = Apart(np.zeros(STATE), 0.0, 0.0, 0.0)
 START, STEP = 1e-6, 0.04
 """Variances of x at the start and of a link."""
 
@@ -73,3 +73,14 @@ def test_the_zero_point_moves_all_frames_but_the_first():
     smoother.shift(-1.0, 0.5)
     made = smoother.estimates(0.0)
     assert [(each.x_mm, each.y_mm) for each in made] == [(0.0, 0.0), (9.0, 0.5)]
+
+
+def test_a_bed_that_is_certain_late_counts_from_where_it_began():
+    smoother, places_mm = Smoother(), [0.0, 100.0, 200.0, 300.0, 400.0]
+    live_mm, shares = [0.0, 0.0, 0.0, 20.0, 30.0], [0.0, 0.0, 0.0, 0.1, 0.1]
+    for frame, (x_mm, mm, share) in enumerate(zip(places_mm, live_mm, shares, strict=True)):
+        before_mm = places_mm[max(frame - 1, 0)]
+        each = link(frame - 1, x_mm, before_mm, START, START)
+        smoother.add(each, estimate(frame), Apart(np.zeros(STATE), 0.0, mm, share))
+    sigma_mm = [each.sigma_distance_mm for each in smoother.estimates(0.0)]
+    assert sigma_mm == pytest.approx([0.0, 0.0, 10.0, 20.0, 30.0], abs=0.01)

@@ -56,7 +56,8 @@ class Bed:
         """Weighted mean of the pitch times the distance."""
         self._way = 0.0
         """Weighted mean of the squared distance."""
-        self._doubt = Doubt(MEMORY_MM)
+        self.doubt = Doubt(MEMORY_MM)
+        """That of the distance by beds; it stays after the bed has ended."""
 
     def take(self, change: Matrix, last_mm: float, x_mm: float) -> None:
         """Add the change of a pose since its reference, and the distances of the last two fixes.
@@ -74,7 +75,7 @@ class Bed:
         self._way += share * (weight * way_mm**2 - self._way)
         # Of a mixture of a bed and none, the standard deviation.
         depth = DEPTH_MM / self._height_mm
-        self._doubt.take(float(np.sqrt(self.probability)) * depth, x_mm - last_mm)
+        self.doubt.take(float(np.sqrt(self.probability)) * depth, x_mm - last_mm)
 
     @property
     def misfit(self) -> float:
@@ -89,11 +90,3 @@ class Bed:
         variance = NO_BED_MISFIT**2 / max(min(self._seen_mm / MEMORY_MM, 1.0), 1e-3)
         gain = (self.misfit - self._expected / 2) * self._expected / variance
         return probability(gain - UNLIKELY)
-
-    @property
-    def doubt_mm(self) -> float:
-        """Standard uncertainty of the distance by beds, signed like the way on them.
-
-        It stays after the bed has ended.
-        """
-        return self._doubt.mm

@@ -22,7 +22,8 @@ class Doubt:
 
     def __init__(self, memory_mm: float) -> None:
         self._memory_mm = memory_mm
-        self._share = 0.0
+        self.share = 0.0
+        """Share that counts for the way within the memory."""
         self._late_mm = 0.0
         """Way within the memory, signed like the distance."""
         self._before_mm = 0.0
@@ -33,15 +34,15 @@ class Doubt:
         moved_mm = self._late_mm + way_mm
         self._late_mm = float(np.clip(moved_mm, -self._memory_mm, self._memory_mm))
         self._before_mm += share * (moved_mm - self._late_mm)
-        self._share = share
+        self.share = share
 
     @property
     def mm(self) -> float:
         """Standard uncertainty, signed like the way, so that what consecutive ways add adds up."""
-        return self._before_mm + self._share * self._late_mm
+        return self._before_mm + self.share * self._late_mm
 
 
-def together_mm(one_mm: float, other_mm: float) -> float:
-    """Combine two independent doubts; the sign is that of the larger one."""
-    larger_mm = max(one_mm, other_mm, key=abs)
-    return float(np.copysign(np.hypot(one_mm, other_mm), larger_mm))
+def together_mm(one: Doubt, other: Doubt) -> float:
+    """Combine two independent doubts, mm; the sign is that of the larger one."""
+    larger_mm = max(one.mm, other.mm, key=abs)
+    return float(np.copysign(np.hypot(one.mm, other.mm), larger_mm))

@@ -81,7 +81,8 @@ class Waves:
         self._unsearched = 0
         """Number of pictures added since the last search for the wave."""
         self._last_mm: float | None = None
-        self._doubt = Doubt(CELLS * self._cell_mm)
+        self.doubt = Doubt(CELLS * self._cell_mm)
+        """That of the distance by waves that the rig does not state."""
         self.wave: Wave | None = None
         """The wave in the wall seen of late; None before enough of it was seen."""
 
@@ -104,12 +105,7 @@ class Waves:
         way_mm = 0.0 if self._last_mm is None else x_mm - self._last_mm
         self._last_mm = x_mm
         if self._doubts:
-            self._doubt.take(self._share, way_mm)
-
-    @property
-    def doubt_mm(self) -> float:
-        """Standard uncertainty of the distance by waves that the rig does not state, signed."""
-        return self._doubt.mm
+            self.doubt.take(self._share, way_mm)
 
     @property
     def _share(self) -> float:

@@ -65,7 +65,7 @@ class Chain:
     @property
     def bed_mm(self) -> float:
         """Part of `sigma_distance_mm` by beds and by waves, signed like the way on them."""
-        return together_mm(self._bed.doubt_mm, self.waves.doubt_mm)
+        return together_mm(self._bed.doubt, self.waves.doubt)
 
     def begin(self, picture: Picture) -> Step:
         """Take the first keyframe; after a pose was given up its distance is uncertain."""
@@ -142,7 +142,9 @@ class Chain:
             looking_around=float(self._lookout is not None and self._lookout.is_around),
         )
         beside_mm2 = sigma_mm**2 - variance_mm2
-        self._smoother.add(step.link, estimate, Apart(step.widening, beside_mm2, self.bed_mm**2))
+        doubted = float(np.hypot(self._bed.doubt.share, self.waves.doubt.share))
+        apart = Apart(step.widening, beside_mm2, abs(self.bed_mm), doubted)
+        self._smoother.add(step.link, estimate, apart)
         self.frame += 1
         return estimate
 

@@ -31,7 +31,7 @@ def drive(bed, true_mm, pitch_share):
         pitch_rad = pitch_share(x_mm) * way_mm / HEIGHT_MM
         change = np.array([way_mm, 0, 0, 0, pitch_rad, 0])
         bed.take(change, last_mm, x_mm)
-        found.append(bed.doubt_mm)
+        found.append(bed.doubt.mm)
     return np.abs(found)
 
 

@@ -33,7 +33,7 @@ def driven(wall, rig=RIG, way_mm=WAY_MM):
     lamp = 80 * np.exp(-(((COLUMNS / GRID.shape[1] - 0.4) / 0.4) ** 2))
     for x_mm in way_mm:
         waves.take((lamp * wall(x_mm)).astype(np.float32), VALID, x_mm)
-        doubt_mm.append(waves.doubt_mm)
+        doubt_mm.append(waves.doubt.mm)
     return waves, np.array(doubt_mm)
 
 
