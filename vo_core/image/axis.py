@@ -45,15 +45,11 @@ class AxisFinder:
     """Finds the axis in frames of one size."""
 
     def __init__(self, frame_wh: tuple[int, int]) -> None:
-        # How far outside the picture the axis may lie, as a share of its longest side Distance from
-        # the axis up to which gradients count fully, as a share of the longest side. Farther rings
-        # are off the axis if the camera is. Least share of the window that lies in the picture,
-        # else the score falls.
-        least_support = 0.35
-        reach = 0.4  # distance beyond which gradients do not count, as a share of the longest side
-        near = 0.1
-        outside = 0.15
         side_px = 96  # longest side of the picture in which the axis is searched: shading is smooth
+        # As shares of that side: gradients count fully up to `near`, because farther rings are off
+        # the axis if the camera is, and not at all beyond `reach`; the axis may lie outside.
+        near, reach, outside = 0.1, 0.4, 0.15
+        least_support = 0.35  # share of the window within the picture below which the score falls
         self._scale = min(1.0, side_px / max(frame_wh))
         self._size_wh = (round(frame_wh[0] * self._scale), round(frame_wh[1] * self._scale))
         reach_px, near_px = int(reach * side_px), near * side_px

@@ -113,12 +113,11 @@ class HealthGauge:
         )
 
     def _sharpness(self, patch: GrayImage) -> float:
+        steady = 0.2  # weight of a measurement in the current detail: one joint is no blur
+        # Weights of a measurement above the recent best detail, and below: a minute at 30 Hz
+        # forgets most of it.
+        rise, fall = 0.2, 1 / 1000
         # One direction per frame, at half the cost.
-        # Weight of a measurement below the recent best detail: a minute at 30 Hz forgets most of it
-        # Weight of a measurement in the current detail, so that one joint or stain is no blur.
-        steady = 0.2
-        fall = 1 / 1000
-        rise = 0.2  # weight of a measurement above the recent best detail
         turn = self._turn = 1 - self._turn
         rows = patch[:, _SPARSE // 2 :: _SPARSE].T if turn else patch[_SPARSE // 2 :: _SPARSE]
         new = detail(np.ascontiguousarray(rows))
