@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vo_core.image.filters import gradient, magnitude
+from vo_core.image.filters import gradient, magnitude, parabola_peak
 from vo_core.image.resample import reduce_to
 from vo_core.types import GrayImage, Image
 
@@ -114,5 +114,4 @@ def _peak(three: GrayImage) -> float:
     if len(three) < 3:
         return 0.0
     left, middle, right = (float(value) for value in three)
-    curvature = left - 2 * middle + right
-    return 0.0 if curvature >= 0 else float(np.clip((left - right) / (2 * curvature), -0.5, 0.5))
+    return parabola_peak(left, middle, right)

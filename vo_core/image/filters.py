@@ -111,6 +111,14 @@ def taper(valid: ByteImage | GrayImage, margin_px: int) -> GrayImage:
     return np.asarray(ramp * ramp * (3 - 2 * ramp), np.float32)
 
 
+def parabola_peak(left: float, middle: float, right: float) -> float:
+    """Offset of the maximum of the parabola through three neighbours, within half a step."""
+    curvature = left - 2 * middle + right
+    if curvature >= 0:
+        return 0.0
+    return float(np.clip((left - right) / (2 * curvature), -0.5, 0.5))
+
+
 def contrast(image: GrayImage) -> float:
     """Standard deviation in grey levels at an eighth of the size, where noise averages out."""
     rows, columns = (max(side // 8, 1) for side in image.shape)

@@ -36,6 +36,7 @@ from vo_core.matching.correlate import (
     polar_spectrum,
     rotation_between,
     spectrum,
+    window_of,
 )
 from vo_core.matching.template import Likeness, agree
 from vo_core.state import UNKNOWN_RATE, State, tilt_sigma_rad
@@ -172,7 +173,7 @@ class Locator:
         common = resample_mask(picture.view.coarse_valid, maps) & shown
         if np.count_nonzero(common) < LEAST_OVERLAP * np.count_nonzero(shown):
             return []
-        window = taper(common, max(4, min(common.shape) // 5))
+        window = window_of(common)
         original = self._coarse_blocks.crop(reference.picture.coarse)
         surface = correlation(spectrum(original, window), spectrum(seen, window))
         return [peak for peak in best_peaks(surface, 2) if peak.psr >= self._least_psr]

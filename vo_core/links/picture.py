@@ -10,11 +10,10 @@ import numpy as np
 from vo_core.geometry.motion import POSE, parameters
 from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.wall import Pose
-from vo_core.image.filters import taper
-from vo_core.image.resample import halve
+from vo_core.image.resample import halve, halve_mask
 from vo_core.matching.align import inverse
 from vo_core.matching.blocks import BlockGrid
-from vo_core.matching.correlate import LOCK_PSR, best_peaks, correlation, spectrum
+from vo_core.matching.correlate import LOCK_PSR, best_peaks, correlation, spectrum, window_of
 from vo_core.matching.template import Template
 from vo_core.state import State
 from vo_core.types import ByteImage, GrayImage, Matrix
@@ -33,7 +32,7 @@ class View:
             self.valid = self.valid & (1 - rectify.shows(hidden))
         """(H, W), 1 where the patch shows the wall."""
         self.whole = blocks.whole(self.valid)
-        self.coarse_valid = (halve(self.valid.astype(np.float32)) > 0.99).astype(np.uint8)
+        self.coarse_valid = halve_mask(self.valid)
 
 
 @dataclass(frozen=True)
@@ -88,6 +87,5 @@ class Reference:
     @cached_property
     def repeats(self) -> bool:
         """Whether the wall looks alike at several places of the picture, by autocorrelation."""
-        coarse, seen = self.picture.coarse, self.picture.view.coarse_valid
-        own = spectrum(coarse, taper(seen, max(4, min(seen.shape) // 5)))
+        own = spectrum(self.picture.coarse, window_of(self.picture.view.coarse_valid))
         return best_peaks(correlation(own, own), 2)[1].psr >= LOCK_PSR

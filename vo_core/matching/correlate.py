@@ -13,8 +13,8 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from vo_core.image.filters import magnitude, smooth
-from vo_core.types import GrayImage
+from vo_core.image.filters import magnitude, parabola_peak, smooth, taper
+from vo_core.types import ByteImage, GrayImage
 
 LOCK_PSR = 8.0
 """Peak-to-sidelobe ratio of a true match; without a match it stays below 6 (measured)."""
@@ -42,6 +42,11 @@ def spectrum(image: GrayImage, window: GrayImage) -> GrayImage:
     a quarter of the cost of a complex one.
     """
     return np.asarray(cv2.dft(_padded(image, window)), np.float32)
+
+
+def window_of(seen: ByteImage) -> GrayImage:
+    """Window for pictures of the wall, (H, W): it tapers over a fifth of the shorter side."""
+    return taper(seen, max(4, min(seen.shape) // 5))
 
 
 def correlation(reference: GrayImage, moving: GrayImage) -> GrayImage:
@@ -83,11 +88,8 @@ def _subpixel(surface: GrayImage, row: int, column: int) -> tuple[float, float]:
 
 def _log_parabola(three: GrayImage) -> float:
     """Offset of the maximum of the parabola through the logarithms of three neighbours."""
-    left, middle, right = np.log(np.maximum(three.astype(np.float64), 1e-9))
-    curvature = left - 2 * middle + right
-    if curvature >= 0 or middle < max(left, right):
-        return 0.0
-    return float((left - right) / (2 * curvature))
+    left, middle, right = np.log(np.maximum(three.astype(np.float64), 1e-9)).tolist()
+    return 0.0 if middle < max(left, right) else parabola_peak(left, middle, right)
 
 
 def _padded(image: GrayImage, window: GrayImage) -> GrayImage:
@@ -123,7 +125,8 @@ def _band_pass(height: int, width: int) -> GrayImage:
     return packed
 
 
-ANGLES, RADII = 360, 160
+ANGLES = 360
+"""Angles of the polar spectrum, over half a turn."""
 
 
 def polar_spectrum(image: GrayImage, window: GrayImage) -> GrayImage:
@@ -148,17 +151,15 @@ def rotation_between(reference: GrayImage, moving: GrayImage) -> float:
     reach = int(rotation_limit_rad / step_rad)
     lags = np.arange(-reach, reach + 1)
     best = int(lags[curve[lags].argmax()])
-    left, middle, right = curve[best - 1], curve[best], curve[(best + 1) % ANGLES]
-    curvature = left - 2 * middle + right
-    offset = (left - right) / (2 * curvature) if curvature < 0 else 0.0
-    return float((best + np.clip(offset, -0.5, 0.5)) * step_rad)
+    offset = parabola_peak(*curve[[best - 1, best, (best + 1) % ANGLES]].tolist())
+    return float((best + offset) * step_rad)
 
 
 @lru_cache(maxsize=16)
 def _polar_maps(height: int, half_width: int) -> tuple[GrayImage, GrayImage]:
     radius_range = (0.03, 0.35)  # radii of the polar spectrum, cycles per px
     angle = (np.arange(ANGLES)[:, None] / ANGLES - 0.5) * np.pi
-    radius = np.linspace(*radius_range, RADII)[None, :]
+    radius = np.linspace(*radius_range, 160)[None, :]
     # Frequencies count per side: a spectrum that is not square has different steps on its axes.
     x = radius * np.cos(angle) * 2 * (half_width - 1)
     y = height // 2 + radius * np.sin(angle) * height

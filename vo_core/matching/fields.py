@@ -17,9 +17,9 @@ from functools import cached_property
 import numpy as np
 
 from vo_core.geometry.rectify import BOTTOM, TOP, WHOLE, Rectifier, Rows
-from vo_core.image.filters import low_pass, normalise, taper
-from vo_core.image.resample import halve, reduce_to
-from vo_core.matching.correlate import LOCK_PSR, best_peaks, correlation, spectrum
+from vo_core.image.filters import low_pass, normalise
+from vo_core.image.resample import halve, halve_mask, reduce_to
+from vo_core.matching.correlate import LOCK_PSR, best_peaks, correlation, spectrum, window_of
 from vo_core.types import GrayImage, Image, Matrix
 
 COMBED = 1.2
@@ -158,8 +158,7 @@ class _Fields:
 
     def _spectrum(self, rows: Rows) -> GrayImage:
         patch = halve(normalise(low_pass(self.rectify(self.image, rows))))
-        seen = (halve(self.rectify.valid.astype(np.float32)) > 0.99).astype(np.uint8)
-        return spectrum(patch, taper(seen, max(4, min(seen.shape) // 5)))
+        return spectrum(patch, window_of(halve_mask(self.rectify.valid)))
 
 
 def _shifts_px(one: GrayImage, other: GrayImage) -> list[Matrix]:
