@@ -236,7 +236,7 @@ class Odometry:
             self._repeats.judge(fix.pose, course)
             step = chain.take(fix, picture, may_be_dirt=weights is None)
             self._dirt.learn(normal, fix.alignment.ncc, self._state.pose)
-            if self._lookout is None or not self._lookout.is_around:
+            if not course.is_around:
                 chain.waves.take(patch, self._view.valid, fix.pose.x_mm)
         elif is_new and chain.references.keyframe is None:
             step = chain.begin(picture)

@@ -11,6 +11,7 @@ import numpy as np
 
 from vo_core.errors import InvalidRig
 from vo_core.geometry.initial_pose import AS_STATED
+from vo_core.geometry.wall import Pose
 from vo_core.image.resample import grey_frame
 from vo_core.rig import Camera, Rig
 from vo_core.track import Estimate
@@ -108,13 +109,10 @@ class PaperOdometry:
         self._previous = current
         self._frame += 1
         sigma_mm = float(np.sqrt(self._variance_mm2))
-        return Estimate(
+        return Estimate.of(
+            Pose(self._x_mm, self._y_mm, self._yaw_rad),
             frame=self._frame - 1,
             time_s=t_s,
-            x_mm=self._x_mm,
-            y_mm=self._y_mm,
-            yaw_deg=float(np.degrees(self._yaw_rad)),
-            distance_mm=self._x_mm,
             sigma_distance_mm=sigma_mm,
             quality=float(np.clip(peak, 0.0, 1.0)),
             status="ok",

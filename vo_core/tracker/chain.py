@@ -97,9 +97,8 @@ class Chain:
         widens = widening(fix)
         newest = Reference(picture, fix.state.widened(widens), self.frame)
         newest = self._mixing.rated(newest, fix, way)
-        is_around = self._lookout is not None and self._lookout.is_around
-        is_new_keyframe = self.references.take(fix, newest, is_around=is_around)
-        if is_new_keyframe and self._lookout is not None and self._skipping.is_coarse:
+        is_new_keyframe = self.references.take(fix, newest, is_around=course.is_around)
+        if is_new_keyframe and self.references.is_coarse_ahead:
             self.fidelity.add_ghost(fix)
         is_sure = fix.alignment.significance >= CERTAIN and not fix.is_ambiguous
         quality = float(np.clip(fix.alignment.agreement, 0.0, 1.0))
@@ -139,7 +138,7 @@ class Chain:
             quality=step.quality,
             status=status,
             sigma_registration_mm=sigma_mm,
-            looking_around=float(self._lookout is not None and self._lookout.is_around),
+            looking_around=float(course.is_around),
         )
         beside_mm2 = sigma_mm**2 - variance_mm2
         doubted = float(np.hypot(self._bed.doubt.share, self.waves.doubt.share))

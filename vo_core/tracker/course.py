@@ -113,9 +113,14 @@ class Course:
         return has_left or self.gone_s > LOST_LIMIT_S
 
     @property
+    def is_around(self) -> bool:
+        """Whether the camera looks around while the robot stands."""
+        return self._lookout is not None and self._lookout.is_around
+
+    @property
     def is_held(self) -> bool:
         """Whether a robot whose camera looks around still stands, as far as is known."""
-        return self._lookout is not None and self._lookout.is_around and self.gone_s < HELD_S
+        return self.is_around and self.gone_s < HELD_S
 
     def predict(self) -> Pose:
         """Continue the motion as before, but not beyond the wall seen at the last fix."""

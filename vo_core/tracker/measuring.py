@@ -73,7 +73,7 @@ class Measuring:
             gaze=None if lookout is None else lookout.gaze,
             gaze_rad=0.0 if lookout is None else lookout.gaze_rad,
             unexplained=fidelity.unexplained,
-            is_held=lookout is not None and lookout.is_around,
+            is_held=course.is_around,
             is_bound=is_torn,
         )
 
@@ -83,5 +83,5 @@ class Measuring:
         A robot that stands is recognised from the keyframe, too.
         """
         is_newest = fix.reference is not self._chain.references.keyframe
-        is_coarse_ahead = self._lookout is not None and self._skipping.is_coarse
+        is_coarse_ahead = self._chain.references.is_coarse_ahead
         return is_coarse_ahead and is_newest and fix.moved_px < STOPPED_PX

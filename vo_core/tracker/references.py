@@ -41,6 +41,11 @@ class References:
         self._ahead: Reference | None = None
         """Newest reference of a camera that looked ahead."""
 
+    @property
+    def is_coarse_ahead(self) -> bool:
+        """Whether the film is coarsely coded and its camera looks along the pipe."""
+        return self._rig.looks_along_pipe and self._skipping.is_coarse
+
     def all(self, *, is_around: bool) -> list[Reference]:
         """All references, best first; `is_around` is whether the camera looks around."""
         ahead = self._ahead if is_around else None
