@@ -17,8 +17,6 @@ LIGHT_PX = 24.0
 NEIGHBOURHOOD_PX = 8.0
 """Sigma of the neighbourhood in which contrast is normalised."""
 
-_REDUCTION = 4
-
 
 def normalise(image: GrayImage) -> GrayImage:
     """Remove gain, shading and lamp spot, and give the texture the same strength everywhere.
@@ -87,10 +85,11 @@ def smooth(image: GrayImage, sigma_px: float) -> GrayImage:
 
 def _slow(image: GrayImage, sigma_px: float) -> GrayImage:
     """Wide Gaussian of a picture, at a quarter of its size."""
+    reduction = 4
     height, width = image.shape
-    small_wh = (max(width // _REDUCTION, 1), max(height // _REDUCTION, 1))
+    small_wh = (max(width // reduction, 1), max(height // reduction, 1))
     small = cv2.resize(image, small_wh, interpolation=cv2.INTER_AREA)
-    slow = cv2.GaussianBlur(small, (0, 0), sigma_px / _REDUCTION, borderType=cv2.BORDER_REFLECT)
+    slow = cv2.GaussianBlur(small, (0, 0), sigma_px / reduction, borderType=cv2.BORDER_REFLECT)
     return np.asarray(slow, np.float32)
 
 
