@@ -114,7 +114,7 @@ class _Beforehand:
     @classmethod
     def of(cls, unknowns: Unknowns) -> _Beforehand:
         # Where the parameters have priors, it only keeps the equations solvable.
-        start_px = START_PX if unknowns.known is None else 1e8
+        start_px = START_PX if unknowns.known is None else 1e6
         loose = np.diag(1 / (start_px * unknowns.scales) ** 2)
         nothing = Prior(unknowns.start, np.zeros_like(loose))
         known, usual = unknowns.known or nothing, unknowns.usual or nothing
