@@ -26,7 +26,7 @@ _README_ROWS = (
 )  # fmt: skip
 _README_FIGURES = ("end_percent", "worst_mm", "ate_mm", "yaw_deg", "within", "lost")
 
-DRAWS = 1
+DRAWS = 3
 """How many draws of the noise are recorded."""
 
 _PROCESSES = 2
