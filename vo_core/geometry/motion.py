@@ -227,14 +227,15 @@ def shear_mode(points_px: Points) -> Matrix:
 def ring_modes(rig: Rig, grid: PatchGrid, points_px: Points) -> Matrix:
     """(8, 2, N) displacements that look like a camera beside the axis, or turned against it.
 
-    They are the sine and the cosine around the ring, 1 px each, evenly along the pipe and from -1
-    px at the near end of the patch to 1 px at its far end; first along the pipe, then around it.
+    They are the sine and the cosine around the ring, evenly along the pipe and growing from -1 at
+    the near end of the patch to 1 at its far end; 1 px along the pipe, then 0.8 px around it, as
+    coders err most where the wall moves most.
     """
     phi = grid.to_mm(points_px)[:, 1] / (rig.pipe.radius_mm or np.inf)
     along = 2 * points_px[:, 0] / (grid.shape[1] - 1) - 1
     around = np.stack([np.sin(phi), np.cos(phi)], 1)
     modes = _lengthwise(np.concatenate([around, along[:, None] * around], 1))
-    return np.concatenate([modes, modes[:, ::-1]])
+    return np.concatenate([modes, 0.8 * modes[:, ::-1]])
 
 
 def _lengthwise(modes: Matrix) -> Matrix:
