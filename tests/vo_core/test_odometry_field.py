@@ -80,6 +80,16 @@ def test_a_picture_that_repeats_itself_for_long_is_a_stop():
     assert np.sum(track.status == "lost") < 15
 
 
+def test_a_frozen_picture_that_its_coder_corrects_hides_no_way():
+    frozen, images = pictures()[14], list(pictures())
+    for n in range(15, 20):
+        images[n] = frozen.copy()
+        images[n].reshape(-1)[n::1500] ^= 1
+    track = follow(WORLD.rig, images)
+    assert track.distance_mm == pytest.approx(DRIVEN_MM, abs=0.5)
+    assert set(np.flatnonzero(track.status == "lost")) == set(range(15, 20))
+
+
 def test_a_film_that_hid_a_short_stop_behind_equal_pictures_shows_the_next():
     step_mm = DRIVEN_MM[1]
     x_mm = np.cumsum([step_mm * (n not in (*range(16, 21), *range(40, 60))) for n in range(60)])
