@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from app.cli.console import progress_bar, require_picture
 
-Progress = Callable[[str, int, int], None]
-"""Called with the current work in words, the steps done and the steps in all."""
+if TYPE_CHECKING:
+    from app.lab.bench.run import Progress
 
 
 def bench(
@@ -149,7 +149,7 @@ def _guard(*, record: bool) -> None:
 
 
 def _require_markers(file: Path, name: str) -> None:
-    """Check that the dictionary has enough markers, before the work starts."""
+    """Check that the file has the markers, before the work starts."""
     from app.lab.markdown_figures import replace_figures
 
     try:

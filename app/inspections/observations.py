@@ -212,10 +212,8 @@ class Observations:
     def _trajectory(self, inspection_id: str) -> Trajectory:
         """Return the current trajectory, from which places are derived."""
         adjusted = self._corrections.adjusted(inspection_id)
-        raw, initial_pose = (
-            self._tracks.get(inspection_id),
-            self._tracks.initial_pose(inspection_id),
-        )
+        raw = self._tracks.get(inspection_id)
+        initial_pose = self._tracks.initial_pose(inspection_id)
         with self._lock:
             known = self._trajectories.get(inspection_id)
             # During a run rows are only added; existing ones stay.

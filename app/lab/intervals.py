@@ -7,7 +7,7 @@ within one sigma in 68 % of these runs and within 1.96 sigma in 95 %.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.lab.bench.run import by_joints
+from app.lab.bench.run import Progress, by_joints
 from app.lab.simulation import SCENARIOS, RenderedFrame, Scenario, drawn_rigs, render
 from vo_core.joints.finder import JointFinder
 from vo_core.odometry import Odometry
@@ -35,9 +35,6 @@ QUICK_RIGS = 5
 
 SHARES = (0.68, 0.95)
 """Nominal coverage of the intervals, as shares of the runs."""
-
-Progress = Callable[[str, int, int], None]
-"""Called with the current work in words, the runs done and the runs in all."""
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,7 @@ class HealthColumns(GrowingColumns):
 
 
 class _Growing:
-    """Columns of a growing track, 116 bytes a frame, with joints, tilt and initial_pose."""
+    """Columns of a growing track, 116 bytes a frame, with joints, tilt and initial pose."""
 
     def __init__(self) -> None:
         self.health = HealthColumns()

@@ -52,7 +52,7 @@ class Waves:
     def __init__(self, rig: Rig, grid: PatchGrid) -> None:
         """`grid` is that of the patches."""
         cell_mm = 4.0  # length of the raster's cells along the pipe
-        # Cells around the visible arc, so that waves may run around the pipe as a helix
+        # Cells around the visible arc, so that waves may run around the pipe as a helix.
         sectors = 8
         steps_per_view = 8  # pictures that are added while a wall passes through the view
         rows, columns = grid.shape

@@ -92,8 +92,8 @@ class Outlook:
     """Standard deviation of each."""
     unexplained: float = 1.0
     """Share of the last picture that its pose did not explain."""
-    is_held: bool = False
-    """Whether the robot stands, so that nothing but its camera turns."""
+    is_around: bool = False
+    """Whether the camera looks around, while the robot stands."""
     is_bound: bool = False
     """Whether every pose out of reach is rejected, even a standstill."""
 

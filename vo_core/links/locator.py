@@ -137,7 +137,7 @@ class Locator:
     ) -> list[Fix]:
         # Where the guess explains all blocks as well as before, another motion is possible on a
         # repeating wall only.
-        near = None if outlook.is_held else self._align(reference, picture, guess, outlook)
+        near = None if outlook.is_around else self._align(reference, picture, guess, outlook)
         if near and explains_all(near, outlook) and not reference.repeats:
             return [near]
         peaks = self._peaks(reference, picture, guess)
@@ -150,13 +150,13 @@ class Locator:
                 continue
             shift_mm = peak.dx_px * step_mm, peak.dy_px * step_mm
             start = moved_by_content(guess, shift_mm, yaw_rad)
-            if outlook.is_held:
+            if outlook.is_around:
                 start = replace(start, x_mm=guess.x_mm)
             aligned.append(self._align(reference, picture, start, outlook))
         # The peaks of wall and water may merge into one lobe whose top is neither.  So the guess
         # counts too, unless one motion explains all blocks.
         is_lobe = any(1 < np.hypot(peak.dx_px, peak.dy_px) < LOBE_PX for peak in peaks)
-        if outlook.is_held:
+        if outlook.is_around:
             aligned.append(self._align(reference, picture, guess, outlook))
         elif is_lobe and not any(fix and explains_all(fix, outlook) for fix in aligned):
             aligned.append(near)

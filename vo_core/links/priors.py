@@ -67,7 +67,7 @@ class Priors:
         """The parameters of an alignment that starts from a pose, and their priors."""
         parameters = reference.parameters(start)
         reach_mm = START_PX * self._mm_per_px
-        if outlook.is_held:
+        if outlook.is_around:
             reach_mm = 0.3  # way of a robot that stands, one sigma
         exact: WallMotion | RollingMotion = motion
         unknowns = Unknowns(

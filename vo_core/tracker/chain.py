@@ -123,13 +123,13 @@ class Chain:
     def end(self, t_s: float, step: Step) -> Estimate:
         """Add a step for the smoothing at the end, and return its estimate."""
         course, state, status = self.course, self.course.state, step.status
-        pose = Pose.of(state.pose.vector - state.start)
+        pose, bed_mm = Pose.of(state.pose.vector - state.start), self.bed_mm
         variance_mm2 = float(state.covariance[0, 0])
         sigma_mm = float(np.sqrt(variance_mm2 + self.fidelity.systematic_mm**2))
         if not self.fidelity.has_moved:
             status = "weak" if status == "ok" and self.frame > 0 else status
             sigma_mm = float(np.hypot(sigma_mm, course.unknown_way_mm))
-        scale_mm = np.hypot(self._scale_sigma * pose.x_mm, self.bed_mm)
+        scale_mm = np.hypot(self._scale_sigma * pose.x_mm, bed_mm)
         estimate = Estimate.of(
             pose,
             frame=self.frame,
@@ -142,7 +142,7 @@ class Chain:
         )
         beside_mm2 = sigma_mm**2 - variance_mm2
         doubted = float(np.hypot(self._bed.doubt.share, self.waves.doubt.share))
-        apart = Apart(step.widening, beside_mm2, abs(self.bed_mm), doubted)
+        apart = Apart(step.widening, beside_mm2, abs(bed_mm), doubted)
         self._smoother.add(step.link, estimate, apart)
         self.frame += 1
         return estimate

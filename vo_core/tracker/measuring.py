@@ -41,7 +41,7 @@ class Measuring:
                 whole frame steps from its place.
         """
         outlook = self._outlook(ncc_weights, is_torn=is_torn)
-        references = self._chain.references.all(is_around=outlook.is_held)
+        references = self._chain.references.all(is_around=outlook.is_around)
         guesses = self._chain.course.guesses()
         unusual = []
         for guess, reference in product(guesses[:1] if is_torn else guesses, references):
@@ -73,7 +73,7 @@ class Measuring:
             gaze=None if lookout is None else lookout.gaze,
             gaze_rad=0.0 if lookout is None else lookout.gaze_rad,
             unexplained=fidelity.unexplained,
-            is_held=course.is_around,
+            is_around=course.is_around,
             is_bound=is_torn,
         )
 

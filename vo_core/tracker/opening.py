@@ -30,15 +30,13 @@ class Opening:
 
     def keep(self, image: Image, t_s: float) -> None:
         """Keep the next frame as well, unless the opening is closed."""
-        opening_bytes = 64_000_000  # most memory for them
-        # Most frames that are kept: bands of a lamp and a mask of fixed parts show within two
-        # seconds.
-        opening_frames = 60
+        most_frames = 60  # bands of a lamp and a mask of fixed parts show within two seconds
+        most_bytes = 64_000_000
         if self._is_closed:
             return
         self._frames.append((kept_apart(image), t_s))
         bytes_kept = len(self._frames) * image.nbytes
-        if len(self._frames) >= opening_frames or bytes_kept >= opening_bytes:
+        if len(self._frames) >= most_frames or bytes_kept >= most_bytes:
             self.close()
 
     def close(self) -> None:

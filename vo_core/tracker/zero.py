@@ -43,12 +43,10 @@ class ZeroPoint:
         if self._first is None:
             return None
         image, before = self._first
-        if is_certain:
-            self._first = None
-        if {before, rows} != {TOP, BOTTOM}:
+        is_other = {before, rows} == {TOP, BOTTOM}
+        self._first = None if is_certain else (image, rows if is_other else before)
+        if not is_other:
             return None
-        if not is_certain:
-            self._first = image, rows
         read, anew = (
             Picture(normalise(low_pass(self._rectify(image, field))), view)
             for field in (before, rows)

@@ -172,7 +172,7 @@ class Follower:
         return follower
 
     def _initial_pose(self) -> InitialPose | None:
-        """Return the initial_pose of the run, as the longest part shows it."""
+        """Return the initial pose of the run, as the longest part shows it."""
         initial_pose = self._odometry.initial_pose
         start, last = self._rows.start, self._rows.last
         if start is None or last is None or self._rig.mount.view == "down":

@@ -110,7 +110,7 @@ class Trajectory:
     adjusted: Adjusted
     raw: Track
     places: MutableMapping[Anchor, Place] = field(default_factory=dict)
-    """Places derived before with the same correction and initial_pose of the same run."""
+    """Places derived before with the same correction and initial pose of the same run."""
     initial_pose: InitialPose = AS_STATED
     """Pose of the camera in the pipe at the first frame."""
     figures: MutableMapping[str, Figure] = field(default_factory=dict)
