@@ -11,22 +11,22 @@ import { showInsecure } from './components/shared/insecure-banner/insecure-banne
 import { showKept } from './components/shared/kept-banner/kept-banner.js';
 import { reopenSettings } from './components/shared/settings-dialog/settings-dialog.js';
 import { toastError } from './components/shared/toast-stack/toast-stack.js';
-import './components/archive/archive-add/archive-add.js';
-import './components/archive/archive-assets/archive-assets.js';
-import './components/archive/archive-defects/archive-defects.js';
-import './components/archive/archive-failures/archive-failures.js';
-import './components/archive/archive-films/archive-films.js';
-import './components/archive/archive-map/archive-map.js';
-import './components/archive/asset-map/asset-map.js';
-import './components/archive/archive-projects/archive-projects.js';
-import './components/archive/archive-quality/archive-quality.js';
-import './components/archive/archive-register/archive-register.js';
-import './components/archive/archive-rules/archive-rules.js';
+import './components/films/add-films/add-films.js';
+import './components/assets/assets-page/assets-page.js';
+import './components/find/find-page/find-page.js';
+import './components/films/failures-page/failures-page.js';
+import './components/films/films-page/films-page.js';
+import './components/assets/map-page/map-page.js';
+import './components/assets/asset-map/asset-map.js';
+import './components/assets/projects-page/projects-page.js';
+import './components/films/quality-page/quality-page.js';
+import './components/assets/register-page/register-page.js';
+import './components/films/rules-page/rules-page.js';
 import './components/desk/compare/compare-page.js';
-import './components/archive/inspection-list/inspection-list.js';
+import './components/inspections/inspection-list/inspection-list.js';
 import './components/intake/new-inspection/new-inspection.js';
 import './components/reports/report-template/report-template.js';
-import './components/shared/users-page/users-page.js';
+import './components/settings/access-page/access-page.js';
 import './components/desk/page/inspection-page.js';
 
 /** @type {[RegExp, string][]} path, element */
@@ -34,17 +34,17 @@ const PAGES = [
   [/^\/$/, 'inspection-list'],
   [/^\/new$/, 'new-inspection'],
   [/^\/compare$/, 'compare-page'],
-  [/^\/users$/, 'users-page'],
-  [/^\/archive$/, 'archive-films'],
-  [/^\/archive\/add$/, 'archive-add'],
-  [/^\/archive\/failures$/, 'archive-failures'],
-  [/^\/archive\/rules$/, 'archive-rules'],
-  [/^\/archive\/defects$/, 'archive-defects'],
-  [/^\/archive\/projects$/, 'archive-projects'],
-  [/^\/archive\/assets$/, 'archive-assets'],
-  [/^\/archive\/map$/, 'archive-map'],
-  [/^\/archive\/quality$/, 'archive-quality'],
-  [/^\/archive\/register$/, 'archive-register'],
+  [/^\/users$/, 'access-page'],
+  [/^\/archive$/, 'films-page'],
+  [/^\/archive\/add$/, 'add-films'],
+  [/^\/archive\/failures$/, 'failures-page'],
+  [/^\/archive\/rules$/, 'rules-page'],
+  [/^\/archive\/defects$/, 'find-page'],
+  [/^\/archive\/projects$/, 'projects-page'],
+  [/^\/archive\/assets$/, 'assets-page'],
+  [/^\/archive\/map$/, 'map-page'],
+  [/^\/archive\/quality$/, 'quality-page'],
+  [/^\/archive\/register$/, 'register-page'],
   [/^\/archive\/template$/, 'report-template'],
   [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],
 ];

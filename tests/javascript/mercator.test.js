@@ -6,7 +6,7 @@ import './browser.js';
 import {
   fitted, limited, metresPerPx, moved, placeIn, pointAt, scaleBar, toDegrees, toWorld, zoomed,
 } from '../../static/core/wall/mercator.js';
-import { clustersOf, placesOf } from '../../static/components/archive/archive-map/places.js';
+import { clustersOf, placesOf } from '../../static/components/assets/map-page/places.js';
 
 const SIZE = { width: 800, height: 600 };
 const HERE = [101.69, 3.14];

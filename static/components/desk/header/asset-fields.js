@@ -5,7 +5,7 @@ import { t, wordFor } from '../../../core/page/words.js';
 
 /**
  * @param {import('./header-form.js').HeaderForm} form
- * @param {import('../../archive/asset-note/asset-note.js').AssetNote} note below the field of the id
+ * @param {import('../../assets/asset-note/asset-note.js').AssetNote} note below the field of the id
  */
 export function fillFromRegister(form, note) {
   /** What was filled in for the present id, by field: its value, and the one before. */

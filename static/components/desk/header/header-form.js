@@ -10,7 +10,7 @@ import { get, refusalIn } from '../../../core/server/api.js';
 import { html, render, setText } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
-import '../../archive/asset-note/asset-note.js';
+import '../../assets/asset-note/asset-note.js';
 import { message } from '../../shared/message/message.js';
 import { fillFromRegister } from './asset-fields.js';
 import { fieldMarkup, read, written } from './fields.js';

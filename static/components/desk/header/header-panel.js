@@ -10,7 +10,7 @@ import { ofPerson, recall, remember } from '../../../core/page/remembered.js';
 import { mayEdit } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
 import { errorText, t } from '../../../core/page/words.js';
-import { assetPath } from '../../archive/archive-assets/asset-table.js';
+import { assetPath } from '../../assets/assets-page/asset-table.js';
 import './header-form.js';
 import { icon } from '../../shared/icon/icon.js';
 import { openRig, openTurn } from '../dialogs/run-again.js';

@@ -15,7 +15,7 @@ import { html, render } from '../../../core/page/html.js';
 import { hasFilm } from '../../../core/survey/inspection.js';
 import { bytes, lengthUnit } from '../../../core/wall/units.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
-import { showFault } from '../../archive/archive-shell/archive-shell.js';
+import { showFault } from '../../shared/page-frame/page-frame.js';
 import { sentenceOf } from '../../desk/panels/sentences.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
 import { icon } from '../../shared/icon/icon.js';

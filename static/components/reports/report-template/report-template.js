@@ -16,7 +16,7 @@ import { may } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
 import { date } from '../../../core/wall/units.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
-import { archivePage, showFault, showOvertaken } from '../../archive/archive-shell/archive-shell.js';
+import { archivePage, showFault, showOvertaken } from '../../shared/page-frame/page-frame.js';
 import { icon } from '../../shared/icon/icon.js';
 import { message } from '../../shared/message/message.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
