@@ -33,6 +33,7 @@ from app.inspections.inspections import Inspections
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
 from app.inspections.presence import Presence
+from app.inspections.purpose import Purpose
 from app.inspections.register import Register
 from app.inspections.reviews import Reviews
 from app.inspections.rigs import Rigs
@@ -252,7 +253,15 @@ class _Building:
         scaling = Scaling(records.correction_store, tracks, records.corrections)
         self._run(scaling)
         inspections = services.add(
-            Inspections(storage, tracks, records.corrections, self._runs, tracking, self.live)
+            Inspections(
+                storage,
+                tracks,
+                records.corrections,
+                self._runs,
+                tracking,
+                self.live,
+                services.add(Purpose(storage.blobs)),
+            )
         )
         services.add(Filmed(storage, media, tracks, records.corrections))
         register = services.add(Register(AssetStore(storage.database)))
@@ -306,12 +315,19 @@ class _Building:
                 tracking,
                 self._runs,
                 intake,
+                services[Purpose],
                 folders=settings.archive_folders,
                 engine=self._tracker,
             )
         )
         services.add(
-            Search(records.defect_index, AssetIndex(database), LabelStore(database), index_worker)
+            Search(
+                records.defect_index,
+                AssetIndex(database),
+                LabelStore(database),
+                index_worker,
+                services[Purpose],
+            )
         )
         background = Background(settings.map_tiles, settings.map_attribution)
         services.add(AssetMaps(AssetPlaces(database), background))

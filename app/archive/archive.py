@@ -15,11 +15,14 @@ from app.archive.reasons import Group, grouped, reason_of
 from app.archive.rules import Rules, checked_rig, require_usable
 from app.archive.throughput import LOOKED_AT, throughput
 from app.errors import NotRunning
+from app.inspections.purpose import Purpose
 from app.storage.archive.changes import ArchiveChanges
 from app.storage.archive.films import ArchiveFilms
 from app.storage.archive.rules import RuleStore
 from app.storage.archive.selection import ACTIVE, FilmRow, FilmState, Selection
 from app.storage.database.database import Database
+from app.storage.database.tables import Inspection
+from app.survey.distances.interval import half_width_m
 from app.survey.versions import require_version, version_of
 from app.tracking.films.engines import Engine, EngineState
 from app.tracking.films.queue import Tracking
@@ -47,6 +50,11 @@ class FilmView:
 
     row: FilmRow
     progress: Progress
+    distance_m: float | None = None
+    """Corrected distance of the last frame; half of its 95 % interval follows."""
+    distance_u95_m: float | None = None
+    is_useful: bool | None = None
+    """Whether that is well enough for the intended use; None if nobody measured it."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +97,7 @@ class Archive:
         tracking: Tracking,
         runs: Runs,
         intake: Intake,
+        purpose: Purpose,
         *,
         folders: Sequence[Path],
         engine: Engine,
@@ -99,6 +108,7 @@ class Archive:
         self._tracking = tracking
         self._runs = runs
         self._intake = intake
+        self._purpose = purpose
         self._folders = folders
         self._engine = engine
 
@@ -312,7 +322,19 @@ class Archive:
         run = self._runs.running(inspection.id)
         total = inspection.video.get("frames")
         stored = Progress(inspection.frames_done, total, inspection.fps)
-        return FilmView(row, run.progress() if run else stored)
+        length_m, u95_m = _end_m(inspection)
+        is_useful = self._purpose.get().is_met(length_m, u95_m)
+        progress = run.progress() if run else stored
+        return FilmView(row, progress, length_m, u95_m, is_useful)
+
+
+def _end_m(inspection: Inspection) -> tuple[float | None, float | None]:
+    """Return distance and half of the 95 % interval of the last frame, as last stored."""
+    end_mm, sigma_mm = inspection.corrected_mm, inspection.sigma_corrected_mm
+    if end_mm is None:
+        end_mm, sigma_mm = inspection.distance_mm, inspection.sigma_distance_mm
+    u95_m = None if sigma_mm is None else half_width_m(sigma_mm)
+    return (None if end_mm is None else end_mm / 1000), u95_m
 
 
 def stored_rules(store: RuleStore) -> Rules:

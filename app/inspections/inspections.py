@@ -10,6 +10,7 @@ from typing import Any
 from app.errors import OpenStretches
 from app.inspections.corrections import Corrections
 from app.inspections.films.making import checked_rig, keep_rig
+from app.inspections.purpose import Purpose
 from app.jobs.live.messages import CameraStatus
 from app.storage.blobs import keys
 from app.storage.database.tables import ENDED, Inspection
@@ -21,6 +22,7 @@ from app.storage.records.observations import ObservationStore
 from app.storage.records.runs import RunStore
 from app.storage.storage import Storage
 from app.survey.assets.search_terms import InspectionFilter, InspectionSort, Page
+from app.survey.distances.interval import half_width_m
 from app.survey.distances.track_rows import estimate_at
 from app.survey.places.stretches import open_stretches
 from app.survey.versions import require_version, version_of
@@ -44,6 +46,10 @@ class InspectionView:
     sigma_distance_mm: float | None
     raw_distance_mm: float | None
     is_corrected: bool
+    is_useful: bool | None
+    """Whether the end is known well enough for the intended use; None if it is not known."""
+    useful_within_m: float
+    """Widest half of a 95 % interval that is of use in it."""
     observations: int
     defects: int
     """Those of its observations that are defects; a stretch is one."""
@@ -73,6 +79,7 @@ class Inspections:
         runs: Runs,
         tracking: Tracking,
         live: Live,
+        purpose: Purpose,
     ) -> None:
         self._store = InspectionStore(storage.database)
         self._observations = ObservationStore(storage.database)
@@ -86,6 +93,7 @@ class Inspections:
         self._runs = runs
         self._tracking = tracking
         self._live = live
+        self._purpose = purpose
 
     def all(self) -> list[InspectionView]:
         """Return all inspections, the newest first."""
@@ -244,6 +252,9 @@ class Inspections:
         hindrance = running.hindrance if running else None
         if row.status == "queued":
             hindrance = self._tracking.engine_state().problem
+        use = self._purpose.get()
+        length_m = None if end[0] is None else end[0] / 1000
+        u95_m = None if end[1] is None else half_width_m(end[1])
         total = row.frames_done if row.status == "done" else row.video.get("frames")
         return InspectionView(
             row=row,
@@ -251,6 +262,8 @@ class Inspections:
             distance_mm=end[0],
             sigma_distance_mm=end[1],
             is_corrected=self._corrections.is_stated(row),
+            is_useful=use.is_met(length_m, u95_m),
+            useful_within_m=use.most_m(length_m),
             raw_distance_mm=last.distance_mm if last else row.distance_mm,
             observations=summary.observations,
             defects=summary.defects,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
+from app.inspections.purpose import Purpose
 from app.search.indexer import IndexWorker
 from app.storage.database.tables import IndexedInspection
 from app.storage.index.asset_index import Asset, AssetIndex, Project
@@ -49,6 +50,8 @@ class Past:
     labels: tuple[str, ...]
     changes: dict[Change, int]
     """Number of defects with each change that it shows."""
+    is_useful: bool | None
+    """Whether its end is known well enough for the intended use; None if nobody measured it."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +78,18 @@ class Search:
     """Searches the index; whatever is not indexed yet is counted, and indexed soon."""
 
     def __init__(
-        self, index: DefectIndex, assets: AssetIndex, labels: LabelStore, worker: IndexWorker
+        self,
+        index: DefectIndex,
+        assets: AssetIndex,
+        labels: LabelStore,
+        worker: IndexWorker,
+        purpose: Purpose,
     ) -> None:
         self._index = index
         self._assets = assets
         self._labels = labels
         self._worker = worker
+        self._purpose = purpose
 
     def pending(self) -> int:
         """Return how many inspections are not indexed in their present state."""
@@ -120,6 +129,7 @@ class Search:
         for defect in self._index.defects_of(ids):
             by_id[defect.row.inspection_id].append(defect)
         surveys = [_survey(found, by_id[found.row.inspection_id]) for found in inspections]
+        is_met = self._purpose.get().is_met
         followed = [Followed(one, changes_of(one, surveys)) for one in traces_of(surveys)]
         return History(
             total,
@@ -133,6 +143,7 @@ class Search:
                     ],
                     labels.get(found.row.inspection_id, ()),
                     counted([one.changes[place] for one in followed]),
+                    is_met(found.row.distance_m, found.row.distance_u95_m),
                 )
                 for place, found in enumerate(inspections)
             ],

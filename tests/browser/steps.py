@@ -167,7 +167,7 @@ def start_inspection(page: Page, server: Server, video: Path, rig: Path, name: s
 
 def wait_until_done(page: Page, timeout_s: float = 120) -> None:
     """Wait until the page shows the end and has fetched the last rows of the track."""
-    expect(page.locator(".chip")).to_have_text("Done", timeout=timeout_s * 1000)
+    expect(page.locator(".chip")).to_contain_text("Done", timeout=timeout_s * 1000)
     page.wait_for_function(
         """() => {
           const { track, inspection } = document.querySelector('inspection-page').desk;

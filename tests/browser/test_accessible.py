@@ -78,7 +78,7 @@ def test_new_inspection(page: Page, server: Server) -> None:
 def test_inspection(page: Page, server: Server, inspection: str) -> None:
     """Other panels and dialogs are looked at where they are used."""
     log_in(page, server, f"/inspections/{inspection}")
-    expect(page.locator(".chip")).to_have_text("Done")
+    expect(page.locator(".chip")).to_contain_text("Done")
     expect(page.locator(".readout__distance")).to_contain_text("0.00")
     expect_no_fault(page)
     page.emulate_media(contrast="more")

@@ -72,7 +72,7 @@ def test_nothing_that_is_clicked_moves_when_a_notice_comes_or_goes(
         page.set_viewport_size(size)
         page.reload()
         page.locator(".defect__main").click()
-        expect(page.locator(".chip")).to_have_text("Done")
+        expect(page.locator(".chip")).to_contain_text("Done")
         page.wait_for_function("() => document.querySelector('inspection-page').desk.checks.value")
         page.keyboard.press("Shift+Digit4")
         expect(page.locator(".save")).to_have_text("Saved")

@@ -5,6 +5,8 @@ RECORDING = "recording.mkv"
 """A film that a camera is recorded into; it grows on the server's own disk."""
 SAMPLE = "sample/inspection"
 """Names the sample inspection."""
+INTENDED_USE = "intended-use.json"
+"""How wide the interval of a distance may be before it is of no use."""
 
 
 def inspection(inspection_id: str) -> str:

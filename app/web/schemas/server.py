@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
+from app.survey.given import Given
 from app.web.schemas.out import Out
 
 
@@ -17,6 +18,13 @@ class MeterCounterOut(Out):
     is_connected: bool
     detail: str | None
     """A sentence that says why there is no connection."""
+
+
+class IntendedUseIn(Given):
+    """What distances are meant for: the widest half of a 95 % interval; the greater one counts."""
+
+    within_m: Annotated[float, Field(gt=0, le=100)]
+    percent: Annotated[float, Field(ge=0, le=100, description="Of the inspected length.")]
 
 
 class CheckOut(BaseModel):

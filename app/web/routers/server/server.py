@@ -8,12 +8,21 @@ from fastapi import APIRouter
 from fastapi.responses import PlainTextResponse
 from prometheus_client import CONTENT_TYPE_PLAIN_0_0_4
 
+from app.inspections.purpose import Purpose
 from app.meter_counter.line import MeterCounter
 from app.ops.health import Health
 from app.ops.metrics import Metrics
+from app.survey.distances.intended_use import IntendedUse
 from app.tracking.cameras import Sources
 from app.web.deps import Service, viewer
-from app.web.schemas.server import AliveOut, CheckOut, MeterCounterOut, ReadyOut, SourcesOut
+from app.web.schemas.server import (
+    AliveOut,
+    CheckOut,
+    IntendedUseIn,
+    MeterCounterOut,
+    ReadyOut,
+    SourcesOut,
+)
 
 router = APIRouter()
 
@@ -30,6 +39,20 @@ def sources(sources: Service[Sources]) -> SourcesOut:
 def connection(meter_counter: Service[MeterCounter]) -> MeterCounterOut:
     """Return the state of the connection."""
     return MeterCounterOut.model_validate(meter_counter.connection())
+
+
+@router.get("/api/intended-use", tags=["inspections"])
+@viewer
+def intended_use(purpose: Service[Purpose]) -> IntendedUseIn:
+    """Return how wide the interval of a distance may be before it is of no use."""
+    return IntendedUseIn.model_validate(asdict(purpose.get()))
+
+
+@router.put("/api/intended-use", tags=["inspections"])
+def intend(body: IntendedUseIn, purpose: Service[Purpose]) -> IntendedUseIn:
+    """State how wide it may be; every inspection is judged by that from now on."""
+    purpose.put(IntendedUse(body.within_m, body.percent))
+    return body
 
 
 @router.get("/healthz", tags=["health"])

@@ -189,6 +189,10 @@ class InspectionOut(Out):
     distance_m: float | None
     """Corrected distance of the last frame."""
     distance_u95_m: float | None
+    is_useful: bool | None
+    """Whether that is as narrow as `/api/intended-use` asks for; None if nobody measured it."""
+    useful_within_m: Thousandths
+    """Widest half of a 95 % interval that is of use in it."""
     distance_raw_m: float | None
     """The same distance in the raw track."""
     revision: int

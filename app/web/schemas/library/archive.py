@@ -14,7 +14,7 @@ from app.archive.tables import read_table
 from app.storage.archive.selection import FilmState, Selection
 from app.survey.given import Given, Header
 from app.web.schemas.failures import ErrorOut
-from app.web.schemas.out import Out, Tenths, metres, rounded_to
+from app.web.schemas.out import Out, Tenths, Thousandths, rounded_to
 
 FilmId = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
 PathText = Annotated[str, StringConstraints(min_length=1, max_length=4096, pattern=r"^/[^\x00]*$")]
@@ -206,7 +206,10 @@ class FilmOut(Out):
     frames_total: int | None
     fps: Tenths | None
     eta_s: Tenths | None
-    distance_m: float | None
+    distance_m: Thousandths | None
+    distance_u95_m: float | None
+    is_useful: bool | None
+    """Whether that is as narrow as `/api/intended-use` asks for; None if nobody measured it."""
     outdated: bool
     """Whether an older program tracked it: today's might measure it otherwise."""
     error: ErrorOut | None
@@ -218,18 +221,15 @@ class FilmOut(Out):
     def of(cls, view: FilmView) -> Self:
         """Convert the service's view."""
         row, inspection = view.row, view.row.inspection
-        stated: dict[str, Any] = dict.fromkeys(("distance_m", "inspection_id", "finished_at"))
-        if inspection is not None:
-            is_corrected = inspection.corrected_mm is not None
-            end_mm = inspection.corrected_mm if is_corrected else inspection.distance_mm
-            stated = {
-                "distance_m": metres(end_mm),
-                "inspection_id": inspection.id,
-                "finished_at": inspection.finished_at,
-            }
-        outdated = inspection is not None and inspection.is_outdated
         return cls.read_from(
-            row, row.film, view.progress, outdated=outdated, error=_error(view), **stated
+            row,
+            row.film,
+            view.progress,
+            view,
+            inspection_id=None if inspection is None else inspection.id,
+            finished_at=None if inspection is None else inspection.finished_at,
+            outdated=inspection is not None and inspection.is_outdated,
+            error=_error(view),
         )
 
 

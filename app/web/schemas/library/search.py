@@ -92,6 +92,8 @@ class SurveyOut(Out):
     length_m: float | None
     """Corrected distance of the end."""
     length_u95_m: float | None
+    is_useful: bool | None
+    """Whether that is as narrow as `/api/intended-use` asks for; None if nobody measured it."""
     worst_severity: int | None
     has_film: bool
     """Whether there is a thumbnail."""

@@ -163,6 +163,8 @@ const inspectionHead = (inspection, before, haveFilms) => {
     at,
     status,
     length_m: length,
+    length_u95_m: u95M,
+    is_useful,
     worst_severity: worst,
     direction,
     defects,
@@ -171,7 +173,7 @@ const inspectionHead = (inspection, before, haveFilms) => {
   } = inspection;
   return html`<th scope="col">${haveFilms && thumbnail(hasFilm ? id : null)}
     <span class="number">${day(at)}</span><a href="/inspections/${id}">${name}</a>
-    <span class="asset-history__facts">${statusChip(status)}${length !== null && html`<span class="number dim">${chainage(length)}</span>`}${worst !== null && severityMark(worst)}<span class="dim">${t('search.found', { n: defects.length, count: count(defects.length) })}</span></span>
+    <span class="asset-history__facts">${statusChip(status, { distance_u95_m: u95M, is_useful })}${length !== null && html`<span class="number dim">${chainage(length)}</span>`}${worst !== null && severityMark(worst)}<span class="dim">${t('search.found', { n: defects.length, count: count(defects.length) })}</span></span>
     ${direction && html`<span class="dim">${wordFor('header.choice', direction)}</span>`}
     ${labels.length > 0 && html`<span class="asset-history__facts">${labelChips(labels)}</span>`}
     ${summary(inspection)}

@@ -91,7 +91,7 @@ export class DeskBar extends Component {
     const { parts, desk } = this;
     const { status, progress, labels, outdated, live, review } = desk.inspection.value;
     showLabelButton(parts.labels, labels);
-    renderNew(parts.chip, html`${statusChip(status)} ${outdatedChip(outdated)}`);
+    renderNew(parts.chip, html`${statusChip(status, desk.inspection.value)} ${outdatedChip(outdated)}`);
     const isRunning = status === 'running';
     parts.pace.textContent = isRunning ? pace(progress) : '';
     parts.bar.classList.toggle('desk-bar__progress--off', !isRunning);

@@ -19,6 +19,8 @@ const USUAL_LIMIT = speed(USUAL_LIMIT_M_PER_MIN);
 const SIGNS = { ok: 'check', weak: 'alert', lost: 'alert', none: 'wait' };
 /** How long bad news stays in a live picture, so that it can be read. */
 const BAD_NEWS_MS = 700;
+/** Without a new picture for so long, nobody knows where the robot is. */
+const SILENT_MS = 2000;
 /** Changes faster than this are not announced. */
 const ANNOUNCED_AFTER_MS = 1000;
 
@@ -26,6 +28,8 @@ export class DistanceReadout extends Component {
   #speedometer = new Speedometer();
   /** Video time of the last frame that was not lost. */
   #heldS = null;
+  /** When the last picture was shown, by `performance.now`. */
+  #shownMs = performance.now();
   #words = null;
   #wordsMs = 0;
   #announceTimer = 0;
@@ -50,7 +54,9 @@ export class DistanceReadout extends Component {
     );
     this.listen(this.parts.takeBack, 'click', () => this.#takeBack());
     this.listen(this.parts.why, 'click', () => openIntervalDetail(this.desk));
+    this.listen(this.desk.playhead, 'change', () => (this.#shownMs = performance.now()));
     this.listen([this.desk.playhead, this.desk.health, this.desk.corrections], 'change', () => this.repaint());
+    const timer = setInterval(() => this.desk.playhead.value.isLive && this.repaint(), SILENT_MS / 4);
     // Where the read-out is sticky, a focused element is scrolled to a place below it.
     const resized = new ResizeObserver(() => {
       document.documentElement.style.setProperty('--readout-height', `${this.offsetHeight}px`);
@@ -58,6 +64,7 @@ export class DistanceReadout extends Component {
     resized.observe(this);
     this.signal.addEventListener('abort', () => {
       clearTimeout(this.#announceTimer);
+      clearInterval(timer);
       resized.disconnect();
     });
     this.paint();
@@ -128,9 +135,14 @@ export class DistanceReadout extends Component {
   }
 
   #healthWords(row, isLive) {
-    if (!row) return healthWords(null, null, 0, false);
+    if (!row) return healthWords(null, null, 0, false, true);
+    const silentMs = performance.now() - this.#shownMs;
+    if (this.desk.inspection.value.live && isLive && silentMs > SILENT_MS) {
+      return { level: 'lost', what: 'silent', text: t('live.stalled', { s: Math.round(silentMs / 1000) }) };
+    }
     const health = isLive ? row.health : this.desk.health.at(row.frame);
-    return healthWords(row.status, health, row.time_s - this.#lastHeldS(row), Boolean(row.looking_around));
+    const isUseful = u95FromSigma(row.sigma_distance_mm) <= this.desk.inspection.value.useful_within_m;
+    return healthWords(row.status, health, row.time_s - this.#lastHeldS(row), Boolean(row.looking_around), isUseful);
   }
 
   /** Returns the time of the last frame, up to this row, in which the wall was tracked. */

@@ -13,14 +13,16 @@ export const LEVELS = ['none', 'ok', 'weak', 'lost'];
  * @param {{overlap: number, fixed_pattern: number, complaints: string[]}|null} health
  * @param {number} lostS since the last frame that was not lost
  * @param {boolean} isAround whether the robot stands and its camera looks around
+ * @param {boolean} isUseful whether the interval is narrow enough
  * @returns {{level: string, what: string, text: string}} what: changes when the text should be announced
  */
-export function healthWords(status, health, lostS, isAround) {
+export function healthWords(status, health, lostS, isAround, isUseful) {
   if (!status) return { level: 'none', what: '', text: t('readout.none') };
   const names = (health?.complaints ?? []).slice(0, MOST_NAMED);
   const why = names.map((name) => wordFor('readout_complaint', name, { percent: shareOf(name, health) })).join(' · ');
   if (isAround && status !== 'lost') return { level: status, what: 'around', text: t('readout.looking_around') };
   const what = `${status} ${names}`;
+  if (status !== 'lost' && !isUseful) return { level: 'weak', what: 'useless', text: t('readout.useless') };
   const level = status === 'ok' && why ? 'weak' : status;
   return { level, what, text: upperFirst(sentence(status, why, lostS)) };
 }

@@ -309,7 +309,7 @@ const rigMarkup = ({ has_rig: hasRig, rig_name: rig, rule }) =>
 
 function stateMarkup(film) {
   const { state, error, frames_done: done, frames_total: total } = film;
-  return html`${statusChip(state)} ${outdatedFilter(film.outdated)}
+  return html`${statusChip(state, film)} ${outdatedFilter(film.outdated)}
     ${
       state === 'running' &&
       html`<span class="inspection__progress stack full small"><progress class="bar" max="1" value="${total ? done / total : 0}" aria-label="${t('progress.label')}"></progress>

@@ -69,7 +69,7 @@ export function updateRow(item, inspection) {
   item.dataset.state = state;
   render(
     parts.chip,
-    html`${statusChip(status)} ${outdatedFilter(inspection.outdated)} ${isGrave(inspection) && graveChip()} ${reviewMarkup(inspection)}`,
+    html`${statusChip(status, inspection)} ${outdatedFilter(inspection.outdated)} ${isGrave(inspection) && graveChip()} ${reviewMarkup(inspection)}`,
   );
   parts.progress.hidden = !isUnfinished(inspection);
   parts.bar.value = progress.frames_total ? progress.frames_done / progress.frames_total : 0;

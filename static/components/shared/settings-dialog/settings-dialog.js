@@ -11,6 +11,7 @@ import { openDialog } from '../dialog/dialog.js';
 import { icon } from '../icon/icon.js';
 import { toastError } from '../toast-stack/toast-stack.js';
 import { bindKeysSection, keysMarkup } from './keys-section.js';
+import { bindUseSection, useMarkup } from './use-section.js';
 
 /** Key in the session storage: the choice at which the redrawn page opens the settings again. */
 const REOPENED = 'chainage.settings';
@@ -75,6 +76,7 @@ export async function openSettings(choice) {
   parts.pick.addEventListener('click', () => parts.file.click());
   parts.file.addEventListener('change', () => attempt(() => importPack(parts, report), report));
   parts.remove.addEventListener('click', () => attempt(() => deletePack(parts, report), report));
+  bindUseSection(parts, (run) => attempt(run, report));
   await attempt(async () => {
     await showPacks(parts);
     await showQuickCodes(parts, save, report);
@@ -106,6 +108,7 @@ const content = () => html`<section class="settings stack gap-3" aria-labelledby
     <ol class="settings__codes" data-part="codes"></ol>
   </section>
   ${keysMarkup()}
+  ${useMarkup()}
   <section class="settings stack gap-3" aria-labelledby="settings-packs">
     <h3 id="settings-packs">${t('settings.packs')}</h3>
     <div class="settings__pair stack gap-3 at-bottom">

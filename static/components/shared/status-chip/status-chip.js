@@ -1,6 +1,7 @@
 /** The states of an inspection and of its review, or of a film of the archive, as a word and a sign. */
 
 import { html } from '../../../core/page/html.js';
+import { plusMinus } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { icon } from '../icon/icon.js';
 
@@ -22,8 +23,21 @@ export const FILM_STATES = [...Object.keys(SIGNS_BEFORE), ...STATES];
 
 export const statusSign = (status) => icon(SIGNS[status] ?? SIGNS_BEFORE[status]);
 
-export const statusChip = (status) =>
-  html`<span class="chip chip--${status}">${statusSign(status)}${wordFor('status', status)}</span>`;
+/**
+ * The state, and how well the end of what is done is known: amber where that is of no use.
+ * @param {string} status
+ * @param {{distance_u95_m: number|null, is_useful: boolean|null}} end
+ */
+export function statusChip(status, { distance_u95_m: u95M, is_useful: isUseful }) {
+  const word = wordFor('status', status);
+  if (status !== 'done' || isUseful === null) {
+    return html`<span class="chip chip--${status}">${statusSign(status)}${word}</span>`;
+  }
+  const known = html`${word} <span class="number">${plusMinus(u95M)}</span>`;
+  return isUseful
+    ? html`<span class="chip chip--done">${statusSign(status)}<span>${known}</span></span>`
+    : html`<span class="chip chip--useless" title="${t('fitness.useless')}">${icon('alert')}<span>${known}</span></span>`;
+}
 
 /** Says that an older program tracked a film. @param {boolean} outdated */
 export const outdatedChip = (outdated) =>
