@@ -41,20 +41,20 @@ const LOST = 2;
  * @property {(values: object) => string|null} [read] its value at a frame
  */
 
-const valueHeight = (_, isLow) => (isLow ? 20 : 28);
+const valueHeight = (_, isLow) => (isLow ? 14 : 28);
 
 /** @type {Lane[]} */
 export const LANES = [
-  { name: 'defects', height: (_, isLow) => (isLow ? 33 : 36), paint: paintDefects },
+  { name: 'defects', height: (_, isLow) => (isLow ? 31 : 36), paint: paintDefects },
   {
     name: 'joints',
-    height: (_, isLow) => (isLow ? 15 : 17),
+    height: (_, isLow) => (isLow ? 14 : 17),
     paint: paintJoints,
     read: ({ joint }) => joint && jointText(joint),
   },
   {
     name: 'counter',
-    height: (_, isLow) => (isLow ? 32 : 44),
+    height: (_, isLow) => (isLow ? 26 : 44),
     paint: paintCounter,
     scale: ({ counter_mm: most }) => `± ${most >= 100 ? `${most / 1000} m` : `${most} mm`}`,
     read: ({ counter }) => counter && counterText(counter),

@@ -25,8 +25,8 @@ const LOW_SCREEN = matchMedia('(max-height: 860px) and (min-width: 1100px)');
 /** Lanes of this height have room for a second line beside them. */
 const TWO_LINES = 26;
 const TOP = 6;
-const GAP = 3;
-const AXIS_HEIGHT = 24;
+const GAP = 2;
+const AXIS_HEIGHT = 20;
 /** Lanes of quantities that only our own tracking measures. */
 const MEASURED = new Set(['quality', 'speed', 'lateral', 'yaw', 'health']);
 /** Least ranges of the lanes. */

@@ -1,4 +1,4 @@
-/** Short messages at the foot of the page, with an action where one helps. */
+/** A short message beside the work, with an action where one helps; the next one takes its place. */
 
 import { refusalIn, session } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
@@ -7,7 +7,6 @@ import { errorText, t } from '../../../core/page/words.js';
 import { icon } from '../icon/icon.js';
 
 const STAYS_MS = 7000;
-const AT_MOST = 3;
 
 export class ToastStack extends Component {
   mount() {
@@ -32,8 +31,7 @@ export class ToastStack extends Component {
       leave();
       run();
     });
-    this.append(toast);
-    while (this.children.length > AT_MOST) this.firstElementChild.remove();
+    this.replaceChildren(toast);
     if (kind === 'error') this.#leaveOnceOver(toast, isUnreachable);
     else this.#leaveLater(toast);
   }
