@@ -12,7 +12,7 @@ from app.storage.database.tables import RegisteredAsset
 from app.storage.records.assets import AssetStore, asset_of
 from app.survey.assets import register_table
 from app.survey.assets.register import Asset, completed, fields_of, one_line
-from app.survey.assets.register_table import Step, Table, fault_of_id, read_table
+from app.survey.assets.register_table import Step, Table, columns_of, fault_of_id, read_table
 from app.survey.fields.declaration import Value
 from app.survey.fields.header import asset_of as asset_id_of
 from app.survey.folding import normalised_id
@@ -99,24 +99,25 @@ class Register:
         """Yield the register as a table, piece by piece."""
         return register_table.written(self._store.every())
 
-    def preview(self, content: bytes) -> Import:
+    def preview(self, content: bytes, columns: Sequence[str] = ()) -> Import:
         """Return what the import of a table would do; nothing changes.
 
+        Args:
+            content: The file.
+            columns: What its columns hold, as `columns_of` takes it; by default it is guessed.
         Raises:
-            InvalidTable: The content is no table of assets.
+            InvalidTable: The content is no table, or the columns are not those of the table.
         """
-        table = read_table(content)
+        table = read_table(content, columns_of(columns))
         return self._import(table, self._store.steps(table.stated))
 
-    def take(self, content: bytes, who: str) -> Import:
-        """Import a table; if any row has a fault, nothing is stored.
+    def take(self, content: bytes, columns: Sequence[str], who: str) -> Import:
+        """Import the rows of a table that have no fault.
 
         Raises:
-            InvalidTable: The content is no table of assets.
+            InvalidTable: As `preview`; nothing is stored.
         """
-        table = read_table(content)
-        if table.faults:
-            return self._import(table, self._store.steps(table.stated))
+        table = read_table(content, columns_of(columns))
         done = self._store.take(table.stated, who)
         logger.info("%s imported a table of %d assets.", who, len(done))
         return self._import(table, done)

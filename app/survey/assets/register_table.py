@@ -1,7 +1,8 @@
 """The register of assets as a table (CSV): reading what people and GIS programs write, and writing
 it.
 
-A column that a table lacks leaves what the register holds, an empty cell removes it.
+Columns may have any names and units: what they hold is guessed, unless a person states it. A column
+that a table lacks leaves what the register holds, an empty cell removes it.
 """
 
 from __future__ import annotations
@@ -9,11 +10,27 @@ from __future__ import annotations
 import csv
 import io
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, islice
 from typing import Literal
 
 from app.errors import InvalidTable
+from app.survey.assets.cells import (
+    DIAMETER,
+    ENDS,
+    KEY,
+    MEANINGS,
+    PLACE,
+    SHOWN,
+    UNITS_MM,
+    Column,
+    decimal,
+    own_unit,
+    value_in,
+)
+from app.survey.assets.column_guess import guessed
 from app.survey.assets.register import (
     LONGEST_ID,
     LONGEST_REGISTERED,
@@ -27,24 +44,30 @@ from app.survey.assets.register import (
     wkt_of,
 )
 from app.survey.fields.declaration import Value
-from app.survey.fields.header import ASSET_FIELDS, FIELDS
-from app.survey.fields.values import InvalidValue, value_of
+from app.survey.fields.header import ASSET_FIELDS
+from app.survey.fields.values import InvalidValue
 from vo_core.csv_rows import plain, records, separator_of, unquoted
 
 MEDIA_TYPE = "text/csv; charset=utf-8"
 MOST_ROWS = 50_000
 MOST_COLUMNS = 500
 
-_KEY = "asset_id"
-_ENDS = ("start_lat", "start_lon", "end_lat", "end_lon")
-_PLACE = (*_ENDS, "wkt")
-TEMPLATE = (_KEY, "project", *ASSET_FIELDS, *_PLACE)
-"""Columns that a table may have."""
-_WRITTEN = (_KEY, "project", *ASSET_FIELDS, "wkt")
-_NUMBERS = {field.name for field in FIELDS if field.kind == "number"}
+TEMPLATE = (KEY, "project", *ASSET_FIELDS, *PLACE)
+"""Columns of the template."""
+_WRITTEN = (KEY, "project", *ASSET_FIELDS, "wkt")
+EXAMPLE: Mapping[str, Value] = {
+    KEY: "EXAMPLE", "project": "Project 7", "start_node": "MH 12", "end_node": "MH 13",
+    "client": "Roads Department", "asset_type": "culvert", "shape": "circular", "height_mm": 600,
+    "material": "concrete", "unit_length_m": 2.4, "known_length_m": 24.5,
+    "known_length_source": "drawing", "year": 1998, "road": "Jalan 4", "road_chainage": "12+300",
+    "start_lat": 3.13901, "start_lon": 101.68692, "end_lat": 3.13912, "end_lon": 101.68701,
+}  # fmt: skip
+"""The row of the template; it is no asset."""
 _CONTROL = re.compile("[\x00-\x08\x0e-\x1b\x7f-\x84\x86-\x9f]")
-_SHOWN = 60
-"""Characters that a message shows of what it found."""
+_EXAMPLES = 3
+"""Cells of a column that a person is shown."""
+_LOOKED_AT = 200
+"""Rows by which the columns are guessed."""
 _PIECE = 50_000
 """Least length of a piece of a table that is written, in characters."""
 
@@ -83,12 +106,22 @@ class Stated:
         return registered(self.asset_id, None if project is None else str(project), after, line)
 
 
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A column of a table as its owner has it, and what it holds."""
+
+    name: str
+    examples: Sequence[str]
+    """Some of its cells that are not empty."""
+    column: Column | None
+    """None if it means nothing here."""
+
+
 @dataclass(frozen=True)
 class Table:
     """A table as read."""
 
-    ignored: Sequence[str]
-    """Columns that mean nothing here."""
+    columns: Sequence[Named]
     rows: Sequence[tuple[int, str]]
     """Line and id of each row, with or without faults."""
     stated: Sequence[Stated]
@@ -104,61 +137,94 @@ class Step:
     asset: Asset
 
 
-def read_table(content: bytes) -> Table:
-    """Read a table in UTF-8 or Windows-1252, separated by commas, semicolons or tabs.
+def columns_of(texts: Sequence[str]) -> list[Column | None]:
+    """Return the columns that a person states: a field, or field and unit as `height_mm:in`.
+
+    Raises:
+        InvalidTable: There is no such field or unit, or two columns hold the same.
+    """
+    found = []
+    for text in texts:
+        field, _, unit = text.partition(":")
+        has_unit = own_unit(field) is not None
+        if text and (field not in MEANINGS or (unit and not (has_unit and unit in UNITS_MM))):
+            raise InvalidTable(f"A column cannot hold {text[:SHOWN]!r}.")
+        found.append(Column.of(field, unit) if text else None)
+    fields = [column.field for column in found if column is not None]
+    twice = next((field for field in fields if fields.count(field) > 1), None)
+    if twice is not None:
+        raise InvalidTable(f"Two columns hold {twice}; choose one of them.")
+    return found
+
+
+def read_table(content: bytes, stated: Sequence[Column | None] | None = None) -> Table:
+    """Read a table in UTF-8, UTF-16 or Windows-1252, separated by commas, semicolons or tabs.
 
     Numbers may have a decimal comma where commas separate no cells.
 
+    Args:
+        content: The file; its first row names the columns.
+        stated: What its columns hold, in their order; by default it is guessed.
     Raises:
-        InvalidTable: It is no such table, has no column asset_id, or is too long.
+        InvalidTable: It is no such table, has other columns than stated, or is too long.
     """
     text = _decoded(content)
     found = records(text, InvalidTable, has_comments=False, most_rows=MOST_ROWS)
     head_line, head = next(found, (1, []))
-    columns = [re.sub(r"[\s-]+", "_", name.strip().lower()) for name in head]
-    _require_columns(columns, head_line)
-    separator = separator_of(text, has_comments=False)
-    reader = _Reader(columns, has_decimal_commas=separator != ",")
-    for line, cells in found:
-        reader.take(line, cells)
-    ignored = [name[:_SHOWN] for name in columns if name not in TEMPLATE and name]
-    return Table(ignored, reader.rows, reader.stated, reader.faults)
+    if not head:
+        raise InvalidTable("The file has no rows.")
+    if len(head) > MOST_COLUMNS:
+        raise InvalidTable(f"Line {head_line} has more than {MOST_COLUMNS} columns.")
+    has_decimal_commas = separator_of(text, has_comments=False) != ","
+    first = list(islice(found, _LOOKED_AT))
+    cells = [[_cell(cell) for cell in row] for _, row in first]
+    columns = stated or guessed(head, cells, has_decimal_commas=has_decimal_commas)
+    if len(columns) != len(head):
+        raise InvalidTable(f"{len(columns)} columns are stated, the table has {len(head)}.")
+    reader = _Reader(columns, has_decimal_commas=has_decimal_commas)
+    for line, row in chain(first, found):
+        reader.take(line, row)
+    return Table(_named(head, cells, columns), reader.rows, reader.stated, reader.faults)
+
+
+def _named(
+    head: Sequence[str], cells: Sequence[Sequence[str]], columns: Sequence[Column | None]
+) -> list[Named]:
+    named = []
+    for at, (name, column) in enumerate(zip(head, columns, strict=True)):
+        filled = dict.fromkeys(row[at][:SHOWN] for row in cells if at < len(row) and row[at])
+        named.append(Named(one_line(name)[:SHOWN], list(islice(filled, _EXAMPLES)), column))
+    return named
 
 
 class _Reader:
     """Collects rows and their faults."""
 
-    def __init__(self, columns: Sequence[str], *, has_decimal_commas: bool) -> None:
+    def __init__(self, columns: Sequence[Column | None], *, has_decimal_commas: bool) -> None:
         self.rows: list[tuple[int, str]] = []
         self.stated: list[Stated] = []
         self.faults: list[Fault] = []
-        self._columns = columns
-        self._fields = [name for name in columns if name in ASSET_FIELDS]
-        self._has_place = any(name in _PLACE for name in columns)
+        self._names = ["" if column is None else column.field for column in columns]
+        self._columns = [column for column in columns if column is not None]
         self._has_decimal_commas = has_decimal_commas
         self._line_of: dict[str, int] = {}
 
     def take(self, line: int, row: Sequence[str]) -> None:
         """Read one row."""
-        cells = dict(zip(self._columns, map(_cell, row), strict=False))
-        asset_id = cells.get(_KEY, "")
+        cells = dict(zip(self._names, map(_cell, row), strict=False))
+        asset_id = cells.get(KEY, "") if KEY in self._names else _between_nodes(cells)
         self.rows.append((line, asset_id[:LONGEST_ID]))
         faults = list(self._faults_of_row(line, asset_id, len(row)))
         values: dict[str, Value] = {}
-        if "project" in self._columns:
-            project = cells.get("project", "")
-            values["project"] = project or None
-            if len(project) > LONGEST_ID:
-                faults.append(
-                    Fault(line, "project", f"project is longer than {LONGEST_ID} characters")
-                )
-        for name in self._fields:
+        for column in self._columns:
+            if column.field == KEY or column.field in PLACE:
+                continue
             try:
-                values[name] = self._value(name, cells.get(name, ""))
+                values[column.field] = self._value(column, cells.get(column.field, ""))
             except InvalidValue as error:
-                faults.append(Fault(line, name, str(error)))
+                faults.append(Fault(line, column.field, str(error)))
         place: Line | None = None
-        if self._has_place:
+        if any(name in PLACE for name in self._names):
             try:
                 place = self._line(cells)
             except (InvalidLine, InvalidValue) as error:
@@ -166,32 +232,31 @@ class _Reader:
         if faults:
             self.faults += faults
         else:
-            self.stated.append(Stated(line, asset_id, values, place))
+            self.stated.append(Stated(line, asset_id, _with_diameter(values), place))
 
     def _faults_of_row(self, line: int, asset_id: str, cells: int) -> Iterator[Fault]:
-        if cells > len(self._columns):
+        if cells > len(self._names):
             yield Fault(
                 line,
                 None,
-                f"the row has {cells} cells, the header {len(self._columns)}; put text that "
+                f"the row has {cells} cells, the header {len(self._names)}; put text that "
                 "contains the separator in quotation marks",
             )
         if fault := fault_of_id(asset_id):
-            yield Fault(line, _KEY, fault)
+            yield Fault(line, KEY, fault)
         elif (other := self._line_of.setdefault(asset_id, line)) != line:
-            yield Fault(line, _KEY, f"{asset_id!r} is in line {other} already; keep one of the two")
+            yield Fault(line, KEY, f"{asset_id!r} is in line {other} already; keep one of the two")
 
-    def _value(self, name: str, text: str) -> Value:
-        if not text:
-            return None
-        if len(text) > LONGEST_REGISTERED:
-            raise InvalidValue(f"{name} is longer than {LONGEST_REGISTERED} characters")
-        if name in _NUMBERS:
-            self._require_point(name, text)
-        return value_of(name, text)
+    def _value(self, column: Column, text: str) -> Value:
+        longest = LONGEST_ID if column.field == "project" else LONGEST_REGISTERED
+        if len(text) > longest:
+            raise InvalidValue(f"{column.field} is longer than {longest} characters")
+        if column.field == "project":
+            return text or None
+        return value_in(column, text, has_decimal_commas=self._has_decimal_commas)
 
     def _line(self, cells: Mapping[str, str]) -> Line:
-        ends = [cells.get(name, "") for name in _ENDS]
+        ends = [cells.get(name, "") for name in ENDS]
         wkt = cells.get("wkt", "")
         if wkt:
             if any(ends):
@@ -204,7 +269,7 @@ class _Reader:
                 raise InvalidLine("latitude and longitude belong together; fill both or neither")
         if not ends[0]:
             raise InvalidLine("start_lat and start_lon are needed where the end is stated")
-        degrees = [self._degrees(name, text) for name, text in zip(_ENDS, ends, strict=True)]
+        degrees = [self._degrees(name, text) for name, text in zip(ENDS, ends, strict=True)]
         line = tuple(
             (lon, lat)
             for lat, lon in (degrees[:2], degrees[2:])
@@ -216,20 +281,32 @@ class _Reader:
     def _degrees(self, name: str, text: str) -> float | None:
         if not text:
             return None
-        self._require_point(name, text)
+        number = decimal(name, text, has_decimal_commas=self._has_decimal_commas)
         try:
-            return float(text.replace(",", "."))
+            return float(number)
         except ValueError as error:
             raise InvalidLine(
-                f"{name} must be degrees, such as 3.1412 (found {text[:_SHOWN]!r})"
+                f"{name} must be degrees, such as 3.1412 (found {text[:SHOWN]!r})"
             ) from error
 
-    def _require_point(self, name: str, text: str) -> None:
-        if "," in text and not self._has_decimal_commas:
-            raise InvalidValue(
-                f"{name} has a comma ({text[:_SHOWN]!r}); write a decimal point and no separator "
-                "of thousands, or separate the columns by semicolons"
-            )
+
+def _between_nodes(cells: Mapping[str, str]) -> str:
+    """Return the id of a section that its table names only by its two nodes."""
+    return "-".join(filter(None, (cells.get("start_node"), cells.get("end_node"))))
+
+
+def _with_diameter(values: dict[str, Value]) -> dict[str, Value]:
+    """Return the values with a diameter as the height of a circular pipe, unless they say more."""
+    if DIAMETER not in values:
+        return values
+    diameter = values.pop(DIAMETER)
+    if diameter is None:
+        return {"height_mm": None} | values
+    if values.get("height_mm") is None:
+        values["height_mm"] = diameter
+    if values.get("shape") is None:
+        values["shape"] = "circular"
+    return values
 
 
 def fault_of_id(asset_id: str) -> str | None:
@@ -238,6 +315,8 @@ def fault_of_id(asset_id: str) -> str | None:
         return "asset_id is empty; each row needs the id of its asset"
     if len(asset_id) > LONGEST_ID:
         return f"asset_id is longer than {LONGEST_ID} characters"
+    if asset_id == EXAMPLE[KEY]:
+        return "this row is the example of the template; delete it"
     if not any(letter.isalnum() for letter in asset_id):
         return f"asset_id needs a letter or a digit (found {asset_id!r})"
     return None
@@ -260,8 +339,8 @@ def written(assets: Iterable[Asset]) -> Iterator[str]:
 
 
 def template() -> str:
-    """Return a table of all columns without rows."""
-    return "".join(_table(TEMPLATE, ()))
+    """Return a table of all columns with a row as an example."""
+    return "".join(_table(TEMPLATE, [[EXAMPLE.get(name) for name in TEMPLATE]]))
 
 
 def _cells(asset: Asset) -> list[Value]:
@@ -288,9 +367,10 @@ def _cell(text: str) -> str:
 
 
 def _decoded(content: bytes) -> str:
-    """Decode UTF-8, or else Windows-1252, in which spreadsheets of Windows save."""
+    """Decode UTF-8 and UTF-16, or else Windows-1252, in which spreadsheets of Windows save."""
     try:
-        text = content.decode("utf-8-sig")
+        is_wide = content.startswith((BOM_UTF16_LE, BOM_UTF16_BE))
+        text = content.decode("utf-16" if is_wide else "utf-8-sig")
     except UnicodeDecodeError:
         text = content.decode("cp1252", "replace")
     if control := _CONTROL.search(text):
@@ -300,16 +380,3 @@ def _decoded(content: bytes) -> str:
             "table as CSV."
         )
     return text
-
-
-def _require_columns(columns: Sequence[str], line: int) -> None:
-    if len(columns) > MOST_COLUMNS:
-        raise InvalidTable(f"Line {line} has more than {MOST_COLUMNS} columns.")
-    if _KEY not in columns:
-        raise InvalidTable(
-            f"Line {line} has no column {_KEY}; the first row must name the columns, of which "
-            f"{_KEY} is needed."
-        )
-    twice = next((name for name in columns if name and columns.count(name) > 1), None)
-    if twice is not None:
-        raise InvalidTable(f"Line {line} has the column {twice} twice; remove one of them.")

@@ -15,22 +15,23 @@ DIRECTIONS = ValueList(
 )
 """AAK; of DWA-M 150 programs write I and G, or O and U."""
 ASSET_TYPES = ValueList(
-    Meaning("culvert", "E", "~KR", "~R"),
-    Meaning("storm", "B", "KR", "R"),
-    Meaning("foul", "A", "KS", "S"),
-    Meaning("combined", "C", "KM", "M"),
-    Meaning("drain", "", "~KR", "~R"),
+    Meaning("culvert", "E", "~KR", "~R", r"culvert|durchlass|pembetung"),
+    Meaning("storm", "B", "KR", "R", r"storm|surface|regen|\b(k?r|rw)\b|hujan"),
+    Meaning("foul", "A", "KS", "S", r"foul|sanitary|schmutz|\bk?s\b|kumbahan"),
+    Meaning("combined", "C", "KM", "M", r"comb|misch|\b(k?m|mw)\b|gabungan"),
+    Meaning("drain", "", "~KR", "~R", r"drain|dr[aä]nage|parit|longkang"),
 )
 """ACK, G101, HG302; culverts and drains are storm in the German lists."""
 SHAPES = ValueList(
-    Meaning("circular", "A", "0", "0", wincan="A C CIRCULAR ROUND KREIS KREISPROFIL"),
-    Meaning("rectangular", "B", "3", wincan="R B RECTANGULAR"),
-    Meaning("egg", "C", "1", wincan="E EGG"),
-    Meaning("arch", "E"),
-    Meaning("u_shaped", "D"),
-    Meaning("oval", "F"),
+    Meaning("circular", "A", "0", "0", r"^(circ|round|kreis|rund|bulat)",
+            "A C CIRCULAR ROUND KREIS KREISPROFIL"),
+    Meaning("rectangular", "B", "3", "", r"rect|\bbox\b|rechteck|kasten|segi", "R B RECTANGULAR"),
+    Meaning("egg", "C", "1", "", r"\begg|\bei(form\w*|profil)?\b|telur", "E EGG"),
+    Meaning("arch", "E", pattern=r"\barch|bogen|maul|gerbang"),
+    Meaning("u_shaped", "D", pattern=r"\bu\b"),
+    Meaning("oval", "F", pattern=r"oval|ellip|bujur"),
     Meaning("other", "Z"),
-)
+)  # fmt: skip
 """ACA, G205, HG305, of which only the circle is known."""
 END_CONDITIONS = ValueList(Meaning("complete"), Meaning("abandoned"))
 PURPOSES = ValueList(
@@ -55,28 +56,30 @@ CLEANED = ValueList(
     Meaning(False, "B", "0 false", "N"),
 )
 MATERIALS = ValueList(
-    Meaning("asbestos cement", "AA", "AZ", "AZ", r"asbestos"),
-    Meaning("fibre cement", "AK", "FZ", "FZ", r"fib(re|er) cement"),
-    Meaning("sprayed concrete", "AI", "", "", r"sprayed|shotcrete"),
+    Meaning("asbestos cement", "AA", "AZ", "AZ", r"asbest"),
+    Meaning("fibre cement", "AK", "FZ", "FZ", r"fib(re|er) cement|faserzement"),
+    Meaning("sprayed concrete", "AI", "", "", r"sprayed|shotcrete|spritzbeton"),
     Meaning("polymer concrete", "", "", "", r"polymer"),
     Meaning("concrete segments", "AJ", "BS", "BS", r"segment"),
-    Meaning("reinforced concrete", "AH", "SB", "SB", r"reinforced|bertetulang|\brcp?\b|\brcc\b"),
-    Meaning("concrete", "AG", "B", "B", r"concrete|konkrit"),
-    Meaning("brick", "AD", "~MA", "~MA", r"brick|\bbata\b"),
-    Meaning("masonry", "", "MA", "MA", r"masonry|stone\b|batu\b"),
+    Meaning("reinforced concrete", "AH", "SB", "SB",
+            r"reinforced|bertetulang|\brcp?\b|\brcc\b|stahlbeton"),
+    Meaning("concrete", "AG", "B", "B", r"concrete|konkrit|beton"),
+    Meaning("brick", "AD", "~MA", "~MA", r"brick|\bbata\b|ziegel|klinker"),
+    Meaning("masonry", "", "MA", "MA", r"masonry|stone\b|batu\b|mauerwerk"),
     Meaning("masonry", "AR AS"),
-    Meaning("vitrified clay", "AE", "STZ", "STZ", r"clay|stoneware|vitrified|tanah liat"),
-    Meaning("ductile iron", "AO", "GGG", "GGG", r"ductile"),
-    Meaning("grey cast iron", "AN", "~GG", "~GG", r"gr[ea]y (cast )?iron"),
-    Meaning("cast iron", "AM", "GG", "GG", r"cast iron"),
-    Meaning("steel", "AP", "ST", "ST", r"steel|keluli|corrugated metal|\bcmp\b"),
+    Meaning("vitrified clay", "AE", "STZ", "STZ",
+            r"clay|stoneware|vitrified|tanah liat|steinzeug|\bvcp?\b"),
+    Meaning("ductile iron", "AO", "GGG", "GGG", r"ductile|duktil|\bdip?\b"),
+    Meaning("grey cast iron", "AN", "~GG", "~GG", r"gr[ea]y (cast )?iron|grauguss"),
+    Meaning("cast iron", "AM", "GG", "GG", r"cast iron|gusseisen|\bcip?\b"),
+    Meaning("steel", "AP", "ST", "ST", r"steel|keluli|corrugated metal|\bcmp\b|stahl"),
     Meaning("HDPE", "~AV", "PEHD", "PEHD", r"hdpe"),
     Meaning("polyethylene", "AV", "PE", "PE", r"polyethylene|\bpe\b"),
     Meaning("polypropylene", "AW", "PP", "PP", r"polypropylene|\bpp\b"),
     Meaning("PVC-U", "AX", "PVCU", "PVCU", r"pvc"),
-    Meaning("glass-fibre plastics", "AL", "GFK", "GFK", r"\bgrp\b|glass"),
+    Meaning("glass-fibre plastics", "AL", "GFK", "GFK", r"\bgrp\b|\bgfk\b|glass"),
     Meaning("unknown", "AZ", "", "", r"unknown|not known|tidak diketahui"),
-)
+)  # fmt: skip
 """ACD and ACF, G102."""
 LININGS = ValueList(
     Meaning("factory made", "A", pattern=r"factory|manufactur|kilang"),

@@ -19,7 +19,7 @@ def value_of(name: str, text: str) -> Value:
     """Return the value of a known field that a text states.
 
     Numbers may have a decimal comma; a date may lack its hyphens; the case of a choice does not
-    matter.
+    matter, and another word for it will do.
 
     Raises:
         InvalidValue: The text does not fit the field.
@@ -39,7 +39,9 @@ def _read(field: HeaderField, text: str) -> Value:
                 return text
             return int(number) if number.is_integer() else number
         case "choice":
-            return text.lower().replace(" ", "_").replace("-", "_")
+            tidy = text.lower().replace(" ", "_").replace("-", "_")
+            meaning = field.values.meaning_of(text) if field.values else None
+            return tidy if tidy in field.choices or meaning is None else str(meaning.value)
         case "bool":
             return _BOOLS.get(text.lower(), text)
         case "date":

@@ -73,10 +73,14 @@ export const deleteAsset = ({ asset_id: id, version }) => remove(pathOf(id), und
  * Imports a table; a dry run only says what it would do.
  * @param {File} file
  * @param {boolean} isDryRun
+ * @param {string[]} columns what each column holds: a field, with its unit as 'height_mm:in', or ''; none: it is guessed
  * @param {AbortSignal} [signal]
  * @returns {Promise<Api['RegisterImportOut']>}
  */
-export const importTable = (file, isDryRun, signal) => sendFile(`${REGISTER}/import?dry_run=${isDryRun}`, file, signal);
+export function importTable(file, isDryRun, columns, signal) {
+  const query = new URLSearchParams([['dry_run', String(isDryRun)], ...columns.map((column) => ['columns', column])]);
+  return sendFile(`${REGISTER}/import?${query}`, file, signal);
+}
 
 /**
  * Returns which fields of the register a header lacks and does not contradict.

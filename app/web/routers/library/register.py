@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Path, Query, Response
+from pydantic import Field
 from starlette.responses import StreamingResponse
 
 from app import errors
 from app.inspections.register import Register, version_of_asset
 from app.survey.assets.register import LONGEST_ID
-from app.survey.assets.register_table import MEDIA_TYPE, template
+from app.survey.assets.register_table import MEDIA_TYPE, MOST_COLUMNS, template
 from app.survey.given import LINE
 from app.web.deps import PrincipalDep, Service, operator, viewer
 from app.web.queries import Limit, Offset, Text
@@ -27,6 +28,7 @@ from app.web.versions import Replaced, tag_with
 
 router = APIRouter(prefix="/api/register", tags=["register"])
 
+ColumnText = Annotated[str, Field(max_length=40, pattern=LINE)]
 AssetId = Annotated[str, Path(min_length=1, max_length=LONGEST_ID, pattern=LINE)]
 
 
@@ -54,7 +56,7 @@ def export(register: Service[Register]) -> StreamingResponse:
 @router.get("/template.csv", response_class=Response, responses=content(MEDIA_TYPE))
 @viewer
 def template_of_imports() -> Response:
-    """Return a table without rows, with all columns that an import knows."""
+    """Return a table with an example, with all columns that the register has."""
     return Response(template(), media_type=MEDIA_TYPE, headers=_named("assets-template.csv"))
 
 
@@ -78,11 +80,19 @@ def import_table(
     register: Service[Register],
     principal: PrincipalDep,
     dry_run: Annotated[bool, Query(description="Only say what it would do.")] = False,
+    columns: Annotated[
+        list[ColumnText],
+        Query(
+            max_length=MOST_COLUMNS,
+            description="What each column holds, in order: a field, a field and its unit such as "
+            "height_mm:in, or nothing. Without any it is guessed by names and cells.",
+        ),
+    ] = [],  # noqa: B006
 ) -> RegisterImportOut:
-    """Add and change the assets of a table; if a row has a fault, nothing is stored."""
-    register = register
-    found = register.preview(content) if dry_run else register.take(content, principal.name)
-    return RegisterImportOut.of(found)
+    """Add and change the assets of a table; rows with a fault are left out and named."""
+    if dry_run:
+        return RegisterImportOut.of(register.preview(content, columns))
+    return RegisterImportOut.of(register.take(content, columns, principal.name))
 
 
 @router.get("/assets/{asset_id:path}", responses=failures(errors.AssetNotFound))

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BaseModel, Field
 
 from app.inspections.register import Import, version_of_asset
 from app.storage.database.tables import RegisteredAsset
+from app.survey.assets.cells import MEANINGS, UNITS_MM, own_unit
 from app.survey.assets.register import (
     LONGEST_REGISTERED,
     MOST_POINTS,
@@ -18,7 +19,7 @@ from app.survey.assets.register import (
     registered,
     require_line,
 )
-from app.survey.assets.register_table import Action
+from app.survey.assets.register_table import Action, Named, Step
 from app.survey.fields.header import ASSET_FIELDS
 from app.survey.given import Given, Header, Name
 from app.web.schemas.out import Out
@@ -119,16 +120,48 @@ class ImportWarningOut(BaseModel):
     """Other ways of writing the id."""
 
 
+class ImportFieldOut(BaseModel):
+    """What a column of a table may hold."""
+
+    name: str
+    units: list[str]
+    """Units of a length; none of what is no length."""
+
+
+class ImportColumnOut(BaseModel):
+    """A column of a table, and what it holds."""
+
+    name: str
+    examples: list[str]
+    """Some of its cells."""
+    field: str | None
+    """Null if it is not used."""
+    unit: str | None
+
+    @classmethod
+    def of(cls, named: Named) -> Self:
+        """Convert the column."""
+        held = named.column
+        return cls(
+            name=named.name,
+            examples=list(named.examples),
+            field=held.field if held else None,
+            unit=held.unit if held else None,
+        )
+
+
 class ImportRowOut(BaseModel):
     """What the import of a row does."""
 
     row: int
     asset_id: str
     action: Action
+    header: dict[str, Any]
+    """Fields of the asset after the import; none of a row with a fault."""
 
 
 class RegisterImportOut(Out):
-    """What an import did, or would do; with faults it does nothing."""
+    """What an import did, or would do; rows with faults are left out."""
 
     added: int
     changed: int
@@ -139,15 +172,16 @@ class RegisterImportOut(Out):
     """The first 200, like warnings and rows."""
     warnings: list[ImportWarningOut]
     rows: list[ImportRowOut]
-    ignored: list[str]
-    """Columns of the table that mean nothing here."""
+    columns: list[ImportColumnOut]
+    fields: list[ImportFieldOut]
+    """What a column may hold."""
 
     @classmethod
     def of(cls, found: Import) -> Self:
         """Convert the service's answer."""
-        actions = {step.row: step.action for step in found.steps}
+        steps = {step.row: step for step in found.steps}
         ids = dict(found.table.rows)
-        done = list(actions.values())
+        done = [step.action for step in found.steps]
         return cls.read_from(
             found.table,
             added=done.count("add"),
@@ -160,7 +194,21 @@ class RegisterImportOut(Out):
                 for row, same in list(found.alike.items())[:_SHOWN_ROWS]
             ],
             rows=[
-                ImportRowOut(row=row, asset_id=asset_id, action=actions.get(row, "fault"))
+                _row_of(row, asset_id, steps.get(row))
                 for row, asset_id in found.table.rows[:_SHOWN_ROWS]
             ],
+            columns=[ImportColumnOut.of(named) for named in found.table.columns],
+            fields=_FIELDS,
         )
+
+
+_FIELDS = [
+    ImportFieldOut(name=name, units=list(UNITS_MM) if own_unit(name) else []) for name in MEANINGS
+]
+
+
+def _row_of(row: int, asset_id: str, step: Step | None) -> ImportRowOut:
+    if step is None:
+        return ImportRowOut(row=row, asset_id=asset_id, action="fault", header={})
+    header = dict(step.asset.header)
+    return ImportRowOut(row=row, asset_id=asset_id, action=step.action, header=header)

@@ -13,7 +13,7 @@ import { editAsset } from '../asset-form/asset-form.js';
 import { column, orDash } from '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
-import { importAssets } from './import-dialog.js';
+import './register-import.js';
 
 const POLL_S = 30;
 
@@ -29,8 +29,10 @@ export class RegisterPage extends Component {
         ways: html`<a class="button" href="/api/register/assets.csv" download>${icon('download')}${t('register.export')}</a>
           <button class="button" data-import data-needs="operator">${icon('upload')}${t('register.import')}</button>
           <button class="button button--primary" data-add data-needs="operator">${icon('plus')}${t('register.add')}</button>`,
-        content: html`${searchMarkup(t('register.search'))}
-          <p class="dim" role="status" data-part="found"></p>${tableMarkup('register', '')}`,
+        content: html`<register-import data-part="importing"></register-import>
+          <input type="file" accept=".csv,.txt,.tsv,text/csv" aria-label="${t('register.import')}" data-part="file" hidden />
+          <div data-part="listed">${searchMarkup(t('register.search'))}
+          <p class="dim" role="status" data-part="found"></p>${tableMarkup('register', '')}</div>`,
       }),
     );
     this.#list = followList(this, {
@@ -43,32 +45,52 @@ export class RegisterPage extends Component {
       show: ({ total }) => this.#show(total),
       pauseAfter: () => POLL_S,
     });
+    this.#followFiles();
     this.listen(this, 'click', ({ target }) => {
       const { edit, remove, import: isImport, add } = target.closest('button')?.dataset ?? {};
-      if (isImport !== undefined) orToast(() => this.#import());
+      if (isImport !== undefined) this.parts.file.click();
       if (add !== undefined) orToast(() => this.#edit());
       if (edit !== undefined) orToast(() => this.#edit(edit));
       if (remove !== undefined) orToast(() => this.#delete(remove));
     });
   }
 
+  #followFiles() {
+    const { file, importing, listed } = this.parts;
+    this.listen(file, 'change', () => {
+      if (file.files[0]) this.#import(file.files[0]);
+      file.value = ''; // so that the repaired file can be chosen again
+    });
+    const hasFiles = ({ dataTransfer: { types } }) => may('operator') && types.includes('Files');
+    this.listen(this, 'dragover', (event) => hasFiles(event) && event.preventDefault());
+    this.listen(this, 'drop', (event) => {
+      if (!hasFiles(event)) return;
+      event.preventDefault();
+      this.#import(event.dataTransfer.files[0]);
+    });
+    this.listen(importing, 'done', ({ detail: done }) => {
+      listed.hidden = false;
+      if (done)
+        toast(
+          t('register.imported', {
+            n: done.added + done.changed,
+            added: count(done.added),
+            changed: count(done.changed),
+          }),
+        );
+      orToast(() => this.#list.again());
+    });
+  }
+
+  #import(file) {
+    this.parts.listed.hidden = true;
+    this.parts.importing.open(file);
+  }
+
   #show(total) {
     const { found, nothing } = this.parts;
     found.textContent = total > 0 ? t('register.found', { n: total, count: count(total) }) : '';
     render(nothing, this.#list.isFiltered ? html`<p>${t('register.nothing')}</p>` : emptyRegister());
-  }
-
-  async #import() {
-    const done = await importAssets();
-    if (done)
-      toast(
-        t('register.imported', {
-          n: done.added + done.changed,
-          added: count(done.added),
-          changed: count(done.changed),
-        }),
-      );
-    await this.#list.again();
   }
 
   async #edit(assetId) {
@@ -98,7 +120,7 @@ export class RegisterPage extends Component {
 }
 
 const emptyRegister = () => html`<h2>${t('register.empty')}</h2>
-  <p>${t('register.empty_text')}</p>
+  <p>${t('register.empty_text')} ${t('register.drop')}</p>
   <p><a class="button" href="/api/register/template.csv" download>${icon('download')}${t('register.template')}</a>
     <button class="button button--primary" data-import data-needs="operator">${icon('upload')}${t('register.import')}</button></p>`;
 

@@ -7,6 +7,7 @@ import pytest
 from app.errors import InvalidTable
 from app.survey.assets.register import Asset, InvalidLine, completed, line_of, registered, wkt_of
 from app.survey.assets.register_table import (
+    EXAMPLE,
     MOST_ROWS,
     TEMPLATE,
     Table,
@@ -15,6 +16,7 @@ from app.survey.assets.register_table import (
     template,
     written,
 )
+from app.survey.fields.header import ASSET_FIELDS
 from app.survey.folding import normalised_id
 
 LINE = ((101.6869, 3.139), (101.687, 3.1391))
@@ -34,6 +36,10 @@ def faults(text: str) -> list[tuple[int, str | None, str]]:
     return [(fault.row, fault.column, fault.detail) for fault in read(text).faults]
 
 
+def unused(table: Table) -> list[str]:
+    return [named.name for named in table.columns if named.column is None]
+
+
 def test_a_register_that_is_written_and_read_again_is_the_same() -> None:
     many = [
         CULVERT,
@@ -41,7 +47,7 @@ def test_a_register_that_is_written_and_read_again_is_the_same() -> None:
         registered("=1+1", "+", {}, LINE[:1]),
     ]
     table = read("".join(written(many)))
-    assert (table.faults, table.ignored) == ([], [])
+    assert (table.faults, unused(table)) == ([], [])
     done = steps(table.stated, {asset.asset_id: asset for asset in many})
     assert [(step.action, step.asset) for step in done] == [("same", asset) for asset in many]
     assert [step.asset for step in steps(table.stated, {})] == many
@@ -51,11 +57,11 @@ def test_a_register_that_is_written_and_read_again_is_the_same() -> None:
 @pytest.mark.parametrize("separator", [";", "\t"])
 def test_tables_as_spreadsheets_save_them(encoding: str, separator: str) -> None:
     rows = (
-        ["Asset ID", "Project", "SHAPE", "known-length-m", "start_lat", "start_lon", "Owner"],
+        ["Asset ID", "Project", "SHAPE", "known-length-m", "start_lat", "start_lon", "Colour"],
         ["CV 2 ", "Süd", "U shaped", "12,50", "3,1", "101,6", "x"],
     )
     table = read("\r\n".join(separator.join(row) for row in rows), encoding)
-    assert (table.faults, table.ignored) == ([], ["owner"])
+    assert (table.faults, unused(table)) == ([], ["Colour"])
     (step,) = steps(table.stated, {})
     header = {"shape": "u_shaped", "known_length_m": 12.5}
     assert step.asset == Asset("CV 2", "Süd", header, ((101.6, 3.1),))
@@ -100,9 +106,7 @@ def test_each_fault_names_row_column_and_repair(row: str, column: str | None, sa
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "no column asset_id"),
-        ("name,shape\nA,circular\n", "no column asset_id"),
-        ("asset_id,shape,Shape\nA,,\n", "the column shape twice"),
+        ("", "no rows"),
         ("asset_id\nA\x00\n", "Line 2 .* save the table as CSV"),
         ("asset_id" + "," * 500, "more than 500 columns"),
         ('asset_id,material\n"A,clay\n', "quotation marks"),
@@ -116,9 +120,17 @@ def test_what_is_no_table_of_assets_is_refused(text: str, said: str) -> None:
         read(text)
 
 
-def test_the_template_is_a_table_without_rows() -> None:
+def test_the_example_of_the_template_is_no_asset() -> None:
     table = read(template())
-    assert (table.rows, table.ignored) == ([], [])
+    assert unused(table) == []
+    assert [(fault.row, "example" in fault.detail) for fault in table.faults] == [(2, True)]
+    filled = template().replace("EXAMPLE", "CV-01")
+    (step,) = steps(read(filled).stated, {})
+    assert step.asset.header | {"project": step.asset.project} == {
+        name: value
+        for name, value in EXAMPLE.items()
+        if name in (*ASSET_FIELDS, "project")
+    }  # fmt: skip
     assert len(set(TEMPLATE)) == len(TEMPLATE)
 
 

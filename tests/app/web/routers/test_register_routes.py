@@ -74,9 +74,7 @@ def test_an_asset_is_kept_found_changed_and_deleted(
     assert_error(server.get(path_of(name)), 404, "asset_not_found")
 
 
-def test_a_table_is_tried_imported_whole_or_not_at_all_and_exported(
-    server: Client,
-) -> None:
+def test_a_table_is_tried_its_good_rows_imported_and_exported(server: Client) -> None:
     server.put(path_of("CV-01"), json={"header": PIPE})
     broken = "asset_id,height_mm,colour\nCV-01,700,red\nCV-02,wide,blue\nCV-03,,\n"
     for dry_run in (True, False):
@@ -89,8 +87,12 @@ def test_a_table_is_tried_imported_whole_or_not_at_all_and_exported(
             3, "height_mm", True,
         )  # fmt: skip
         assert [row["action"] for row in found["rows"]] == ["change", "fault", "add"]
-        assert found["ignored"] == ["colour"]
-        assert ids(server) == ["CV-01"]
+        assert [row["header"].get("height_mm") for row in found["rows"]] == [700, None, None]
+        assert [column["field"] for column in found["columns"]] == ["asset_id", "height_mm", None]
+        assert ids(server) == (["CV-01"] if dry_run else ["CV-01", "CV-03"])
+    assert server.get(path_of("CV-01")).json()["header"] == PIPE | {"height_mm": 700}
+    server.delete(path_of("CV-03"))
+    server.put(path_of("CV-01"), json={"header": PIPE})
     table = "asset_id;project;known_length_m\ncv 01;North;12,5\nCV_01;North;\nCV-01;South;\n"
     tried = take(server, table, dry_run=True)
     assert [(each["row"], each["same"]) for each in tried["warnings"]] == [
@@ -107,9 +109,28 @@ def test_a_table_is_tried_imported_whole_or_not_at_all_and_exported(
     again = take(server, export.text)
     assert (again["same"], again["added"], again["changed"]) == (3, 0, 0)
     template = server.get(f"{API}/template.csv").text
-    assert take(server, template)["rows"] == []
-    wrong = server.post(f"{API}/import", content=b"name\nA\n")
-    assert "asset_id" in assert_error(wrong, 422, "invalid_table")
+    assert [row["action"] for row in take(server, template)["rows"]] == ["fault"]
+
+
+def test_what_the_columns_of_a_table_hold_is_guessed_or_stated(server: Client) -> None:
+    table = "Haltung;Weite;Ort\nH 1;12;Au\n"
+    guessed = take(server, table, dry_run=True)["columns"]
+    assert guessed == [
+        {"name": "Haltung", "examples": ["H 1"], "field": "asset_id", "unit": None},
+        {"name": "Weite", "examples": ["12"], "field": "diameter_mm", "unit": "in"},
+        {"name": "Ort", "examples": ["Au"], "field": "location_text", "unit": None},
+    ]
+    stated = {"columns": ["asset_id", "width_mm:cm", ""]}
+    answer = server.post(f"{API}/import", content=table.encode(), params=stated)
+    assert answer.json()["rows"] == [
+        {"row": 2, "asset_id": "H 1", "action": "add", "header": {"width_mm": 120}}
+    ]
+    assert server.get(path_of("H 1")).json()["header"] == {"width_mm": 120}
+    fields = {field["name"]: field["units"] for field in answer.json()["fields"]}
+    assert (fields["year"], "in" in fields["height_mm"]) == ([], True)
+    for columns in (["asset_id"], ["asset_id", "depth", ""], ["year", "year", ""]):
+        wrong = server.post(f"{API}/import", content=table.encode(), params={"columns": columns})
+        assert_error(wrong, 422, "invalid_table")
 
 
 @pytest.fixture
