@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from uuid import uuid4
 
 import pytest
 from clips import numbered_clip, rig_for_clip
+from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
 
@@ -30,8 +33,9 @@ def form(page: Page, server: Server) -> Page:
 def test_a_rig_comes_from_a_preset_or_a_file_and_faults_are_shown(
     form: Page, tmp_path: Path
 ) -> None:
-    form.get_by_label("Start from").select_option(index=1)
-    assert float(form.get_by_label("Inner diameter").input_value()) > 0
+    form.get_by_label("Camera and mount").select_option(index=1)
+    expect(form.locator("#header-height_mm")).to_have_value("300")
+    expect(form.get_by_label("Inner diameter")).to_be_hidden()  # it is typed once
     form.get_by_role("button", name="Start tracking").click()
     faults = form.locator("rig-form .fault:not(:empty)")
     expect(faults).to_have_count(0)
@@ -128,4 +132,56 @@ def test_what_is_no_video_is_refused_and_header_and_rig_are_remembered_for_the_n
     for field in (asset, form.get_by_role("combobox", name="Direction"), known):
         expect(field).to_have_value("")
     expect(form.locator(".header-form__missing")).to_contain_text("Still empty: Asset, ")
-    expect(form.get_by_label("Focal length fx")).to_have_value("600")
+    # Nor is the camera filled in: it is offered by its name, and brings no pipe.
+    focal = form.locator("#rig-camera-fx")
+    expect(focal).to_have_value("")
+    form.get_by_role("button", name="Use the camera of “clip” again").click()
+    expect(focal).to_have_value("600")
+    for field in ("height_mm", "unit_length_m"):
+        expect(form.locator(f"#header-{field}")).to_have_value("")
+
+
+def test_the_pipe_is_stated_once_and_never_comes_from_the_last_inspection(
+    form: Page, server: Server, tmp_path: Path
+) -> None:
+    asset = {"header": {"shape": "circular", "height_mm": 600, "unit_length_m": 2.4}}
+    server.ask("PUT", "/api/register/assets/CV-600", asset)
+    rig = json.loads(rig_for_clip(tmp_path / "rig.json").read_text())
+    server.ask("PUT", f"/api/rigs/{uuid4()}", {"name": "Crawler A", "rig": rig})
+    form.reload()
+    height, rig_height = form.locator("#header-height_mm"), form.locator("#rig-pipe-diameter_mm")
+    form.get_by_label("Camera and mount").select_option("Crawler A")
+    expect(form.locator("#rig-camera-fx")).to_have_value("600")
+    expect(form.locator("#header-rig_id")).to_have_value("Crawler A")
+    expect(height).to_have_value("")
+    form.get_by_role("button", name="Start tracking").click()  # without a film and a diameter
+    clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
+    form.locator("input[type=file]").first.set_input_files(clip)
+    form.get_by_role("button", name="Start tracking").click()
+    expect(height).to_be_focused()
+    expect(height).to_have_attribute("aria-invalid", "true")
+    asset_id = form.get_by_role("textbox", name="Asset", exact=True)
+    asset_id.fill("CV-600")
+    asset_id.blur()
+    expect(form.get_by_text("Ø 600 mm, units of 2400 mm: as the header says")).to_be_visible()
+    expect(rig_height).to_have_value("600")
+    # A file for another pipe changes neither, and says so.
+    form.locator("rig-form input[type=file]").set_input_files(tmp_path / "rig.json")
+    expect(form.get_by_text("This rig is for another pipe (300")).to_be_visible()
+    expect(rig_height).to_have_value("600")
+    height.fill("610")
+    height.blur()
+    expect(rig_height).to_have_value("610")
+    form.get_by_label("Camera and mount").select_option("Crawler A")
+    expect(rig_height).to_have_value("610")
+    expect_no_fault(form, within="rig-form")
+    form.get_by_role("button", name="Start tracking").click()
+    form.wait_for_url("**/inspections/*")
+    made = form.url.rsplit("/", 1)[1]
+    server.state_no_counter(made)
+    stored = json.load(server.ask("GET", f"/api/inspections/{made}"))
+    pipe = stored["rig"]["pipe"]
+    assert (pipe["diameter_mm"], pipe["segment_length_mm"]) == (610, 2400)
+    assert (stored["header"]["height_mm"], stored["header"]["rig_id"]) == (610, "Crawler A")
+    form.goto(server.url + "/new")
+    expect(form.get_by_role("button", name="Use Crawler A again")).to_be_visible()

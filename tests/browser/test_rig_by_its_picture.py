@@ -21,7 +21,7 @@ def test_a_first_rig_needs_no_pixels_and_shows_its_wall(
     log_in(page, server, "/new")
     clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
     page.locator("input[type=file]").first.set_input_files(clip)
-    page.get_by_label("Inner diameter").fill("300")
+    page.locator("#header-height_mm").fill("300")
     page.get_by_label("Height of the lens").fill("230")
     page.get_by_label("Turned by").fill("0")
 

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from app.survey.catalogue.table import Code, CodeTable
 from app.survey.distances.corrected import Corrected
 from app.survey.distances.film_quality import LOST_PERCENT, POOR_PERCENT, share
-from app.survey.distances.interval import half_width_m
-from app.survey.fields.header import required_to_issue
+from app.survey.distances.interval import U95, half_width_m
+from app.survey.distances.track_rows import is_unmeasured
+from app.survey.fields.header import number_of, required_to_issue
 from app.survey.observations.defects import END_CODES, START_CODE
 from app.survey.places.place import ObservationView
 from app.survey.places.spans import SAME_MM
@@ -106,15 +107,73 @@ def header_fields(case: Case) -> Iterator[Issue]:
 
 
 def start_and_finish(case: Case) -> Iterator[Issue]:
-    """Check the first and the last observation; packs of other families have other codes for
-    them.
+    """Check the first and the last observation, and say where they belong; packs of other families
+    have other codes for them.
     """
     there = {view.row.tag.code for view in case.views}
     in_pack = {row.code for row in case.table.rows}
     if START_CODE in in_pack and START_CODE not in there:
-        yield Issue("block", "no_start", params={"needed": START_CODE})
+        yield Issue("block", "no_start", params={"needed": START_CODE, **_start_place(case)})
     if in_pack.issuperset(END_CODES) and there.isdisjoint(END_CODES):
-        yield Issue("block", "no_finish", params={"needed": BETWEEN_CODES.join(END_CODES)})
+        needed = BETWEEN_CODES.join(END_CODES)
+        yield Issue("block", "no_finish", params={"needed": needed, **_end_place(case)})
+
+
+def _start_place(case: Case) -> dict[str, Param]:
+    """Return the frame nearest to the zero point; nothing without a track."""
+    if not len(case.track):
+        return {}
+    frame = int(np.abs(case.track.distance_mm).argmin())
+    return {"frame": frame, "distance_m": metres(float(case.track.distance_mm[frame]))}
+
+
+def _end_place(case: Case) -> dict[str, Param]:
+    """Return the frame at the greatest distance, or the place of an observation ahead of it."""
+    if not len(case.track):
+        return {}
+    frame = int(case.track.distance_mm.argmax())
+    reached_mm = float(case.track.distance_mm[frame])
+    placed = [(view.place.distance_mm, view) for view in case.views if view.place is not None]
+    far_mm, far = max(placed, key=lambda each: each[0], default=(reached_mm, None))
+    if far is None or far_mm <= reached_mm:
+        return {"frame": frame, "distance_m": metres(reached_mm)}
+    place: dict[str, Param] = {"frame": far.row.frame, "distance_m": metres(far_mm)}
+    if far.row.tag.pixel is not None:
+        place["u"], place["v"] = far.row.tag.pixel
+    return place
+
+
+def order(case: Case) -> Iterator[Issue]:
+    """Check that start and end stand once, in this order, around all others, and agree with the
+    header.
+    """
+    starts = [view for view in case.views if view.row.tag.code == START_CODE]
+    ends = [view for view in case.views if view.row.tag.code in END_CODES]
+    for views, code in ((starts, "start_twice"), (ends, "end_twice")):
+        for view in views[1:]:
+            yield _about(view, "block", code, other=views[0].row.seq)
+    condition = case.header.get("end_condition")
+    for view in ends[:1]:
+        if condition and view.row.tag.code != END_CODES[condition == "abandoned"]:
+            yield _about(view, "block", "end_contradicts", code=str(view.row.tag.code))
+    if ends and starts and _is_before(ends[0], starts[0]):
+        yield _about(ends[0], "block", "end_before_start")
+        return
+    for view in case.views:
+        if view in starts or view in ends:
+            continue
+        if starts and _is_before(view, starts[0]):
+            yield _about(view, "warn", "before_start")
+        if ends and _is_before(ends[0], view):
+            yield _about(view, "warn", "after_end")
+
+
+def _is_before(one: ObservationView, other: ObservationView) -> bool:
+    """Return whether an observation lies before another one beyond both intervals."""
+    if one.place is None or other.place is None:
+        return False
+    u95_mm = 1000 * max(one.place.u95_m or 0.0, other.place.u95_m or 0.0)
+    return other.place.distance_mm - one.place.distance_mm > u95_mm + SAME_PLACE_MM
 
 
 def distances(case: Case) -> Iterator[Issue]:
@@ -336,6 +395,28 @@ def the_run(case: Case) -> Iterator[Issue]:
             yield Issue("warn", "length_forced", params=residual)
 
 
+def pipe(case: Case) -> Iterator[Issue]:
+    """Compare the pipe of the header with that of the rig, which gives the distances their scale;
+    they may differ by the interval of what the rig states.
+    """
+    adjusted = case.corrected.adjusted
+    if adjusted is None or is_unmeasured(case.track):
+        return
+    of_rig, known = adjusted.rig.pipe, adjusted.rig.tolerance
+    is_round = case.header.get("shape") in (None, "circular")
+    for name, unit_mm, rig_mm, sigma_mm in (
+        ("height_mm", 1.0, of_rig.diameter_mm if is_round else None, known.diameter_mm),
+        ("unit_length_m", 1000.0, of_rig.segment_length_mm, known.segment_length_mm),
+    ):
+        stated = number_of(case.header.get(name))
+        if stated is None or rig_mm is None:
+            continue
+        stated_mm = stated * unit_mm
+        if abs(stated_mm - rig_mm) > U95 * sigma_mm + SAME_MM:
+            sizes = {"header_mm": round(stated_mm, 1), "rig_mm": round(rig_mm, 1)}
+            yield Issue("warn", "rig_pipe_differs", params={"field": name, **sizes})
+
+
 def _end(case: Case, known_mm: float, reached_mm: float) -> Iterator[Issue]:
     far = case.track.distance_mm.argmax()
     sigma_mm = math.hypot(float(case.track.sigma_distance_mm[far]), TAPE_SIGMA_MM)
@@ -353,11 +434,13 @@ Rule = Callable[[Case], Iterator[Issue]]
 RULES: tuple[Rule, ...] = (
     header_fields,
     start_and_finish,
+    order,
     codes,
     distances,
     stretch_rules,
     photos,
     the_run,
+    pipe,
     pictures,
     duplicates,
     overlapping_stretches,

@@ -3,7 +3,8 @@
  * automatically, and more. An empty required field blocks nothing here; it is counted and named.
  *
  * Events: `field` (detail {name, value, before}) when a field is left with a new, valid value, and `typing`
- * (same detail) at every letter before that; `before` is the value that the field showed.
+ * (same detail) at every letter before that; `before` is the value that the field showed. `suggested`: `suggest` has
+ * filled fields.
  */
 
 import { get, refusalIn } from '../../../core/server/api.js';
@@ -27,6 +28,9 @@ const NEEDED_IF = {
   width_mm: ({ shape }) => Boolean(shape) && shape !== 'circular',
   abandon_reason: ({ end_condition: end }) => end === 'abandoned',
 };
+
+/** A field that stands after a required one although it is not required: the joints of the pipe give the scale. */
+const BESIDE = { material: 'unit_length_m' };
 
 export class HeaderForm extends Component {
   /** Names of fields that are not shown here. */
@@ -81,6 +85,7 @@ export class HeaderForm extends Component {
       if (field) this.#write(field);
     }
     this.#count();
+    this.dispatchEvent(new Event('suggested'));
   }
 
   /** Enters values as if the person had done so; null empties a field. */
@@ -157,9 +162,11 @@ export class HeaderForm extends Component {
       if (refusal) render(this, html`<div role="alert">${message('error', errorText(refusal))}</div>`);
       return;
     }
+    const isBeside = ({ name }) => Object.values(BESIDE).includes(name);
     const group = (name) =>
       html`<div class="header-form__grid stack gap-4">${this.#fields
-        .filter((field) => field.group === name)
+        .filter((field) => field.group === name && !isBeside(field))
+        .flatMap((field) => [field, ...this.#fields.filter((other) => other.name === BESIDE[field.name])])
         .map((field) => fieldMarkup(field, packs))}</div>`;
     /** @type {Parts<'header/header-form'>} */
     this.parts = render(

@@ -17,16 +17,14 @@ import '../../desk/header/header-form.js';
 import '../rig-form/rig-form.js';
 import '../rig-wizard/rig-wizard.js';
 import '../source-picker/source-picker.js';
+import { FIELD_OF, headerOf, pipeOf } from './pipe.js';
 
 const REMEMBERED = 'chainage.header';
 
 /** Fields known only after the survey, or filled in by the program. */
 const NOT_YET = new Set(['end_condition', 'abandon_reason', 'video_files']);
-/**
- * People and equipment, which are proposed for the next inspection. Other fields belong to the asset or the
- * day.
- */
-const REMEMBERED_FIELDS = new Set([
+/** People, who are proposed for the next inspection. Other fields belong to the asset, the day or the camera. */
+const OF_PEOPLE = [
   'client',
   'contractor',
   'operator',
@@ -36,13 +34,9 @@ const REMEMBERED_FIELDS = new Set([
   'standard',
   'edition',
   'code_pack',
-  'rig_id',
-  'calibration_id',
-  'camera',
-  'lens',
-  'camera_offset_m',
-  'tether',
-]);
+];
+/** Equipment, which comes back with its camera. */
+const OF_THE_CAMERA = ['calibration_id', 'camera', 'lens', 'camera_offset_m', 'tether'];
 const ASK_CAMERA_EVERY_S = 0.3;
 const STANDARD = { standard: 'EN 13508-2', edition: '2003+A1:2011' };
 
@@ -125,8 +119,15 @@ export class NewInspection extends Component {
     });
     // The log-in page is next: the question about leaving would be in its way.
     this.listen(session, 'signed-out', () => picker.queue.pause());
-    this.listen(this.parts.rig, 'rig', () => this.#suggestPipe());
-    this.listen(this.parts.rig, 'named', ({ detail }) => this.parts.header.suggest({ rig_id: detail }));
+    const { header, rig } = this.parts;
+    for (const type of ['field', 'suggested']) this.listen(header, type, () => this.#statePipe());
+    this.listen(rig, 'pipe', ({ detail }) => this.#takePipe(detail));
+    this.listen(rig, 'elsewhere', ({ detail: { path, reason } }) => {
+      header.fault(FIELD_OF[path], reason);
+      header.goTo(FIELD_OF[path]);
+    });
+    this.listen(rig, 'again', ({ detail }) => header.suggest(detail));
+    this.listen(rig, 'named', ({ detail }) => header.suggest({ rig_id: detail || null }));
     this.listen(this.parts.wizard, 'shown', ({ detail }) => this.parts.header.propose(detail));
     this.#recall();
     this.#showFilms();
@@ -233,7 +234,7 @@ export class NewInspection extends Component {
     const { picker, name, header, rig, fault, wizard } = this.parts;
     const { counter } = wizard;
     const stated = { rig: rig.value, header: header.value, ...(counter && { counter }) };
-    this.#remember(stated.header);
+    this.#remember(stated.header, name.value.trim());
     this.#queue.makeWith(async (film) => {
       const { films } = this.#queue;
       const title = films.length === 1 ? name.value.trim() : picker.names[films.indexOf(film)];
@@ -284,7 +285,7 @@ export class NewInspection extends Component {
     stop.hidden = false;
     try {
       const stated = { rig: this.parts.rig.value, header: this.parts.header.value };
-      this.#remember(stated.header);
+      this.#remember(stated.header, this.parts.name.value.trim());
       const source = { kind: 'live', url: camera.value };
       const { id } = await post('/api/inspections', { name: this.parts.name.value.trim(), source, ...stated });
       const signal = AbortSignal.any([this.#connecting.signal, this.signal]);
@@ -332,39 +333,45 @@ export class NewInspection extends Component {
     } else camera.fault(errorText(error));
   }
 
-  #remember(header) {
-    remember(REMEMBERED, rememberedOf(header));
-    this.parts.rig.remember();
+  #remember(header, title) {
+    remember(REMEMBERED, only(OF_PEOPLE, header));
+    this.parts.rig.remember(title, only(OF_THE_CAMERA, header));
   }
 
-  /** Fills in people and equipment of the last inspection, the present time, and values from the rig. */
+  /** Suggests the people of the last inspection, the present time, and a round pipe; offers the last camera. */
   #recall() {
-    const { header } = this.parts;
+    const { header, rig } = this.parts;
     const now = new Date();
     const digits = (number) => String(number).padStart(2, '0');
-    header.value = rememberedOf(recall(REMEMBERED, {}));
     header.suggest({
+      shape: 'circular',
       ...STANDARD,
       date: `${now.getFullYear()}-${digits(now.getMonth() + 1)}-${digits(now.getDate())}`,
       time: `${digits(now.getHours())}:${digits(now.getMinutes())}`,
       code_pack: preferences.value.pack ?? undefined,
+      ...only(OF_PEOPLE, recall(REMEMBERED, {})),
     });
-    this.#suggestPipe();
+    rig.offerLast();
   }
 
-  #suggestPipe() {
-    const { pipe } = this.parts.rig.value;
-    const length = pipe.segment_length_mm;
-    this.parts.header.suggest({
-      shape: pipe.shape === 'circular' ? 'circular' : 'rectangular',
-      height_mm: pipe.shape === 'circular' ? pipe.diameter_mm : undefined,
-      unit_length_m: length ? length / 1000 : undefined,
-    });
+  /** Gives the rig the pipe of the header. */
+  #statePipe() {
+    this.parts.rig.pipe = pipeOf(this.parts.header.all);
+  }
+
+  /** A size that a person types into the rig is that of the header; what a file or preset says only fills what is empty. */
+  #takePipe({ values, isTyped }) {
+    const { header } = this.parts;
+    const { shape, ...sizes } = headerOf(values);
+    header.suggest({ shape });
+    if (isTyped) header.state(only(Object.keys(sizes), sizes));
+    else header.suggest(sizes);
   }
 }
 
-const rememberedOf = (header) =>
-  Object.fromEntries(Object.entries(header).filter(([name, value]) => REMEMBERED_FIELDS.has(name) && value !== null));
+/** Returns the filled ones of some fields. */
+const only = (names, header) =>
+  Object.fromEntries(names.map((name) => [name, header[name]]).filter(([, value]) => (value ?? '') !== ''));
 
 const kind = (value, sign, label, isChosen) => html`<label class="new__kind row tile pad-row">
   <input type="radio" name="kind" value="${value}" ${isChosen && html`checked`} />${icon(sign)}<b>${label}</b></label>`;

@@ -1,8 +1,14 @@
 /**
- * The rig: presets, a rig.json, or by hand, checked while typing.
+ * The rig: camera and mount of the library by their name, presets, a rig.json, or by hand, checked while typing.
  *
  * `value` is the rig in the form of the API, `check()` shows every fault and returns whether there is none.
- * Event `rig`: a value has changed. Event `named`: it has a name in the library, which is the detail.
+ * Event `rig`: a value has changed. Event `named`: its name in the library, '' if it has none, is the
+ * detail.
+ *
+ * A page that asks for the pipe elsewhere sets `pipe`: these fields are not asked here then. Event `pipe`: something
+ * here states one of them (detail {values, isTyped}: by path; a person typed it, or a file or preset has it). Event
+ * `elsewhere`: one has a fault (detail {path, reason}). Event `again`: the last camera is taken (detail: what was kept
+ * beside it).
  */
 
 import { get } from '../../../core/server/api.js';
@@ -20,8 +26,8 @@ import './rig-picture.js';
 import { openRigLibrary } from './rig-library.js';
 import { rigSketch } from './rig-sketch.js';
 
-const REMEMBERED = 'chainage.rig';
-const REMEMBERED_LENS = 'chainage.rig.lens';
+/** Camera and mount of the last inspection, which are offered by their name, never filled in. */
+const LAST = 'chainage.rig.last';
 const OF_A_PIPE = [
   'pipe.diameter_mm',
   'pipe.corrugation.pitch_mm',
@@ -38,28 +44,39 @@ export class RigForm extends Component {
   /** @type {import('../../../core/wall/pixels.js').Video|null} */
   #video = null;
   #presets = [];
+  /** Rigs of the library. */
+  #library = [];
   /** Under which the rig was taken from the library or kept there. */
   #name = '';
+  /** Camera and mount that were kept. @type {Record<string, any>|null} */
+  #last = null;
+  /** What is stated of the pipe elsewhere, by path; '' where it is missing. */
+  #pipe = {};
 
   mount() {
     /** @type {Parts<'rig-form/rig-form'>} */
     this.parts = render(
       this,
-      html`<div class="rig__source flow gap-3 at-bottom below-4">
+      html`<p class="below-4" data-part="offer" hidden><button type="button" class="button" data-part="again">${icon('retry')}<span data-part="last"></span></button></p>
+        <div class="rig__source flow gap-3 at-bottom below-4">
           <div class="field">
             <label for="rig-preset">${t('rig.start_from')}</label>
-            <select class="input" id="rig-preset" data-part="preset"><option value="">${t('rig.choose')}</option></select>
+            <select class="input" id="rig-preset" data-part="source"><option value="">${t('rig.choose')}</option>
+              <optgroup label="${t('library.title')}" data-part="named" hidden></optgroup>
+              <optgroup label="${t('rig.presets')}" data-part="presets"></optgroup></select>
           </div>
           <button type="button" class="button" data-part="library">${icon('layers')}${t('library.open')}</button>
           <button type="button" class="button" data-part="pick">${icon('upload')}${t('rig.load')}</button>
           <input type="file" accept=".json,application/json" data-part="file" hidden />
         </div>
         <p class="fault" role="alert" data-part="loadFault"></p>
+        <p class="weak" role="status" data-part="otherPipe"></p>
         <div class="rig__body one-if-narrow stack gap-5">
           <div class="stack gap-5 packed">
             ${GROUPS.map(
               ({ name, title, fields }) => html`<fieldset class="rig__group rig__group--${name}">
               <legend>${title}</legend>
+              ${name === 'pipe' && html`<p class="help below-3" data-part="stated" hidden></p>`}
               ${
                 name === 'camera' &&
                 html`<lens-fields data-part="lens"></lens-fields>
@@ -91,7 +108,8 @@ export class RigForm extends Component {
     );
     this.listen(this, 'input', (event) => this.#typed(event.target));
     this.listen(this, 'change', (event) => this.#left(event.target));
-    this.listen(this.parts.preset, 'change', () => this.#choosePreset());
+    this.listen(this.parts.source, 'change', () => this.#chooseSource());
+    this.listen(this.parts.again, 'click', () => this.#takeLast());
     this.listen(this.parts.pick, 'click', () => this.parts.file.click());
     this.listen(this.parts.file, 'change', () => this.#readFile());
     const { lens, picture, known, take } = this.parts;
@@ -102,9 +120,8 @@ export class RigForm extends Component {
     this.listen(this.parts.library, 'click', () => this.#openLibrary());
     this.listen(this.parts.board, 'click', () => this.#calibrate());
     this.listen(take, 'click', () => this.#takeSize());
-    this.#fill(recall(REMEMBERED, {}));
-    lens.mode = recall(REMEMBERED_LENS, lens.mode);
-    this.#loadPresets();
+    this.#fill({});
+    this.#loadSources();
   }
 
   /** The present rig, without empty fields. @returns {Record<string, any>} */
@@ -123,8 +140,43 @@ export class RigForm extends Component {
 
   /** Sets some fields by their paths, such as 'pipe.diameter_mm'; '' empties one. */
   change(values) {
-    for (const [path, value] of Object.entries(values)) this.#input({ path }).value = value;
+    const own = Object.entries(values).filter(([path]) => !(path in this.#pipe));
+    const elsewhere = Object.entries(values).filter(([path]) => path in this.#pipe);
+    for (const [path, value] of own) this.#input({ path }).value = value;
     this.#changed();
+    this.#statePipe(Object.fromEntries(elsewhere), true);
+  }
+
+  /** What is stated of the pipe elsewhere on the page, by path; '' where it is missing. @param {Record<string, any>} stated */
+  set pipe(stated) {
+    if (JSON.stringify(stated) === JSON.stringify(this.#pipe)) return;
+    this.#pipe = stated;
+    this.#fillPipe();
+    this.#changed();
+  }
+
+  #fillPipe() {
+    for (const [path, value] of Object.entries(this.#pipe)) this.#input({ path }).value = value;
+    const { pipe } = this.value;
+    this.parts.stated.hidden = !('pipe.diameter_mm' in this.#pipe || 'pipe.shape' in this.#pipe);
+    this.parts.stated.textContent = t('rig.pipe_of_header', {
+      pipe: [
+        pipe.shape === 'circular' ? `Ø ${pipe.diameter_mm ?? '?'} mm` : t('rig.shape_flat'),
+        pipe.segment_length_mm && t('rig.pipe_units', { mm: pipe.segment_length_mm }),
+      ]
+        .filter(Boolean)
+        .join(', '),
+    });
+  }
+
+  /** Says what is stated here of the pipe that is asked for elsewhere, where it differs. */
+  #statePipe(values, isTyped) {
+    const other = Object.entries(values).filter(([path, value]) => String(this.#pipe[path]) !== String(value ?? ''));
+    const detail = { values: Object.fromEntries(other), isTyped };
+    if (other.length) this.dispatchEvent(new CustomEvent('pipe', { detail }));
+    const left = other.filter(([path, value]) => value !== '' && String(this.#pipe[path]) !== String(value));
+    this.parts.otherPipe.textContent =
+      isTyped || !left.length ? '' : t('rig.pipe_differs', { values: left.map(([, value]) => `${value}`).join(', ') });
   }
 
   /** The chosen film, whose size is compared with the camera's; null when unknown. */
@@ -143,7 +195,10 @@ export class RigForm extends Component {
   check() {
     for (const { path } of ALL_FIELDS) this.#touched.add(path);
     const first = this.#showFaults();
-    if (first) {
+    if (first && first.path in this.#pipe) {
+      const detail = { path: first.path, reason: fault(first, valueAt(this.value, first.path)) };
+      this.dispatchEvent(new CustomEvent('elsewhere', { detail }));
+    } else if (first) {
       const folded = FOLDED.find(({ fields }) => fields.includes(first));
       if (folded) this.parts[`folded_${folded.name}`].open = true;
       if (this.#isShown(first)) this.#input(first).focus();
@@ -152,19 +207,55 @@ export class RigForm extends Component {
     return !first;
   }
 
-  /** Stores the rig for the next inspection. */
-  remember() {
-    remember(REMEMBERED, this.value);
-    remember(REMEMBERED_LENS, this.parts.lens.mode);
+  /**
+   * Keeps camera and mount, to be offered for the next inspection.
+   * @param {string} title of the inspection, where they have no name
+   * @param {object} beside what belongs to them elsewhere on the page
+   */
+  remember(title, beside) {
+    const { camera, mount, tolerance } = this.value;
+    remember(LAST, { name: this.#name, title, camera, mount, tolerance, lens: this.parts.lens.mode, beside });
+  }
+
+  /** Offers the camera and mount of the last inspection. */
+  offerLast() {
+    const last = recall(LAST, null);
+    this.#last = last;
+    this.parts.offer.hidden = last === null;
+    if (last)
+      this.parts.last.textContent = t('rig.again', { name: last.name || t('rig.camera_of', { name: last.title }) });
+  }
+
+  #takeLast() {
+    const { name, camera, mount, tolerance, lens, beside } = this.#last;
+    this.#fill({ camera, mount, tolerance, pipe: this.value.pipe });
+    this.parts.lens.mode = lens;
+    this.#showFaults();
+    this.parts.offer.hidden = true;
+    this.parts.source.focus(); // the button is gone
+    this.dispatchEvent(new CustomEvent('again', { detail: beside }));
+    this.#call(name);
+  }
+
+  /** The rig has this name in the library, '' where it is not from there. */
+  #call(name) {
+    this.#name = name;
+    this.dispatchEvent(new CustomEvent('named', { detail: name }));
   }
 
   /** A rig is taken from the library, or the present one is kept there. */
   async #openLibrary() {
     const taken = await openRigLibrary(this.#showFaults() ? null : this.value, this.#name);
-    if (!taken) return;
-    this.#name = taken.name;
-    if (JSON.stringify(taken.rig) !== JSON.stringify(this.value)) this.#fill(taken.rig);
-    this.dispatchEvent(new CustomEvent('named', { detail: taken.name }));
+    this.#loadLibrary();
+    if (taken) this.#take(taken);
+  }
+
+  /** Takes a rig of the library; a pipe that is stated elsewhere stays. */
+  #take({ name, rig }) {
+    const isOwn = Object.keys(this.#pipe).length === 0;
+    const taken = isOwn ? rig : { ...rig, pipe: this.value.pipe };
+    if (JSON.stringify(taken) !== JSON.stringify(this.value)) this.#fill(taken);
+    this.#call(name);
   }
 
   /** The lens is measured with a board. */
@@ -181,15 +272,29 @@ export class RigForm extends Component {
     });
   }
 
-  async #loadPresets() {
+  async #loadSources() {
     const { presets } = await get('/api/presets', this.signal);
     this.#presets = presets;
-    this.parts.preset.append(...presets.map(({ name }, i) => new Option(name, String(i))));
+    this.parts.presets.append(...presets.map(({ name }, i) => new Option(name, `preset ${i}`)));
+    await this.#loadLibrary();
   }
 
-  #choosePreset() {
-    const preset = this.#presets[Number(this.parts.preset.value)];
-    if (preset && this.parts.preset.value !== '') this.#fill(preset.rig);
+  async #loadLibrary() {
+    const { rigs } = await get('/api/rigs', this.signal);
+    this.#library = rigs;
+    this.parts.named.replaceChildren(...rigs.map(({ name }, i) => new Option(name, `named ${i}`)));
+    this.parts.named.hidden = rigs.length === 0;
+  }
+
+  #chooseSource() {
+    const [kind, at] = this.parts.source.value.split(' ');
+    if (kind === 'named') this.#take(this.#library[at]);
+    if (kind !== 'preset') return;
+    const { rig } = this.#presets[at];
+    this.#fill(rig);
+    this.#call('');
+    // Which unit length a pipe has is measured by its joints: nobody's guess.
+    this.#statePipe(pathsOf(rig.pipe, ['shape', 'diameter_mm']), false);
   }
 
   async #readFile() {
@@ -212,8 +317,10 @@ export class RigForm extends Component {
       });
       return;
     }
-    this.parts.preset.value = '';
+    this.parts.source.value = '';
     this.#fill(rig);
+    this.#call('');
+    this.#statePipe(pathsOf(rig.pipe, ['shape', 'diameter_mm', 'segment_length_mm']), false);
     this.check();
   }
 
@@ -227,6 +334,7 @@ export class RigForm extends Component {
       else input.value = field.kind === 'choice' ? field.options[0][0] : '';
     }
     this.parts.lens.mode = rig.camera?.fx ? 'px' : 'angle';
+    this.#fillPipe();
     this.#adoptSize();
     this.#changed();
   }
@@ -316,6 +424,7 @@ export class RigForm extends Component {
   }
 
   #isShown(field) {
+    if (field.path in this.#pipe) return false;
     return this.#isUsed(field) && (this.parts.lens.mode === 'px' || !LENS_PX.includes(field.path));
   }
 
@@ -323,6 +432,9 @@ export class RigForm extends Component {
     return this.querySelector(`#${idOf(path)}`);
   }
 }
+
+/** Returns members of a pipe by their paths. */
+const pathsOf = (pipe, names) => Object.fromEntries(names.map((name) => [`pipe.${name}`, pipe[name] ?? '']));
 
 /** Pixels are whole, so equal shapes differ a little. */
 const isSameShape = (shape, other) => Math.abs(shape / other - 1) < 0.005;
