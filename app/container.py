@@ -203,6 +203,7 @@ class _Building:
             records.inspection_store,
             films,
             records.counter_files,
+            live,
             limits=self._job_limits,
             read=self._tracker.read_counter,
             # The workers of a cluster do it beside their films.

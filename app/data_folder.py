@@ -51,11 +51,11 @@ class Records:
         self.observation_store = ObservationStore(database, has_webhook=has_webhook)
         self.tracks = Tracks(blobs, stored.folder)
         self.unrolled = Unrolled(blobs, live)
-        self.corrections = Corrections(
-            self.inspection_store, self.correction_store, self.tracks, live
-        )
         self.counter_files = CounterFiles(blobs)
         self.counters = Counters(self.inspection_store, self.counter_files, self.tracks)
+        self.corrections = Corrections(
+            self.inspection_store, self.correction_store, self.tracks, self.counters, live
+        )
         self.observations = Observations(
             self.inspection_store, self.observation_store, self.tracks, self.corrections, live
         )

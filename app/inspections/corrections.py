@@ -17,6 +17,7 @@ from typing import Any
 from cachetools import LRUCache
 
 from app.errors import Busy, ChangedMeanwhile, DiskFull, described
+from app.inspections.counters import Counters
 from app.storage.database.tables import ENDED, Inspection
 from app.storage.records.corrections import CorrectionStore, Rescaling
 from app.storage.records.inspections import InspectionStore
@@ -89,11 +90,13 @@ class Corrections:
         inspections: InspectionStore,
         store: CorrectionStore,
         tracks: Tracks,
+        counters: Counters,
         live: Live,
     ) -> None:
         self._inspections = inspections
         self._store = store
         self._tracks = tracks
+        self._counters = counters
         self._live = live
         self._lock = threading.Lock()
         """Guards the next fields."""
@@ -122,9 +125,7 @@ class Corrections:
         """
         rig = self._statement(inspection_id).rig
         try:
-            adjusted = adjust(
-                self._tracks.get(inspection_id), rig, stated, self._tracks.sightings(inspection_id)
-            )
+            adjusted = self._adjusted(inspection_id, rig, stated)
         except InvalidCorrection as error:
             return Corrected(stated, None, described(error), Refusal.of(error))
         tilt = self._tracks.tilt(inspection_id)
@@ -160,12 +161,7 @@ class Corrections:
         forgotten = self._forgotten
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         began_s = time.monotonic()
-        adjusted = adjust(
-            self._tracks.get(inspection_id),
-            statement.rig,
-            stated,
-            self._tracks.sightings(inspection_id),
-        )
+        adjusted = self._adjusted(inspection_id, statement.rig, stated)
         if adjusted.refused is not None:
             raise InvalidCorrection(adjusted.refused.refusal())
         revision = self._store.correct(
@@ -364,20 +360,31 @@ class Corrections:
         statement, run = self._statement(inspection_id), self._tracks.run(inspection_id)
         raw = self._tracks.get(inspection_id)
         stated = statement.stated.within(len(raw)) if run[1] else statement.stated
-        sightings, began_s = self._tracks.sightings(inspection_id), time.monotonic()
-        refusal = None
+        began_s, refusal = time.monotonic(), None
         try:
-            adjusted = adjust(raw, statement.rig, stated, sightings)
+            adjusted = self._adjusted(inspection_id, statement.rig, stated, raw)
             error = _refusal(adjusted)
         except InvalidCorrection as failure:
             unadjusted = stated.within(len(raw)).unadjusted()
-            adjusted = adjust(raw, statement.rig, unadjusted, sightings)
+            adjusted = self._adjusted(inspection_id, statement.rig, unadjusted, raw)
             error, refusal = described(failure), Refusal.of(failure)
         corrected = Corrected(statement.stated, adjusted, error, refusal)
         now_s = time.monotonic()
         solution = _Solution(statement.revision, run, now_s, now_s - began_s, corrected, adjusted)
         self._keep_solution(inspection_id, solution)
         return solution
+
+    def _adjusted(
+        self, inspection_id: str, rig: Rig, stated: Stated, raw: Track | None = None
+    ) -> Adjusted:
+        """Apply statements to the track so far, or to `raw`; see `adjust` for its errors."""
+        return adjust(
+            self._tracks.get(inspection_id) if raw is None else raw,
+            rig,
+            stated,
+            self._tracks.sightings(inspection_id),
+            self._counters.readings(inspection_id),
+        )
 
     def _statement(self, inspection_id: str) -> _Statement:
         with self._lock:

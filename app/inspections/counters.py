@@ -16,7 +16,8 @@ from app.storage.records.inspections import InspectionStore
 from app.tracking.pictures.counter_files import CounterFiles, KeptCounter
 from app.tracking.tracks import Tracks
 from vo_core.errors import InvalidCorrection
-from vo_core.scale.counter import MM_PER_UNIT, CounterComparison, Unit
+from vo_core.scale.carrying import Readings
+from vo_core.scale.counter import COUNTER_SHARE, MM_PER_UNIT, CounterComparison, Unit
 
 CounterState = Literal[
     "unread", "waiting", "read", "not_found", "illegible", "declined", "cancelled", "failed"
@@ -93,6 +94,24 @@ class Counters:
         compared = None if unit is None else self._comparison(inspection_id, readings, unit)
         return CounterView(
             "read", kept, readings, unit, compared, self._files.version(inspection_id)
+        )
+
+    def readings(self, inspection_id: str) -> Readings | None:
+        """Return what the counter says about the frames; None if it is not read, or in no known
+        unit.
+        """
+        kept = self._files.get(inspection_id)
+        if kept is None or kept.state != "read" or kept.place is None:
+            return None
+        unit = kept.place.unit or kept.unit
+        if unit is None:
+            return None
+        read = self._files.readings(inspection_id, kept)
+        return Readings.of_counter(
+            read.time_s,
+            read.reading * MM_PER_UNIT[unit],
+            tick_mm=MM_PER_UNIT[unit] * 10.0**-kept.place.decimals,
+            share=COUNTER_SHARE,
         )
 
     def kept(self, inspection_id: str) -> KeptCounter | None:

@@ -19,7 +19,7 @@ from app.survey.adjustment.adjusted_track import Adjusted
 from app.survey.distances.corrected import reason_of
 from app.survey.distances.interval import LEAST_M, U95
 from app.survey.observations.records import CHAINAGE
-from app.tracking.live import Event, Update
+from app.tracking.live import CounterRead, Event, Update
 from app.tracking.tracks import Tracks
 from app.tracking.worker import HINDRANCES, InspectionWorker
 from vo_core.joints.sightings import CREST_EVERY_MM
@@ -54,7 +54,10 @@ class Scaling(InspectionWorker):
 
     def on_event(self, event: Event) -> None:
         """Handle an event."""
-        if isinstance(event, Update) and (event.estimates or event.state in ENDED):
+        if isinstance(event, CounterRead):
+            self._corrections.forget(event.inspection_id)
+            self.announce(event.inspection_id)
+        elif isinstance(event, Update) and (event.estimates or event.state in ENDED):
             self.announce(event.inspection_id)
 
     def _look_at(self, inspection_id: str) -> None:
@@ -70,10 +73,10 @@ class Scaling(InspectionWorker):
     def _check(self, inspection_id: str) -> None:
         published = self._published.get(inspection_id) or self._recorded(inspection_id)
         pipe = self._corrections.newest(inspection_id).rig.pipe
-        if pipe.segment_length_mm is None and pipe.corrugation is None:
+        _, is_running = self._tracks.run(inspection_id)
+        if is_running and pipe.segment_length_mm is None and pipe.corrugation is None:
             return
         step_mm = pipe.segment_length_mm or CREST_EVERY_MM
-        _, is_running = self._tracks.run(inspection_id)
         sightings = len(self._tracks.sightings(inspection_id))
         if is_running:
             way_mm = self._tracks.newest_mm(inspection_id)
@@ -106,10 +109,12 @@ class Scaling(InspectionWorker):
 
 
 def scale_of(adjusted: Adjusted) -> dict[str, Any] | None:
-    """Return the scale by joints or crests, for the history; None if they do not count."""
-    found = adjusted.by_joints
+    """Return the scale by joints or crests, and what a counter carries, for the history; None if
+    they do not count.
+    """
+    found, carried = adjusted.by_joints, _carried_of(adjusted)
     if found is None:
-        return None
+        return carried
     lower_mm = found.lower_mm
     return {
         "scale": round(found.scale, 6),
@@ -117,7 +122,16 @@ def scale_of(adjusted: Adjusted) -> dict[str, Any] | None:
         f"{found.ruler}_counted": found.joints,
         "lengths_counted": found.lengths,
         "camera_lower_mm": None if lower_mm is None else round(lower_mm, 1),
+        **(carried or {}),
     }
+
+
+def _carried_of(adjusted: Adjusted) -> dict[str, Any] | None:
+    carried = adjusted.carried
+    if carried is None or adjusted.carrier != "counter":
+        return None
+    share = float((carried.is_read | carried.is_bridged).mean())
+    return {"counter_percent": round(100 * share, 1)}
 
 
 def is_other(
@@ -126,6 +140,12 @@ def is_other(
     """Return whether a scale moves distances by more than the published interval."""
     if published is None or scale is None:
         return (published is None) != (scale is None)
+    if published.get("counter_percent") != scale.get("counter_percent"):
+        return True
+    if ("scale" in published) != ("scale" in scale):
+        return True
+    if "scale" not in scale:
+        return False
     change = abs(float(scale["scale"]) - float(published["scale"]))
     far_mm = float(abs(adjusted.track.distance_mm).max(initial=0.0))
     return change > U95 * float(published["scale_sigma"]) and change * far_mm > 1000 * LEAST_M
@@ -138,7 +158,11 @@ def _why_not(adjusted: Adjusted) -> dict[str, Any] | None:
 
 
 def _remark(adjusted: Adjusted) -> str:
-    if adjusted.by_joints is not None:
-        return str(adjusted.by_joints)
+    by_counter = _carried_of(adjusted)
+    said = [] if adjusted.by_joints is None else [str(adjusted.by_joints)]
+    if by_counter is not None:
+        said.append(f"The counter carries {by_counter['counter_percent']:g} % of the frames.")
+    if said:
+        return " ".join(said)
     refusal = adjusted.joints_refusal
     return "The joints no longer count." if refusal is None else refusal.sentence

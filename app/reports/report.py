@@ -151,7 +151,7 @@ class Entry:
     raw_m: float | None = None
     """The same distance in the raw track."""
     source: str | None = None
-    """Basis of the distance: odometry, joint, closure or typed."""
+    """Basis of the distance: odometry, joint, closure, counter, bridged or typed."""
     to_go_m: float | None = None
     """Distance to the far end, if its distance is known."""
     joint_no: int | None = None

@@ -72,6 +72,13 @@ class DistancesCorrected:
 
 
 @dataclass(frozen=True)
+class CounterRead:
+    """The counter of the film has other readings, or another unit."""
+
+    inspection_id: str
+
+
+@dataclass(frozen=True)
 class WallChanged:
     """Tiles of the unrolled wall have a new picture."""
 
@@ -79,7 +86,7 @@ class WallChanged:
     indices: tuple[int, ...]
 
 
-Event = Update | ObservationsChanged | DistancesCorrected | WallChanged
+Event = Update | ObservationsChanged | DistancesCorrected | CounterRead | WallChanged
 Listener = Callable[[Event], None]
 
 
@@ -113,6 +120,10 @@ class Live:
     def corrected(self, inspection_id: str) -> None:
         """Notify the listeners that published distances have changed."""
         self._notify(DistancesCorrected(inspection_id))
+
+    def counter_read(self, inspection_id: str) -> None:
+        """Notify the listeners that the counter says something else."""
+        self._notify(CounterRead(inspection_id))
 
     def newest(self, inspection_id: str) -> Update | None:
         """Return the newest update of an active inspection."""

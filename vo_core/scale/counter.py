@@ -146,13 +146,14 @@ class _Pair:
         self._counter_mm = counter_mm
         self._camera_mm = track.distance_mm[rows]
         self._drift = Drift.of(track)
+        self._lost_before = np.concatenate([[0], np.cumsum(track.status == "lost")])
         self._window_mm = max(WINDOW_TICKS * tick_mm, WINDOW_MM)
 
     def usual_scale(self) -> float | None:
         """The median ratio of counter and track over many short ways."""
         here, there = self._windows(0, len(self._rows))
         camera = self._camera_mm[there] - self._camera_mm[here]
-        drives = np.abs(camera) > self._window_mm / 2
+        drives = (np.abs(camera) > self._window_mm / 2) & self._is_seen(here, there)
         if not drives.any():
             return None
         counter = self._counter_mm[there] - self._counter_mm[here]
@@ -176,7 +177,7 @@ class _Pair:
         limit = ROUNDING_TICKS * self._tick_mm + SHARE * np.abs(camera)
         limit += CERTAINLY_OFF * scale * self._sigma_mm(here, there)
         spans: list[Span] = []
-        for k in np.flatnonzero(beyond > limit).tolist():
+        for k in np.flatnonzero((beyond > limit) & self._is_seen(here, there)).tolist():
             span = (int(here[k]), int(there[k]))
             if spans and span[0] <= spans[-1][1]:
                 spans[-1] = (spans[-1][0], span[1])
@@ -242,6 +243,11 @@ class _Pair:
         there = np.searchsorted(path, path + self._window_mm)
         here = np.flatnonzero(there < len(path))
         return first + here, first + there[here]
+
+    def _is_seen(self, here: NDArray[np.intp], there: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Whether the camera was not lost between readings: a counter is not to blame for that."""
+        lost = self._lost_before
+        return np.asarray(lost[self._rows[here]] == lost[self._rows[there] + 1])
 
     def _sigma_mm(self, here: NDArray[np.intp], there: NDArray[np.intp]) -> Matrix:
         """Standard uncertainty of the camera's way between readings, without the rig's scale."""

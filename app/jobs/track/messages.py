@@ -8,6 +8,7 @@ import msgspec
 
 from app.jobs.messages import Limits
 from app.jobs.track.parts import Mark
+from vo_core.track import Estimate
 
 if TYPE_CHECKING:
     from vo_core.sources import Frame
@@ -36,6 +37,14 @@ class FrameRange(msgspec.Struct, frozen=True):
         return self.end is None or frame.index < self.end
 
 
+class Untracked(msgspec.Struct, frozen=True):
+    """The frames that no tracker can measure."""
+
+    first: int
+    last: Estimate | None
+    """The estimate of the frame before; None if no frame was tracked."""
+
+
 class TrackRequest(msgspec.Struct, frozen=True):
     """Track a film; batches and checkpoints come before the answer, a `Problem`."""
 
@@ -52,6 +61,8 @@ class TrackRequest(msgspec.Struct, frozen=True):
     """Marks of a camera's film."""
     frames: FrameRange | None = None
     """Frames to track, for a chunk; None for the whole film. Its results are for `chunks.join`."""
+    untracked: Untracked | None = None
+    """The rest of a film that cannot be tracked: its frames get rows without a pose."""
 
 
 class Checkpoint(msgspec.Struct, frozen=True, tag="checkpoint"):

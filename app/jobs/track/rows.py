@@ -16,6 +16,12 @@ LeftOut = Sequence[tuple[int, float]]
 """Number and time, s, of frames that were not tracked."""
 
 
+def at_rest(frame: int, time_s: float) -> Estimate:
+    """Return the row of a first frame of which nothing is known."""
+    numbers = dict.fromkeys((*POSE, *SIGMAS, "quality"), 0.0)
+    return Estimate(frame=frame, time_s=time_s, status="lost", **numbers)
+
+
 class Rows:
     """Places the estimates of consecutive parts, which begin at (0, 0, 0) each, in the run."""
 

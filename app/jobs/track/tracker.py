@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from functools import partial
-from itertools import takewhile
+from itertools import dropwhile, islice, takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,13 @@ import msgspec
 from app.jobs.child import Parent, serve
 from app.jobs.messages import MAX_MESSAGE_BYTES, Problem
 from app.jobs.track import parts
-from app.jobs.track.messages import Checkpoint, KeptCheckpoint, Passing, TrackRequest
+from app.jobs.track.messages import (
+    Checkpoint,
+    KeptCheckpoint,
+    Passing,
+    TrackRequest,
+    Untracked,
+)
 from app.jobs.track.parts import Numbered
 
 if TYPE_CHECKING:
@@ -35,6 +41,8 @@ _REDONE = 1 / 20
 """Share of the work that a crash may lose."""
 _CHECKPOINT_COST = 1 / 100
 """Largest share of time spent on checkpoints."""
+_UNTRACKED_AT_ONCE = 500
+"""Rows of a batch without poses."""
 _MOST_STATE_BYTES = MAX_MESSAGE_BYTES - 1024
 
 
@@ -44,6 +52,9 @@ def track(request: TrackRequest, parent: Parent) -> Problem:
     from app.jobs.track.follow import Follower
     from vo_core import Rig, VideoFile
 
+    if request.untracked is not None:
+        with VideoFile(request.video) as video:
+            return _untracked(video, request.untracked, parent)
     if request.checkpoint is None:
         begun = Checkpoint(request.frames.first if request.frames else 0, 0.0, b"")
         follower = Follower(Rig.parse(request.rig), frames=request.frames)
@@ -54,6 +65,20 @@ def track(request: TrackRequest, parent: Parent) -> Problem:
             follower.reach(request.frames)
     with follower, VideoFile(request.video) as video:
         return _followed(video, follower, begun, request, parent)
+
+
+def _untracked(video: VideoFile, rest: Untracked, parent: Parent) -> Problem:
+    """Send a lost row for each frame of the rest of a film."""
+    from app.jobs.track.batches import Batch
+    from app.jobs.track.rows import Rows, at_rest
+
+    frames = dropwhile(lambda frame: frame.index < rest.first, video.read_ahead())
+    times = ((frame.index, frame.t_s) for frame in frames)
+    last = rest.last
+    while some := list(islice(times, _UNTRACKED_AT_ONCE)):
+        last = last or at_rest(*some[0])
+        parent.send(Batch(Rows(last, None).leave_out(some)))
+    return Problem(video.problem)
 
 
 def _followed(

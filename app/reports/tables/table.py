@@ -59,7 +59,7 @@ DICTIONARY = (
     Column("number", "Its number in reports for people: its place along the pipe, from 1"),
     Column("distance_m", "From the zero point along the axis, corrected", "m"),
     Column("distance_u95_m", "Half-width of the 95 % interval of the distance", "m", "u95_m"),
-    Column("distance_source", "Basis of the distance: odometry, joint, closure or typed",
+    Column("distance_source", "Basis: odometry, joint, closure, counter, bridged or typed",
            source="source"),
     Column("distance_raw_m", "The same distance as it was measured, before corrections", "m",
            "raw_m"),

@@ -102,7 +102,7 @@ class CorrectionStore(Store):
         ).first()
         if newest is None or newest.action != RESCALED:
             return None
-        return newest.after if newest.after and "scale" in newest.after else None
+        return None if newest.after is None or "refusal" in newest.after else newest.after
 
     @writing
     def record_corrected_end(

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
+
+import numpy as np
 
 from app.survey.adjustment.adjusted_track import Adjusted, Refusal
 from app.survey.adjustment.closure import Closure
@@ -23,8 +26,10 @@ from app.survey.adjustment.joints import fitted_joints, uncounted_marks
 from app.survey.distances.stated import Length, RigSigma, Stated
 from app.survey.distances.track_rows import is_unmeasured
 from vo_core import Rig, Track
+from vo_core.drift import row_of
 from vo_core.errors import InvalidCorrection, InvalidRig
 from vo_core.joints.sightings import Sighting
+from vo_core.scale.carrying import Readings, carry
 from vo_core.scale.correction import Correction, correct, zeroed
 from vo_core.scale.crests import seen_pitch_mm
 from vo_core.scale.evidence import (
@@ -39,8 +44,20 @@ _MOST_FOCAL_PERCENT = 20.0
 """Largest tolerance of the focal length that a rig file states."""
 
 
-def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) -> Adjusted:
+TYPED_SIGMA_MM = 50.0
+"""Standard uncertainty of a distance that a person types: read off to a decimetre."""
+
+
+def adjust(
+    raw: Track,
+    rig: Rig,
+    stated: Stated,
+    sightings: Sequence[Sighting],
+    counter: Readings | None = None,
+) -> Adjusted:
     """Correct a track by all that was stated, by the tolerances of the rig and by the joints.
+
+    Where the camera did not measure, typed distances carry it, or else the counter.
 
     An implausible known length is not used, unless it is forced; then the rig's own scale is not
     used, as the length contradicts it. Joints that nobody switched on or off count if their
@@ -51,11 +68,47 @@ def adjust(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) 
         rig: The rig of that measurement.
         stated: What people stated.
         sightings: The joints seen in the run of `raw`.
+        counter: What the counter of the film says, if it has one.
     Raises:
         InvalidCorrection: A frame is not in the track, or evidence cannot be used or contradicts
         other evidence.
     """
     rig = _as_known(rig, stated.rig_sigma)
+    typed = _typed(raw, stated)
+    readings = typed or counter
+    carried = None
+    if readings is not None and len(raw) and not is_unmeasured(raw):
+        carried = carry(raw, readings, is_certain=typed is not None)
+    if carried is None:
+        return _by_camera(raw, rig, stated, sightings)
+    read = carried.is_read | carried.is_bridged
+    way = replace(carried.track, status=np.where(read, "weak", raw.status))
+    if carried.is_whole:  # neither its joints nor the rig say anything about these distances
+        adjusted = _adjusted(way, rig, stated, [], [], [], [], joints_count=False)
+    else:
+        adjusted = _by_camera(way, rig, stated, sightings)
+    return replace(
+        adjusted,
+        raw=raw,
+        track=replace(adjusted.track, status=raw.status),
+        carried=carried,
+        carrier="counter" if typed is None else "typed",
+    )
+
+
+def _typed(raw: Track, stated: Stated) -> Readings | None:
+    """Return what a person typed as readings; None if nothing was."""
+    if not stated.typed:
+        return None
+    typed = sorted(stated.typed, key=lambda each: each.frame)
+    rows = np.array([row_of(raw, each.frame) for each in typed])
+    distance_mm = np.array([1000 * each.distance_m for each in typed])
+    rows, last = np.unique(rows[::-1], return_index=True)  # the last word on a frame counts
+    return Readings(rows, distance_mm[::-1][last], TYPED_SIGMA_MM, share=0.0)
+
+
+def _by_camera(raw: Track, rig: Rig, stated: Stated, sightings: Sequence[Sighting]) -> Adjusted:
+    """Correct a track that the camera measured."""
     adjusted = _with_crests(raw, rig, stated, sightings)
     waves_mm = seen_pitch_mm(sightings)
     return replace(adjusted, waves_mm=waves_mm and adjusted.scale * waves_mm)
@@ -83,15 +136,16 @@ def _with_joints(
     """Correct a track with or without joints, as was stated or as they can be counted."""
     marked = marked_joints(raw, rig, stated.joints)
     seen = chosen_joints(stated.joints, marked, sightings, len(raw))
+    adjusted = partial(_adjusted, raw, rig, stated, _by_rig(raw, rig), seen, marked, crests)
     if stated.joints.use is not None:
-        return _adjusted(raw, rig, stated, seen, marked, crests, joints_count=stated.joints.use)
+        return adjusted(joints_count=stated.joints.use)
     if rig.pipe.segment_length_mm is None or not seen:
-        return _adjusted(raw, rig, stated, seen, marked, crests, joints_count=False)
+        return adjusted(joints_count=False)
     try:
-        by_joints = _adjusted(raw, rig, stated, seen, marked, crests, joints_count=True)
+        by_joints = adjusted(joints_count=True)
         require_certainty(by_joints, seen)
     except InvalidCorrection as refusal:
-        without = _adjusted(raw, rig, stated, seen, marked, crests, joints_count=False)
+        without = adjusted(joints_count=False)
         return replace(without, joints_refusal=Refusal.of(refusal))
     return by_joints
 
@@ -100,6 +154,7 @@ def _adjusted(
     raw: Track,
     rig: Rig,
     stated: Stated,
+    by_rig: Sequence[StatedScale],
     seen: Sequence[Sighting],
     marked: Sequence[Sighting],
     crests: Sequence[CrestSpacing],
@@ -108,7 +163,6 @@ def _adjusted(
 ) -> Adjusted:
     tapes = [_known_length(length) for length in stated.lengths if length.kind == "tape"]
     known = [_known_length(length) for length in stated.lengths if length.kind == "known"]
-    by_rig = _by_rig(raw, rig)
     by_joints = (
         [joints_as_evidence(raw, rig, seen, [*tapes, *crests, *by_rig], known)]
         if joints_count
@@ -118,7 +172,7 @@ def _adjusted(
         Closure.of(raw, length, [*tapes, *crests, *by_joints, *by_rig]) for length in known
     )
     implausible = next((closure for closure in closures if not closure.is_plausible), None)
-    lengths, own = [*tapes, *known], by_rig
+    lengths, own = [*tapes, *known], list(by_rig)
     if implausible is not None and stated.forced:
         own = []
     elif implausible is not None:

@@ -29,13 +29,16 @@ from app.survey.places.spans import SAME_MM
 from vo_core import Rig, Track
 from vo_core.errors import InvalidCorrection
 from vo_core.geometry.height import Height, implied_height
+from vo_core.scale.carrying import Carried
 from vo_core.scale.correction import Correction, Residual
 from vo_core.scale.evidence import CrestSpacing, JointSpacing, KnownLength, StatedScale
 from vo_core.scale.proposal import ScaleProposal
 from vo_core.track import Estimate
 from vo_core.types import Matrix
 
-Source = Literal["odometry", "joint", "closure", "typed"]
+Source = Literal["odometry", "joint", "closure", "counter", "bridged", "typed"]
+"""What a distance rests on: the camera, with or without joints or a known length; a counter, or a
+counter and the camera together where one of them fails; a person."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,10 @@ class Adjusted:
     """Why seen joints, or else crests, do not count although nobody switched them off."""
     rings: int = 0
     """Number of sightings of something like a joint."""
+    carried: Carried | None = None
+    """Where readings carry the distance instead of the camera; None if they do nowhere."""
+    carrier: Literal["counter", "typed"] = "counter"
+    """Whose readings these are."""
     waves_mm: float | None = None
     """From crest to crest of the waves that the wall shows, in corrected distance; None without."""
 
@@ -104,6 +111,16 @@ class Adjusted:
             distance_mm=np.concatenate([own.distance_mm, distance_mm]),
             sigma_distance_mm=np.concatenate([own.sigma_distance_mm, sigma_mm]),
         )
+
+    def source_at(self, frame: int) -> Source:
+        """Return what the distance of a frame rests on; of one added since like the last one."""
+        carried = self.carried
+        if carried is None or not len(self.track):
+            return self.source
+        row = min(frame, len(self.track) - 1)
+        if carried.is_bridged[row]:
+            return "bridged" if self.carrier == "counter" else "typed"
+        return self.carrier if carried.is_read[row] else self.source
 
     def estimate(self, raw: Estimate) -> Estimate:
         """Return the corrected estimate of a frame, also of one added since."""

@@ -70,6 +70,15 @@ class Joints(Given):
     left_out: Annotated[tuple[LeftOut, ...], Field(max_length=10_000), _OF_JSON] = ()
 
 
+class Typed(Given):
+    """The distance of the camera in a frame, as a person says where the film does not."""
+
+    frame: Frame
+    distance_m: Annotated[
+        float, Field(ge=-10_000, le=10_000, description="From the zero to the camera.")
+    ]
+
+
 class RigSigma(Given):
     """Tolerances of the rig, one sigma."""
 
@@ -84,6 +93,15 @@ class Stated(Given):
     lengths: Annotated[tuple[Length, ...], Field(max_length=100), _OF_JSON] = ()
     joints: Joints = Joints()
     rig_sigma: RigSigma | None = None
+    typed: Annotated[
+        tuple[Typed, ...],
+        Field(
+            max_length=10_000,
+            description="They carry the distance; between two of them it follows the camera where "
+            "it measures, and time where it does not.",
+        ),
+        _OF_JSON,
+    ] = ()
     forced: Annotated[
         Remark | None,
         Field(description="Why a known length holds although the track contradicts it."),
@@ -104,6 +122,7 @@ class Stated(Given):
         return self.model_copy(
             update={
                 "zero": zero if zero and zero.frame < rows else None,
+                "typed": tuple(typed for typed in self.typed if typed.frame < rows),
                 "lengths": tuple(
                     length
                     for length in self.lengths
@@ -117,4 +136,9 @@ class Stated(Given):
 
     def unadjusted(self) -> Stated:
         """Return only what cannot contradict the track."""
-        return Stated(zero=self.zero, rig_sigma=self.rig_sigma, joints=Joints(use=False))
+        return Stated(
+            zero=self.zero,
+            rig_sigma=self.rig_sigma,
+            typed=self.typed,
+            joints=Joints(use=False),
+        )

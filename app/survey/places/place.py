@@ -31,6 +31,10 @@ Anchor = tuple[int, tuple[float, ...] | None]
 """Frame and pixel of a tag: with the trajectory, they determine its place."""
 
 
+_UNPROVEN = 0.25
+"""Standard uncertainty of the way from a camera that measured nothing to the wall that it shows, as
+a share: its lens and axis are as somebody stated them."""
+
 _PLACES_KEPT = 20_000
 """Places kept for each trajectory, some 400 bytes each."""
 
@@ -247,11 +251,14 @@ def _place(
 ) -> Place:
     raw, corrected = estimates
     distance_mm = wall.distance_mm if wall else corrected.distance_mm
+    adjusted, sigma_mm = trajectory.adjusted, corrected.sigma_distance_mm
+    if adjusted.carried is not None and adjusted.carried.is_whole:
+        sigma_mm = math.hypot(sigma_mm, _UNPROVEN * (distance_mm - corrected.distance_mm))
     return Place(
         distance_mm=distance_mm,
         raw_mm=wall.raw_mm if wall else raw.distance_mm,
-        u95_m=None if trajectory.is_unmeasured else half_width_m(corrected.sigma_distance_mm),
-        source="typed" if trajectory.is_unmeasured else trajectory.adjusted.source,
+        u95_m=None if trajectory.is_unmeasured else half_width_m(sigma_mm),
+        source="typed" if trajectory.is_unmeasured else adjusted.source_at(raw.frame),
         time_s=raw.time_s,
         wall=wall,
         joint=None if trajectory.is_unmeasured else trajectory.adjusted.joint_near(distance_mm),

@@ -15,7 +15,7 @@ import msgspec
 from app.jobs.messages import Limits, Problem
 from app.jobs.process import Child, Died, Refused, Stalled
 from app.jobs.track.batches import Batch
-from app.jobs.track.messages import Checkpoint, Passing, TrackRequest
+from app.jobs.track.messages import Checkpoint, Passing, TrackRequest, Untracked
 from app.storage.folder.files import Places
 from app.storage.records.runs import Outcome
 from app.tracking.films.journal import Journal, Resumption
@@ -71,6 +71,8 @@ class FilmTracker:
         first = 0 if run.frames is None else run.frames.first
         journal = Journal(self._folder, self._runs.unrolled, run.inspection, first)
         outcome = self._tracked(run, video, limits, journal)
+        if outcome is not None and outcome.status == "failed" and run.frames is None:
+            self._take_untracked(run, video, limits)
         if run.frames is not None:
             journal.finish()  # chunks are joined by everything that it has
         return outcome
@@ -99,6 +101,25 @@ class FilmTracker:
                 logger.warning("Tracking %s: %s", run.inspection.id, detail)
                 if deaths == _MOST_DEATHS:
                     return Outcome("failed", code, f"{detail} It was tried {deaths} times.")
+
+    def _take_untracked(self, run: Run, video: Path, limits: Limits) -> None:
+        """Give the frames that could not be tracked their rows, so that people can tag them."""
+        rest = Untracked(run.frames_done, run.last)
+        request = TrackRequest(str(video), dict(run.inspection.rig), limits, untracked=rest)
+        child = Child("app.jobs.track.tracker")
+        try:
+            self._runs.give_child(run, child)
+            child.ask(
+                request,
+                Problem,
+                stall_s=self._stall_s,
+                part=Batch,
+                on_part=lambda batch: self._runs.take(run, batch),
+            )
+        except (Died, Stalled, Refused) as fault:
+            logger.warning("Inspection %s has no rows of its rest: %s", run.inspection.id, fault)
+        finally:
+            child.end()
 
     def _described(self, fault: Stalled | Died) -> tuple[str, str]:
         """Return code and sentence."""

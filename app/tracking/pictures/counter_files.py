@@ -54,7 +54,7 @@ class KeptCounter(msgspec.Struct, frozen=True):
 
 
 SEARCHED = KeptCounter("waiting")
-"""Nobody has stated anything: the counter is searched once the film is tracked."""
+"""Nobody has stated anything: the counter is searched once the film is there."""
 
 
 class CounterFiles:

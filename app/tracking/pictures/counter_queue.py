@@ -1,4 +1,4 @@
-"""Reads the burnt-in counters of films whose tracking has ended, one after the other.
+"""Reads the burnt-in counters of films, one after the other, while or after they are tracked.
 
 What is to be read stands in the files beside the tracks, so that nothing is lost when the server
 ends. Even of the lowest priority, the child slows the trackers of a busy machine by a third, so
@@ -33,7 +33,7 @@ from app.storage.database.tables import ENDED
 from app.storage.records.inspections import InspectionStore, require_unlocked
 from app.survey.observations.review import APPROVED
 from app.tracking.films.work import IsStopped
-from app.tracking.live import Event, Update
+from app.tracking.live import Event, Live, Update
 from app.tracking.pictures.counter_files import SEARCHED, CounterFiles, KeptCounter
 from app.tracking.pictures.counter_reading import CHILD, CounterOrder, OnProgress
 from app.tracking.pictures.film_files import FilmFiles
@@ -56,6 +56,7 @@ class CounterQueue(InspectionWorker):
         inspections: InspectionStore,
         films: FilmFiles,
         files: CounterFiles,
+        live: Live,
         *,
         limits: Limits,
         read: Callable[[CounterOrder, IsStopped, OnProgress], ReadFilm],
@@ -65,6 +66,7 @@ class CounterQueue(InspectionWorker):
 
         Args:
             inspections, films, files: What is read.
+            live: Told when a counter was read.
             limits: Of each child.
             read: Reads a counter, see `read_counter`; on a worker if there are some.
             has_others: Whether films wait to be tracked.
@@ -73,6 +75,7 @@ class CounterQueue(InspectionWorker):
         self._inspections = inspections
         self._films = films
         self._files = files
+        self._live = live
         self._limits = limits
         self._read = read
         self._has_others = has_others
@@ -92,8 +95,8 @@ class CounterQueue(InspectionWorker):
         super().stop()
 
     def on_event(self, event: Event) -> None:
-        """Handle an event: a film whose tracking has ended is next."""
-        if isinstance(event, Update) and event.state in ENDED:
+        """Handle an event: an uploaded film is next, or one whose tracking has ended."""
+        if isinstance(event, Update) and event.state in ("queued", *ENDED):
             self.announce(event.inspection_id)
 
     def progress(self, inspection_id: str) -> Progress | None:
@@ -122,6 +125,7 @@ class CounterQueue(InspectionWorker):
             self._files.put(inspection_id, stated)
             if self._reading == inspection_id:
                 self._is_stopped.set()
+        self._live.counter_read(inspection_id)
         self.announce(inspection_id, is_asked=True)
 
     def cancel(self, inspection_id: str) -> None:
@@ -179,9 +183,10 @@ class CounterQueue(InspectionWorker):
                 logger.exception("The state of the counter of %s cannot be read.", inspection_id)
 
     def _look_at(self, inspection_id: str) -> None:
-        """Read the counter of an ended inspection, unless its film is read already."""
+        """Read the counter of a film that no longer grows, unless it is read already."""
         row = self._inspections.get(inspection_id)
-        if row.status not in ENDED or not row.has_film or row.review_state == APPROVED:
+        is_whole = row.status in ENDED or row.source_kind == "upload"
+        if not is_whole or not row.has_film or row.review_state == APPROVED:
             return
         film = self._films.film_of(row)
         try:
@@ -226,6 +231,7 @@ class CounterQueue(InspectionWorker):
                 self._files.put_readings(inspection_id, done, csv)
             else:
                 self._files.put(inspection_id, done)
+        self._live.counter_read(inspection_id)
         logger.info(
             "Inspection %s: the counter is %s. %s", inspection_id, done.state, done.detail or ""
         )

@@ -14,6 +14,7 @@ from reports import track_of
 
 from app.errors import ChangedMeanwhile
 from app.inspections.corrections import Corrections
+from app.inspections.counters import Counters
 from app.jobs.track.batches import Batch
 from app.storage.blobs.folder import FolderBlobs
 from app.storage.database.database import Database
@@ -25,6 +26,7 @@ from app.storage.records.runs import RunStore
 from app.survey.distances.stated import Joints, RigSigma, Stated, Zero
 from app.survey.distances.track_rows import estimate_at
 from app.tracking.live import Live
+from app.tracking.pictures.counter_files import CounterFiles
 from app.tracking.tracks import Tracks
 
 ID = "a" * 32
@@ -58,7 +60,9 @@ def corrections(database: Database, store: CorrectionStore, tmp_path: Path) -> C
     tracks = Tracks(FolderBlobs(tmp_path), Places(tmp_path))
     tracks.begin(ID)
     tracks.append(ID, Batch([estimate_at(RAW, n) for n in range(ROWS)]))
-    return Corrections(InspectionStore(database), store, tracks, Live())
+    inspections = InspectionStore(database)
+    counters = Counters(inspections, CounterFiles(FolderBlobs(tmp_path)), tracks)
+    return Corrections(inspections, store, tracks, counters, Live())
 
 
 def with_zero(stated: Stated) -> Stated:

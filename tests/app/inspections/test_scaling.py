@@ -15,6 +15,7 @@ from builders import clip_rig, wait_until
 from reports import track_of
 
 from app.inspections.corrections import Corrections
+from app.inspections.counters import Counters
 from app.inspections.scaling import Scaling
 from app.jobs.track.batches import Batch
 from app.storage.blobs.folder import FolderBlobs
@@ -28,6 +29,7 @@ from app.survey.distances.stated import Joints, Stated
 from app.survey.distances.track_rows import estimate_at
 from app.survey.observations.records import CHAINAGE, RESCALED
 from app.tracking.live import DistancesCorrected, Event, Live, Progress, Update
+from app.tracking.pictures.counter_files import CounterFiles
 from app.tracking.tracks import Tracks
 from vo_core.joints.sightings import Sighting
 
@@ -88,7 +90,8 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     with closing(folder), closing(Database(folder.database)) as database:
         inspections, store = InspectionStore(database), CorrectionStore(database)
         live, tracks = Live(), Tracks(FolderBlobs(folder.root), folder)
-        corrections = Corrections(inspections, store, tracks, live)
+        counters = Counters(inspections, CounterFiles(FolderBlobs(folder.root)), tracks)
+        corrections = Corrections(inspections, store, tracks, counters, live)
         scaling = Scaling(store, tracks, corrections)
         now = datetime.now(UTC)
         row = Inspection(

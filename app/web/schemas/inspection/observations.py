@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self, get_type_hints
 from pydantic import BaseModel, Field, create_model
 
 from app.survey import rounding
+from app.survey.adjustment.adjusted_track import Source
 from app.survey.given import Pixel
 from app.survey.observations.tag import Tag
 from app.survey.places.measure import Figure
@@ -64,7 +65,7 @@ class ObservationOut(_Stated):
     distance_u95_m: float | None
     distance_raw_m: float | None
     """The same distance in the raw track."""
-    distance_source: Literal["odometry", "joint", "closure", "typed"] | None
+    distance_source: Source | None
     clock: int | None
     at_joint: bool | None
     joint_no: int | None
