@@ -60,7 +60,7 @@ from app.survey.places.stretches import role_and_number, stretches
 from app.survey.rounding import metres, rounded
 from app.tracking.tracks import Tracks
 from app.tracking.unrolled import Unrolled
-from vo_core import Rig, Track
+from vo_core import Rig
 from vo_core.errors import InvalidRig
 from vo_core.mosaic.layout import Layout
 
@@ -197,7 +197,7 @@ class ReportBuilder:
             file_stem(str(row.header.get("asset_id") or row.name)),
             attachments,
             Translator(language, units).burnt_in if extras.burnt_in else None,
-            partial(_taken, measured.track, has_sigma=not is_unmeasured(measured.raw_track)),
+            partial(_taken, measured),
         )
         alignment = alignment_of(row.header, line, measured.distance_m)
         return Report(
@@ -260,12 +260,15 @@ class ReportBuilder:
         return registered_asset(row).line if row else ()
 
 
-def _taken(track: Track, frame: int, *, has_sigma: bool) -> Taken:
-    seen = estimate_at(track, frame)
+def _taken(measured: Measured, frame: int) -> Taken:
+    seen = estimate_at(measured.track, frame)
     if seen is None:
         return Taken(None, None, None)
+    has_sigma = not is_unmeasured(measured.raw_track)
     u95_m = half_width_m(seen.sigma_distance_mm) if has_sigma else None
-    return Taken(rounded(seen.time_s, 3), metres(seen.distance_mm), u95_m)
+    adjusted = measured.corrected.adjusted
+    source = None if adjusted is None else adjusted.source_at(frame)
+    return Taken(rounded(seen.time_s, 3), metres(seen.distance_mm), u95_m, source)
 
 
 def _film(blobs: Blobs, row: Inspection) -> StoredBlob | None:

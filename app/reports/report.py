@@ -21,7 +21,8 @@ from app.reports.content.words import Language
 from app.reports.template import DEFAULT_TEMPLATE, ReportTemplate
 from app.storage.blobs.blobs import Readable, StoredBlob, as_stored
 from app.storage.database.tables import RemarkRow
-from app.survey.adjustment.adjusted_track import Adjusted
+from app.survey.adjustment.adjusted_track import BY_CAMERA, Adjusted
+from app.survey.adjustment.adjusted_track import Source as DistanceSource
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.assets.register import Line
 from app.survey.catalogue.table import Code
@@ -58,6 +59,15 @@ class Taken:
     time_s: float | None
     distance_m: float | None
     u95_m: float | None
+    source: DistanceSource | None = None
+    """Of the distance, like that of an entry."""
+
+
+def says_source(at: Entry | Taken) -> bool:
+    """Whether a distance needs a word about its source: it has an interval, and is not by the
+    camera.
+    """
+    return at.u95_m is not None and at.source is not None and at.source not in BY_CAMERA
 
 
 @dataclass(frozen=True)
@@ -150,7 +160,7 @@ class Entry:
     u95_m: float | None = None
     raw_m: float | None = None
     """The same distance in the raw track."""
-    source: str | None = None
+    source: DistanceSource | None = None
     """Basis of the distance: odometry, joint, closure, counter, bridged or typed."""
     to_go_m: float | None = None
     """Distance to the far end, if its distance is known."""

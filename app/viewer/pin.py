@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from app.survey.adjustment.adjusted_track import Source
+
 Color = tuple[int, int, int]
 
 _SEVERITY_COLORS: tuple[Color, ...] = (
@@ -32,6 +34,8 @@ class Pin:
     """From 0, a note, to 5, act now; None if not rated."""
     label: str
     """Code and name, in the viewer's language."""
+    source: Source | None = None
+    """What the distance rests on; None where it is not known."""
     number: int = 0
     """Number of the observation, which names it on a stand-alone page."""
     lateral_m: float = 0.0

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import viser
 
+from app.survey.adjustment.adjusted_track import BY_CAMERA
 from app.viewer.geometry import Section, Vector
 from app.viewer.look import CameraMode
 from app.viewer.pin import Color, Pin
@@ -164,6 +165,8 @@ def _text(pin: Pin, wording: Wording) -> str:
     parts = [wording.distance(pin.distance_m)]
     if pin.u95_m is not None:
         parts.append(wording.interval(pin.u95_m))
+    if pin.source is not None and pin.source not in BY_CAMERA:
+        parts.append(f"({wording.source(pin.source)})")
     if pin.finish_m is not None:
         parts += [wording.word("to"), wording.distance(pin.finish_m)]
     return f"{_short_text(pin)}\n{' '.join(parts)}"

@@ -16,7 +16,7 @@ from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations, rig_of
 from app.inspections.packs import Packs
 from app.reports.content.words import Language
-from app.survey.adjustment.adjusted_track import Adjusted
+from app.survey.adjustment.adjusted_track import Adjusted, Source
 from app.survey.catalogue.table import Code, CodeTable
 from app.survey.observations.tag import StatedTag
 from app.survey.places.measure import Figure
@@ -293,6 +293,7 @@ def _pins(views: Sequence[ObservationView], table: CodeTable, language: Language
                 distance_m=metres(place.distance_mm),
                 finish_m=metres(finish.place.distance_mm) if finish and finish.place else None,
                 u95_m=place.u95_m,
+                source=place.source,
                 clock_h=place.wall.clock_h if place.wall else None,
                 lateral_m=place.wall.lateral_mm / 1000 if place.wall else 0.0,
                 figures=view.figures,
@@ -310,6 +311,7 @@ def defect_pin(
     distance_m: float,
     finish_m: float | None,
     u95_m: float | None,
+    source: Source | None,
     clock_h: float | None,
     lateral_m: float,
     figures: Sequence[Figure | None],
@@ -327,6 +329,7 @@ def defect_pin(
         distance_m=distance_m,
         clock=tag.clock_from or clock_h,
         u95_m=u95_m,
+        source=source,
         severity=tag.severity,
         label=f"{code} {label.partition(':')[0]}" if label else code or "?",
         lateral_m=lateral_m,

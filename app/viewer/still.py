@@ -32,6 +32,7 @@ def scene_page(report: Report) -> str:
                 distance_m=entry.distance_m,
                 finish_m=finishes_m.get(entry.id),
                 u95_m=entry.u95_m,
+                source=entry.source,
                 clock_h=entry.clock_h,
                 lateral_m=entry.y_m or 0.0,
                 figures=entry.figures,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from app.reports.content.words import Language, words_of
+from app.survey.adjustment.adjusted_track import Source
 from app.survey.distances.interval import half_width_text
 from app.survey.rounding import decimals, with_interval
 
@@ -28,6 +29,10 @@ class Wording:
     def word(self, name: str) -> str:
         """Return `joint`, `expected`, `to`, `weak` or `lost` in the language."""
         return words_of(self.language)[f"scene.{name}"]
+
+    def source(self, source: Source) -> str:
+        """Name what a distance rests on, such as `by the counter`."""
+        return words_of(self.language)[f"source.{source}"]
 
     def distance(self, metres: float, *, more_decimals: int = 0) -> str:
         """Format '3.42 m' or '11.2 ft', with optional further decimals; never -0."""

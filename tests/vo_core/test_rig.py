@@ -149,8 +149,10 @@ def test_a_stored_rig_is_read_as_it_is():
     assert Rig.model_validate(stored).camera.fx == 8
 
 
-def test_a_view_that_sees_no_wall_is_refused_with_what_to_check():
-    up = make_rig(mount={"pitch_deg": 80.0, "view": "forward"}, pipe=FLOOR)
+@pytest.mark.parametrize("pipe", [FLOOR, {}])
+def test_a_view_that_sees_no_wall_is_refused_with_what_to_check(pipe):
+    """Over a floor it looks into the sky; in a pipe at the crown only."""
+    up = make_rig(mount={"pitch_deg": 80.0, "view": "forward"}, pipe=pipe)
     with pytest.raises(InvalidRig, match=r"no wall.*pitch_deg 80.*nose up"):
         require_wall_in_view(up)
     require_wall_in_view(make_rig())

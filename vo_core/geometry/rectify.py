@@ -129,6 +129,8 @@ class Rectifier:
         self._frame_wh = (camera.width, camera.height)
         self._reduced_wh = (round(camera.width / reduction), round(camera.height / reduction))
         self._maps, self.valid = self._lookup(self.grid.finer(self._fineness))
+        if not self.valid.any():  # the patch is that of a camera along the pipe
+            raise no_wall_in_view(rig)
         self._field_rows: dict[Rows, Image] = {}
 
     def at(self, vantage: Pose) -> Rectifier:
@@ -217,7 +219,7 @@ def require_wall_in_view(rig: Rig) -> None:
     Raises:
         InvalidRig: It sees none, or too narrow a strip of it.
     """
-    _visible_grid(rig, COARSEST)
+    Rectifier(rig)
 
 
 def no_wall_in_view(rig: Rig) -> InvalidRig:

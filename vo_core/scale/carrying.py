@@ -119,6 +119,12 @@ class Carried:
     is_whole: bool
     """Whether readings carry the whole film; its distances are then those of the readings."""
 
+    @property
+    def measured(self) -> Track:
+        """The track, in which a row with a reading counts as measured."""
+        read = self.is_read | self.is_bridged
+        return replace(self.track, status=np.where(read, "weak", self.track.status))
+
 
 def carry(track: Track, readings: Readings, *, is_certain: bool = False) -> Carried | None:
     """Carry the distances of a track by readings where the camera did not measure them.

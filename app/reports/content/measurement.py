@@ -9,7 +9,7 @@ import numpy as np
 from app.inspections.counters import CounterView
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.report import Report
-from app.survey.adjustment.adjusted_track import Adjusted
+from app.survey.adjustment.adjusted_track import SOURCES, Adjusted
 from app.survey.adjustment.joints import FittedJoint
 from app.survey.distances.interval import LEAST_M, U95, half_width_m
 from app.survey.distances.stated import Length
@@ -52,6 +52,19 @@ def result_rows(report: Report, t: Translator) -> Rows:
         ("class", " ".join(said)),
         ("closure", _closure(report, t)),
         ("frames", _frames(report, t)),
+        ("sources", _sources(report, t)),
+    )
+
+
+def _sources(report: Report, t: Translator) -> str | None:
+    """Return which share of the frames has its distance from where, unless all are the camera's."""
+    if report.adjusted is None or report.adjusted.carried is None:
+        return None
+    counts = np.bincount(report.adjusted.sources, minlength=len(SOURCES))
+    return ", ".join(
+        f"{t.source(source)} {t.figure(100 * int(count) / int(counts.sum()), 1)} %"
+        for source, count in zip(SOURCES, counts, strict=True)
+        if count
     )
 
 

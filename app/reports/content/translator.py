@@ -12,7 +12,7 @@ from typing import Any
 from app.imports.surveys.survey import Caveat
 from app.reports.content.sizes import figure_text
 from app.reports.content.words import Language, words_of
-from app.reports.report import Entry, Loss, Phrase, Report, Taken, Units
+from app.reports.report import Entry, Loss, Phrase, Report, Taken, Units, says_source
 from app.reports.text.typesetting import one_line
 from app.survey.adjustment.adjusted_track import Refusal
 from app.survey.distances.interval import half_width_text
@@ -162,12 +162,21 @@ class Translator:
         return 1 if self.units == "ft" else 2
 
     def place(self, at: Entry | Taken) -> str:
-        """Format the place of an entry or a photo: `12.40 m ± 0.05 m`."""
+        """Format the place of an entry or a photo: `12.40 m ± 0.05 m (by the counter)`.
+
+        The camera as its source is not named, nor that of a survey without intervals, which came
+        from elsewhere as a whole.
+        """
         if at.distance_m is None:
             return self("entry.not_tracked")
-        if at.u95_m is None:
-            return self.length(at.distance_m)
-        return f"{self.length(at.distance_m)} ± {self.half_width(at.u95_m)} {self.units}"
+        text = self.length(at.distance_m)
+        if at.u95_m is not None:
+            text += f" ± {self.half_width(at.u95_m)} {self.units}"
+        return f"{text} ({self.source(at.source)})" if says_source(at) else text
+
+    def source(self, source: str | None) -> str:
+        """Name what a distance rests on; empty where it is not known."""
+        return self(f"source.{source}") if source else ""
 
     def place_in_photo(self, entry: Entry, taken: Taken | None) -> str:
         """Format the place that a photo shows: the entry's, or where else it was taken."""

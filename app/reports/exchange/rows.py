@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from app.reports.exchange.header import Header, plain_number
 from app.reports.exchange.losses import only_bundle_holds, rounded_figures
 from app.reports.exchange.names import film, film_name, film_names
-from app.reports.report import Entry, Loss, Report
+from app.reports.report import Entry, Loss, Report, says_source
 from app.reports.text.ascii import one_line, transliterate
 from app.survey.distances.interval import half_width_text
 from app.survey.fields.declaration import Family
@@ -30,6 +30,7 @@ REMARK = "BDB"
 CODES = re.compile(r"(?:B[A-D]|D[A-D])[A-Z]|AE[A-G]")
 """Main codes of EN 13508-2: of pipes, of manholes, and of what changes along a pipe."""
 _LETTERS = {"start": "A", "change": "C", "finish": "B"}
+_SOURCES = {"counter": "by counter", "bridged": "by counter and camera", "typed": "typed"}
 _MAX_H = 100
 """Hours that hh:mm:ss can no longer hold."""
 
@@ -163,6 +164,8 @@ def _row(
         losses.append(Loss("before_zero", entry))
     if entry.u95_m is not None:
         said.append(f"+/-{half_width_text(entry.u95_m)} m")
+    if says_source(entry):
+        said.append(f"distance {_SOURCES[entry.source or 'typed']}")
     if entry.tag.severity is not None:
         said.append(f"severity {entry.tag.severity}")
     time_s = None if entry.time_s is None else math.floor(entry.time_s + 0.0005)

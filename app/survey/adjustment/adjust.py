@@ -81,8 +81,7 @@ def adjust(
         carried = carry(raw, readings, is_certain=typed is not None)
     if carried is None:
         return _by_camera(raw, rig, stated, sightings)
-    read = carried.is_read | carried.is_bridged
-    way = replace(carried.track, status=np.where(read, "weak", raw.status))
+    way = carried.measured
     if carried.is_whole:  # neither its joints nor the rig say anything about these distances
         adjusted = _adjusted(way, rig, stated, [], [], [], [], joints_count=False)
     else:

@@ -7,9 +7,10 @@ from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.survey.adjustment.closure import Closure
 from app.survey.adjustment.distance_class import DistanceClass
@@ -39,6 +40,11 @@ from vo_core.types import Matrix
 Source = Literal["odometry", "joint", "closure", "counter", "bridged", "typed"]
 """What a distance rests on: the camera, with or without joints or a known length; a counter, or a
 counter and the camera together where one of them fails; a person."""
+
+SOURCES: tuple[Source, ...] = get_args(Source)
+
+BY_CAMERA: frozenset[Source] = frozenset({"odometry", "joint", "closure"})
+"""Sources that need no word wherever a distance is shown."""
 
 
 @dataclass(frozen=True)
@@ -112,15 +118,25 @@ class Adjusted:
             sigma_distance_mm=np.concatenate([own.sigma_distance_mm, sigma_mm]),
         )
 
+    @cached_property
+    def sources(self) -> NDArray[np.uint8]:
+        """(N,) what the distance of each row rests on, as an index into `SOURCES`.
+
+        What another program measured, a person typed.
+        """
+        first: Source = "typed" if is_unmeasured(self.raw) else self.source
+        found = np.full(len(self.track), SOURCES.index(first), np.uint8)
+        if self.carried is not None:
+            bridged: Source = "bridged" if self.carrier == "counter" else "typed"
+            found[self.carried.is_read] = SOURCES.index(self.carrier)
+            found[self.carried.is_bridged] = SOURCES.index(bridged)
+        return found
+
     def source_at(self, frame: int) -> Source:
         """Return what the distance of a frame rests on; of one added since like the last one."""
-        carried = self.carried
-        if carried is None or not len(self.track):
+        if not len(self.track):
             return self.source
-        row = min(frame, len(self.track) - 1)
-        if carried.is_bridged[row]:
-            return "bridged" if self.carrier == "counter" else "typed"
-        return self.carrier if carried.is_read[row] else self.source
+        return SOURCES[int(self.sources[min(frame, len(self.track) - 1)])]
 
     def estimate(self, raw: Estimate) -> Estimate:
         """Return the corrected estimate of a frame, also of one added since."""

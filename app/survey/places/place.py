@@ -258,7 +258,7 @@ def _place(
         distance_mm=distance_mm,
         raw_mm=wall.raw_mm if wall else raw.distance_mm,
         u95_m=None if trajectory.is_unmeasured else half_width_m(sigma_mm),
-        source="typed" if trajectory.is_unmeasured else adjusted.source_at(raw.frame),
+        source=adjusted.source_at(raw.frame),
         time_s=raw.time_s,
         wall=wall,
         joint=None if trajectory.is_unmeasured else trajectory.adjusted.joint_near(distance_mm),

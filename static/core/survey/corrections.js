@@ -21,6 +21,7 @@ export const UNSTATED = {
   lengths: [],
   joints: { use: null, marked: [], left_out: [] },
   rig_sigma: null,
+  typed: [],
   forced: null,
 };
 

@@ -30,6 +30,11 @@ export class FilmCounter extends Store {
     this.readings = new RunColumns(`${this.#path}/readings?format=columns`, { counter_m: Float64Array });
   }
 
+  /** The box that a person drew, or null. @returns {Box|null} */
+  get drawnBox() {
+    return this.value?.is_box_drawn ? /** @type {Box} */ (/** @type {unknown} */ (this.value.box)) : null;
+  }
+
   /** @returns {Fault[]} */
   get faults() {
     return this.value?.comparison?.faults ?? [];

@@ -8,6 +8,12 @@ import { RunColumns } from '../page/columns.js';
 /** How a frame was tracked, by its value in the column `status`. */
 export const STATUSES = ['ok', 'weak', 'lost'];
 
+/** What the distance of a frame rests on, by its value in the column `source`. */
+export const SOURCES = ['odometry', 'joint', 'closure', 'counter', 'bridged', 'typed'];
+
+/** The sources that need no word wherever a distance is shown. */
+export const BY_CAMERA = new Set(['odometry', 'joint', 'closure']);
+
 const TYPES = {
   time_s: Float64Array,
   x_mm: Float64Array,
@@ -21,6 +27,7 @@ const TYPES = {
   quality: Float32Array,
   status: Uint8Array,
   looking_around: Uint8Array,
+  source: Uint8Array,
 };
 const COLUMNS = Object.keys(TYPES);
 /** The server places the parts of a film whose time stamps begin anew so many seconds apart; see `vo_core.timeline`. */
@@ -44,6 +51,7 @@ const SAME_PLACE_MM = 5;
  * @property {number} z_mm
  * @property {number} pitch_deg
  * @property {number} roll_deg
+ * @property {string} source one of `SOURCES`
  * @property {number} looking_around 1 while the robot stands and its camera looks around
  */
 
@@ -90,6 +98,7 @@ export class Track extends RunColumns {
     const row = { frame };
     for (const name of COLUMNS) row[name] = this.column(name)[frame];
     row.status = STATUSES[row.status];
+    row.source = SOURCES[row.source];
     return row;
   }
 

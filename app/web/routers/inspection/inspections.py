@@ -373,7 +373,8 @@ def track(
         # Read before the rows: if another run begins in between, the next answer shows it.
         run = tracks.run_id(inspection_id)
         found = (tracks.get if raw else corrections.track)(inspection_id)
-        packed = columns.packed(track_columns(found, since), run=run, total=len(found))
+        sources = None if raw else corrections.newest(inspection_id).sources[: len(found)]
+        packed = columns.packed(track_columns(found, since, sources), run=run, total=len(found))
         return Response(packed, media_type=columns.MEDIA_TYPE)
     written = filmed.raw_track_as if raw else filmed.track_as
     content, media_type = written(inspection_id, format, since)

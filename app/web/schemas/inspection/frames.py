@@ -17,15 +17,25 @@ _NEARLY = ("y_mm", "z_mm", "yaw_deg", "pitch_deg", "roll_deg", "sigma_distance_m
 _STATUSES: tuple[Status, ...] = get_args(Status)
 
 
-def track_columns(track: Track, since: int) -> dict[str, NDArray[Any]]:
-    """Return the page's columns of a track from a frame on; `status` is 0 ok, 1 weak, 2 lost."""
+def track_columns(
+    track: Track, since: int, sources: NDArray[np.uint8] | None = None
+) -> dict[str, NDArray[Any]]:
+    """Return the page's columns of a track from a frame on; `status` is 0 ok, 1 weak, 2 lost.
+
+    `sources` may be shorter than the track: what was added since has the last of them.
+    """
     exact = {name: getattr(track, name)[since:] for name in _EXACT}
     nearly = {name: getattr(track, name)[since:].astype(np.float32) for name in _NEARLY}
     status = np.zeros(len(track.status[since:]), np.uint8)
     for rank, name in enumerate(_STATUSES):
         status[track.status[since:] == name] = rank
     around = track.looking_around[since:].astype(np.uint8)
-    return {**exact, **nearly, "status": status, "looking_around": around}
+    columns = {**exact, **nearly, "status": status, "looking_around": around}
+    if sources is None:
+        return columns
+    missing = len(track) - len(sources)
+    source = np.pad(sources, (0, missing), "edge" if len(sources) else "constant")
+    return {**columns, "source": source[since:]}
 
 
 def health_columns(

@@ -5,10 +5,10 @@ import { withKey } from '../../../core/page/keys.js';
 import { mayEdit } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
 import { openStretches, partsOf, stretchNumber, stretchRole } from '../../../core/defects/stretches.js';
-import { chainage, plusMinus, timecode } from '../../../core/wall/units.js';
+import { chainage, timecode } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { codeSearch } from '../code-search/code-search.js';
-import { nameOf, roleText } from '../defect-list/names.js';
+import { intervalText, nameOf, roleText } from '../defect-list/names.js';
 import { icon } from '../../shared/icon/icon.js';
 import { copyLink } from '../../desk/actions/links.js';
 import {
@@ -274,7 +274,7 @@ export class DefectForm extends Component {
     const isDiscarded = this.#wasRefused && item.save === 'saved';
     this.#wasRefused = item.save === 'refused';
     const { catalogue } = this.desk;
-    parts.title.textContent = `${nameOf(item)} ${plusMinus(item.distance_u95_m)}`;
+    parts.title.textContent = `${nameOf(item)} ${intervalText(item)}`;
     parts.refused.hidden = item.save !== 'refused';
     const isOvertaken = this.desk.conflicts.about(item.id) !== undefined;
     parts.compare.hidden = !isOvertaken;

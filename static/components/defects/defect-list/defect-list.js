@@ -5,14 +5,14 @@ import { isKeyOn } from '../../../core/page/keys.js';
 import { isOpen } from '../../../core/defects/review.js';
 import { Component } from '../../../core/page/store.js';
 import { coveredShare, defectCount, stretchesOf } from '../../../core/defects/stretches.js';
-import { chainage, clockRange, plusMinus, timecode } from '../../../core/wall/units.js';
+import { chainage, clockRange, timecode } from '../../../core/wall/units.js';
 import { pieces, t, wordFor } from '../../../core/page/words.js';
 import { mainPhotoOf } from '../attachments/photos.js';
 import { icon } from '../../shared/icon/icon.js';
 import { linkTo } from '../../desk/actions/links.js';
 import { severityMark } from '../../shared/severity-mark/severity-mark.js';
 import { FILTERS, lacksOf, matcher } from './filters.js';
-import { nameOf, roleText } from './names.js';
+import { intervalText, nameOf, roleText } from './names.js';
 import './open-stretches.js';
 import '../defect-form/defect-form.js';
 
@@ -199,7 +199,7 @@ export class DefectList extends Component {
     parts.code.textContent = [item.code, item.char1, item.char2].filter(Boolean).join(' ');
     parts.label.textContent = catalogue.label(item.code, item.char1, item.char2);
     parts.distance.textContent = chainage(item.distance_m);
-    parts.interval.textContent = plusMinus(item.distance_u95_m);
+    parts.interval.textContent = intervalText(item);
     parts.more.textContent = [roleText(item), clockText(item), timeText(item), item.remark].filter(Boolean).join(' · ');
     parts.save.textContent = saveText(item);
     parts.save.classList.toggle('defect__save--refused', item.save === 'refused');

@@ -363,11 +363,12 @@ export class Desk extends EventTarget {
   /** Returns the place of a tag, as far as the page knows it. */
   #placeOf(frame, pixel) {
     const row = this.#poseOf(frame);
-    if (!row) return { distance_m: null, distance_u95_m: null, clock: null, time_s: null };
+    if (!row) return { distance_m: null, distance_u95_m: null, distance_source: null, clock: null, time_s: null };
     const point = pixel && this.wall?.at(...pixel, row);
     return {
       distance_m: point ? point.distance_m : row.distance_mm / 1000,
       distance_u95_m: u95FromSigma(row.sigma_distance_mm),
+      distance_source: row.source ?? null,
       clock: point && point.clock_h !== null ? Math.round(point.clock_h) % 12 || 12 : null,
       time_s: row.time_s,
     };

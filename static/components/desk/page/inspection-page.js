@@ -29,6 +29,7 @@ import '../frame/desk-splitter.js';
 import '../../distance/readout/distance-readout.js';
 import '../frame/emergency-banner.js';
 import '../../film/video/live-bar.js';
+import './distance-notice.js';
 import './rig-notice.js';
 import './lock-notice.js';
 import '../../distance/strip/strip-log.js';
@@ -100,7 +101,7 @@ export class InspectionPage extends Component {
     desk.observations.load().catch(toastError);
     desk.corrections.load().catch(toastError);
     desk.review.load().catch(toastError);
-    if (desk.inspection.isUnfinished) desk.counter.load().catch(toastError);
+    if (desk.inspection.isUnfinished) this.followCounter();
     this.#follow({ isOpening: true });
   }
 
@@ -134,6 +135,7 @@ export class InspectionPage extends Component {
               <emergency-banner hidden></emergency-banner>
               <conflict-notice hidden></conflict-notice>
               <div class="desk-messages stack" data-part="messages"></div>
+              <distance-notice hidden></distance-notice>
               <rig-notice hidden></rig-notice>
               <lock-notice hidden></lock-notice>
             </div>
@@ -216,10 +218,12 @@ export class InspectionPage extends Component {
     this.#showMessages();
   }
 
-  /** Follows the reading of the burnt-in counter, which begins when the tracking has ended. */
+  /** Follows the reading of the burnt-in counter, while or after an uploaded film is tracked. */
   followCounter() {
     const { desk } = this;
-    if (!desk.inspection.isUnfinished) desk.counter.follow((error) => this.#showMessages(errorText(error)));
+    const { live } = desk.inspection.value;
+    if (live === null || !desk.inspection.isUnfinished)
+      desk.counter.follow((error) => this.#showMessages(errorText(error)));
   }
 
   /** A recording that has ended cannot be repeated, so this asks first. */

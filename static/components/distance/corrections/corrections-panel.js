@@ -16,6 +16,7 @@ import './known-length.js';
 import './outcome.js';
 import './rig-doubt.js';
 import './taped-lengths.js';
+import './typed-section.js';
 import './zero-section.js';
 
 export class CorrectionsPanel extends Component {
@@ -32,6 +33,7 @@ export class CorrectionsPanel extends Component {
             <counter-section class="fix stack gap-3 packed one-column pad-4 line-above"></counter-section>
             <known-length class="fix stack gap-3 packed one-column pad-4 line-above"></known-length>
             <taped-lengths class="fix stack gap-3 packed one-column pad-4 line-above"></taped-lengths>
+            <typed-section class="fix stack gap-3 packed one-column pad-4 line-above"></typed-section>
             <joints-section class="fix stack gap-3 packed one-column pad-4 line-above"></joints-section>
             <rig-doubt class="fix stack gap-3 packed one-column pad-4 line-above"></rig-doubt>
           </div></fieldset>

@@ -35,7 +35,7 @@ export class CounterSection extends Component {
     );
     const { desk, parts } = this;
     this.listen(parts.cancel, 'click', () => orToast(() => desk.counter.cancel()));
-    this.listen(parts.read, 'click', () => this.#state({ ...this.#stated, box: this.#drawn }));
+    this.listen(parts.read, 'click', () => this.#state({ ...this.#stated, box: this.desk.counter.drawnBox }));
     this.listen(parts.none, 'click', () => this.#state({ is_present: false }));
     this.listen(parts.draw, 'click', async () => {
       const box = await askForBox(desk);
@@ -52,14 +52,9 @@ export class CounterSection extends Component {
     return { unit: isShown ? null : unit };
   }
 
-  get #drawn() {
-    const { is_box_drawn: isDrawn, box } = this.desk.counter.value;
-    return isDrawn ? box : null;
-  }
-
   /** Handles the buttons that come and go with what is known. */
   #clicked({ unit, frame, use }) {
-    if (unit) this.#state({ box: this.#drawn, unit });
+    if (unit) this.#state({ box: this.desk.counter.drawnBox, unit });
     if (frame) this.desk.seek(Number(frame));
     if (use !== undefined) this.#use(this.desk.counter.value);
   }

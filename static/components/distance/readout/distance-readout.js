@@ -7,12 +7,12 @@ import { isSeen, jointBehind } from '../../../core/wall/joints.js';
 import { mayEdit } from '../../../core/page/rights.js';
 import { ROUNDING_MM } from '../../../core/wall/spans.js';
 import { Component } from '../../../core/page/store.js';
-import { STATUSES } from '../../../core/survey/track.js';
+import { BY_CAMERA, STATUSES } from '../../../core/survey/track.js';
 import { chainage, chainageNumber, lengthUnit, plusMinus, speed, u95FromSigma } from '../../../core/wall/units.js';
-import { t } from '../../../core/page/words.js';
+import { t, wordFor } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
 import { jointsText, openIntervalDetail } from './interval-detail.js';
-import { LEVELS, healthWords } from './health-words.js';
+import { LEVELS, healthWords, upperFirst } from './health-words.js';
 import { Speedometer, speedAt } from './speedometer.js';
 
 const USUAL_LIMIT = speed(USUAL_LIMIT_M_PER_MIN);
@@ -142,6 +142,13 @@ export class DistanceReadout extends Component {
     }
     const health = isLive ? row.health : this.desk.health.at(row.frame);
     const isUseful = u95FromSigma(row.sigma_distance_mm) <= this.desk.inspection.value.useful_within_m;
+    if (row.source && !BY_CAMERA.has(row.source)) {
+      return {
+        level: isUseful ? 'ok' : 'weak',
+        what: row.source,
+        text: upperFirst(wordFor('distance_source', row.source)),
+      };
+    }
     return healthWords(row.status, health, row.time_s - this.#lastHeldS(row), Boolean(row.looking_around), isUseful);
   }
 

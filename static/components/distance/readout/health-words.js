@@ -39,4 +39,4 @@ function sentence(status, why, lostS) {
 /** What share of the picture a complaint is about, in percent. */
 const shareOf = (name, { overlap, fixed_pattern: fixed }) => Math.round(100 * (name === 'too_fast' ? overlap : fixed));
 
-const upperFirst = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+export const upperFirst = (text) => text.charAt(0).toUpperCase() + text.slice(1);
