@@ -35,6 +35,8 @@ class CounterDrive:
     has_counter: bool = True
     date: str = ""
     """Text at the right of the band."""
+    is_snow: bool = False
+    """Whether the signal of the camera is bad, so that the wall cannot be tracked."""
 
     def counter_mm(self) -> NDArray[np.float64]:
         """(N,) what the counter has counted in each frame."""
@@ -83,6 +85,8 @@ def write(drive: CounterDrive, path: Path) -> Path:
         stream.options = {"preset": "ultrafast", "crf": "18"}
         for n, text in enumerate(drive.shown()):
             picture = wall[:, STEP_PX * n : STEP_PX * n + WIDTH].copy()
+            if drive.is_snow:
+                picture = rng.integers(0, 256, picture.shape, np.uint8)
             picture[-BAND_PX:] = 8
             for words, left, scale in ((text * drive.has_counter, 12, 0.7), (drive.date, 190, 0.6)):
                 at = (left, HEIGHT - 7)

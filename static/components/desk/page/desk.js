@@ -260,7 +260,7 @@ export class Desk extends EventTarget {
     const { frame, pointed } = this.#held;
     const item = this.observations.find(pointed.id);
     if (item && !item.code && item.frame === frame) this.#give(item, fields);
-    else this.tag({ ...fields, frame, pixel: this.#middle });
+    else this.tag({ ...fields, frame, pixel: this.aim });
   }
 
   /** Repeats the code, the severity and the quantities of the newest tag at the shown frame. */
@@ -272,7 +272,7 @@ export class Desk extends EventTarget {
 
   /** Tags the middle of the picture, with or without a code. */
   tagCentre(options = {}) {
-    const created = this.tag({ ...options, pixel: this.#middle });
+    const created = this.tag({ ...options, pixel: this.aim });
     this.#pointed = { id: null, row: null }; // the hand is on the keys: the next code makes a new tag
     return created;
   }
@@ -315,7 +315,7 @@ export class Desk extends EventTarget {
   moveHere() {
     const { frame, row } = this.playhead.value;
     if (!this.selection.value) return;
-    if (row) this.observations.edit(this.selection.value, this.#anchor(frame, this.#middle));
+    if (row) this.observations.edit(this.selection.value, this.#anchor(frame, this.aim));
     else this.fault(t('desk.not_tracked'));
   }
 
@@ -340,10 +340,14 @@ export class Desk extends EventTarget {
     this.#pointed = { id, row: this.track.row(item.frame) };
   }
 
-  /** The middle of the picture; null if nobody knows what the camera saw. */
-  get #middle() {
-    if (isUnmeasured(this.inspection.value)) return null;
-    const { width, height } = this.inspection.value.video;
+  /**
+   * The pixel that a key tags: the middle of the picture. Null if nobody knows what the camera saw, and where it
+   * looks along the pipe: its middle is the far end, and such a tag has the distance of the camera.
+   */
+  get aim() {
+    const { rig, video } = this.inspection.value;
+    if (isUnmeasured(this.inspection.value) || rig.mount.view === 'forward') return null;
+    const { width, height } = video;
     return [(width - 1) / 2, (height - 1) / 2];
   }
 
@@ -376,7 +380,7 @@ export class Desk extends EventTarget {
 
   /** The distance of the middle of the shown picture in m, null where it is not tracked. */
   get hereM() {
-    return this.#placeOf(this.playhead.value.frame, this.#middle).distance_m;
+    return this.#placeOf(this.playhead.value.frame, this.aim).distance_m;
   }
 
   /** The joints of the pipe, seen and expected. */

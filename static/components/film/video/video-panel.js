@@ -428,7 +428,7 @@ export class VideoPanel extends Component {
     const styles = getComputedStyle(this);
     this.#paintNote();
     if (!desk.playhead.value.row || !hasFilm(desk.inspection.value)) return;
-    paintCentre(context, toStage([(video.width - 1) / 2, (video.height - 1) / 2]));
+    if (desk.aim) paintCentre(context, toStage(desk.aim));
     const labelled = new Set();
     for (const mark of this.#marks.inPicture(layout.scale)) {
       const [x, y] = toStage(mark.pixel);

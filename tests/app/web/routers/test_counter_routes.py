@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import counter_drives
 import numpy as np
@@ -150,6 +151,41 @@ def test_a_counter_is_read_when_it_is_its_turn_or_somebody_asks_and_again_if_it_
             found = settled(client, inspection)
         assert found["state"] == "failed"
         assert "ended by itself with exit code 1" in found["detail"]
+
+
+def test_a_film_of_snow_has_its_distances_from_the_counter_and_then_from_a_person(
+    films: Path, tmp_path: Path
+) -> None:
+    drive = CounterDrive(60, scale=1.0, stuck=None, reset_at=None, is_snow=True)
+    film = counter_drives.write(drive, films / "snow.mp4")
+    with serving(tmp_path / "data") as client:
+        inspection = inspect(client, film)
+        client.wait(inspection)
+        assert settled(client, inspection)["state"] == "read"
+        path = f"/api/inspections/{inspection}"
+        tag = client.put(f"{path}/observations/{uuid4()}", json={"frame": 50, "code": "BAB"})
+        assert tag.status_code == 200, tag.text
+        found = wait_until(lambda: _of_source(client, path, "counter"))
+        truth_m = drive.counter_mm()[50] / 1000
+        assert found["distance_m"] == pytest.approx(truth_m, abs=found["distance_u95_m"])
+        assert found["distance_u95_m"] < 0.05
+        with_reason = [each["remark"] for each in client.get(f"{path}/events").json()["events"]]
+        assert "The counter carries 100 % of the frames." in with_reason
+
+        typed = [{"frame": 0, "distance_m": 12.0}, {"frame": 59, "distance_m": 13.0}]
+        client.put(f"{path}/corrections", json={"typed": typed}).raise_for_status()
+        found = _of_source(client, path, "typed")
+        assert found["distance_m"] == pytest.approx(12 + 50 / 59, abs=0.002)
+        csv = client.get(f"{path}/exports/csv").content.decode("utf-8-sig").splitlines()
+        assert dict(zip(csv[0].split(","), csv[1].split(","), strict=True))[
+            "distance_source"
+        ] == "typed"  # fmt: skip
+
+
+def _of_source(client: Client, path: str, source: str) -> dict[str, Any] | None:
+    """Return the only observation once its distance has this source."""
+    (found,) = client.get(f"{path}/observations").json()["observations"]
+    return dict(found) if found["distance_source"] == source else None
 
 
 def test_a_box_outside_the_picture_is_refused(desk: Client, driven: str, plain: Path) -> None:
