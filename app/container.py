@@ -57,6 +57,7 @@ from app.storage.folder.tokens import TokenFile
 from app.storage.folder.unfinished import Unfinished
 from app.storage.index.asset_index import AssetIndex
 from app.storage.index.asset_places import AssetPlaces
+from app.storage.index.work_list import WorkList
 from app.storage.records.access import AccessStore
 from app.storage.records.alerts import AlertStore
 from app.storage.records.assets import AssetStore
@@ -325,6 +326,7 @@ class _Building:
             Search(
                 records.defect_index,
                 AssetIndex(database),
+                WorkList(database),
                 LabelStore(database),
                 index_worker,
                 services[Purpose],

@@ -70,6 +70,7 @@ from app.web.routers.library import (
     report_templates,
     rigs,
     search,
+    work,
 )
 from app.web.routers.server import access, aiming, pages, server, tokens, uploads
 from app.web.schemas.failures import describe, failures
@@ -136,8 +137,8 @@ def _routes() -> list[BaseRoute]:
         inspections.router, observations.router, attachments.router, picking.router,
         corrections.router, counter.router, media.router, bulk.router, report_templates.router,
         catalogue.router, packs.router, rigs.router, register.router, reviews.router,
-        imports.samples, archive.router, search.router, asset_map.router, tokens.router,
-        unrolled.router, server.router, live.router, viewer.router, pages.router,
+        imports.samples, archive.router, search.router, asset_map.router, work.router,
+        tokens.router, unrolled.router, server.router, live.router, viewer.router, pages.router,
     ):  # fmt: skip
         every.include_router(part)
     return every.routes

@@ -9,7 +9,6 @@ import { may } from './core/page/rights.js';
 import { t } from './core/page/words.js';
 import { showInsecure } from './components/shared/insecure-banner/insecure-banner.js';
 import { showKept } from './components/shared/kept-banner/kept-banner.js';
-import { reopenSettings } from './components/shared/settings-dialog/settings-dialog.js';
 import { toastError } from './components/shared/toast-stack/toast-stack.js';
 import './components/films/add-films/add-films.js';
 import './components/assets/assets-page/assets-page.js';
@@ -27,26 +26,30 @@ import './components/inspections/inspection-list/inspection-list.js';
 import './components/intake/new-inspection/new-inspection.js';
 import './components/reports/report-template/report-template.js';
 import './components/settings/access-page/access-page.js';
+import './components/settings/settings-page/settings-page.js';
+import './components/work/work-page/work-page.js';
 import './components/desk/page/inspection-page.js';
 
 /** @type {[RegExp, string][]} path, element */
 const PAGES = [
-  [/^\/$/, 'inspection-list'],
+  [/^\/$/, 'work-page'],
+  [/^\/inspections$/, 'inspection-list'],
+  [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],
   [/^\/new$/, 'new-inspection'],
   [/^\/compare$/, 'compare-page'],
-  [/^\/users$/, 'access-page'],
-  [/^\/archive$/, 'films-page'],
-  [/^\/archive\/add$/, 'add-films'],
-  [/^\/archive\/failures$/, 'failures-page'],
-  [/^\/archive\/rules$/, 'rules-page'],
-  [/^\/archive\/defects$/, 'find-page'],
-  [/^\/archive\/projects$/, 'projects-page'],
-  [/^\/archive\/assets$/, 'assets-page'],
-  [/^\/archive\/map$/, 'map-page'],
-  [/^\/archive\/quality$/, 'quality-page'],
-  [/^\/archive\/register$/, 'register-page'],
-  [/^\/archive\/template$/, 'report-template'],
-  [/^\/inspections\/([0-9a-f-]+)\/?$/, 'inspection-page'],
+  [/^\/assets$/, 'assets-page'],
+  [/^\/assets\/map$/, 'map-page'],
+  [/^\/assets\/register$/, 'register-page'],
+  [/^\/assets\/projects$/, 'projects-page'],
+  [/^\/find$/, 'find-page'],
+  [/^\/films$/, 'films-page'],
+  [/^\/films\/add$/, 'add-films'],
+  [/^\/films\/failures$/, 'failures-page'],
+  [/^\/films\/rules$/, 'rules-page'],
+  [/^\/films\/quality$/, 'quality-page'],
+  [/^\/settings$/, 'settings-page'],
+  [/^\/settings\/access$/, 'access-page'],
+  [/^\/settings\/template$/, 'report-template'],
 ];
 
 session.addEventListener('signed-out', () => {
@@ -80,4 +83,3 @@ keepPage();
 
 // Changed on another device: every word and number of the page may change.
 if (await preferences.load()) location.reload();
-else reopenSettings();

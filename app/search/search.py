@@ -11,6 +11,7 @@ from app.storage.database.tables import IndexedInspection
 from app.storage.index.asset_index import Asset, AssetIndex, Project
 from app.storage.index.defect_index import DefectIndex, FoundDefect
 from app.storage.index.queries import FoundInspection
+from app.storage.index.work_list import Briefs, Work, WorkList
 from app.storage.records.labels import LabelStore
 from app.survey.assets.asset_history import (
     Change,
@@ -31,6 +32,8 @@ from app.survey.assets.search_terms import (
     ProjectFilter,
     ProjectSort,
     QualitySort,
+    WorkFilter,
+    WorkSort,
 )
 from app.survey.observations.defects import is_defect
 from app.survey.observations.review import DRAFT
@@ -81,12 +84,14 @@ class Search:
         self,
         index: DefectIndex,
         assets: AssetIndex,
+        work: WorkList,
         labels: LabelStore,
         worker: IndexWorker,
         purpose: Purpose,
     ) -> None:
         self._index = index
         self._assets = assets
+        self._work = work
         self._labels = labels
         self._worker = worker
         self._purpose = purpose
@@ -107,6 +112,14 @@ class Search:
     def assets(self, wanted: AssetFilter, page: Page[AssetSort]) -> tuple[int, list[Asset]]:
         """Return the number of assets that fit, inspected or registered, and a page of them."""
         return self._assets.assets(wanted, page)
+
+    def work(self, wanted: WorkFilter, page: Page[WorkSort]) -> Work:
+        """Return the sections of the register that fit, and the number in each state."""
+        return self._work.work(wanted, page, self._purpose.get())
+
+    def around_the_work(self) -> tuple[Briefs, Briefs, Briefs]:
+        """Return the inspections that are live, that wait for a reviewer, and that have ended."""
+        return self._work.around(self._purpose.get())
 
     def projects(
         self, text: str, wanted: ProjectFilter, page: Page[ProjectSort]

@@ -83,7 +83,7 @@ def test_a_folder_is_added_by_a_rule_after_a_dry_run_and_its_film_tracked_and_op
     page: Page, archive: Server, films: Path, clip: Path, rig_file: Path
 ) -> None:
     folder = folder_of(films, clip, "whole", "North/CUL-1_a.mp4", "South/odd name.mp4")
-    log_in(page, archive, "/archive")
+    log_in(page, archive, "/films")
     expect(page.get_by_role("heading", name="The archive is empty")).to_be_visible()
     page.get_by_role("link", name="Rules and rigs").first.click()
     add_rig(page, rig_file)
@@ -97,7 +97,7 @@ def test_a_folder_is_added_by_a_rule_after_a_dry_run_and_its_film_tracked_and_op
     page.get_by_role("button", name="Save").click()
     expect(page.get_by_text("The rules are saved.")).to_be_visible()
 
-    page.goto(f"{archive.url}/archive/add")
+    page.goto(f"{archive.url}/films/add")
     page.get_by_label("Folders or films on the server").fill(str(folder))
     page.get_by_role("button", name="Show what each film would get").click()
     expect(page.get_by_text("2 films: 2 new, 0 in the archive already.")).to_be_visible()
@@ -123,11 +123,11 @@ def test_rules_are_not_edited_before_they_are_read_nor_stored_over_those_of_some
     log_in(page, archive, "/healthz")
     away = {"code": "unavailable", "detail": "It starts."}
     for path, asked in (
-        ("template", "**/api/report-templates/"),
-        ("rules", "**/api/archive/rules"),
+        ("settings/template", "**/api/report-templates/"),
+        ("films/rules", "**/api/archive/rules"),
     ):
         page.route(asked, lambda route: route.fulfill(status=503, json=away), times=1)
-        page.goto(f"{archive.url}/archive/{path}")
+        page.goto(f"{archive.url}/{path}")
         expect(page.get_by_role("alert").first).to_have_text("It starts. Trying again…")
         expect(page.locator(".rules, fieldset.template")).to_be_visible()
         expect(page.get_by_role("alert").first).to_be_empty()
@@ -162,7 +162,7 @@ def test_a_group_of_failures_is_repaired_by_one_other_rig(
     folder = folder_of(films, clip, "group", "A.mp4", "B.mp4")
     add(archive, folder, {"Wrong": wrong, "Right": right}, "Wrong")
     archive.ask("POST", "/api/archive/start", {"where": {}})
-    log_in(page, archive, "/archive/failures")
+    log_in(page, archive, "/films/failures")
     group = page.locator(".failure")
     expect(group).to_contain_text("2 films")
     expect_no_fault(page, ("light",))
@@ -171,7 +171,7 @@ def test_a_group_of_failures_is_repaired_by_one_other_rig(
     expect_no_fault(page, ("dark",))
     page.get_by_role("button", name="Set it and retry").click()
     expect(page.get_by_text("No film has failed.")).to_be_visible()
-    page.goto(f"{archive.url}/archive")
+    page.goto(f"{archive.url}/films")
     for name in ("A.mp4", "B.mp4"):
         expect(row_of(page, name)).to_contain_text("Done")
         expect(row_of(page, name)).to_contain_text("Right")
@@ -182,7 +182,7 @@ def test_what_was_done_to_selected_films_is_undone(
 ) -> None:
     folder = folder_of(films, clip, "undone", "A.mp4", "B.mp4")
     add(archive, folder, {"Rig": json.loads(rig_file.read_text())}, "Rig")
-    log_in(page, archive, "/archive")
+    log_in(page, archive, "/films")
     page.get_by_role("checkbox", name="Select B", exact=True).check()
     page.get_by_role("button", name="Change…").click()
     page.get_by_role("dialog").get_by_label("Priority").fill("7")

@@ -50,7 +50,7 @@ def tag(server: Server, inspection: str, day: str, severity: int) -> None:
 def test_a_defect_is_found_by_its_words_and_opened_at_its_frame(
     page: Page, server: Server, surveys: list[str]
 ) -> None:
-    log_in(page, server, "/archive/defects")
+    log_in(page, server, "/find")
     rows = page.locator("tbody tr")
     expect(rows).to_have_count(2)
     page.get_by_label("Severity from").select_option("3")
@@ -74,7 +74,7 @@ def test_a_defect_is_found_by_its_words_and_opened_at_its_frame(
 def test_a_project_leads_to_its_asset_whose_history_shows_what_has_grown(
     page: Page, server: Server, surveys: list[str]
 ) -> None:
-    log_in(page, server, "/archive/projects")
+    log_in(page, server, "/assets/projects")
     page.get_by_role("link", name="North").click()
     expect(page.locator(".project-facts")).to_contain_text("Assets1Inspections2Done2")
     expect(page.locator("tbody tr")).to_contain_text("4 plan repair")
@@ -102,7 +102,7 @@ def test_a_project_leads_to_its_asset_whose_history_shows_what_has_grown(
 def test_films_are_listed_by_what_was_wrong_with_them(
     page: Page, server: Server, surveys: list[str]
 ) -> None:
-    log_in(page, server, "/archive/quality")
+    log_in(page, server, "/films/quality")
     rows = page.locator("tbody tr")
     expect(rows).to_have_count(2)
     expect_no_fault(page, ("dark",))

@@ -73,7 +73,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 def test_assets_are_found_on_the_map_and_in_the_list_beside_it(page: Page, server: Server) -> None:
-    log_in(page, server, "/archive/map")
+    log_in(page, server, "/assets/map")
     rows = page.locator(".map-list__row")
     expect(rows.locator("b")).to_have_text(["CV-01", "CV-02", "CV-02b", "CV-03", "CV-05"])
     expect(rows.first).to_contain_text("North · plan repair · ")
@@ -98,9 +98,7 @@ def test_assets_are_found_on_the_map_and_in_the_list_beside_it(page: Page, serve
     expect(card).to_contain_text("4 plan repair")
     expect(card).to_contain_text("1 inspection")
     page.mouse.move(centre[0] + 40, centre[1])
-    expect(card.get_by_role("link", name="CV-01")).to_have_attribute(
-        "href", "/archive/assets?asset=CV-01"
-    )
+    expect(card.get_by_role("link", name="CV-01")).to_have_attribute("href", "/assets?asset=CV-01")
     page.mouse.move(centre[0], centre[1] + 200)
     expect(card).to_be_hidden()
 
@@ -133,7 +131,7 @@ def test_assets_are_found_on_the_map_and_in_the_list_beside_it(page: Page, serve
     expect(rows.locator("b")).to_have_text(["CV-01", "CV-02"])
     page.get_by_label("Worst grade from").select_option("3")
     expect(rows.locator("b")).to_have_text(["CV-01"])
-    page.wait_for_url("**/archive/map?project=North&severity_from=3&at=*")
+    page.wait_for_url("**/assets/map?project=North&severity_from=3&at=*")
     page.get_by_label("Worst grade from").select_option("5")
     expect(page.get_by_text("No asset with coordinates fits.")).to_be_visible()
     page.get_by_label("Worst grade from").select_option("")
@@ -182,7 +180,7 @@ def test_a_map_without_assets_says_how_they_get_there_and_one_asset_has_a_pictur
 ) -> None:
     nothing = {"assets": [], "placed": 0, "unplaced": 3, "projects": [], "pending": 0}
     page.route(re.compile(r"/api/map\?$"), lambda route: route.fulfill(json=nothing))
-    log_in(page, server, "/archive/map")
+    log_in(page, server, "/assets/map")
     expect(page.get_by_role("heading", name="No asset has coordinates yet")).to_be_visible()
     expect(page.get_by_text("Latitude of the start")).to_be_visible()
     expect(page.get_by_role("link", name="Register of assets")).to_be_visible()

@@ -130,7 +130,7 @@ def test_a_dropped_folder_is_searched_to_the_bottom_and_films_of_one_name_are_to
     expect(form.locator(".drop__others")).to_have_text("2 files are no films and were left out.")
     expect(form.locator(".drop__state")).to_have_text(["Uploaded", "Uploaded"])
     form.get_by_role("button", name="Start tracking").click()
-    form.wait_for_url(lambda url: url.endswith("/"))
+    form.wait_for_url("**/inspections")
     expect(form.locator(".inspection", has_text="both/right/0001")).to_have_count(1)
     names = {one["name"] for one in inspections(server)}
     assert {"both/left/0001", "both/right/0001"} <= names
@@ -190,7 +190,7 @@ def test_a_film_that_waits_for_room_does_not_keep_the_others_from_their_inspecti
     choose(form, folder)
     expect(row(form, "run 10.mp4").locator(".drop__state")).to_contain_text("Trying again")
     form.get_by_role("button", name="Start tracking").click()
-    form.wait_for_url(lambda url: url.endswith("/"))
+    form.wait_for_url("**/inspections")
     assert len(made) == 2
 
 

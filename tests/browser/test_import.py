@@ -47,7 +47,7 @@ def old_survey(server: Server, tmp_path: Path) -> Iterator[Path]:
 def test_an_old_survey_is_imported_works_without_a_film_and_is_compared(
     page: Page, server: Server, old_survey: Path, tmp_path: Path
 ) -> None:
-    log_in(page, server)
+    log_in(page, server, "/inspections")
     chosen = page.locator("inspection-list input[type=file]")
     wrong = tmp_path / "notes.txt"
     wrong.write_text("shopping list", "utf-8")
@@ -89,7 +89,7 @@ def test_an_inspection_comes_whole_from_another_server(
     page: Page, server: Server, archive: Path
 ) -> None:
     """Its archive file is sent in pieces; stopped, it leaves nothing, and sent again it is all."""
-    log_in(page, server)
+    log_in(page, server, "/inspections")
     chooser = page.locator("inspection-list input[type=file]")
     page.route("**/api/uploads/*", hold_pieces)
     with page.expect_request(lambda request: request.method == "PATCH"):

@@ -80,7 +80,7 @@ def test_a_register_with_other_names_and_units_is_imported_in_few_actions(
 ) -> None:
     table = tmp_path / "sections.csv"
     table.write_text("\n".join([head, *map(row, range(SECTIONS))]), encoding)
-    log_in(page, empty, "/archive/register")
+    log_in(page, empty, "/assets/register")
     person = Counted(page)
     person.choose("Import CSV", table)
     shown = page.get_by_role("region", name="What the table does")

@@ -41,7 +41,7 @@ def inspections(server: Server) -> dict[str, str]:
 def test_an_inspection_is_found_labelled_selected_renamed_and_deleted(
     page: Page, server: Server, inspections: dict[str, str]
 ) -> None:
-    log_in(page, server)
+    log_in(page, server, "/inspections")
     rows = page.locator(".inspection")
     expect(rows).to_have_count(3)
     ways = [way.bounding_box() for way in page.locator(".content__ways .button").all()]

@@ -26,7 +26,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 def test_ten_thousand_films_are_paged_searched_and_selected_as_a_whole(
     page: Page, server: Server
 ) -> None:
-    log_in(page, server, "/archive?sort=name")
+    log_in(page, server, "/films?sort=name")
     rows = page.locator("tbody tr")
     expect(rows).to_have_count(PAGE)
     expect(page.get_by_text(f"1–50 of {FILMS:,}")).to_be_visible()
@@ -56,7 +56,7 @@ def test_ten_thousand_films_are_paged_searched_and_selected_as_a_whole(
 def test_the_list_of_inspections_has_pages_that_the_address_keeps(
     page: Page, server: Server
 ) -> None:
-    log_in(page, server)
+    log_in(page, server, "/inspections")
     rows = page.locator(".inspection")
     expect(rows).to_have_count(PAGE)
     page.get_by_role("button", name="Last page").click()
@@ -71,13 +71,13 @@ def test_the_list_of_inspections_has_pages_that_the_address_keeps(
 def test_a_viewer_sees_the_archive_and_changes_nothing(page: Page, server: Server) -> None:
     refused: list[str] = []
     page.on("response", lambda answer: answer.status == 403 and refused.append(answer.url))
-    log_in(page, server, "/archive?search=CUL-0010", server.make_token("visitor", "viewer"))
+    log_in(page, server, "/films?search=CUL-0010", server.make_token("visitor", "viewer"))
     expect(page.locator("tbody tr")).to_have_count(10)
     for name in ("Start", "Change…", "Take off the list", "Add films"):
         expect(page.get_by_role("button", name=name)).to_have_count(0)
     expect(page.get_by_role("checkbox")).to_have_count(0)
     expect_no_fault(page, ("dark",))
-    for path in ("/archive/rules", "/archive/failures", "/archive/add"):
+    for path in ("/films/rules", "/films/failures", "/films/add"):
         page.goto(server.url + path)
         expect(page.locator("main")).to_be_visible()
         expect(page.locator("main button:visible")).to_have_count(0)

@@ -48,7 +48,7 @@ def test_a_link_asks_before_it_replaces_a_session(page: Page, server: Server) ->
     page.get_by_role("link", name="Stay logged in as “server”").click()
     page.wait_for_url(server.url + "/new")
     assert page.request.get(server.url + "/api/session").json()["name"] == "server"
-    page.goto(f"{server.url}/login?token={other}&next=/archive/defects")
+    page.goto(f"{server.url}/login?token={other}&next=/find")
     page.get_by_role("button", name="Log in").click()
-    page.wait_for_url(server.url + "/archive/defects")
+    page.wait_for_url(server.url + "/find")
     assert page.request.get(server.url + "/api/session").json()["name"] == "guest"

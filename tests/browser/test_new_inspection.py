@@ -122,7 +122,8 @@ def test_what_is_no_video_is_refused_and_header_and_rig_are_remembered_for_the_n
     server.state_no_counter(form.url.rsplit("/", 1)[1])
     expect(form.locator(".chip")).to_contain_text("Done")
 
-    form.get_by_role("link", name="All inspections").click()
+    form.get_by_label("Menu").click()
+    form.get_by_role("link", name="Inspections").click()
     row = form.locator(".inspection", has_text="clip.mp4").first
     expect(row.locator(".chip")).to_contain_text("Done")
     form.get_by_role("link", name="New inspection").click()

@@ -34,30 +34,10 @@ def _nothing_chosen(server: Server) -> Iterator[None]:
 
 
 def open_settings(page: Page) -> None:
+    """From the desk, whose menu leads to the sections."""
     page.get_by_label("Menu").click()
-    page.get_by_role("button", name="Settings").click()
-    expect(page.get_by_role("dialog", name="Settings")).to_be_visible()
-
-
-def test_settings_that_were_closed_before_their_lists_came_do_not_redraw_the_page(
-    page: Page, server: Server
-) -> None:
-    log_in(page, server)
-    lists: list[Route] = []
-    page.route("**/api/packs", lambda route: route.continue_() if lists else lists.append(route))
-    with page.expect_request("**/api/packs"):
-        open_settings(page)
-    page.keyboard.press("Escape")
-    open_settings(page)
-    saved: list[Route] = []
-    page.route("**/api/me/preferences", lambda route: saved.append(route))
-    with page.expect_request("**/api/me/preferences"):
-        page.get_by_label("Distances in").select_option("ft")
-    with page.expect_response("**/api/packs"):
-        lists[0].fulfill(json={"packs": []})
-    with page.expect_navigation():
-        saved[0].continue_()
-    expect(page.get_by_label("Distances in")).to_have_value("ft")
+    page.get_by_role("link", name="Settings").click()
+    expect(page.get_by_role("heading", name="Settings", level=1)).to_be_visible()
 
 
 TOO_WIDE = """() => {
@@ -88,17 +68,18 @@ def test_the_language_is_that_of_the_browser_and_german_fits(
     assert page.evaluate(TOO_WIDE) == []
     page.set_viewport_size({"width": 390, "height": 844})
     assert page.evaluate(TOO_WIDE) == []
-    for path, name in (("/new", "Neue Inspektion"), ("/archive/defects", "Schäden")):
+    for path, name in (
+        ("/", "Arbeit"),
+        ("/new", "Neue Inspektion"),
+        ("/settings", "Einstellungen"),
+        ("/find", "Schäden"),
+    ):
         page.goto(server.url + path)
         expect(page.get_by_role("heading", name=name, level=1)).to_be_visible()
         for width in (1366, 390):
             page.set_viewport_size({"width": width, "height": 768})
             assert page.evaluate(TOO_WIDE) == [], (path, width)
     expect(page.get_by_role("table")).to_contain_text("Riss: klaffend, längs")
-    page.get_by_label("Menü").click()
-    page.get_by_role("button", name="Einstellungen").click()
-    expect(page.get_by_role("dialog", name="Einstellungen")).to_be_visible()
-    assert page.evaluate(TOO_WIDE) == []
     page.context.close()
 
 
@@ -172,12 +153,12 @@ def test_a_language_that_is_chosen_at_the_log_in_stays_and_is_there_on_another_d
     expect(page.get_by_role("alert")).to_contain_text("Token ini tidak dikenali")
     page.get_by_label("Token akses").fill(TOKEN)
     page.get_by_role("button", name="Log masuk").click()
-    expect(page.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
+    expect(page.get_by_role("heading", name="Kerja", level=1)).to_be_visible()
     chosen = json.load(server.ask("GET", "/api/me"))["preferences"]
     assert chosen["language"] == "ms"
     other = browser.new_context(locale="en-US").new_page()
     log_in(other, server)
-    expect(other.get_by_role("heading", name="Pemeriksaan", level=1)).to_be_visible()
+    expect(other.get_by_role("heading", name="Kerja", level=1)).to_be_visible()
     expect(other.locator("html")).to_have_attribute("lang", "ms")
     other.context.close()
 
@@ -188,21 +169,19 @@ def test_distances_are_in_feet_everywhere(page: Page, server: Server, inspection
     open_settings(page)
     with page.expect_navigation():
         page.get_by_label("Distances in").select_option("ft")
-    expect(page.locator(".readout__unit")).to_have_text("ft")
-    # The settings are still open, where they were: another choice may follow.
-    expect(page.get_by_role("dialog", name="Settings")).to_be_visible()
+    # The choice has the focus again: another one may follow.
     expect(page.get_by_label("Distances in")).to_be_focused()
     with page.expect_navigation():
         page.get_by_role("combobox", name="Language").select_option("ms")
-    expect(page.get_by_role("dialog", name="Tetapan")).to_be_visible()
+    expect(page.get_by_role("heading", name="Tetapan", level=1)).to_be_visible()
     with page.expect_navigation():
         page.get_by_role("combobox", name="Bahasa").select_option("en")
-    expect(page.get_by_role("dialog", name="Settings")).to_be_visible()
-    page.keyboard.press("Escape")
+    page.goto(f"{server.url}/inspections/{inspection}")
+    expect(page.locator(".readout__unit")).to_have_text("ft")
     expect(page.locator(".readout__interval")).to_have_text(re.compile(r"± \d+\.\d ft"))
     page.keyboard.press("t")
     expect(page.locator(".defect__where").first).to_have_text(re.compile(r"\d+\.\d ft"))
-    page.goto(server.url)
+    page.goto(f"{server.url}/inspections")
     expect(page.locator("[data-part=length]")).to_have_text(re.compile(r"\d+\.\d ft"))
 
 
@@ -213,10 +192,10 @@ def test_a_digit_tags_the_code_that_was_put_on_it(
     open_settings(page)
     key = page.get_by_role("combobox", name="Key 3")
     key.fill("crack spiral")
-    page.locator(".code-search__list [role=option]").first.click()
+    with page.expect_response("**/api/me/preferences"):
+        page.locator(".code-search__list [role=option]").first.click()
     expect(key).to_have_value("BAB A D")
-    with page.expect_navigation():  # with other codes the page is drawn anew
-        page.keyboard.press("Escape")
+    page.goto(f"{server.url}/inspections/{inspection}")
     expect(page.locator("[data-quick='2']")).to_contain_text("A D")
     expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
     page.keyboard.press("3")
@@ -259,8 +238,9 @@ def test_letters_can_be_switched_off_as_keys(page: Page, server: Server, inspect
     expect(keys.locator("kbd", has_text=re.compile("^T$"))).to_be_visible()
     page.keyboard.press("Escape")
     open_settings(page)
-    page.get_by_label("Letters, digits and signs are keys").uncheck()
-    page.keyboard.press("Escape")
+    with page.expect_response("**/api/me/preferences"):
+        page.get_by_label("Letters, digits and signs are keys").uncheck()
+    page.goto(f"{server.url}/inspections/{inspection}")
     expect(page.locator("html.without-single-keys")).to_be_attached()
     expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
     before = page.locator(".defect").count()
@@ -288,9 +268,8 @@ def test_a_code_pack_is_imported_chosen_and_deleted(
     wrong, right = tmp_path / "wrong.csv", tmp_path / "road.csv"
     wrong.write_text(head + "ROA,,,Scour,X,no,no,,no,,no\n")
     right.write_text(head + "ROA,,,Scour at the outlet,O,no,no,,no,,no\n")
-    log_in(page, server)
-    open_settings(page)
-    file = page.get_by_role("dialog").locator("input[type=file]")
+    log_in(page, server, "/settings")
+    file = page.locator("settings-page input[type=file]")
     file.set_input_files(wrong)
     expect(page.locator(".settings__message")).to_contain_text("line 2")
     file.set_input_files(right)

@@ -21,7 +21,7 @@ def test_from_a_table_of_the_owner_to_the_header_of_an_inspection(
 ) -> None:
     table = tmp_path / "gis.csv"
     table.write_text(f"{HEAD}\n{GOOD}\nCV-02;North;circular;6OO;;;;\ncv 01;;;;;;;\n", "cp1252")
-    log_in(page, server, "/archive/register")
+    log_in(page, server, "/assets/register")
     expect(page.get_by_text("The register is empty")).to_be_visible()
     choose = page.locator("register-page input[type=file]")
     choose.set_input_files(table)

@@ -30,7 +30,7 @@ def test_a_template_is_edited_undone_saved_and_used(
     server.ask("POST", "/api/imports?filename=survey.txt", text.encode(), as_it_is)
     logo = tmp_path / "logo.png"
     Image.effect_noise((1200, 600), 90).save(logo)  # larger than the server takes
-    log_in(page, server, "/archive/projects?project=North")
+    log_in(page, server, "/assets/projects?project=North")
     page.get_by_role("main").get_by_role("link", name="Report template").click()
     expect(page.get_by_role("heading", name="Report template: North")).to_be_visible()
     expect(page.get_by_text("Nobody has made a template yet")).to_be_visible()
@@ -126,7 +126,7 @@ def test_a_template_is_edited_undone_saved_and_used(
 
 def test_a_viewer_reads_it(page: Page, server: Server) -> None:
     server.ask("PUT", f"{API}/South", {"company_name": "South Ltd"})
-    log_in(page, server, "/archive/template?project=South", server.make_token("Vera", "viewer"))
+    log_in(page, server, "/settings/template?project=South", server.make_token("Vera", "viewer"))
     expect(page.get_by_label("Name")).to_have_value("South Ltd")
     expect(page.get_by_label("Name")).to_be_disabled()
     expect(page.get_by_role("button", name="Save", exact=True)).to_be_hidden()

@@ -110,7 +110,7 @@ def test_a_reviewer_asks_and_approves_and_the_page_is_locked_until_it_is_reopene
     expect(page.locator("[data-locked]")).to_have_count(0)
     page.get_by_role("tab", name="Review").click()
     expect(page.locator(".review")).to_contain_text("The wrong pipe")
-    page.goto(f"{server.url}/?review=approved")
+    page.goto(f"{server.url}/inspections?review=approved")
     expect(page.locator("[data-part=nothing]")).to_be_visible()
     page.get_by_label("Review", exact=True).select_option("reopened")
     expect(page.locator(f".inspection[data-key='{inspection}']")).to_contain_text("Reopened")
@@ -226,13 +226,12 @@ def test_an_earlier_version_comes_back_from_the_history_and_can_be_undone(
 
 
 def test_an_admin_makes_a_token_changes_its_role_and_revokes_it(page: Page, server: Server) -> None:
-    log_in(page, server, "/")
-    page.get_by_label("Menu").click()
+    log_in(page, server, "/settings")
     page.get_by_role("link", name="Users").click()
     press(page, "New token")
     page.get_by_label("Name").fill("server")
     press(page, "Create")
-    expect(page.get_by_role("alert")).not_to_be_empty()
+    expect(page.get_by_role("dialog").get_by_role("alert")).not_to_be_empty()
     page.get_by_label("Name").fill("Ana")
     press(page, "Create")
     ana = {"Authorization": f"Bearer {page.get_by_label('Token to hand over').input_value()}"}

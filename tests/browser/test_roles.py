@@ -43,7 +43,7 @@ def test_a_viewer_looks_and_changes_nothing(
 ) -> None:
     refused: list[str] = []
     page.on("response", lambda answer: answer.status == 403 and refused.append(answer.url))
-    log_in(page, server, "/", viewer)
+    log_in(page, server, "/inspections", viewer)
     expect(page.get_by_text("You can look and export")).to_be_visible()
     expect(page.locator(".inspection").first).to_be_visible()
     expect(page.get_by_role("link", name="New inspection")).to_have_count(0)
@@ -90,7 +90,7 @@ def test_an_operator_tags_and_what_waits_in_the_browser_outlives_the_visit_of_a_
     log_in(page, server, desk, operator)
     expect_saved(page)
     assert [tag["created_by"] for tag in observations(server, inspection)[before:]] == ["crew"]
-    page.goto(server.url)
+    page.goto(f"{server.url}/inspections")
     delete = page.get_by_role("button", name="Delete").first
     expect(delete).to_be_disabled()
     expect(delete).to_have_attribute("title", "Only an administrator's token may do that.")

@@ -134,7 +134,7 @@ def main() -> None:
         with Server(Path(folder)) as server, chromium() as browser:
             write_answer(server)
             page = browser.new_page(viewport={"width": 1440, "height": 900})
-            log_in(page, server, "/archive/map")
+            log_in(page, server, "/assets/map")
             page.wait_for_selector(".map-list__row")
             write_frames(page)
 

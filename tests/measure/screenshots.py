@@ -92,7 +92,7 @@ def open_page(browser: Browser, size: tuple[int, int], theme: Literal["dark", "l
 
 
 def _show_list(page: Page, _sample: str) -> None:
-    _go(page, "/")
+    _go(page, "/inspections")
     expect(page.locator(".chip").first).to_be_visible()
 
 
@@ -114,8 +114,7 @@ def _show_compare(page: Page, sample: str) -> None:
 
 
 def _show_settings(page: Page, _sample: str) -> None:
-    page.get_by_label("Menu").click()
-    page.get_by_role("button", name="Settings").click()
+    _go(page, "/settings")
     expect(page.get_by_role("combobox", name="Key 9")).to_be_visible()
 
 

@@ -25,6 +25,10 @@ InspectionSort = Literal[
     "distance_m", "defects", "worst_severity",
 ]  # fmt: skip
 """Columns of the inspection, then of the index; none is in both but the name."""
+WorkState = Literal["to_do", "live", "recorded", "in_review", "issued"]
+WORK_STATES: tuple[WorkState, ...] = ("to_do", "live", "recorded", "in_review", "issued")
+"""How far the inspection of a section is, in the order of the job."""
+WorkSort = Literal["state", "asset", "project", "last_on", "worst_severity"]
 Sort = TypeVar("Sort")
 
 
@@ -78,6 +82,16 @@ class AssetFilter:
     text: str = ""
     """Words that all occur in what the register says of it, or in the names of an inspection."""
     of: ProjectFilter = ProjectFilter()
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorkFilter:
+    """Which sections of the register are wanted."""
+
+    text: str = ""
+    """Words that all occur in what the register says of it."""
+    of: ProjectFilter = ProjectFilter()
+    state: WorkState | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

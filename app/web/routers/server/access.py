@@ -22,7 +22,9 @@ router = APIRouter(tags=["access"])
 person = APIRouter(prefix="/api/me", tags=["access"])
 
 _OUR_PAGES = re.compile(
-    r"/(new|compare|users|archive(/[a-z]+)?|inspections/[0-9a-f]{32})?(\?[\w=&.:%+-]*)?", re.ASCII
+    r"/((new|compare|find|(inspections|assets|films|settings)(/[a-z]+)?)|inspections/[0-9a-f]{32})?"
+    r"(\?[\w=&.:%+-]*)?",
+    re.ASCII,
 )
 """Pages to which a log-in may lead, never another site."""
 

@@ -143,10 +143,15 @@ def login_page(request: Request) -> Response:
 @router.get("/")
 @router.get("/new")
 @router.get("/compare")
-@router.get("/users")
-@router.get("/archive")
-@router.get("/archive/{part}")
-@router.get("/inspections/{inspection_id}")
+@router.get("/find")
+@router.get("/inspections")
+@router.get("/inspections/{part}")
+@router.get("/assets")
+@router.get("/assets/{part}")
+@router.get("/films")
+@router.get("/films/{part}")
+@router.get("/settings")
+@router.get("/settings/{part}")
 @viewer
 def shell(request: Request, principal: PrincipalDep) -> Response:
     """Return the page; its script reads the address."""

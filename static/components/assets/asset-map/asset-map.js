@@ -58,7 +58,7 @@ export class AssetMap extends Component {
     paintMapScale(sheet);
     paintNorth(sheet);
     const [lon, lat] = toDegrees([view.x, view.y]);
-    this.parts.open.href = `/archive/map?${new URLSearchParams({ at: [lat, lon, view.zoom].join() })}`;
+    this.parts.open.href = `/assets/map?${new URLSearchParams({ at: [lat, lon, view.zoom].join() })}`;
   }
 }
 

@@ -146,7 +146,7 @@ export class AssetHistory extends Component {
 /** The way back to its projects: that of the register, and those of its inspections. */
 function projectLinks({ inspections }, registered) {
   const projects = [...new Set([registered?.project, ...inspections.map(({ project }) => project)].filter(Boolean))];
-  return html`${projects.length > 0 && html`<p>${t('archive.project')}: ${projects.map((project, i) => html`${i > 0 && ', '}<a href="/archive/projects?${new URLSearchParams({ project })}">${project}</a>`)}</p>`}`;
+  return html`${projects.length > 0 && html`<p>${t('archive.project')}: ${projects.map((project, i) => html`${i > 0 && ', '}<a href="/assets/projects?${new URLSearchParams({ project })}">${project}</a>`)}</p>`}`;
 }
 
 const comparePath = (a, b) => `/compare?${new URLSearchParams({ a: a.id, b: b.id })}`;

@@ -11,7 +11,7 @@ import { worstMarkup } from '../../shared/severity-mark/severity-mark.js';
 import { followThumbnails, thumbnail } from '../../shared/thumbnail/thumbnail.js';
 
 /** The page of an asset. */
-export const assetPath = (asset) => `/archive/assets?${new URLSearchParams({ asset })}`;
+export const assetPath = (asset) => `/assets?${new URLSearchParams({ asset })}`;
 
 /** Says that the same asset probably has another id too. */
 export const alsoWritten = (others) =>
@@ -56,7 +56,7 @@ const allColumns = () => [
   column('project', t('archive.project'), ({ project }) => likeButton('project', project), 'project'),
   figures('inspections', t('assets.inspections'), ({ asset, inspections: n }) =>
     n
-      ? html`<a class="number" href="/?${new URLSearchParams({ asset })}">${n}</a>`
+      ? html`<a class="number" href="/inspections?${new URLSearchParams({ asset })}">${n}</a>`
       : html`<span class="dim">${t('assets.never_short')}</span>`,
   ),
   figures('last', t('assets.last'), ({ last_at: at }) => at && day(at), 'last_on'),

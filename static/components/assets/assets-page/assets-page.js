@@ -3,7 +3,7 @@
 import { html, render } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { t } from '../../../core/page/words.js';
-import { archivePage, exportButton } from '../../shared/page-frame/page-frame.js';
+import { framedPage, exportButton } from '../../shared/page-frame/page-frame.js';
 import { icon } from '../../shared/icon/icon.js';
 import './asset-history.js';
 import { assetTableMarkup, fillAssetTable } from './asset-table.js';
@@ -19,7 +19,7 @@ export class AssetsPage extends Component {
     /** @type {Parts<'assets-page/assets-page'>} */
     this.parts = render(
       this,
-      archivePage({ title: t('archive.assets'), ways: exportButton(), content: assetTableMarkup() }),
+      framedPage({ title: t('archive.assets'), ways: exportButton(), content: assetTableMarkup() }),
     );
     fillAssetTable(this, false);
   }
@@ -28,9 +28,10 @@ export class AssetsPage extends Component {
     /** @type {Parts<'assets-page/assets-page'>} */
     this.parts = render(
       this,
-      archivePage({
+      framedPage({
         title: asset,
-        ways: html`<a class="button" href="/archive/assets">${icon('back')}${t('archive.assets')}</a><button class="button" data-part="edit" data-needs="operator">${icon('edit')}${t('assets.edit')}</button><span data-part="compare"></span>`,
+        ways: html`<a class="button" href="/assets">${icon('back')}${t('archive.assets')}</a><button class="button" data-part="edit" data-needs="operator">${icon('edit')}${t('assets.edit')}</button><span data-part="compare"></span>
+          <a class="button button--primary" href="/new?${new URLSearchParams({ asset })}" data-needs="operator">${icon('plus')}${t('work.start')}</a>`,
         content: html`<asset-history data-part="history"></asset-history>`,
       }),
     );

@@ -7,7 +7,7 @@ import { Component } from '../../../core/page/store.js';
 import { count, day } from '../../../core/wall/units.js';
 import { pieces, t, wordFor } from '../../../core/page/words.js';
 import { assetPath } from '../assets-page/asset-table.js';
-import { archivePage, pendingNote, showFault } from '../../shared/page-frame/page-frame.js';
+import { framedPage, pendingNote, showFault } from '../../shared/page-frame/page-frame.js';
 import { icon } from '../../shared/icon/icon.js';
 import { showKeys } from '../../desk/actions/key-help.js';
 import { GRADES, severityMark, severityWord } from '../../shared/severity-mark/severity-mark.js';
@@ -44,7 +44,7 @@ export class MapPage extends Component {
     this.#filters = Object.fromEntries(FILTERS.map((name) => [name, query.get(name) ?? '']));
     this.#next = lookOf(query.get('at')) ?? 'all';
     /** @type {Parts<'map-page/map-page'>} */
-    this.parts = render(this, archivePage({ title: t('archive.map'), content: contentMarkup() }));
+    this.parts = render(this, framedPage({ title: t('archive.map'), content: contentMarkup() }));
     const { parts, signal } = this;
     this.#card = new Card(parts.card, signal);
     parts.severity_from.value = this.#filters.severity_from;
@@ -207,7 +207,7 @@ const contentMarkup = () => html`<form class="map-filters flow at-bottom below-3
   <div data-part="left"></div>
   <section class="panel map-empty stack gap-3" data-part="empty" hidden><h2>${t('map.empty')}</h2>
     <p>${pieces('map.empty_text', { latitude: html`<b>${wordFor('header', 'start_lat')}</b>`, longitude: html`<b>${wordFor('header', 'start_lon')}</b>` })}</p>
-    <p><a class="button" href="/archive/register">${t('map.register')}</a></p></section>
+    <p><a class="button" href="/assets/register">${t('map.register')}</a></p></section>
   <p class="panel row gap-3 wrap pad-4" data-part="nothing" hidden>${t('map.nothing')}</p>
   <div class="map-area one-if-narrow stack gap-4" data-part="area">
     <div class="map panel">
@@ -228,7 +228,7 @@ const contentMarkup = () => html`<form class="map-filters flow at-bottom below-3
 /** Assets that the map does not show, and why. */
 const leftMarkup = ({ assets, placed, unplaced }) => html`
   ${placed > assets.length && html`<p class="message">${icon('info')}<span>${t('map.too_many', { count: count(assets.length), all: count(placed) })}</span></p>`}
-  ${placed > 0 && unplaced > 0 && html`<p class="below-3 small dim">${t('map.unplaced', { n: unplaced, count: count(unplaced) })} <a href="/archive/register">${t('map.register')}</a></p>`}`;
+  ${placed > 0 && unplaced > 0 && html`<p class="below-3 small dim">${t('map.unplaced', { n: unplaced, count: count(unplaced) })} <a href="/assets/register">${t('map.register')}</a></p>`}`;
 
 const newRow = () => {
   const row = document.createElement('li');

@@ -6,7 +6,7 @@ import { Component } from '../../../core/page/store.js';
 import { count, day } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { assetTableMarkup, fillAssetTable } from '../assets-page/asset-table.js';
-import { archivePage, exportButton, factsMarkup, showFault } from '../../shared/page-frame/page-frame.js';
+import { framedPage, exportButton, factsMarkup, showFault } from '../../shared/page-frame/page-frame.js';
 import { followList, searchMarkup, tableMarkup } from '../../shared/page-frame/list-page.js';
 import { openBulkExport } from '../../inspections/bulk-export/bulk-export.js';
 import { column, figures } from '../../shared/data-table/data-table.js';
@@ -28,7 +28,7 @@ export class ProjectsPage extends Component {
     /** @type {Parts<'projects-page/projects-page'>} */
     this.parts = render(
       this,
-      archivePage({
+      framedPage({
         title: t('archive.projects'),
         ways: exportButton(),
         content: html`${searchMarkup(t('projects.search'))}${tableMarkup('', t('projects.nothing'))}`,
@@ -50,15 +50,15 @@ export class ProjectsPage extends Component {
     /** @type {Parts<'projects-page/projects-page'>} */
     this.parts = render(
       this,
-      archivePage({
+      framedPage({
         title: project ?? t('projects.none'),
-        ways: html`<a class="button" href="/archive/projects">${icon('back')}${t('archive.projects')}</a>
-          <a class="button" href="/?${query}">${icon('video')}${t('projects.inspections')}</a>
+        ways: html`<a class="button" href="/assets/projects">${icon('back')}${t('archive.projects')}</a>
+          <a class="button" href="/inspections?${query}">${icon('video')}${t('projects.inspections')}</a>
           ${
             project !== null &&
-            html`<a class="button" href="/archive/defects?${query}">${icon('search')}${t('archive.defects')}</a>
-            <a class="button" href="/archive/map?${query}">${icon('map')}${t('projects.map')}</a>
-            <a class="button" href="/archive/template?${query}">${icon('edit')}${t('archive.template')}</a>`
+            html`<a class="button" href="/find?${query}">${icon('search')}${t('archive.defects')}</a>
+            <a class="button" href="/assets/map?${query}">${icon('map')}${t('projects.map')}</a>
+            <a class="button" href="/settings/template?${query}">${icon('edit')}${t('archive.template')}</a>`
           }
           <button class="button button--primary" data-part="export" disabled>${icon('download')}${t('list.export')}</button>`,
         content: html`<div class="project-facts pad-head below-4 panel" data-part="facts"></div>${assetTableMarkup()}`,
@@ -97,14 +97,15 @@ const columns = () => [
   column(
     'project',
     t('archive.project'),
-    ({ project }) => html`<a href="/archive/projects?${queryOf(project)}">${project ?? t('projects.none')}</a>`,
+    ({ project }) => html`<a href="/assets/projects?${queryOf(project)}">${project ?? t('projects.none')}</a>`,
     'project',
   ),
   figures('assets', t('archive.assets'), ({ assets }) => count(assets)),
   figures(
     'inspections',
     t('list.title'),
-    ({ project, inspections }) => html`<a class="number" href="/?${queryOf(project)}">${count(inspections)}</a>`,
+    ({ project, inspections }) =>
+      html`<a class="number" href="/inspections?${queryOf(project)}">${count(inspections)}</a>`,
   ),
   figures('done', t('projects.done'), ({ done, inspections }) => shareMarkup(done, inspections)),
   figures('approved', t('projects.approved'), ({ approved, inspections }) => shareMarkup(approved, inspections)),

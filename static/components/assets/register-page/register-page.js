@@ -7,7 +7,7 @@ import { Component } from '../../../core/page/store.js';
 import { chainage, count, date } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { assetPath } from '../assets-page/asset-table.js';
-import { archivePage } from '../../shared/page-frame/page-frame.js';
+import { framedPage } from '../../shared/page-frame/page-frame.js';
 import { followList, searchMarkup, tableMarkup } from '../../shared/page-frame/list-page.js';
 import { editAsset } from '../asset-form/asset-form.js';
 import { column, orDash } from '../../shared/data-table/data-table.js';
@@ -24,7 +24,7 @@ export class RegisterPage extends Component {
     /** @type {Parts<'register-page/register-page'>} */
     this.parts = render(
       this,
-      archivePage({
+      framedPage({
         title: t('archive.register'),
         ways: html`<a class="button" href="/api/register/assets.csv" download>${icon('download')}${t('register.export')}</a>
           <button class="button" data-import data-needs="operator">${icon('upload')}${t('register.import')}</button>
@@ -125,7 +125,7 @@ const emptyRegister = () => html`<h2>${t('register.empty')}</h2>
     <button class="button button--primary" data-import data-needs="operator">${icon('upload')}${t('register.import')}</button></p>`;
 
 /** 'Circular 600 mm', 'Rectangular 900 × 600 mm'. */
-function sectionOf({ shape, height_mm: height, width_mm: width }) {
+export function sectionOf({ shape, height_mm: height, width_mm: width }) {
   const size = [width, height].filter((mm) => mm !== undefined).join(' × ');
   return [shape && wordFor('header.choice', shape), size && `${size} mm`].filter(Boolean).join(' ');
 }

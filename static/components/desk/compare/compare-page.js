@@ -60,7 +60,7 @@ export class ComparePage extends Component {
     /** @type {Parts<'compare/compare-page'>} */
     this.parts = render(
       this,
-      html`${topBar(t('compare.title'))}
+      html`${topBar()}
         <main id="main" class="compare" tabindex="-1">
           <h1 class="visually-hidden">${t('compare.title')}</h1>
           <run-choice data-part="choice"></run-choice>

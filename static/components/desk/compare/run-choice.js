@@ -52,7 +52,7 @@ export class RunChoice extends Component {
       const history = new URLSearchParams({ asset });
       render(
         this.parts.history,
-        html`<a class="button" href="/archive/assets?${history}">${icon('layers')}${t('assets.history')}</a>`,
+        html`<a class="button" href="/assets?${history}">${icon('layers')}${t('assets.history')}</a>`,
       );
     }
     filters.search ||= (asset ?? '').slice(0, this.parts.search.maxLength);

@@ -119,11 +119,17 @@ export class HeaderForm extends Component {
   }
 
   /** Takes a proposal as if the person had typed it. */
-  #take(name) {
+  async #take(name) {
+    await this.enter(name, this.#proposed[name]);
+    this.#input(name).focus();
+  }
+
+  /** Enters a value as if the person had typed it, so that the register fills in what it knows of an asset. */
+  async enter(name, value) {
+    await this.#built;
     const input = this.#input(name);
-    input.value = written(this.#fieldOf(input), this.#proposed[name]);
+    input.value = written(this.#fieldOf(input), value);
     input.dispatchEvent(new Event('change', { bubbles: true }));
-    input.focus();
   }
 
   /** Shows a fault beside a field; null removes it. */

@@ -64,7 +64,7 @@ export class InspectionPage extends Component {
       if (!(error instanceof ApiError)) throw error;
       render(
         this,
-        html`${topBar(t('desk.title'))}<main id="main" class="content desk-note" tabindex="-1">
+        html`${topBar()}<main id="main" class="content desk-note" tabindex="-1">
         <h1>${t('desk.not_shown')}</h1>
         <p class="message message--error" role="alert">${icon('alert')}<span>${errorText(error)}</span></p>
         <p><a class="button" href="/">${icon('back')}${t('desk.to_list')}</a></p></main>`,

@@ -7,7 +7,7 @@ import { may } from '../../../core/page/rights.js';
 import { Component, Store } from '../../../core/page/store.js';
 import { count } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
-import { archivePage, showFault } from '../../shared/page-frame/page-frame.js';
+import { framedPage, showFault } from '../../shared/page-frame/page-frame.js';
 import '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
 import '../../shared/pager/pager.js';
@@ -46,7 +46,7 @@ export class AddFilms extends Component {
     /** @type {Parts<'add-films/add-films'>} */
     this.parts = render(
       this,
-      archivePage({
+      framedPage({
         title: t('archive.add'),
         content: may('admin')
           ? formMarkup()
@@ -97,7 +97,7 @@ export class AddFilms extends Component {
   async #add() {
     await this.#during(this.parts.add, async () => {
       await post('/api/archive/films', this.#wanted, this.signal);
-      location.assign('/archive?sort=added_at&descending=true');
+      location.assign('/films?sort=added_at&descending=true');
     });
   }
 
@@ -135,7 +135,7 @@ export class AddFilms extends Component {
 }
 
 const formMarkup =
-  () => html`<p class="dim below-4">${t('add.help')} <a href="/archive/rules">${t('archive.rules')}</a></p>
+  () => html`<p class="dim below-4">${t('add.help')} <a href="/films/rules">${t('archive.rules')}</a></p>
   <form class="panel add__form one-if-narrow stack gap-4 at-top pad-4" data-part="form" novalidate>
     <div class="field"><label for="add-paths">${t('add.paths')}</label>
       <textarea class="input mono" id="add-paths" rows="3" spellcheck="false" autocomplete="off" aria-describedby="add-paths-help add-paths-fault" data-part="paths"></textarea>

@@ -7,7 +7,7 @@ import { Component } from '../../../core/page/store.js';
 import { count } from '../../../core/wall/units.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
 import { askTakeOff } from '../films-page/dialogs.js';
-import { archivePage, showFault } from '../../shared/page-frame/page-frame.js';
+import { framedPage, showFault } from '../../shared/page-frame/page-frame.js';
 import { icon } from '../../shared/icon/icon.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
 import { askOtherRig } from './rig-choice.js';
@@ -21,7 +21,7 @@ export class FailuresPage extends Component {
     /** @type {Parts<'failures-page/failures-page'>} */
     this.parts = render(
       this,
-      archivePage({
+      framedPage({
         title: t('archive.failures'),
         content: html`<p class="panel sign-ok row gap-3 pad-4" data-part="none" hidden>${icon('check')}<span>${t('failures.none')}</span></p>
           <ul class="failures stack gap-3" data-part="groups" aria-label="${t('archive.failures')}"></ul>`,
@@ -64,7 +64,7 @@ export class FailuresPage extends Component {
       const tried = await act('retry', meant);
       toast(wordFor('archive_done', 'retry', { n: tried, count: count(tried) }), {
         action: t('failures.watch'),
-        run: () => location.assign('/archive'),
+        run: () => location.assign('/films'),
       });
     }
     await this.#load();
@@ -87,7 +87,7 @@ function createGroup({ code, reason, repair, example }) {
       <div class="flow">
         <span data-needs="operator"><button class="button ${primary('rig')}" data-repair="rig">${icon('settings')}${t('failures.rig')}</button></span>
         <span data-needs="operator"><button class="button ${primary('retry')}" data-repair="retry">${icon('retry')}${t('failures.retry')}</button></span>
-        <a class="button" href="/archive?${new URLSearchParams({ reason })}">${icon('film')}${t('failures.films')}</a>
+        <a class="button" href="/films?${new URLSearchParams({ reason })}">${icon('film')}${t('failures.films')}</a>
         <span data-needs="operator"><button class="button" data-repair="off">${icon('trash')}${t('archive.take_off')}</button></span>
       </div>`,
   );

@@ -19,7 +19,7 @@ import { Selection } from '../../../core/defects/selection.js';
 import { Component } from '../../../core/page/store.js';
 import { bytes, chainage, count, signed } from '../../../core/wall/units.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
-import { archivePage, likeButton, showFault } from '../../shared/page-frame/page-frame.js';
+import { framedPage, likeButton, showFault } from '../../shared/page-frame/page-frame.js';
 import {
   bindListKeys,
   clearFilters,
@@ -61,10 +61,10 @@ export class FilmsPage extends Component {
     /** @type {Parts<'films-page/films-page'>} */
     this.parts = render(
       this,
-      archivePage({
+      framedPage({
         title: t('archive.films'),
         ways: html`<button class="button button--quiet" data-part="keys">${icon('keys')}${t('archive.keys')} <kbd>?</kbd></button>
-          <a class="button ${may('admin') && 'button--primary'}" href="/archive/add" data-needs="operator" ${!may('admin') && html`title="${t('rights.admin')}"`}>${icon('plus')}${t('archive.add')}</a>`,
+          <a class="button ${may('admin') && 'button--primary'}" href="/films/add" data-needs="operator" ${!may('admin') && html`title="${t('rights.admin')}"`}>${icon('plus')}${t('archive.add')}</a>`,
         content: html`<section class="panel archive-progress one-if-narrow stack pad-head below-4" data-part="progress" aria-label="${t('archive.progress')}" hidden></section>
           <section class="panel empty stack gap-4 at-start" data-part="empty" hidden>${emptyArchive()}</section>
           <div data-part="body" hidden>

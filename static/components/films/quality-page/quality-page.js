@@ -4,7 +4,7 @@ import { html, render } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { count, day, signed } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
-import { archivePage, exportButton } from '../../shared/page-frame/page-frame.js';
+import { framedPage, exportButton } from '../../shared/page-frame/page-frame.js';
 import { followList, tableMarkup } from '../../shared/page-frame/list-page.js';
 import { column, figures } from '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
@@ -25,7 +25,7 @@ export class QualityPage extends Component {
     /** @type {Parts<'quality-page/quality-page'>} */
     this.parts = render(
       this,
-      archivePage({
+      framedPage({
         title: t('archive.quality'),
         ways: exportButton(),
         content: html`<p class="dim">${t('quality.help')}</p>

@@ -6,7 +6,7 @@ import { may } from '../../../core/page/rights.js';
 import { faultsIn, loadRules, saveRules } from '../../../core/survey/rules.js';
 import { Component } from '../../../core/page/store.js';
 import { errorText, t } from '../../../core/page/words.js';
-import { archivePage, showFault, showOvertaken } from '../../shared/page-frame/page-frame.js';
+import { framedPage, showFault, showOvertaken } from '../../shared/page-frame/page-frame.js';
 import { icon } from '../../shared/icon/icon.js';
 import { message } from '../../shared/message/message.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
@@ -25,7 +25,7 @@ export class RulesPage extends Component {
     /** @type {Parts<'rules-page/rules-page'>} */
     this.parts = render(
       this,
-      archivePage({
+      framedPage({
         title: t('archive.rules'),
         ways: html`<p class="rules__state strong weak" role="status" data-part="state"></p>
           <button class="button" data-part="try" data-needs="operator" disabled>${icon('search')}${t('rules.try')}</button>

@@ -6,7 +6,7 @@ import { Component } from '../../../core/page/store.js';
 import { chainage, clockHour, count, day, lengthUnit, parseDistance, plusMinus } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { assetPath } from '../../assets/assets-page/asset-table.js';
-import { archivePage, exportButton, likeButton } from '../../shared/page-frame/page-frame.js';
+import { framedPage, exportButton, likeButton } from '../../shared/page-frame/page-frame.js';
 import { bindListKeys, clearFilters, followList, tableMarkup } from '../../shared/page-frame/list-page.js';
 import { codeSearch } from '../../defects/code-search/code-search.js';
 import { column, figures, orDash } from '../../shared/data-table/data-table.js';
@@ -24,7 +24,7 @@ export class FindPage extends Component {
     /** @type {Parts<'find-page/find-page'>} */
     this.parts = render(
       this,
-      archivePage({ title: t('archive.defects'), ways: exportButton(), content: contentMarkup() }),
+      framedPage({ title: t('archive.defects'), ways: exportButton(), content: contentMarkup() }),
     );
     const { parts } = this;
     const list = followList(this, {

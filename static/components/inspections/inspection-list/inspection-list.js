@@ -1,6 +1,6 @@
-/** The start page: all inspections, the newest first unless sorted otherwise, updated while something runs. */
+/** All inspections, the newest first unless sorted otherwise, updated while something runs. */
 
-import { get, patch, pause, post, remove, sendFile } from '../../../core/server/api.js';
+import { patch, remove, sendFile } from '../../../core/server/api.js';
 import { html, patchList, render } from '../../../core/page/html.js';
 import { isUnfinished } from '../../../core/survey/inspection.js';
 import { PagedList } from '../../../core/page/paged-list.js';
@@ -12,9 +12,10 @@ import { followSorting, sortButton } from '../../shared/data-table/sorting.js';
 import { icon } from '../../shared/icon/icon.js';
 import { editLabels } from '../labels/labels.js';
 import { followThumbnails } from '../../shared/thumbnail/thumbnail.js';
-import { orToast, toast, toastError } from '../../shared/toast-stack/toast-stack.js';
+import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
 import { topBar } from '../../shared/top-bar/top-bar.js';
 import '../../shared/pager/pager.js';
+import '../../work/work-page/sample-button.js';
 import { importArchive } from './archive-import.js';
 import { askDelete, askName, showImported } from './dialogs.js';
 import { FILTERS } from './list-filters.js';
@@ -24,7 +25,6 @@ import './selection-bar.js';
 const POLL_BUSY_S = 1.5;
 /** Pause while nothing runs: others may tag any inspection, and severe defects must show at once. */
 const POLL_IDLE_S = 3;
-const SAMPLE_POLL_S = 0.5;
 
 export class InspectionList extends Component {
   #list;
@@ -40,8 +40,7 @@ export class InspectionList extends Component {
         <main id="main" class="content" tabindex="-1">
           <div class="content__head">
             <h1>${t('list.title')}</h1>
-            <div class="content__ways"><a class="button" href="/archive">${icon('layers')}${t('archive.title')}</a>
-              <a class="button" href="/compare" data-part="compare" hidden>${t('compare.link')}</a>
+            <div class="content__ways"><a class="button" href="/compare" data-part="compare" hidden>${t('compare.link')}</a>
               <button class="button" data-part="old" data-needs="operator" title="${t('list.import_help')}">${icon('upload')}${t('list.import')}</button>
               <input type="file" accept=".txt,.json,.db3,.xml,.ribx,.zip" data-part="file" aria-label="${t('list.import')}" hidden />
               <a class="button button--primary" href="/new" data-needs="operator">${icon('plus')}${t('list.new')}</a></div>
@@ -52,7 +51,7 @@ export class InspectionList extends Component {
             <p class="dim">${t('list.empty_text')}</p>
             <div class="flow gap-3" data-needs="operator">
               <a class="button button--primary" href="/new">${icon('plus')}${t('list.first')}</a>
-              <button class="button" data-part="sample">${icon('film')}<span data-part="sampleWord">${t('list.sample')}</span></button>
+              <sample-button></sample-button>
             </div>
           </section>
           <div data-part="table" hidden>
@@ -74,7 +73,7 @@ export class InspectionList extends Component {
           </div>
         </main>`,
     );
-    const { clear, sample, old, file, filters, pager, head, rows, selection } = this.parts;
+    const { clear, old, file, filters, pager, head, rows, selection } = this.parts;
     this.listen(old, 'click', () => file.click());
     this.listen(file, 'change', () => orToast(() => this.#import()));
     const list = new PagedList('/api/inspections', {
@@ -88,7 +87,6 @@ export class InspectionList extends Component {
     followSorting(head, list, this.signal, { sort: 'created_at', descending: 'true' });
     followThumbnails(rows, this.signal);
     this.listen(clear, 'click', () => filters.clear());
-    this.listen(sample, 'click', () => this.#makeSample());
     this.listen(this.#list, 'change', () => this.#show());
     this.#list.follow(
       ({ inspections = [] }) => (inspections.some(isUnfinished) ? POLL_BUSY_S : POLL_IDLE_S),
@@ -188,24 +186,6 @@ export class InspectionList extends Component {
       file.value = ''; // so that the same file may be chosen again
       old.disabled = false;
     }
-  }
-
-  /** Requests the sample, which the server renders once and then keeps. */
-  async #makeSample() {
-    const { sample, sampleWord } = this.parts;
-    sample.disabled = true;
-    await orToast(async () => {
-      let made = await post('/api/samples');
-      while (made.state === 'rendering' && !this.signal.aborted) {
-        sampleWord.textContent = t('list.sample_making', { percent: Math.floor(100 * made.progress) });
-        await pause(SAMPLE_POLL_S, this.signal);
-        made = await get('/api/samples', this.signal);
-      }
-      if (made.error) toastError(made.error);
-      else location.assign(`/inspections/${made.inspection_id}`);
-    });
-    sample.disabled = false;
-    sampleWord.textContent = t('list.sample');
   }
 
   #showFault(error) {

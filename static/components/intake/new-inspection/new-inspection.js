@@ -55,7 +55,7 @@ export class NewInspection extends Component {
     /** @type {Parts<'new-inspection/new-inspection'>} */
     this.parts = render(
       this,
-      html`${topBar(t('new.title'))}
+      html`${topBar()}
         <main id="main" class="content new" tabindex="-1">
           <div class="content__head"><h1>${t('new.title')}</h1></div>
           <form class="stack gap-4" data-part="form" data-needs="operator" novalidate>
@@ -132,6 +132,14 @@ export class NewInspection extends Component {
     this.#recall();
     this.#showFilms();
     this.#showWizard();
+    const asset = new URLSearchParams(location.search).get('asset');
+    if (asset) this.#begin(asset);
+  }
+
+  /** Begins with a section of the register: its id fills in what is known of it. */
+  #begin(asset) {
+    this.parts.name.value = asset;
+    this.parts.header.enter('asset_id', asset);
   }
 
   get #queue() {
@@ -258,7 +266,7 @@ export class NewInspection extends Component {
     if (!films.length) return;
     const failed = films.filter(({ inspection }) => !inspection);
     if (!failed.length) {
-      location.assign(films.length === 1 ? `/inspections/${films[0].inspection}` : '/');
+      location.assign(films.length === 1 ? `/inspections/${films[0].inspection}` : '/inspections');
     } else if (films.length === 1) this.parts.fault.textContent = failed[0].refused ?? failed[0].upload.reason;
     else this.parts.fault.textContent = t('new.some_failed', { n: failed.length, made: films.length - failed.length });
   }

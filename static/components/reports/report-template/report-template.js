@@ -16,7 +16,7 @@ import { may } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
 import { date } from '../../../core/wall/units.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
-import { archivePage, showFault, showOvertaken } from '../../shared/page-frame/page-frame.js';
+import { framedPage, showFault, showOvertaken } from '../../shared/page-frame/page-frame.js';
 import { icon } from '../../shared/icon/icon.js';
 import { message } from '../../shared/message/message.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
@@ -40,7 +40,7 @@ export class ReportTemplate extends Component {
     /** @type {Parts<'report-template/report-template'>} */
     this.parts = render(
       this,
-      archivePage({
+      framedPage({
         title: this.#project === '' ? t('report_template.of_all') : t('report_template.of', { project: this.#project }),
         ways: html`<p class="template__state strong weak" role="status" data-part="state"></p>
           <button class="button button--icon" data-part="undo" data-needs="operator" disabled aria-label="${t('page.undo')}" title="${t('page.undo')}">${icon('undo')}</button>
@@ -247,7 +247,7 @@ export class ReportTemplate extends Component {
         html`<ul>${all.map(
           (
             project,
-          ) => html`<li><a class="chip" href="/archive/template${project && `?${new URLSearchParams({ project })}`}"
+          ) => html`<li><a class="chip" href="/settings/template${project && `?${new URLSearchParams({ project })}`}"
         ${project === this.#project && html`aria-current="page"`}>${project || t('report_template.of_all')}</a></li>`,
         )}</ul>`
       }`,

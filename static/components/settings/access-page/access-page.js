@@ -9,27 +9,25 @@ import { date } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
-import { topBar } from '../../shared/top-bar/top-bar.js';
+import { framedPage } from '../../shared/page-frame/page-frame.js';
 import { askRevoke, makeToken } from './dialogs.js';
 
 export class AccessPage extends Component {
   #tokens = [];
 
   mount() {
-    document.title = t('users.page');
     /** @type {Parts<'access-page/access-page'>} */
     this.parts = render(
       this,
-      html`${topBar(t('users.title'))}
-        <main id="main" class="content" tabindex="-1">
-          <div class="content__head"><h1>${t('users.title')}</h1>
-            ${may('admin') && html`<button class="button button--primary" data-part="add">${icon('plus')}${t('users.add')}</button>`}</div>
-          ${
-            may('admin')
-              ? html`<p class="dim users__intro">${t('users.intro')}</p><div data-part="list"></div>`
-              : html`<p class="message">${icon('info')}<span>${t('users.admin')}</span></p>`
-          }
-        </main>`,
+      framedPage({
+        title: t('users.title'),
+        ways:
+          may('admin') &&
+          html`<button class="button button--primary" data-part="add">${icon('plus')}${t('users.add')}</button>`,
+        content: may('admin')
+          ? html`<p class="dim users__intro">${t('users.intro')}</p><div data-part="list"></div>`
+          : html`<p class="message">${icon('info')}<span>${t('users.admin')}</span></p>`,
+      }),
     );
     if (!may('admin')) return;
     const { add, list } = this.parts;

@@ -1,25 +1,11 @@
-/** What all pages of the archive have in common: the way between them, the head, a fault, an empty state. */
+/** What most pages have in common: the way between them, the head, a fault, an empty state. */
 
 import { html, render } from '../../../core/page/html.js';
 import { errorText, t } from '../../../core/page/words.js';
 import { icon } from '../icon/icon.js';
 import { message } from '../message/message.js';
 import { orToast } from '../toast-stack/toast-stack.js';
-import { topBar } from '../top-bar/top-bar.js';
-
-/** @type {[string, string, import('../icon/icon.js').IconName][]} path, name, sign */
-const PAGES = [
-  ['/archive', t('archive.films'), 'film'],
-  ['/archive/failures', t('archive.failures'), 'alert'],
-  ['/archive/rules', t('archive.rules'), 'settings'],
-  ['/archive/defects', t('archive.defects'), 'search'],
-  ['/archive/projects', t('archive.projects'), 'folder'],
-  ['/archive/assets', t('archive.assets'), 'layers'],
-  ['/archive/map', t('archive.map'), 'map'],
-  ['/archive/register', t('archive.register'), 'table'],
-  ['/archive/quality', t('archive.quality'), 'video'],
-  ['/archive/template', t('archive.template'), 'edit'],
-];
+import { partsBar, topBar } from '../top-bar/top-bar.js';
 
 /**
  * @param {object} options
@@ -27,13 +13,9 @@ const PAGES = [
  * @param {ReturnType<typeof html>} [options.ways] buttons beside the title
  * @param {ReturnType<typeof html>} options.content
  */
-export function archivePage({ title, ways, content }) {
-  document.title = t('archive.page', { title });
-  return html`${topBar(t('archive.title'))}
-    <nav class="archive-nav" aria-label="${t('archive.title')}"><ul>${PAGES.map(
-      ([path, name, sign]) =>
-        html`<li><a href="${path}" ${location.pathname === path && html`aria-current="page"`}>${icon(sign)}${name}</a></li>`,
-    )}</ul></nav>
+export function framedPage({ title, ways, content }) {
+  document.title = `${title} · Chainage`;
+  return html`${topBar()}${partsBar()}
     <main id="main" class="content content--broad" tabindex="-1">
       <div class="content__head"><h1>${title}</h1><div class="content__ways">${ways}</div></div>
       <div role="alert" data-part="fault"></div>

@@ -1,32 +1,45 @@
-/** The bar at the top of every page: the brand, the present page, and the person's menu. */
+/** The bar at the top of every page: the brand, the sections, and the person's menu. */
 
 import { post } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { preferences } from '../../../core/page/preferences.js';
-import { may } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
 import { LANGUAGES, language, t, wordFor } from '../../../core/page/words.js';
 import { showHelp } from '../help-dialog/help-dialog.js';
 import { icon } from '../icon/icon.js';
 import { closesElsewhere } from '../menu/menu.js';
-import { openSettings, redrawWith } from '../settings-dialog/settings-dialog.js';
+import { redrawWith } from '../../settings/settings-page/redraw.js';
+import { SECTIONS, sectionOf } from './sections.js';
 
-/**
- * @param {string} [here] name of the page, when it is not the list of inspections
- */
-export const topBar = (here) => html`<header class="topbar row line-below">
+export const topBar = () => {
+  const here = sectionOf(location.pathname);
+  return html`<header class="topbar row line-below">
   <a class="brand inline-row plain" href="/">${icon('logo')}Chainage</a>
-  ${
-    here &&
-    html`<nav class="crumbs shrinks" aria-label="${t('page.breadcrumb')}"><ol>
-    <li><a href="/">${t('list.title')}</a></li><li aria-current="page">${here}</li></ol></nav>`
-  }
+  <nav class="main-nav" aria-label="${t('nav.label')}"><ul class="row gap-1">${SECTIONS.map(
+    (section) =>
+      html`<li><a class="tab-link" href="${section.path}" ${section === here && html`aria-current="${section.path === location.pathname ? 'page' : 'true'}"`}>${icon(section.sign)}${section.name}</a></li>`,
+  )}</ul></nav>
   <span class="spacer"></span>
   <person-menu></person-menu>
 </header>`;
+};
+
+/** The way between the pages of the present section; nothing where it has one only. */
+export const partsBar = () => {
+  const { name, parts = [] } = sectionOf(location.pathname);
+  return html`${
+    parts.length > 0 &&
+    html`<nav class="section-parts line-below" aria-label="${name}"><ul class="row gap-1">${parts.map(
+      ([path, title]) =>
+        html`<li><a class="tab-link" href="${path}" ${path === location.pathname && html`aria-current="page"`}>${title}</a></li>`,
+    )}</ul></nav>`
+  }`;
+};
 
 export class PersonMenu extends Component {
   mount() {
+    // The desk has its own bar, without the sections.
+    const isOnDesk = this.closest('desk-bar') !== null;
     /** @type {Parts<'top-bar/top-bar'>} */
     this.parts = render(
       this,
@@ -40,20 +53,18 @@ export class PersonMenu extends Component {
               lang="${code}" aria-pressed="${String(code === language)}">${name}</button>`,
             )}
           </div>
-          <button class="menu__item menu__item--line" data-part="settings">${icon('settings')}${t('menu.settings')}</button>
-          ${may('admin') && html`<a class="menu__item menu__item--line" href="/users">${icon('people')}${t('menu.users')}</a>`}
+          ${isOnDesk && SECTIONS.map(({ path, name, sign }) => html`<a class="menu__item" href="${path}">${icon(sign)}${name}</a>`)}
           <button class="menu__item menu__item--line" data-part="help">${icon('help')}${t('menu.help')}</button>
           <button class="menu__item menu__item--line" data-part="leave">${icon('leave')}${t('menu.log_out')}</button>
           <p class="help pad-row" data-part="person"></p>
         </div>
       </details>`,
     );
-    const { menu, settings, help, leave } = this.parts;
+    const { menu, help, leave } = this.parts;
     closesElsewhere(menu, this.signal);
     for (const button of this.querySelectorAll('[data-language]')) {
       this.listen(button, 'click', () => redrawWith({ language: button.dataset.language }));
     }
-    this.listen(settings, 'click', () => openSettings());
     this.listen(help, 'click', () => showHelp());
     this.listen(leave, 'click', async () => {
       await post('/api/logout');

@@ -25,9 +25,17 @@ from app.storage.index.asset_index import Asset, AssetIndex, Project
 from app.storage.index.asset_places import AssetPlaces
 from app.storage.index.defect_index import DefectIndex
 from app.storage.index.inspection_list import InspectionList
+from app.storage.index.work_list import Work, WorkList
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.labels import LabelStore
-from app.survey.assets.search_terms import AssetFilter, InspectionFilter, Page, ProjectFilter
+from app.survey.assets.search_terms import (
+    AssetFilter,
+    InspectionFilter,
+    Page,
+    ProjectFilter,
+    WorkFilter,
+)
+from app.survey.distances.intended_use import IntendedUse
 from app.survey.folding import folded, normalised_id
 
 pytestmark = ON_BOTH
@@ -57,9 +65,9 @@ class Archive:
         number = next(NUMBERS)
         row = Inspection(
             id=f"{number:032x}", name=f"Survey {number:04}", rig=clip_rig(), header={}, video={},
-            source_kind="upload", source_filename="film.mp4", source_size=1, source_sha256="",
+            source_filename="film.mp4", source_size=1, source_sha256="",
             frames_done=0, created_at=NOW, queued_at=NOW,
-            **{"status": "done", "video_file": "video.mp4"} | columns,
+            **{"status": "done", "video_file": "video.mp4", "source_kind": "upload"} | columns,
         )  # fmt: skip
         InspectionStore(self.database).add(row, "test")
         index = DefectIndex(self.database)
@@ -204,3 +212,58 @@ def test_inspections_are_listed_by_what_the_index_and_their_labels_say(archive: 
     assert labels.of(many) == {a: ("invoiced",), b: ("invoiced", "urgent")}
     InspectionStore(archive.database).delete(b, "Ana")
     assert labels.in_use() == [("invoiced", 1)]
+
+
+def work(archive: Archive, sort: Any = "state", **wanted: Any) -> Work:
+    return WorkList(archive.database).work(WorkFilter(**wanted), paged(sort), IntendedUse())
+
+
+def test_a_section_is_as_far_as_its_newest_inspection_of_the_round(archive: Archive) -> None:
+    for number in range(1, 7):
+        archive.register(f"CV-{number}", "Round 2026")
+    archive.inspect("CV-2", 2019, 4, project="Round 2019", review_state="approved")
+    filmed = archive.inspect("CV-2", 2026, project="Round 2026", status="running")
+    archive.inspect("CV-3", 2026, review_state="in_review")
+    archive.inspect("CV-4", 2026, project="Round 2026", review_state="approved")
+    archive.inspect("CV-5", 2020, 3, project="Round 2019", review_state="approved")
+    archive.inspect("CV-6", 2026, source_kind="live", status="running")
+    archive.inspect("CV-6", 2026, project="Round 2026")
+
+    found = work(archive)
+
+    assert [(one.asset, one.state) for one in found.sections] == [
+        ("CV-1", "to_do"), ("CV-5", "to_do"), ("CV-6", "live"), ("CV-2", "recorded"),
+        ("CV-3", "in_review"), ("CV-4", "issued"),
+    ]  # fmt: skip
+    by_asset = {one.asset: one for one in found.sections}
+    assert (by_asset["CV-5"].last_at, by_asset["CV-5"].worst_severity) == (date(2020, 5, 1), 3)
+    assert by_asset["CV-5"].inspection_id is None
+    assert by_asset["CV-2"].inspection_id == filmed
+    assert [by_asset[asset].is_useful for asset in ("CV-1", "CV-2")] == [None, True]
+    assert found.states == {"to_do": 2, "live": 1, "recorded": 1, "in_review": 1, "issued": 1}
+
+
+def test_the_work_is_narrowed_by_words_project_and_state(archive: Archive) -> None:
+    archive.register("CV-1", "North")
+    archive.register("CV-2", "South")
+    archive.register("DV-1", "South")
+    archive.inspect("CV-2", 2026)
+
+    south = work(archive, of=ProjectFilter(name="South"), state="to_do")
+
+    assert [one.asset for one in south.sections] == ["DV-1"]
+    assert south.total == 1
+    assert south.states["recorded"] == 1  # the other states can still be chosen
+    assert [one.asset for one in work(archive, "asset", text="cv").sections] == ["CV-1", "CV-2"]
+
+
+def test_live_waiting_and_past_inspections_are_beside_the_work(archive: Archive) -> None:
+    live = archive.inspect(None, 2026, source_kind="live", status="running")
+    waiting = archive.inspect(None, 2026, review_state="submitted")
+    past = archive.inspect(None, 2026, review_state="approved")
+    archive.inspect(None, 2026, status="queued")
+
+    around = WorkList(archive.database).around(IntendedUse())
+
+    assert [[one.id for one in some.inspections] for some in around] == [[live], [waiting], [past]]
+    assert [some.total for some in around] == [1, 1, 1]

@@ -5,87 +5,56 @@ import { Catalogue } from '../../../core/defects/codes.js';
 import { html, render } from '../../../core/page/html.js';
 import { USUAL_CODES, preferences, quickCodesWith } from '../../../core/page/preferences.js';
 import { may } from '../../../core/page/rights.js';
+import { Component } from '../../../core/page/store.js';
 import { LANGUAGES, errorText, t } from '../../../core/page/words.js';
 import { codeSearch } from '../../defects/code-search/code-search.js';
-import { openDialog } from '../dialog/dialog.js';
-import { icon } from '../icon/icon.js';
-import { toastError } from '../toast-stack/toast-stack.js';
+import { icon } from '../../shared/icon/icon.js';
+import { framedPage } from '../../shared/page-frame/page-frame.js';
 import { bindKeysSection, keysMarkup } from './keys-section.js';
+import { choiceOfRedraw, redrawWith } from './redraw.js';
 import { bindUseSection, useMarkup } from './use-section.js';
 
-/** Key in the session storage: the choice at which the redrawn page opens the settings again. */
-const REOPENED = 'chainage.settings';
-/** What the page before this one has left there. */
-const choiceLeft = /** @type {'language'|'units'|null} */ (sessionStorage.getItem(REOPENED));
+export class SettingsPage extends Component {
+  mount() {
+    /** @type {Parts<'settings-page/settings-page'>} */
+    this.parts = render(this, framedPage({ title: t('settings.title'), content: content() }));
+    const { parts } = this;
+    const report = (text, isFault = false) => {
+      parts.message.textContent = text;
+      parts.message.classList.toggle('fault', isFault);
+    };
+    const save = (changes) => attempt(() => preferences.save(changes), report);
 
-/**
- * Saves a choice and redraws the page with it: every word and number of it may change.
- * @param {Partial<import('../../../core/page/preferences.js').Chosen>} changes
- * @param {'language'|'units'} [choice] the settings are opened again with the focus on it
- */
-export async function redrawWith(changes, choice) {
-  try {
-    await preferences.save(changes);
-  } catch (error) {
-    if (!(error instanceof ApiError)) throw error;
-    toastError(error);
-    return;
+    parts.language.value = preferences.value.language ?? '';
+    parts.units.value = preferences.value.units;
+    this.listen(parts.language, 'change', () => redrawWith({ language: parts.language.value || null }, 'language'));
+    this.listen(parts.units, 'change', () => redrawWith({ units: parts.units.value }, 'units'));
+    bindKeysSection(parts.singleKeys, save);
+    this.listen(parts.usual, 'click', async () => {
+      await save({ quick_codes: USUAL_CODES });
+      await showQuickCodes(parts, save, report);
+    });
+    this.listen(parts.pack, 'change', async () => {
+      await save({ pack: parts.pack.value || null });
+      showPackButtons(parts);
+      await attempt(() => showQuickCodes(parts, save, report), report);
+    });
+    parts.pick.disabled = !may('admin');
+    this.listen(parts.pick, 'click', () => parts.file.click());
+    this.listen(parts.file, 'change', () => attempt(() => importPack(parts, report), report));
+    this.listen(parts.remove, 'click', () => attempt(() => deletePack(parts, report), report));
+    bindUseSection(parts, (run) => attempt(run, report));
+    parts[choiceOfRedraw() ?? 'none']?.focus();
+    attempt(async () => {
+      await showPacks(parts);
+      await showQuickCodes(parts, save, report);
+    }, report);
   }
-  if (choice) sessionStorage.setItem(REOPENED, choice);
-  location.reload();
 }
 
-/** Opens the settings again after a change of language or units has redrawn the page. */
-export function reopenSettings() {
-  if (!choiceLeft) return;
-  sessionStorage.removeItem(REOPENED);
-  openSettings(choiceLeft);
-}
-
-/**
- * Opens the settings; a changed code takes effect when they are closed.
- * @param {'language'|'units'} [choice] gets the focus
- */
-export async function openSettings(choice) {
-  const before = JSON.stringify(preferences.value);
-  const { parts, closed } = openDialog({ title: t('settings.title'), content: content(), size: 'wide' });
-  // Compared when it is closed: the lists below may come later, and the next dialog may be open by then.
-  const isChanged = closed.then(() => JSON.stringify(preferences.value) !== before);
-  const report = (text, isFault = false) => {
-    parts.message.textContent = text;
-    parts.message.classList.toggle('fault', isFault);
-  };
-  const save = (changes) => attempt(() => preferences.save(changes), report);
-
-  parts.language.value = preferences.value.language ?? '';
-  parts.units.value = preferences.value.units;
-  parts.language.addEventListener('change', () => redrawWith({ language: parts.language.value || null }, 'language'));
-  parts.units.addEventListener('change', () => redrawWith({ units: parts.units.value }, 'units'));
-  if (choice) parts[choice].focus();
-  bindKeysSection(parts.singleKeys, save);
-  parts.usual.addEventListener('click', async () => {
-    await save({ quick_codes: USUAL_CODES });
-    await showQuickCodes(parts, save, report);
-  });
-  parts.pack.addEventListener('change', async () => {
-    await save({ pack: parts.pack.value || null });
-    showPackButtons(parts);
-    await attempt(() => showQuickCodes(parts, save, report), report);
-  });
-  parts.pick.disabled = !may('admin');
-  parts.pick.addEventListener('click', () => parts.file.click());
-  parts.file.addEventListener('change', () => attempt(() => importPack(parts, report), report));
-  parts.remove.addEventListener('click', () => attempt(() => deletePack(parts, report), report));
-  bindUseSection(parts, (run) => attempt(run, report));
-  await attempt(async () => {
-    await showPacks(parts);
-    await showQuickCodes(parts, save, report);
-  }, report);
-  if (await isChanged) location.reload();
-}
-
-const content = () => html`<section class="settings stack gap-3" aria-labelledby="settings-display">
-    <h3 id="settings-display">${t('settings.display')}</h3>
+const content =
+  () => html`<div class="settings-page panel stack gap-4 pad-4"><section class="settings stack gap-3" aria-labelledby="settings-display">
+    <h2 id="settings-display">${t('settings.display')}</h2>
     <div class="settings__pair stack gap-3 at-bottom">
       <div class="field"><label for="settings-language">${t('settings.language')}</label>
         <select class="input" id="settings-language" data-part="language">
@@ -101,7 +70,7 @@ const content = () => html`<section class="settings stack gap-3" aria-labelledby
   </section>
   <section class="settings stack gap-3" aria-labelledby="settings-quick">
     <div class="settings__head apart">
-      <h3 id="settings-quick">${t('settings.quick')}</h3>
+      <h2 id="settings-quick">${t('settings.quick')}</h2>
       <button type="button" class="button button--small" data-part="usual">${t('settings.quick_reset')}</button>
     </div>
     <p class="help">${t('settings.quick_help')}</p>
@@ -110,7 +79,7 @@ const content = () => html`<section class="settings stack gap-3" aria-labelledby
   ${keysMarkup()}
   ${useMarkup()}
   <section class="settings stack gap-3" aria-labelledby="settings-packs">
-    <h3 id="settings-packs">${t('settings.packs')}</h3>
+    <h2 id="settings-packs">${t('settings.packs')}</h2>
     <div class="settings__pair stack gap-3 at-bottom">
       <div class="field"><label for="settings-pack">${t('settings.pack')}</label>
         <select class="input" id="settings-pack" data-part="pack"></select></div>
@@ -122,9 +91,9 @@ const content = () => html`<section class="settings stack gap-3" aria-labelledby
     </div>
     <p class="help">${may('admin') ? t('settings.packs_help') : t('rights.admin')}</p>
   </section>
-  <p class="settings__message" role="status" data-part="message"></p>`;
+  <p class="settings__message" role="status" data-part="message"></p></div>`;
 
-/** Runs a request to the server and shows in the dialog why it failed: a toast would be hidden. */
+/** Runs a request to the server and shows at the foot of the page why it failed. */
 async function attempt(run, report) {
   report('');
   try {
@@ -135,7 +104,7 @@ async function attempt(run, report) {
   }
 }
 
-/** @param {Record<string, any>} parts of the dialog */
+/** @param {Record<string, any>} parts of the page */
 async function showPacks(parts) {
   const { pack } = parts;
   const { packs } = await get('/api/packs');
@@ -148,7 +117,7 @@ async function showPacks(parts) {
   showPackButtons(parts);
 }
 
-/** @param {Record<string, any>} parts of the dialog */
+/** @param {Record<string, any>} parts of the page */
 function showPackButtons({ pack, remove: button }) {
   button.disabled = pack.value === '' || !may('admin');
 }
@@ -178,7 +147,7 @@ async function deletePack(parts, report) {
 
 /**
  * Shows a row for each digit key: the code, found by its letters or by a word, and its meaning.
- * @param {Record<string, any>} parts of the dialog
+ * @param {Record<string, any>} parts of the page
  * @param {(changes: object) => void} save
  * @param {(text: string, isFault?: boolean) => void} report
  */
@@ -220,3 +189,5 @@ function quickRow(i) {
     <span class="help" id="quick-${key}-label" data-part="label${i}"></span>
   </li>`;
 }
+
+customElements.define('settings-page', SettingsPage);

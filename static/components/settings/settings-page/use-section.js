@@ -12,7 +12,7 @@ const field = (name, label, unit) => html`<div class="field"><label for="setting
       aria-describedby="settings-use-help" data-part="use_${name}" disabled /><span class="unit">${unit}</span></span></div>`;
 
 export const useMarkup = () => html`<section class="settings stack gap-3" aria-labelledby="settings-use">
-    <h3 id="settings-use">${t('settings.use')}</h3>
+    <h2 id="settings-use">${t('settings.use')}</h2>
     <div class="settings__pair stack gap-3 at-bottom">
       ${field('within', t('settings.use_within'), lengthUnit)} ${field('percent', t('settings.use_percent'), '%')}
     </div>
@@ -21,8 +21,8 @@ export const useMarkup = () => html`<section class="settings stack gap-3" aria-l
 
 /**
  * Shows what is stated, and states what is entered.
- * @param {Record<string, any>} parts of the dialog
- * @param {(run: () => Promise<void>) => Promise<void>} attempt says in the dialog what the server refuses
+ * @param {Record<string, any>} parts of the page
+ * @param {(run: () => Promise<void>) => Promise<void>} attempt says on the page what the server refuses
  */
 export function bindUseSection({ use_within: within, use_percent: percent }, attempt) {
   /** @param {Api['IntendedUseIn']} use */

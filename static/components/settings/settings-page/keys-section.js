@@ -5,7 +5,7 @@ import { preferences } from '../../../core/page/preferences.js';
 import { t } from '../../../core/page/words.js';
 
 export const keysMarkup = () => html`<section class="settings stack gap-3" aria-labelledby="settings-keys">
-    <h3 id="settings-keys">${t('settings.keys')}</h3>
+    <h2 id="settings-keys">${t('settings.keys')}</h2>
     <label class="settings__switch row gap-3"><input type="checkbox" aria-describedby="settings-keys-help" data-part="singleKeys" />
       ${t('settings.single_keys')}</label>
     <p class="help" id="settings-keys-help">${t('settings.single_keys_help')}</p>
