@@ -165,4 +165,4 @@ def _remark(adjusted: Adjusted) -> str:
     if said:
         return " ".join(said)
     refusal = adjusted.joints_refusal
-    return "The joints no longer count." if refusal is None else refusal.sentence
+    return "Neither joints nor a counter count." if refusal is None else refusal.sentence

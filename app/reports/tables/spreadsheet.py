@@ -12,8 +12,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-import msgspec
 import xlsxwriter
+from pydantic import ValidationError
 from xlsxwriter.worksheet import Worksheet
 
 from app.reports.content.translator import Translator
@@ -225,14 +225,18 @@ def _values(fields: Mapping[str, Any]) -> str:
 
 
 def _scale(fields: Mapping[str, Any]) -> str:
-    scale = fields.get("scale")
-    return "nothing" if scale is None else f"scale {scale} by the joints"
+    scale, carried = fields.get("scale"), fields.get("counter_percent")
+    parts = [
+        scale and f"scale {scale} by the joints",
+        carried and f"{carried} % of the frames by the counter",
+    ]
+    return "; ".join(part for part in parts if part) or "nothing"
 
 
 def _stated(fields: Mapping[str, Any]) -> str:
     try:
         stated = Stated.from_json(fields)
-    except msgspec.ValidationError:  # written by another version
+    except ValidationError:  # written by another version
         return json.dumps(fields)
     zero, joints, sigma = stated.zero, stated.joints, stated.rig_sigma
     parts = [
@@ -245,6 +249,9 @@ def _stated(fields: Mapping[str, Any]) -> str:
         "joints: not used" if joints.use is False
         else joints != Joints()
         and f"joints: {len(joints.marked)} marked, {len(joints.left_out)} left out",
+        *(
+            f"typed: frame {one.frame} at {decimals(one.distance_m, 3)} m" for one in stated.typed
+        ),
         sigma and f"rig: height +/- {sigma.height_mm:g} mm, "
         f"focal length +/- {sigma.focal_px:g} px",
         stated.forced and f"forced: {stated.forced}",

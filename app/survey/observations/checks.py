@@ -374,10 +374,7 @@ def the_run(case: Case) -> Iterator[Issue]:
     """Check the program, lost frames, the length, and the corrections."""
     if case.is_outdated:
         yield Issue("warn", "outdated")
-    is_lost = case.track.status == "lost"
-    lost, percent = int(np.count_nonzero(is_lost)), round(100 * share(is_lost), 1)
-    if percent > LOST_PERCENT:
-        yield Issue("warn", "lost", params={"percent": percent, "frames": lost})
+    yield from _sources(case)
     known_mm, reached_mm = case.known_mm, case.reached_mm
     if known_mm is None:
         yield Issue("warn", "length_unknown")
@@ -393,6 +390,24 @@ def the_run(case: Case) -> Iterator[Issue]:
                 "residual_percent": round(closure.residual_percent, 2),
             }
             yield Issue("warn", "length_forced", params=residual)
+
+
+def _sources(case: Case) -> Iterator[Issue]:
+    """Report frames whose distance is not the camera's: carried by a counter, typed, or unknown."""
+    is_lost, adjusted = case.track.status == "lost", case.corrected.adjusted
+    frames = {"lost": is_lost}
+    if (
+        adjusted is not None
+        and adjusted.carried is not None
+        and len(adjusted.track) == len(is_lost)
+    ):
+        carried = adjusted.carried.is_read | adjusted.carried.is_bridged
+        by = "counter_carries" if adjusted.carrier == "counter" else "typed_carries"
+        frames = {"lost": is_lost & ~carried, by: carried}
+    for code, found in frames.items():
+        count, percent = int(np.count_nonzero(found)), round(100 * share(found), 1)
+        if percent > LOST_PERCENT:
+            yield Issue("warn", code, params={"percent": percent, "frames": count})
 
 
 def pipe(case: Case) -> Iterator[Issue]:

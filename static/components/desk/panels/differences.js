@@ -15,6 +15,9 @@ const STATED = {
         t('history.length_text', { length: chainage(length_m), sigma: sigma_mm, first, last }),
       )
       .join('; ') || t('history.nothing_stated'),
+  typed: (typed) =>
+    typed.map(({ frame, distance_m: m }) => t('history.zero_text', { frame, offset: chainage(m) })).join('; ') ||
+    t('history.nothing_stated'),
   joints: ({ use, marked, left_out: out }) => {
     const counts = { marked: marked?.length ?? 0, out: out?.length ?? 0 };
     if (use === false) return t('history.joints_off');

@@ -12,7 +12,7 @@ import { jointsText } from '../../distance/readout/interval-detail.js';
 export function remarkText({ action, after, remark, reason }) {
   if (reason) return reasonText(reason, remark);
   if (action === 'rescaled') {
-    if (/^The joints no longer count\.$/.test(remark)) return t('history.joints_dropped');
+    if (/^Neither joints nor a counter count\.$/.test(remark)) return t('history.nothing_counts');
     return (after && rescaledText(after)) ?? remark;
   }
   const [, file] = /^Imported from (.+)\.$/s.exec(remark ?? '') ?? [];
@@ -20,7 +20,13 @@ export function remarkText({ action, after, remark, reason }) {
 }
 
 function rescaledText(after) {
-  if (!('scale' in after)) return refusalText(after.refusal);
+  if ('refusal' in after) return refusalText(after.refusal);
+  const carried = 'counter_percent' in after && t('issue.counter_carries', { percent: after.counter_percent });
+  return [scaleText(after), carried].filter(Boolean).join(' ');
+}
+
+function scaleText(after) {
+  if (!('scale' in after)) return '';
   const { crests_counted: crests, joints_counted: joints, lengths_counted: lengths, scale, scale_sigma: sigma } = after;
   const of = crests === undefined ? 'joints' : 'crests';
   return jointsText({ of, joints: crests ?? joints, lengths, scale, sigma, lower_mm: after.camera_lower_mm });
