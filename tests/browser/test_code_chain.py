@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -203,13 +204,13 @@ def test_codes_are_typed_repeated_kept_for_keys_and_offered_by_checks(
         }"""
     )
     desk.get_by_role("tab", name="Checks").click()
-    desk.get_by_role("button", name="Add BCD here").click()
+    desk.get_by_role("button", name="Add BCD at 0.00 m").click()
     expect(desk.locator(".defect")).to_have_count(1)
     expect(desk.get_by_label("Code", exact=True)).to_have_value("BCD")
     expect_saved(desk)
     desk.get_by_role("tab", name="Checks").click()
-    expect(desk.get_by_role("button", name="Add BCE here")).to_be_visible()
-    expect(desk.get_by_role("button", name="Add BCD here")).to_have_count(0)
+    expect(desk.get_by_role("button", name=re.compile("^Add BCE at "))).to_be_visible()
+    expect(desk.get_by_role("button", name="Add BCD at 0.00 m")).to_have_count(0)
     expect(desk.get_by_text("(4 frames)")).to_be_visible()
     desk.get_by_role("button", name="Look at it").click()
     expect_frame(desk, 7)

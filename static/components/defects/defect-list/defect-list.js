@@ -14,6 +14,7 @@ import { severityMark } from '../../shared/severity-mark/severity-mark.js';
 import { FILTERS, lacksOf, matcher } from './filters.js';
 import { intervalText, nameOf, roleText } from './names.js';
 import './open-stretches.js';
+import './proposed-ends.js';
 import '../defect-form/defect-form.js';
 
 const ACT_NOW = 5;
@@ -34,7 +35,7 @@ export class DefectList extends Component {
     /** @type {Parts<'defect-list/defect-list'>} */
     this.parts = render(
       this,
-      html`<open-stretches></open-stretches>
+      html`<open-stretches></open-stretches><proposed-ends></proposed-ends>
         <div class="defects" data-part="overview">
           <h2 class="visually-hidden">${t('defects.label')}</h2>
           <div class="defects__head stack" data-part="head">

@@ -7,19 +7,21 @@ import { html, render, renderNew } from '../../../core/page/html.js';
 import { stretchesOf } from '../../../core/defects/stretches.js';
 import { chainage } from '../../../core/wall/units.js';
 import { errorText, t } from '../../../core/page/words.js';
+import { confirmEnd, proposedEnds } from '../actions/ends.js';
 import { sentenceOf } from '../panels/sentences.js';
 import { metresField, isPositive, readMetres, writeMetres } from '../../distance/corrections/fields.js';
 import { closureMarkup } from '../../distance/corrections/known-length.js';
 import { openDialog, orFault } from '../../shared/dialog/dialog.js';
 import { icon } from '../../shared/icon/icon.js';
 
-const REASONS = [
-  t('finish.obstruction'),
-  t('finish.water'),
-  t('finish.collapse'),
-  t('finish.traction'),
-  t('finish.lighting'),
-];
+/** Reasons, with their letters after BDC: an object, water, the equipment; the rest is another reason. */
+const REASONS = {
+  [t('finish.obstruction')]: 'A',
+  [t('finish.water')]: 'B',
+  [t('finish.collapse')]: 'Z',
+  [t('finish.traction')]: 'C',
+  [t('finish.lighting')]: 'C',
+};
 /** Number of checks shown here; the others are in their tab. */
 const SHOWN = 5;
 
@@ -55,6 +57,9 @@ class FinishForm {
   #parts;
   #signal;
   #asking = null;
+  /** Start and end that are proposed, and what the person has chosen for them, by code. */
+  #ends = [];
+  #chosen = new Map();
 
   constructor(desk, dialog, parts, signal) {
     this.#desk = desk;
@@ -71,14 +76,17 @@ class FinishForm {
       if (!reason) return;
       parts.reason.value = reason.textContent;
       parts.reason.focus();
+      this.#showEnds();
     });
+    on(parts.reason, 'change', () => this.#showEnds());
+    on(parts.endRows, 'change', ({ target }) => this.#chooseEnd(target));
     on(parts.stretches, 'click', ({ target }) => {
       const button = target.closest('[data-start]');
       if (button) this.#finishHere(button.dataset.start);
     });
     on(desk.observations, 'change', () => this.#showStretches());
     on(desk.playhead, 'change', () => this.#showStretches());
-    on(desk.checks, 'change', () => this.#showChecks());
+    on(desk.checks, 'change', () => [this.#showEnds(), this.#showChecks()]);
     on(parts.form, 'submit', (event) => {
       event.preventDefault();
       this.#submit();
@@ -101,6 +109,31 @@ class FinishForm {
   #showHow() {
     this.#parts.why.hidden = this.#end !== 'abandoned';
     this.#parts.howFault.textContent = '';
+    this.#showEnds();
+  }
+
+  /** Shows the start and the end that nobody has coded; what the person has chosen for a code stays. */
+  #showEnds() {
+    const { ends, endRows, reason } = this.#parts;
+    const why = reason.value.trim();
+    const letter = why ? (REASONS[why] ?? 'Z') : null;
+    this.#ends = proposedEnds(this.#desk, { isEnding: true, isAbandoned: this.#end === 'abandoned' }).map((end) => {
+      const likely = end.char1 ?? (end.kinds.some(({ value }) => value === letter) ? letter : null);
+      return { ...end, char1: likely, ...this.#chosen.get(end.code) };
+    });
+    ends.hidden = this.#ends.length === 0;
+    renderNew(endRows, html`${this.#ends.map(endMarkup)}`);
+  }
+
+  /** Notes what the person chooses for a start or an end. */
+  #chooseEnd(input) {
+    const { code } = input.closest('[data-code]').dataset;
+    const choice = input.type === 'checkbox' ? { isOff: !input.checked } : { char1: input.value || null };
+    this.#chosen.set(code, { ...this.#chosen.get(code), ...choice });
+    Object.assign(
+      this.#ends.find((end) => end.code === code),
+      choice,
+    );
   }
 
   /** Shows the closure from the zero, or the first frame, to the present end of the run. */
@@ -170,7 +203,9 @@ class FinishForm {
   #showChecks() {
     const { checks, observations } = this.#desk;
     // Open stretches are listed separately above.
+    // So are start and end.
     const blocking = (checks.value ?? [])
+      .filter((issue) => !this.#ends.some((end) => end.issue === issue.code))
       .filter(({ level, code }) => level === 'block' && code !== 'open_stretch' && code !== 'abandoned_without_reason')
       .filter(({ params }) => params.field !== 'end_condition');
     this.#parts.missing.hidden = blocking.length === 0;
@@ -192,6 +227,7 @@ class FinishForm {
     if (!end) this.#dialog.querySelector('[name="end"]').focus();
     else if (isReasonMissing) parts.reason.focus();
     if (!end || isReasonMissing || known === undefined) return;
+    const ends = this.#ends.filter(({ isOff }) => !isOff);
     await orFault(parts, async () => {
       // The server counts the stretches: the last tags must have arrived.
       await this.#desk.whenSent(this.#signal);
@@ -200,6 +236,8 @@ class FinishForm {
         ...(end === 'abandoned' && { abandon_reason: reason }),
         ...(known !== null && { known_length_m: known }),
       });
+      for (const each of ends)
+        confirmEnd(this.#desk, each, end === 'abandoned' && each.issue === 'no_finish' ? reason : '');
       this.#dialog.close('finished');
     });
   }
@@ -229,7 +267,7 @@ const formMarkup = ({ inspection }) => html`<form class="stack gap-4" data-part=
   </fieldset>
   <div class="field" data-part="why" hidden>
     <label for="finish-reason">${t('finish.reason')}</label>
-    <div class="row wrap" data-part="reasons">${REASONS.map(
+    <div class="row wrap" data-part="reasons">${Object.keys(REASONS).map(
       (reason) => html`<button type="button" class="button button--small"
       data-reason>${reason}</button>`,
     )}</div>
@@ -240,6 +278,10 @@ const formMarkup = ({ inspection }) => html`<form class="stack gap-4" data-part=
     ${metresField({ part: 'known', id: 'finish-known', label: t('finish.known'), help: t('finish.known_help') })}
     <div data-part="closure" role="status"></div>
   </div>
+  <section class="stack" data-part="ends" hidden>
+    <h3>${t('ends.title')}</h3><p class="help">${t('ends.help')}</p>
+    <ul class="stack gap-row" data-part="endRows"></ul>
+  </section>
   <section class="stack" data-part="open" hidden>
     <h3>${t('finish.stretches')}</h3><p class="help">${t('finish.stretches_help')}</p>
     <ul class="stack" data-part="stretches"></ul>
@@ -254,5 +296,22 @@ const formMarkup = ({ inspection }) => html`<form class="stack gap-4" data-part=
     <button type="button" class="button" data-part="cancel">${t('page.cancel')}</button>
     <button class="button button--primary" data-part="submit">${isRunning(inspection) ? t('finish.submit_live') : t('finish.submit')}</button>
   </div></form>`;
+
+/** A proposal: whether it is added, where, and its kind. */
+const endMarkup = ({
+  code,
+  char1,
+  distance_m: at,
+  kinds,
+  isOff,
+}) => html`<li class="finish__end row wrap" data-code="${code}">
+  <label class="row"><input type="checkbox" ${!isOff && html`checked`} /><b>${code}</b>
+    <span class="number nowrap">${chainage(at)}</span></label>
+  ${
+    kinds.length > 0 &&
+    html`<select class="input grow" aria-label="${t('ends.kind', { code })}">
+    <option value="">${t('ends.kind_none')}</option>
+    ${kinds.map(({ value, label }) => html`<option value="${value}" ${value === char1 && html`selected`}>${value} ${label}</option>`)}</select>`
+  }</li>`;
 
 const isRunning = ({ value, isUnfinished }) => value.source.kind === 'live' && isUnfinished;

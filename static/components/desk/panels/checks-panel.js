@@ -11,7 +11,7 @@ import { toastError } from '../../shared/toast-stack/toast-stack.js';
 import { repairsOf } from './repairs.js';
 import { sentenceOf } from './sentences.js';
 
-const OF_HEADER = new Set(['header_field_empty', 'abandoned_without_reason', 'end_not_reached']);
+const OF_HEADER = new Set(['header_field_empty', 'abandoned_without_reason', 'end_not_reached', 'rig_pipe_differs']);
 const OF_CORRECTIONS = new Set(['length_unknown', 'correction_failed', 'length_forced']);
 /** Issues of the observation itself, which open its form. */
 const OF_FORM = new Set([

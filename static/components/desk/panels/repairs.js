@@ -1,9 +1,11 @@
 /**
- * Repairs that need no more than a click; each is one step to undo. No check is about the order of observations, which
- * is that of their places; only the two ends of a stretch can stand the wrong way round.
+ * Repairs that need no more than a click; each is one step to undo. What stands out of order is moved by hand; only the
+ * two ends of a stretch can be swapped.
  */
 
+import { chainage } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
+import { codesOf, confirmEnd, endOf } from '../actions/ends.js';
 import { finishStretch, swapEnds } from '../actions/stretches.js';
 
 /**
@@ -11,12 +13,15 @@ import { finishStretch, swapEnds } from '../actions/stretches.js';
  * @param {Api['IssueOut']} issue
  * @param {Desk} desk
  */
-export function repairsOf({ code, params }, desk) {
-  if (code === 'no_start' || code === 'no_finish') {
-    return /** @type {string} */ (params.needed).split('/').map((needed) => ({
-      name: t('checks.add_here', { code: needed }),
-      run: () => addHere(desk, needed),
-    }));
+export function repairsOf(issue, desk) {
+  const { code, params } = issue;
+  if ((code === 'no_start' || code === 'no_finish') && 'frame' in params) {
+    return codesOf(issue)
+      .map((needed) => endOf(desk, issue, needed))
+      .map((end) => ({
+        name: t('checks.add_at', { code: end.code, where: chainage(end.distance_m) }),
+        run: () => addEnd(desk, end),
+      }));
   }
   // The checks may know a stretch that the list of the page has not read yet.
   const isRead = (role) => desk.observations.value.some(({ continuous }) => continuous === `${role}${params.stretch}`);
@@ -29,10 +34,11 @@ export function repairsOf({ code, params }, desk) {
   return [];
 }
 
-/** Tags the place of the camera; the kind is asked for in the form, as nobody but the inspector knows it. */
-function addHere(desk, code) {
-  const made = desk.tag({ code });
+/** Adds a start or an end, and opens its form: its kind is a guess. */
+function addEnd(desk, end) {
+  const made = confirmEnd(desk, end);
   if (!made) return;
+  desk.goTo(made.id);
   desk.editing.set(true);
-  desk.done(t('checks.added', { code }));
+  desk.done(t('checks.added', { code: end.code }));
 }
