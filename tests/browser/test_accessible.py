@@ -66,7 +66,7 @@ def test_new_inspection(page: Page, server: Server) -> None:
     log_in(page, server, "/new")
     page.get_by_role("button", name="Start tracking").click()
     expect(page.get_by_text("Choose the video first.")).to_be_visible()
-    for folded in page.locator(".rig__fine summary").all():
+    for folded in page.locator(".rig__expert summary").all():
         folded.click()
     expect_no_fault(page)
     page.get_by_label("Live camera").check()

@@ -68,6 +68,7 @@ def test_a_rig_comes_from_a_preset_or_a_file_and_faults_are_shown(
     expect(form.get_by_label("Picture width")).to_have_value("320")
 
     # A lens that was measured in pixels goes with a smaller film of the same camera.
+    form.locator("summary", has_text="Expert").click()
     for name, value in (("width", 640), ("height", 480), ("fx", 1200), ("fy", 1200), ("cx", 319.5)):
         form.locator(f"#rig-camera-{name}").fill(str(value))
     form.locator("#rig-camera-cy").fill("239.5")

@@ -59,7 +59,7 @@ def test_a_first_rig_needs_no_pixels_and_shows_its_wall(
 
     page.get_by_label("How well is this known?").select_option("calibrated")
     expect(page.locator("#rig-tolerance-focal_percent")).to_have_value("0.2")
-    page.locator("summary", has_text="Tolerances").click()
+    page.locator("summary", has_text="Expert").click()
     page.locator("#rig-tolerance-focal_percent").fill("0.7")
     expect(page.get_by_label("How well is this known?")).to_have_value("own")
     expect_no_fault(page, within="rig-form")

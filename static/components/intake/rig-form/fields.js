@@ -79,13 +79,21 @@ export const GROUPS = [
       ]),
       whole('camera.width', t('rig.width'), 'px', { min: 32, max: 8192 }),
       whole('camera.height', t('rig.picture_height'), 'px', { min: 32, max: 8192 }),
-      number('camera.fx', t('rig.fx'), 'px', { above: 1, max: 100000, help: t('rig.fx_help') }),
-      number('camera.fy', t('rig.fy'), 'px', { above: 1, max: 100000 }),
-      number('camera.cx', t('rig.cx'), 'px', { min: -8192, max: 16384, help: t('rig.cx_help') }),
-      number('camera.cy', t('rig.cy'), 'px', { min: -8192, max: 16384 }),
     ],
   },
 ];
+
+/** @type {Group} */
+const LENS = {
+  name: 'lens',
+  title: t('lens.by_px'),
+  fields: [
+    number('camera.fx', t('rig.fx'), 'px', { above: 1, max: 100000, help: t('rig.fx_help') }),
+    number('camera.fy', t('rig.fy'), 'px', { above: 1, max: 100000 }),
+    number('camera.cx', t('rig.cx'), 'px', { min: -8192, max: 16384, help: t('rig.cx_help') }),
+    number('camera.cy', t('rig.cy'), 'px', { min: -8192, max: 16384 }),
+  ],
+};
 
 /** @type {Group} */
 const KNOWN = {
@@ -118,13 +126,13 @@ const FINE = {
   ],
 };
 
-/** Collapsed groups: most rigs do not need them. */
-export const FOLDED = [KNOWN, FINE];
+/** Behind *Expert*: most rigs do not need them. */
+export const EXPERT = [LENS, KNOWN, FINE];
 
-export const ALL_FIELDS = [...GROUPS, ...FOLDED].flatMap(({ fields }) => fields);
+export const ALL_FIELDS = [...GROUPS, ...EXPERT].flatMap(({ fields }) => fields);
 
 /** What only experts know of a lens; others state it as an angle or in mm. */
-export const LENS_PX = ['camera.fx', 'camera.fy', 'camera.cx', 'camera.cy'];
+export const LENS_PX = LENS.fields.map(({ path }) => path);
 
 /** Largest ratio of focal length to a side of the picture, as on the server; a larger one is no lens. */
 const LONGEST_SIDE = { pinhole: 7.5, fisheye: 12.5 };

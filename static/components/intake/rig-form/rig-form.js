@@ -18,7 +18,7 @@ import { recall, remember } from '../../../core/page/remembered.js';
 import { Component } from '../../../core/page/store.js';
 import { t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
-import { ALL_FIELDS, FOLDED, GROUPS, LENS_PX, fault, jointFaults, parse, setAt, turned, valueAt } from './fields.js';
+import { ALL_FIELDS, EXPERT, GROUPS, LENS_PX, fault, jointFaults, parse, setAt, turned, valueAt } from './fields.js';
 import { askBoard } from './board-dialog.js';
 import './known-by.js';
 import './lens-fields.js';
@@ -89,13 +89,13 @@ export class RigForm extends Component {
               <button type="button" class="button button--small" data-part="take">${t('rig.take_size')}</button></p>
             <p class="message" role="status" data-part="pixels" hidden></p>
             <known-by data-part="known"></known-by>
-            ${FOLDED.map(
-              ({ name, title, help, fields }) => html`<details class="rig__fine" data-part="folded_${name}">
-              <summary>${title}</summary>
-              ${help && html`<p class="help">${help}</p>`}
-              <div class="rig__grid fields gap-4">${fields.map(fieldMarkup)}</div>
-            </details>`,
-            )}
+            <details class="rig__expert" data-part="expert"><summary>${t('rig.expert')}</summary>
+              <div class="stack gap-5">${EXPERT.map(
+                ({ name, title, help, fields }) => html`<fieldset class="rig__group rig__group--${name}">
+                <legend>${title}</legend>
+                ${help && html`<p class="help below-3">${help}</p>`}
+                <div class="rig__grid fields gap-4">${fields.map(fieldMarkup)}</div></fieldset>`,
+              )}</div></details>
           </div>
           <div class="rig__side">
             <rig-picture data-part="picture"></rig-picture>
@@ -114,7 +114,10 @@ export class RigForm extends Component {
     this.listen(this.parts.file, 'change', () => this.#readFile());
     const { lens, picture, known, take } = this.parts;
     this.listen(lens, 'lens', ({ detail }) => this.change(detail));
-    this.listen(lens, 'mode', () => this.#showFaults());
+    this.listen(lens, 'mode', () => {
+      this.parts.expert.open ||= lens.mode === 'px'; // its fields are there
+      this.#showFaults();
+    });
     this.listen(known, 'known', ({ detail }) => this.change(detail));
     this.listen(picture, 'turn', ({ detail }) => this.#turn(detail));
     this.listen(this.parts.library, 'click', () => this.#openLibrary());
@@ -199,8 +202,7 @@ export class RigForm extends Component {
       const detail = { path: first.path, reason: fault(first, valueAt(this.value, first.path)) };
       this.dispatchEvent(new CustomEvent('elsewhere', { detail }));
     } else if (first) {
-      const folded = FOLDED.find(({ fields }) => fields.includes(first));
-      if (folded) this.parts[`folded_${folded.name}`].open = true;
+      if (EXPERT.some(({ fields }) => fields.includes(first)) && this.#isShown(first)) this.parts.expert.open = true;
       if (this.#isShown(first)) this.#input(first).focus();
       else this.parts.lens.focus();
     }
@@ -394,6 +396,7 @@ export class RigForm extends Component {
       input.closest('.field').querySelector('.fault').textContent = reason;
       input.closest('.field').hidden = !this.#isShown(field);
     }
+    this.querySelector('.rig__group--lens').hidden = this.parts.lens.mode !== 'px';
     const lensFaults = LENS_PX.filter((path) => this.#touched.has(path)).map((path) => faults.get(path));
     this.parts.lens.fault = (this.parts.lens.mode !== 'px' && lensFaults.find(Boolean)) || '';
     return ALL_FIELDS.find(({ path }) => faults.has(path)) ?? null;
