@@ -111,7 +111,7 @@ class Counters:
             read.time_s,
             read.reading * MM_PER_UNIT[unit],
             tick_mm=MM_PER_UNIT[unit] * 10.0**-kept.place.decimals,
-            share=COUNTER_SHARE,
+            share=COUNTER_SHARE if kept.percent is None else kept.percent / 100,
         )
 
     def kept(self, inspection_id: str) -> KeptCounter | None:

@@ -30,6 +30,8 @@ class KeptCounter(msgspec.Struct, frozen=True):
     """A box drawn by a person; without it, the counter is searched."""
     unit: Unit | None = None
     """Stated by a person."""
+    percent: float | None = None
+    """Standard uncertainty of its way, stated by a person; None for the usual one."""
     place: CounterPlace | None = None
     """Where it was read; None if the film shows none."""
     film_date: date | None = None
@@ -39,10 +41,10 @@ class KeptCounter(msgspec.Struct, frozen=True):
     detail: str | None = None
     """A sentence that says why it failed, or what was wrong with the film."""
 
-    def differs_in_unit(self, stated: KeptCounter) -> bool:
-        """Whether this was read as is stated now, except for the unit."""
+    def differs_in_meaning(self, stated: KeptCounter) -> bool:
+        """Whether this was read as is stated now, except for what its readings mean."""
         is_same = (self.state, self.within, stated.state) == ("read", stated.within, "waiting")
-        return is_same and self.unit != stated.unit
+        return is_same and (self.unit, self.percent) != (stated.unit, stated.percent)
 
     def require_picture_size(self, width: int, height: int) -> None:
         """Raise PixelOutsidePicture if the drawn box is not in a picture of this size."""

@@ -105,7 +105,8 @@ class CounterQueue(InspectionWorker):
             return self._progress if self._reading == inspection_id else None
 
     def state(self, inspection_id: str, stated: KeptCounter) -> None:
-        """Store what a person states, and read the film again unless only the unit is another one.
+        """Store what a person states, and read the film again unless only the unit or the
+        uncertainty of its readings is another one.
 
         Raises:
             InspectionNotFound: No inspection has this id.
@@ -120,8 +121,8 @@ class CounterQueue(InspectionWorker):
         stated.require_picture_size(row.video["width"], row.video["height"])
         with self._changed:
             kept = self._files.get(inspection_id)
-            if kept is not None and kept.differs_in_unit(stated):
-                stated = msgspec.structs.replace(kept, unit=stated.unit)
+            if kept is not None and kept.differs_in_meaning(stated):
+                stated = msgspec.structs.replace(kept, unit=stated.unit, percent=stated.percent)
             self._files.put(inspection_id, stated)
             if self._reading == inspection_id:
                 self._is_stopped.set()

@@ -8,6 +8,7 @@ const ASK_EVERY_S = 1;
 
 /**
  * @typedef {Api['CounterFaultOut']} Fault a stretch in which the counter did not count what the camera drove
+ * @typedef {{box?: Box|null, unit?: 'm'|'ft'|null, percent?: number|null}} Stated percent: the uncertainty of its way
  * @typedef {[number, number, number, number]} Box left, top, right and bottom in pixels of the film
  */
 
@@ -30,9 +31,10 @@ export class FilmCounter extends Store {
     this.readings = new RunColumns(`${this.#path}/readings?format=columns`, { counter_m: Float64Array });
   }
 
-  /** The box that a person drew, or null. @returns {Box|null} */
-  get drawnBox() {
-    return this.value?.is_box_drawn ? /** @type {Box} */ (/** @type {unknown} */ (this.value.box)) : null;
+  /** What a person has stated; a unit that the film shows needs no statement. @returns {Stated} */
+  get stated() {
+    const { unit, is_unit_shown: isShown, is_box_drawn: isDrawn, box, percent } = /** @type {any} */ (this.value);
+    return { unit: isShown ? null : unit, box: isDrawn ? box : null, percent };
   }
 
   /** @returns {Fault[]} */
@@ -61,7 +63,7 @@ export class FilmCounter extends Store {
 
   /**
    * States where the counter is, or its unit, or that there is none; the film is read again if need be.
-   * @param {{is_present?: boolean, box?: Box|null, unit?: 'm'|'ft'|null}} stated
+   * @param {Stated & {is_present?: boolean}} stated
    */
   async state(stated) {
     await this.#take(await put(this.#path, stated, this.#signal));

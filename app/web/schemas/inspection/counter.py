@@ -25,8 +25,8 @@ Corner = Annotated[int, Field(ge=0, le=100_000)]
 
 
 class CounterIn(Given):
-    """What a person states about the counter; the film is then read again, unless only the unit is
-    another one.
+    """What a person states about the counter; the film is then read again, unless only unit or
+    uncertainty are others.
     """
 
     is_present: bool = Field(True, description="false: the film shows no counter.")
@@ -43,6 +43,13 @@ class CounterIn(Given):
         | None
     ) = None
     unit: Unit | None = Field(None, description="Of a counter that shows none.")
+    percent: (
+        Annotated[
+            float,
+            Field(gt=0, le=20, description="Standard uncertainty of its way; 0.5 if not stated."),
+        ]
+        | None
+    ) = None
 
     @model_validator(mode="after")
     def _box_has_a_size(self) -> Self:
@@ -55,7 +62,8 @@ class CounterIn(Given):
     def to_kept(self) -> KeptCounter:
         """Convert to the stored form."""
         within = None if self.box is None else Box(*self.box)
-        return KeptCounter("waiting" if self.is_present else "declined", within, self.unit)
+        state: Literal["waiting", "declined"] = "waiting" if self.is_present else "declined"
+        return KeptCounter(state, within, self.unit, self.percent)
 
 
 class CounterFoundOut(Out):
@@ -155,6 +163,8 @@ class CounterOut(BaseModel):
     unit: Unit | None
     """As shown or stated; null until somebody states it."""
     is_unit_shown: bool
+    percent: float | None
+    """Standard uncertainty of its way, as stated; null for the usual one of 0.5 %."""
     frames: int
     legible: int
     """Of these frames."""
@@ -185,6 +195,7 @@ class CounterOut(BaseModel):
             box=None if box is None else box.corners,
             unit=view.unit,
             is_unit_shown=bool(place and place.unit),
+            percent=kept.percent if kept else None,
             frames=0 if readings is None else len(readings.reading),
             legible=0 if readings is None else int((~np.isnan(readings.reading)).sum()),
             first_m=round(float(legible_m[0]), 4) if len(legible_m) else None,

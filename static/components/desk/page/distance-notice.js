@@ -60,7 +60,7 @@ export class DistanceNotice extends Component {
 
   #clicked({ unit, type }) {
     const { counter, tab } = this.desk;
-    if (unit) orToast(() => counter.state({ unit, box: counter.drawnBox }));
+    if (unit) orToast(() => counter.state({ ...counter.stated, unit }));
     if (type === undefined) return;
     tab.set('corrections');
     this.page.querySelector('typed-section').begin();

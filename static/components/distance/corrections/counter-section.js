@@ -7,10 +7,14 @@ import { Component } from '../../../core/page/store.js';
 import { chainage, lengthUnit, plusMinus, signed } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { askForBox } from './box-dialog.js';
+import { numberField, read, write } from './fields.js';
 import { icon } from '../../shared/icon/icon.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
 
 const UNITS = { m: 1, ft: 0.3048 };
+/** Uncertainty of a counter's way, one sigma. */
+const USUAL_PERCENT = 0.5;
+const MOST_PERCENT = 20;
 const LENGTH_FIELDS = ['first_frame', 'last_frame', 'length_m', 'sigma_mm'];
 
 export class CounterSection extends Component {
@@ -26,6 +30,7 @@ export class CounterSection extends Component {
         <div class="stack" data-part="state" role="status"></div>
         <div data-part="offer"></div>
         <div data-part="faults"></div>
+        <div data-part="trust" hidden>${numberField({ part: 'percent', id: 'counter-percent', label: t('counter.percent'), unit: '%', help: t('counter.percent_help') })}</div>
         <div class="fix__buttons row wrap" data-part="buttons">
           ${button('cancel', 'stop', t('counter.cancel'))}
           ${button('read', 'retry', '')}
@@ -35,26 +40,29 @@ export class CounterSection extends Component {
     );
     const { desk, parts } = this;
     this.listen(parts.cancel, 'click', () => orToast(() => desk.counter.cancel()));
-    this.listen(parts.read, 'click', () => this.#state({ ...this.#stated, box: this.desk.counter.drawnBox }));
+    this.listen(parts.read, 'click', () => this.#state(desk.counter.stated));
     this.listen(parts.none, 'click', () => this.#state({ is_present: false }));
     this.listen(parts.draw, 'click', async () => {
       const box = await askForBox(desk);
-      if (box) this.#state({ ...this.#stated, box });
+      if (box) this.#state({ ...desk.counter.stated, box });
+    });
+    this.listen(parts.percent, 'change', () => {
+      const percent = read(
+        parts,
+        'percent',
+        (number) => number > 0 && number <= MOST_PERCENT,
+        t('counter.percent_fault'),
+      );
+      if (percent !== undefined) this.#state({ ...desk.counter.stated, percent });
     });
     this.listen(this, 'click', ({ target }) => this.#clicked(target.closest('button')?.dataset ?? {}));
     this.listen([desk.counter, desk.inspection, desk.corrections, desk.track], 'change', () => this.#show());
     this.#show();
   }
 
-  /** What a person has stated about the unit; one that the film shows needs no statement. */
-  get #stated() {
-    const { unit, is_unit_shown: isShown } = this.desk.counter.value;
-    return { unit: isShown ? null : unit };
-  }
-
   /** Handles the buttons that come and go with what is known. */
   #clicked({ unit, frame, use }) {
-    if (unit) this.#state({ box: this.desk.counter.drawnBox, unit });
+    if (unit) this.#state({ ...this.desk.counter.stated, unit });
     if (frame) this.desk.seek(Number(frame));
     if (use !== undefined) this.#use(this.desk.counter.value);
   }
@@ -78,6 +86,8 @@ export class CounterSection extends Component {
     parts.read.querySelector('span').textContent = state === 'unread' ? t('counter.read') : t('counter.again');
     parts.draw.hidden = isWaiting || this.desk.track.length === 0;
     parts.none.hidden = isWaiting || state === 'declined';
+    parts.trust.hidden = state !== 'read';
+    write(parts.percent, counter.percent ?? USUAL_PERCENT);
     renderNew(parts.state, stateMarkup(counter, this.desk.inspection.isUnfinished));
     renderNew(parts.offer, this.#offer(counter));
     renderNew(parts.faults, comparison ? faultsMarkup(comparison.faults, this.desk.track) : html``);
