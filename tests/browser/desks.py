@@ -79,6 +79,25 @@ def expect_frame(page: Page, frame: int | str) -> None:
     expect(page.locator(".transport__frame")).to_have_text(re.compile(rf"frame {frame}$"))
 
 
+def ask(page: Page, question: str) -> None:
+    """Show the choices of a question in the form of a defect: `char1`, `clock`, `quant1`, ..."""
+    chip = page.locator(f".question[data-key={question}]")
+    if chip.get_attribute("aria-expanded") == "false":
+        chip.click()
+
+
+def choose(page: Page, question: str, choice: str) -> None:
+    """Answer a question by one of its choices."""
+    ask(page, question)
+    page.locator(f".question__choice[data-choice='{choice}']").click()
+
+
+def show_more(page: Page) -> None:
+    """Show what the form of a defect has behind More."""
+    if page.locator("defect-form details.more:not([open])").count():
+        page.locator("defect-form details.more > summary").click()
+
+
 def expect_saved(page: Page) -> None:
     """All that was tagged and typed is on the server's disk."""
     expect(page.locator(".save")).to_have_text("Saved")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from desks import WITHOUT_WEBGL
+from desks import WITHOUT_WEBGL, show_more
 from looks import COLOUR_RULES, expect_no_fault, faults
 from playwright.sync_api import Browser, Page, expect
 from steps import TOKEN, Server, log_in
@@ -94,6 +94,13 @@ def test_inspection(page: Page, server: Server, inspection: str) -> None:
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_have_count(0)  # it would take the key
     page.keyboard.press("1")
+    expect(page.locator(".questions__one")).to_be_visible()
+    expect_no_fault(page, within="defect-form")
+    page.keyboard.press("@")
+    expect(page.locator("clock-dial")).to_be_visible()
+    show_more(page)
+    expect_no_fault(page, within="defect-form")
+    page.keyboard.press("Escape")
     page.keyboard.press("t")
     expect(page.locator(".defect").nth(1)).to_be_visible()
     page.keyboard.press("e")

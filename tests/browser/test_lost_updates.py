@@ -10,7 +10,7 @@ import re
 
 import pytest
 from clip_surveys import FRAMES
-from desks import expect_frame, expect_read
+from desks import ask, expect_frame, expect_read
 from looks import expect_no_fault
 from playwright.sync_api import Locator, Page, Route, expect
 from steps import Server, log_in
@@ -75,17 +75,18 @@ def delete(page: Page) -> None:
     page.keyboard.press("Delete")
 
 
-def enter(page: Page, label: str) -> Locator:
-    """The cursor is in a field of the defect."""
+def enter_remark(page: Page) -> Locator:
+    """The cursor is in the remark of the defect."""
     page.locator(".defect__main").click()
     page.keyboard.press("e")
-    field = page.get_by_label(label, exact=True)
+    ask(page, "remark")
+    field = page.get_by_label("Remark", exact=True)
     field.focus()
     return field
 
 
 def write_remark(page: Page, text: str) -> None:
-    enter(page, "Remark").fill(text)
+    enter_remark(page).fill(text)
     page.keyboard.press("Escape")
 
 
@@ -171,7 +172,7 @@ def both_versions_are_shown_and_what_is_decided_later_stays_in_sight(
     question(desk)
     desk.keyboard.press("Escape")
     # From the form of the defect, too.
-    enter(desk, "Remark")
+    enter_remark(desk)
     desk.locator("defect-form").get_by_role("button", name="Compare").click()
     question(desk)
     desk.keyboard.press("Escape")
@@ -236,7 +237,7 @@ def a_deletion_is_asked_about(desk: Page, server: Server, path: str) -> None:
 def what_is_typed_is_asked_about_only_where_the_text_before_it_is_no_longer_stored(
     desk: Page, server: Server, path: str
 ) -> None:
-    remark = enter(desk, "Remark")
+    remark = enter_remark(desk)
     remark.press_sequentially("crack")
     expect_settled(desk)
     change_as_another(server, path, remark="crack, roots 30 %")

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from clip_surveys import FRAMES
-from desks import expect_frame, expect_read, expect_saved
+from desks import expect_frame, expect_read, expect_saved, show_more
 from looks import expect_no_fault
 from playwright.sync_api import Locator, Page, expect
 from steps import Server, log_in
@@ -70,6 +70,7 @@ def test_photos_drawings_notes_and_clips_are_made_and_kept(
     page.keyboard.press("e")
     form = page.locator("defect-form")
     thumbs = form.locator(".thumbs li")
+    show_more(page)
     expect(thumbs).to_have_count(1)
 
     # A photo of the shown frame.

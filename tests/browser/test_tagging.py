@@ -11,12 +11,15 @@ import pytest
 from clip_surveys import FRAMES
 from desks import (
     another_tab,
+    ask,
     box_of,
+    choose,
     click_at,
     delete_observations,
     expect_frame,
     expect_saved,
     observations,
+    show_more,
 )
 from looks import expect_no_fault
 from playwright.sync_api import Page, Route, expect
@@ -131,10 +134,11 @@ def test_an_address_shows_its_place(page: Page, server: Server, empty: str) -> N
 def the_form_asks_only_for_what_the_code_needs(desk: Page, server: Server, inspection: str) -> None:
     desk.keyboard.press("t")
     desk.keyboard.press("Enter")
-    code, needs = desk.get_by_label("Code", exact=True), desk.locator(".form__needed:visible")
+    code = desk.get_by_label("Code", exact=True)
+    asked, questions = desk.locator("#question-asked"), desk.locator(".question")
     expect(code).to_be_focused()
-    expect(needs).to_have_count(1)
-    expect(desk.get_by_role("slider", name="Clock from")).to_be_hidden()
+    expect(desk.locator("#needs-code")).to_be_visible()
+    expect(questions).to_have_count(0)
     code.fill("crack spiral")
     desk.get_by_role("listbox", name="Codes").get_by_role("option").first.click()
     expect(desk.locator(".defect__what b")).to_have_text(["BAB A D"])
@@ -142,21 +146,31 @@ def the_form_asks_only_for_what_the_code_needs(desk: Page, server: Server, inspe
     code.press("Enter")
     # Enter picks the first of the list, and the row with these very letters is the first.
     expect(desk.locator("#defect-code-label")).to_contain_text("line, edges touching, along")
-    expect(desk.get_by_role("slider", name="Clock from")).to_be_visible()
-    expect(desk.get_by_label("Quantity", exact=True)).to_be_visible()
-    expect(needs).to_have_text(["needed"])  # the width of the crack
-    desk.get_by_label("Quantity", exact=True).fill("0,4")
-    desk.get_by_label("Remark").focus()
-    expect(needs).to_have_count(0)
+    expect(questions).to_have_text(
+        [
+            re.compile(text)
+            for text in ("^Kind.*B", "^Detail.*A", "^Clock", "^Quantity.*needed$", "^Sev", "^Rem")
+        ]
+    )
+    quantity = desk.get_by_label("Quantity", exact=True)
+    expect(quantity).to_be_focused()  # the width of the crack is what is missing
+    quantity.fill("0,4")
+    quantity.press("Enter")
+    expect(asked).to_have_text("Severity")
+    desk.keyboard.press("Enter")
+    expect(desk.locator(".questions__one")).to_be_hidden()
+    expect(desk.get_by_role("button", name="Done")).to_be_focused()
+    expect(questions.get_by_text("needed").locator("visible=true")).to_have_count(0)
 
     code.fill("BCD A")
     code.press("Escape")
     desk.keyboard.press("e")
     code.fill("BDD A")
     code.press("Tab")
-    expect(desk.get_by_role("slider", name="Clock from")).to_be_hidden()
+    expect(desk.locator(".question[data-key=clock]")).to_have_count(0)
+    ask(desk, "quant1")
     expect(desk.locator(".unit").first).to_have_text("%")
-    expect(desk.get_by_label("Quantity 2")).to_be_hidden()
+    expect(desk.locator(".question[data-key=quant2]")).to_have_count(0)
 
 
 def every_field_is_saved_and_the_clock_is_set_by_keys_and_by_drawing(
@@ -165,13 +179,17 @@ def every_field_is_saved_and_the_clock_is_set_by_keys_and_by_drawing(
     desk.keyboard.press("1")
     desk.keyboard.press("e")
     start, end = (desk.get_by_role("slider", name=f"Clock {name}") for name in ("from", "to"))
+    ask(desk, "clock")
     expect(start).to_have_attribute("aria-valuetext", "measured: 6 o’clock")
     expect(end).to_have_attribute("aria-valuetext", "one position")
-    desk.get_by_label("Kind").select_option("B")
-    desk.get_by_label("Detail").select_option("A")
-    desk.locator("input[name=severity][value='4']").check(force=True)
+    choose(desk, "char1", "B")
+    choose(desk, "char2", "A")
+    choose(desk, "severity", "4")
+    ask(desk, "quant1")
     desk.get_by_label("Quantity", exact=True).fill("3.5")
+    ask(desk, "remark")
     desk.get_by_label("Remark").fill("=2+2 at the crown")
+    ask(desk, "clock")
     start.focus()
     for _ in range(5):
         desk.keyboard.press("ArrowRight")
@@ -193,6 +211,7 @@ def every_field_is_saved_and_the_clock_is_set_by_keys_and_by_drawing(
         "aria-label", "severity 4, plan repair"
     )
 
+    show_more(desk)
     desk.get_by_role("button", name="Open the photo").click()
     photo = desk.get_by_role("dialog").get_by_role("img", name=re.compile("Photo of BAB"))
     expect(photo).to_be_visible()
@@ -232,10 +251,10 @@ def a_stretch_is_started_changed_and_finished(desk: Page, server: Server, inspec
     expect(bar).to_contain_text(re.compile(r"A\d+ BBA"))
     seek(desk, 10)
     expect(bar).to_contain_text("0.53 m long")
+    desk.keyboard.press("Escape")  # until then C answers what is asked
     desk.keyboard.press("c")
     # The code is the same throughout: what is changed at one place changes at all.
-    desk.keyboard.press("e")
-    desk.get_by_label("Kind").select_option("C")
+    choose(desk, "char1", "C")
     desk.get_by_role("button", name="Done").click()
     seek(desk, 20)
     bar.get_by_role("button", name=re.compile(r"Finish A\d+ BBA here")).click()
@@ -386,7 +405,8 @@ def keys_belong_to_a_field_a_pedal_to_the_film_and_all_to_the_film_after_the_for
 ) -> None:
     desk.keyboard.press("1")
     desk.keyboard.press("e")
-    expect(desk.get_by_label("Code", exact=True)).to_be_focused()
+    expect(desk.locator(".questions__one")).to_be_focused()
+    ask(desk, "remark")
     remark = desk.get_by_label("Remark")
     remark.fill("half a sen")
     remark.press("t")
@@ -424,6 +444,7 @@ def a_proposal_of_the_project_becomes_the_recommendation_of_a_defect(
 ) -> None:
     put(server, inspection, frame=0, code="BAC", char1="B", severity=4)
     desk.get_by_role("button", name="Edit BAC").click()
+    show_more(desk)
     advice = desk.get_by_label("Recommendation", exact=True)
     proposed = desk.get_by_label("Proposed recommendations")
     expect(proposed.locator("option")).to_have_text(
@@ -508,6 +529,7 @@ def a_clicked_tag_gets_the_code_of_the_next_key(
     expect_frame(desk, FRAMES - 1)
     desk.keyboard.press("2")
     assert tags() == [("", False), ("BAC", True)]
+    desk.keyboard.press("Escape")
     desk.locator(".defect__main").first.click()
     expect_frame(desk, 0)
     desk.locator(".quick__code", has_text="Surface").click()

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 from desks import (
     another_tab,
+    ask,
     delete_observations,
     expect_frame,
     expect_saved,
@@ -74,14 +75,17 @@ def what_is_typed_survives_a_reload_and_a_closed_tab(
     desk.keyboard.press("e")
     expect_saved(desk)
     desk.route("**/observations/*", lambda route: route.abort())
+    ask(desk, "remark")
     remark.press_sequentially("root")
+    ask(desk, "quant1")
     desk.get_by_label("Quantity", exact=True).press_sequentially("0,4")
     expect(save).to_have_text(re.compile(r"Waiting \([12]\)"))  # 2: one was just being sent
     desk.reload()
     expect(desk.locator(".defect__more")).to_contain_text("root")
     desk.locator(".defect__main").click()
     desk.keyboard.press("e")
-    expect(desk.get_by_label("Quantity", exact=True)).to_have_value("0.4")
+    expect(desk.locator(".question[data-key=quant1]")).to_contain_text("0.4 mm")
+    ask(desk, "remark")
     remark.press("End")
     remark.press_sequentially("s at the joint")
     other = another_tab(desk)
@@ -95,6 +99,7 @@ def what_is_typed_survives_a_reload_and_a_closed_tab(
     # All letters of a visit of the field are one step, which the button names.
     other.locator(".defect__main").click()
     other.keyboard.press("e")
+    ask(other, "remark")
     other.get_by_label("Remark").fill("")
     other.get_by_label("Remark").press_sequentially("dry")
     other.get_by_role("button", name="Done").click()

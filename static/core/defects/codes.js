@@ -183,6 +183,9 @@ export class Catalogue {
  */
 export const labelOf = ({ label, labels }) => labels[language] ?? label;
 
+/** Returns what a row gives to an observation. @param {Pick<CodeRow, 'code'|'char1'|'char2'>} row */
+export const codeOf = ({ code, char1, char2 }) => ({ code, char1: char1 || null, char2: char2 || null });
+
 /** @param {string} label */
 const title = (label) => label.split(':')[0];
 

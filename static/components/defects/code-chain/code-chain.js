@@ -1,17 +1,17 @@
 /**
- * Tags by letters alone: B opens the list of what may follow, each letter narrows it, @ and an hour state the clock
- * position, a digit rates and ends. 0 opens the templates instead. The tag belongs to the frame that was shown at the first letter, however long the rest takes.
+ * Tags by letters alone: B opens the list of what may follow, each letter narrows it, and the main code makes the tag,
+ * whose form asks for the rest. 0 opens the templates instead. The tag belongs to the frame that was shown at the first letter.
  */
 
 import { html, render } from '../../../core/page/html.js';
-import { hoursOf, isClock, lastCodes, typedSoFar } from '../../../core/defects/code-chain.js';
+import { lastCodes, typedSoFar } from '../../../core/defects/code-chain.js';
+import { codeOf } from '../../../core/defects/codes.js';
 import { isTaken } from '../../../core/page/keys.js';
 import { preferences } from '../../../core/page/preferences.js';
 import { Component } from '../../../core/page/store.js';
 import { t } from '../../../core/page/words.js';
-import { GRADES, severityMark, severityWord } from '../../shared/severity-mark/severity-mark.js';
+import { severityMark } from '../../shared/severity-mark/severity-mark.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
-import { clockMarkup, clockText } from './clock-keys.js';
 import { TEMPLATE_KEYS, templatesMarkup } from './templates.js';
 
 const LAST = 5;
@@ -19,8 +19,6 @@ const LAST = 5;
 export class CodeChain extends Component {
   #text = '';
   #typed;
-  /** The clock position as it is typed, such as `@10@2`. */
-  #clock = '';
   /** Whether the templates are listed instead of the letters. */
   #isListing = false;
   /** Codes of the last tags. */
@@ -33,9 +31,8 @@ export class CodeChain extends Component {
     this.setAttribute('role', 'group');
     this.setAttribute('aria-label', t('chain.title'));
     this.listen(this, 'click', ({ target }) => {
-      const { key, hour, forget } = target.closest('[data-key], [data-hour], [data-forget]')?.dataset ?? {};
-      if (hour) this.#setClock(this.#clock + hour);
-      else if (forget) this.#forget(Number(forget));
+      const { key, forget } = target.closest('[data-key], [data-forget]')?.dataset ?? {};
+      if (forget) this.#forget(Number(forget));
       else if (key) this.#press(key);
     });
     this.listen(preferences, 'change', () => this.hidden || this.#show());
@@ -49,6 +46,7 @@ export class CodeChain extends Component {
   /** Begins with the frame on the screen. @param {string} letter that was pressed */
   open(letter) {
     if (!this.desk.hold()) return;
+    this.desk.editing.set(false); // its questions would take the letters
     this.#last = lastCodes(this.desk.observations.value, LAST);
     this.hidden = false;
     this.#isListing = false;
@@ -70,12 +68,11 @@ export class CodeChain extends Component {
 
   #key(event) {
     const { key } = event;
-    const isSign = key === '@'; // on some keyboards typed with Alt and Ctrl
-    if ((!isSign && (event.ctrlKey || event.metaKey || event.altKey)) || isTaken(event.target, key)) return;
-    if (!/^([a-z0-9@.]|Enter|Escape|Backspace)$/i.test(key)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || isTaken(event.target, key)) return;
+    if (!/^([a-z0-9]|Enter|Escape|Backspace)$/i.test(key)) return;
     event.preventDefault();
     event.stopImmediatePropagation();
-    this.#press(key === '.' ? '@' : key);
+    this.#press(key);
   }
 
   #press(key) {
@@ -84,21 +81,15 @@ export class CodeChain extends Component {
     if (key === 'Escape') this.close();
     else if (key === 'Backspace') this.#back();
     else if (this.#isListing) this.#pick(letter);
-    else if (key === '0' && !row) this.#list(true);
-    else if (row && isClock(this.#clock + key)) this.#setClock(this.#clock + key);
-    else if (key === 'Enter' && row) this.#tag({});
+    else if (key === '0') this.#list(true);
+    else if (key === 'Enter' && row) this.#tag();
     else if (choices.some((choice) => choice.letter === letter)) this.#type(this.#typed.letters + letter);
-    else if (row && GRADES.includes(Number(key)) && key.trim()) this.#tag({ severity: Number(key) });
-    else if (!row && this.#last[Number(key) - 1]) this.#finish(this.#last[Number(key) - 1]);
+    else if (this.#last[Number(key) - 1]) this.#finish(this.#last[Number(key) - 1]);
   }
 
   #back() {
     if (this.#isListing) {
       this.#list(false);
-      return;
-    }
-    if (this.#clock) {
-      this.#setClock(this.#clock.slice(0, -1));
       return;
     }
     if (!this.#text) {
@@ -132,21 +123,18 @@ export class CodeChain extends Component {
     (rest[i] ?? rest[i - 1] ?? this.querySelector('button')).focus(); // the button has gone
   }
 
-  #setClock(text) {
-    this.#clock = text;
-    this.#show();
-  }
-
   #type(text) {
-    this.#clock = '';
     this.#text = text;
     this.#typed = typedSoFar(this.desk.catalogue.rows, text);
-    this.#show();
+    const { letters, row } = this.#typed;
+    const isSpelt =
+      row && !this.desk.catalogue.rows.some((other) => other.code !== row.code && other.letters.startsWith(letters));
+    if (isSpelt && text) this.#tag();
+    else this.#show();
   }
 
-  #tag(fields) {
-    const { code, char1, char2 } = this.#typed.row;
-    this.#finish({ code, char1: char1 || null, char2: char2 || null, ...hoursOf(this.#clock), ...fields });
+  #tag() {
+    this.#finish(codeOf(this.#typed.row));
   }
 
   #finish(fields) {
@@ -165,8 +153,7 @@ export class CodeChain extends Component {
     render(
       this,
       html`<p class="chain__code" role="status"><b>${letters || '…'}</b>
-          ${row ? catalogue.label(row.code, row.char1 || null, row.char2 || null) : t('chain.begin')}
-          ${this.#clock && html`<span class="chain__clock number">${clockText(this.#clock)}</span>`}</p>
+          ${row ? catalogue.label(row.code, row.char1 || null, row.char2 || null) : t('chain.begin')}</p>
         ${
           choices.length
             ? html`<div class="chain__keys flow gap-1">${choices.map(
@@ -175,27 +162,18 @@ export class CodeChain extends Component {
               )}</div>`
             : ''
         }
-        ${row && clockMarkup(this.#clock)}
-        ${
-          row
-            ? html`<div class="chain__keys flow gap-1" role="group" aria-label="${t('form.severity')}">${GRADES.map(
-                (grade) => html`<button
-              type="button" class="button button--small" data-key="${grade}" title="${severityWord(grade)}"><kbd>${grade}</kbd>
-              ${severityMark(grade)}<span class="visually-hidden">${severityWord(grade)}</span></button>`,
-              )}
-              <button type="button" class="button button--small button--primary" data-key="Enter"><kbd>↵</kbd>${t('chain.without')}</button></div>`
-            : html`<div class="chain__keys flow gap-1" role="group" aria-label="${t('chain.last')}">${this.#last.map(
-                (last, i) => html`<button
-              type="button" class="button button--small" data-key="${i + 1}"><kbd>${i + 1}</kbd>${[
-                last.code,
-                last.char1,
-                last.char2,
-              ]
-                .filter(Boolean)
-                .join(' ')} ${severityMark(last.severity)}</button>`,
-              )}
-              <button type="button" class="button button--small" data-key="0"><kbd>0</kbd>${t('chain.templates')}</button></div>`
-        }
+        <div class="chain__keys flow gap-1" role="group" aria-label="${t('chain.last')}">${this.#last.map(
+          (last, i) => html`<button
+          type="button" class="button button--small" data-key="${i + 1}"><kbd>${i + 1}</kbd>${[
+            last.code,
+            last.char1,
+            last.char2,
+          ]
+            .filter(Boolean)
+            .join(' ')} ${severityMark(last.severity)}</button>`,
+        )}
+          <button type="button" class="button button--small" data-key="0"><kbd>0</kbd>${t('chain.templates')}</button>
+          ${row && html`<button type="button" class="button button--small button--primary" data-key="Enter"><kbd>↵</kbd>${row.code}</button>`}</div>
         ${endMarkup()}`,
     );
   }

@@ -32,7 +32,7 @@ function arc(from, to) {
   return `M${x1} ${y1}A${RADIUS} ${RADIUS} 0 ${between(from, to) > 6 ? 1 : 0} 1 ${x2} ${y2}`;
 }
 
-/** Fires `pick` (detail {from, to}) when a person has chosen other hours. */
+/** Fires `pick` (detail {from, to, isDrawn}) when a person has chosen other hours, by pointer or by key. */
 export class ClockDial extends Component {
   #value = { from: null, to: null };
   #measured = null;
@@ -123,7 +123,7 @@ export class ClockDial extends Component {
     if (!this.#drag) return;
     const { from, to } = this.#shown;
     this.#drag = null;
-    if (isMeant) this.#pick(from, to);
+    if (isMeant) this.#pick(from, to, true);
     this.#show();
   }
 
@@ -139,9 +139,9 @@ export class ClockDial extends Component {
     return steps > 0 ? { from: at, to: hour } : { from: hour, to: at };
   }
 
-  #pick(from, to) {
+  #pick(from, to, isDrawn = false) {
     const isPoint = from === null || to === null || (from === to && from !== 12);
-    const detail = { from, to: isPoint ? null : to };
+    const detail = { from, to: isPoint ? null : to, isDrawn };
     if (detail.from === this.#value.from && detail.to === this.#value.to) return;
     this.#value = detail;
     this.#show();

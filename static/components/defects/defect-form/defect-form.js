@@ -1,9 +1,15 @@
-/** Details of one observation. Every letter is stored as it is typed; there is no Save button. */
+/**
+ * Details of one observation: what its code asks comes first, the rest is behind "More". Every letter is stored as it
+ * is typed; there is no Save button.
+ */
 
 import { html, render, renderNew, setText } from '../../../core/page/html.js';
 import { withKey } from '../../../core/page/keys.js';
+import { recallMembers, remember } from '../../../core/page/remembered.js';
 import { mayEdit } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
+import { codeOf } from '../../../core/defects/codes.js';
+import { numberIn } from '../../../core/defects/questions.js';
 import { openStretches, partsOf, stretchNumber, stretchRole } from '../../../core/defects/stretches.js';
 import { chainage, timecode } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
@@ -20,17 +26,16 @@ import {
   startStretchAt,
 } from '../../desk/actions/stretches.js';
 import '../../film/measure/measure-box.js';
-import { GRADES, severityMark, severityWord } from '../../shared/severity-mark/severity-mark.js';
-import { unitOf } from './units.js';
 import '../attachments/defect-attachments.js';
 import '../../desk/panels/defect-review.js';
-import './clock-dial.js';
+import './code-questions.js';
 import './quick-key.js';
 
 /** Fields for text, and fields for a number of 0 or more. */
 const TEXTS = ['remark', 'recommendation'];
 const NUMBERS = ['quant1', 'quant2', 'cost'];
-const NEEDS = ['code', 'char1', 'char2', 'clock', 'quant1', 'quant2', 'remark'];
+/** Whether a person has left More open. */
+const REMEMBERED = 'chainage.form';
 
 export class DefectForm extends Component {
   /** @type {string} */
@@ -60,73 +65,51 @@ export class DefectForm extends Component {
           <button type="button" class="button button--small" data-part="done" title="${t('form.close')}">${icon('check')}${t('form.done')}</button>
         </div>
         <p class="form__others line-below small" role="status" data-part="others" hidden></p>
-        <form class="form__body stack gap-3 halves packed grow" data-part="form">
-          <div class="message message--error form__wide" role="alert" data-part="refused" hidden>${icon('alert')}
+        <form class="form__body stack one-column packed grow" data-part="form">
+          <div class="message message--error" role="alert" data-part="refused" hidden>${icon('alert')}
             <div><p data-part="refusal"></p><div class="flow">
               <button type="button" class="button button--small" data-part="compare">${icon('swap')}${t('conflict.compare')}</button>
               <button type="button" class="button button--small" data-part="again">${icon('retry')}${t('form.send_again')}</button>
               <button type="button" class="button button--small" data-part="giveUp">${icon('undo')}${t('form.give_up')}</button>
             </div></div></div>
           <fieldset class="locked" ${!mayEdit() && 'disabled'}>
-          <div class="field form__code holds">
-            ${head('defect-code', t('form.code'), 'code')}
+          <div class="form__code row holds">
+            <label for="defect-code">${t('form.code')}</label>
             <input class="input" id="defect-code" role="combobox" aria-autocomplete="list" aria-expanded="false"
-              aria-controls="defect-codes" aria-describedby="defect-code-label" autocomplete="off" spellcheck="false"
+              aria-controls="defect-codes" aria-describedby="needs-code defect-code-label" autocomplete="off" spellcheck="false"
               placeholder="${t('form.code_hint')}" data-part="code" />
+            <span class="small strong weak" id="needs-code" data-part="codeNeeded" hidden>${t('form.needed')}</span>
+            <span class="help grow shrinks" id="defect-code-label" data-part="label"></span>
             <ul class="code-search__list panel" id="defect-codes" role="listbox" aria-label="${t('form.codes')}" data-part="codes" hidden></ul>
-            <span class="help form__label" id="defect-code-label" data-part="label"></span>
-            <quick-key data-part="quickKey"></quick-key>
           </div>
-          <div class="field form__kind" data-part="char1Field">${head('defect-char1', t('form.kind'), 'char1')}
-            <select class="input" id="defect-char1" name="char1" aria-describedby="needs-char1" data-part="char1"></select></div>
-          <div class="field" data-part="char2Field">${head('defect-char2', t('form.detail'), 'char2')}
-            <select class="input" id="defect-char2" name="char2" aria-describedby="needs-char2" data-part="char2"></select></div>
-          <fieldset class="form__severity stack gap-1">
-            <legend>${t('form.severity')}</legend>
-            <div class="form__grades stack gap-1">${GRADES.map(
-              (grade) => html`<label class="tile row holds"
-              title="${withKey(severityWord(grade), `Shift + ${grade}`)}">
-              <input type="radio" name="severity" value="${grade}" />
-              ${severityMark(grade)}<b>${grade}</b></label>`,
-            )}</div>
-            <span class="help" data-part="severityWord"></span>
+          <code-questions class="stack" data-part="questions"></code-questions>
           </fieldset>
-          <div class="field form__clock" data-part="clockField">
-            <span class="form__needs flow apart"><span class="label">${t('dial.label')}</span>${needed('clock')}</span>
-            <clock-dial class="stack" data-part="dial"></clock-dial>
-          </div>
-          <div class="form__beside stack gap-3 packed">
-            ${[1, 2].map(
-              (n) => html`<div class="field" data-part="quant${n}Field">
-              ${head(`defect-quant${n}`, n === 1 ? t('form.quantity') : t('form.quantity_2'), `quant${n}`)}
-              <span class="input-with-unit"><input class="input" id="defect-quant${n}" name="quant${n}" inputmode="decimal"
-                autocomplete="off" aria-describedby="needs-quant${n} defect-quant${n}-fault" /><span class="unit" data-part="unit${n}"></span></span>
-              <span class="fault" id="defect-quant${n}-fault" data-part="quant${n}Fault"></span></div>`,
-            )}
-            <div class="field">${head('defect-remark', t('form.remark'), 'remark')}
-              <textarea class="input" id="defect-remark" name="remark" rows="3" maxlength="2000" aria-describedby="needs-remark"></textarea></div>
-          </div>
-          <section class="stack gap-3 form__wide" aria-label="${t('form.advice')}">
-            <div class="field"><label for="defect-recommendation">${t('form.recommendation')}</label>
-              <select class="input" data-part="proposals" aria-label="${t('form.proposals')}" hidden></select>
-              <textarea class="input" id="defect-recommendation" name="recommendation" rows="2" maxlength="1000"></textarea></div>
-            <div class="field form__cost" data-part="costField"><label for="defect-cost">${t('form.cost')}</label>
-              <span class="input-with-unit"><input class="input" id="defect-cost" name="cost" inputmode="decimal"
-                autocomplete="off" aria-describedby="defect-cost-fault" /><span class="unit" data-part="currency"></span></span>
-              <span class="fault" id="defect-cost-fault" data-part="costFault"></span></div>
-          </section>
-          <measure-box class="form__wide" data-part="measures"></measure-box>
-          <section class="stack form__wide" aria-label="${t('stretch.label')}" data-part="stretchField">
-            <p class="number" data-part="stretch"></p>
-            <div class="flow" data-part="stretchButtons"></div>
-          </section>
-          </fieldset>
-          <section class="form__place stack at-start form__wide" aria-label="${t('form.place')}">
-            <p class="help number" data-part="anchor"></p>
-            <button type="button" class="button button--small" data-part="move" data-needs="operator" title="${t('form.move_help')}">${icon('move')}${t('form.move')}</button>
-            <defect-attachments class="stack shrinks" data-part="attachments"></defect-attachments>
-          </section>
-          <defect-review class="form__wide"></defect-review>
+          <details class="more" data-part="more"><summary>${t('form.more')}</summary>
+            <div class="form__more stack gap-3">
+              <fieldset class="locked" ${!mayEdit() && 'disabled'}>
+              <section class="stack" aria-label="${t('stretch.label')}" data-part="stretchField">
+                <p class="number" data-part="stretch"></p>
+                <div class="flow" data-part="stretchButtons"></div>
+              </section>
+              <measure-box data-part="measures"></measure-box>
+              <section class="stack gap-3" aria-label="${t('form.advice')}">
+                <div class="field"><label for="defect-recommendation">${t('form.recommendation')}</label>
+                  <select class="input" data-part="proposals" aria-label="${t('form.proposals')}" hidden></select>
+                  <textarea class="input" id="defect-recommendation" name="recommendation" rows="2" maxlength="1000"></textarea></div>
+                <div class="field form__cost" data-part="costField"><label for="defect-cost">${t('form.cost')}</label>
+                  <span class="input-with-unit"><input class="input" id="defect-cost" name="cost" inputmode="decimal"
+                    autocomplete="off" aria-describedby="defect-cost-fault" /><span class="unit" data-part="currency"></span></span>
+                  <span class="fault" id="defect-cost-fault" data-part="costFault"></span></div>
+              </section>
+              <quick-key data-part="quickKey"></quick-key>
+              </fieldset>
+              <section class="form__place stack at-start" aria-label="${t('form.place')}">
+                <p class="help number" data-part="anchor"></p>
+                <button type="button" class="button button--small" data-part="move" data-needs="operator" title="${t('form.move_help')}">${icon('move')}${t('form.move')}</button>
+                <defect-attachments class="stack shrinks" data-part="attachments"></defect-attachments>
+              </section>
+              <defect-review></defect-review>
+            </div></details>
         </form>`,
     );
     const { parts, desk } = this;
@@ -143,7 +126,13 @@ export class DefectForm extends Component {
       if (button) this.#stretch(button.dataset.do);
     });
     this.listen(parts.proposals, 'change', () => this.#accept(Number(parts.proposals.value)));
-    this.listen(parts.dial, 'pick', ({ detail: { from, to } }) => this.#save({ clock_from: from, clock_to: to }));
+    this.listen(parts.questions, 'answer', ({ detail }) => this.#store(detail));
+    this.listen(parts.questions, 'answered', ({ detail }) => this.#answered(detail));
+    this.listen(desk.playhead, 'change', () => {
+      if (desk.hasMovedOn && !this.contains(document.activeElement)) desk.editing.set(false);
+    });
+    this.listen(desk.asking, 'change', () => desk.asking.value && this.#ask());
+    this.listen(parts.more.querySelector('summary'), 'click', () => remember(REMEMBERED, { isOpen: !parts.more.open }));
     this.listen(parts.form, 'submit', (event) => {
       event.preventDefault();
       desk.editing.set(false);
@@ -153,24 +142,61 @@ export class DefectForm extends Component {
     this.listen(parts.code, 'change', () => this.#leftCode());
     this.listen(parts.form, 'change', ({ target }) => this.#changed(target));
     this.listen(parts.form, 'focusout', ({ target }) => isWrong(target) || this.#fill());
-    // While typing, the keys belong to the field; Escape leaves the field and closes the form.
+    // Escape leaves the field and closes the form; on the page it would drop the selection, too.
     this.listen(this, 'keydown', (event) => {
-      if (event.key === 'Escape') desk.editing.set(false);
+      if (event.key !== 'Escape') return;
+      event.stopPropagation();
+      desk.editing.set(false);
     });
     for (const store of [desk.observations, desk.track, desk.conflicts, desk.proposals]) {
       this.listen(store, 'change', () => this.#fill());
     }
     desk.proposals.loadPatiently();
     this.listen(desk.people, 'change', () => this.#showOthers());
+    this.listen(desk.measuring, 'change', () => (parts.more.open ||= desk.measuring.value !== null));
     this.#fill();
     this.#showOthers();
+    parts.more.open = recallMembers(REMEMBERED, { isOpen: false }).isOpen || this.#hasMore;
+    if (desk.asking.value) this.#ask();
   }
 
-  /** Focuses the code, and scrolls to the form where it is below the film, as the person opened it. */
+  /**
+   * Puts the cursor on what is missing, else on the code, and scrolls to the form where it is below the film, as the
+   * person opened it.
+   */
   enter() {
-    this.parts.code.focus({ preventScroll: true });
-    this.parts.code.select();
+    const { code, questions } = this.parts;
+    if (!questions.ask({ isFocused: true })) {
+      code.focus({ preventScroll: true });
+      code.select();
+    }
     this.scrollIntoView({ block: 'nearest' });
+  }
+
+  /** Asks what is open; of a tag that was just made the keys answer, and the film keeps the focus. */
+  #ask() {
+    const { questions, code, codeNeeded } = this.parts;
+    const isFocused = this.desk.asking.value === 'all';
+    if (questions.ask({ isFocused })) return;
+    if (isFocused && !codeNeeded.hidden) code.focus();
+    else this.desk.askNext();
+  }
+
+  #answered({ hadFocus }) {
+    const { desk } = this;
+    if (hadFocus) this.parts.done.focus();
+    if (desk.asking.value) desk.askNext();
+  }
+
+  /** Whether anything behind More has a value, or is wanted as the inspection is under review. */
+  get #hasMore() {
+    const item = this.#item;
+    const { review, inspection } = this.desk;
+    const isStated = [item?.recommendation, item?.cost ?? null, item?.measures, item?.continuous].some(
+      (value) => value !== null && value !== undefined,
+    );
+    const isReviewed = review.about(this.observationId).length > 0 || inspection.value.review.state !== 'draft';
+    return isStated || isReviewed;
   }
 
   get #item() {
@@ -199,13 +225,20 @@ export class DefectForm extends Component {
   #pickCode(row) {
     this.parts.code.value = row.code;
     this.#save(codeOf(row));
+    this.parts.questions.ask({ isFocused: true });
+  }
+
+  /** Stores an answer: all of one visit are one step to undo; a severity is one of its own, as by its keys. */
+  #store(changes) {
+    this.desk.noteAnswer();
+    if ('severity' in changes) this.#save(changes);
+    else this.desk.observations.type(this.observationId, changes, this.#visit, this.#state(changes));
   }
 
   /** Handles typing in a field; a choice reports `change` instead. */
   #typed(field) {
     const changes = field === this.parts.code ? this.#codeTyped : this.#textTyped(field);
-    if (!changes) return;
-    this.desk.observations.type(this.observationId, changes, this.#visit, this.#state(changes));
+    if (changes) this.#store(changes);
   }
 
   /** Whether a code is typed in full, 'BAB' or 'bab b a': it counts without being picked from the list. */
@@ -219,7 +252,7 @@ export class DefectForm extends Component {
   #textTyped({ name, value }) {
     if (TEXTS.includes(name)) return { [name]: value.trim() || null };
     if (!NUMBERS.includes(name)) return null;
-    const number = quantityIn(value);
+    const number = numberIn(value);
     return number === undefined ? null : { [name]: number };
   }
 
@@ -232,22 +265,17 @@ export class DefectForm extends Component {
   }
 
   #changed({ name, value }) {
-    if (!name) return;
     if (NUMBERS.includes(name)) {
-      const number = quantityIn(value);
+      const number = numberIn(value);
       const isFault = number === undefined;
-      this.parts[`${name}Fault`].textContent = isFault ? t('form.quantity_fault') : '';
+      this.#fault(name).textContent = isFault ? t('form.quantity_fault') : '';
       this.elements.namedItem(name).setAttribute('aria-invalid', String(isFault));
       if (!isFault) this.#left(name, number);
-    } else if (name === 'severity') {
-      this.#save({ severity: Number(value) });
-    } else if (name === 'char1') {
-      this.#save({ char1: value || null, char2: null });
-    } else if (TEXTS.includes(name)) {
-      this.#left(name, value.trim() || null);
-    } else {
-      this.#save({ [name]: value || null });
-    }
+    } else if (TEXTS.includes(name)) this.#left(name, value.trim() || null);
+  }
+
+  #fault(name) {
+    return this.querySelector(`#defect-${name}-fault`);
   }
 
   /** Saves the value of a text field that is left, unless it is what the field stated before. */
@@ -282,36 +310,14 @@ export class DefectForm extends Component {
     parts.refusal.textContent = item.save === 'refused' ? t('defects.refused', { reason: item.refusal }) : '';
     this.#put('code', parts.code, item.code, isDiscarded);
     parts.label.textContent = item.code ? catalogue.label(item.code, item.char1, item.char2) : t('form.no_code');
+    parts.codeNeeded.hidden = Boolean(item.code) && catalogue.has(item.code);
     parts.quickKey.show(item);
-    this.#offer('char1', catalogue.firstChars(item.code, item.char1), item.char1);
-    this.#offer('char2', catalogue.secondChars(item.code, item.char1, item.char2), item.char2);
-    const grade = item.severity ?? null;
-    for (const radio of elements.namedItem('severity')) radio.checked = radio.value === String(grade);
-    parts.severityWord.textContent = severityWord(grade);
     for (const name of [...TEXTS, ...NUMBERS]) this.#put(name, elements.namedItem(name), item[name], isDiscarded);
-    this.#fillNeeds(item, catalogue.row(item.code, item.char1, item.char2));
+    parts.questions.show(item);
     this.#fillAdvice(item);
     parts.measures.set(item);
     this.#fillStretch(item);
     parts.anchor.textContent = anchorText(item);
-  }
-
-  /** Shows only the fields that the code needs; filled ones stay visible. */
-  #fillNeeds(item, rules) {
-    const { parts } = this;
-    const isAsked = (need, ...values) => (need ?? 'no') !== 'no' || values.some((value) => (value ?? null) !== null);
-    parts.clockField.hidden = !isAsked(rules?.needs_clock, item.clock_from, item.clock_to);
-    parts.dial.set(
-      { from: item.clock_from ?? null, to: item.clock_to ?? null },
-      this.desk.measuredHour(item) ?? (item.clock_from ? null : (item.clock ?? null)),
-    );
-    for (const n of /** @type {const} */ ([1, 2])) {
-      const value = item[`quant${n}`] ?? null;
-      parts[`quant${n}Field`].hidden = !isAsked(rules?.[`needs_q${n}`], value);
-      parts[`unit${n}`].textContent = unitOf(rules, n);
-    }
-    const lacks = this.desk.catalogue.missing(item);
-    for (const name of NEEDS) parts[`${name}Needed`].hidden = !lacks.includes(name);
   }
 
   /** Offers the proposals for the defect; the cost is asked where the project wants costs. */
@@ -372,19 +378,6 @@ export class DefectForm extends Component {
     );
   }
 
-  #offer(name, choices, value) {
-    const select = this.parts[name];
-    this.parts[`${name}Field`].hidden = choices.length === 0;
-    renderNew(
-      select,
-      html`<option value="">${t('page.not_stated')}</option>${choices.map(
-        (choice) => html`<option value="${choice.value}">
-          ${choice.value} – ${choice.label}</option>`,
-      )}`,
-    );
-    select.value = value ?? '';
-  }
-
   /** Shows a stored value in a text field; `isAlways`: even while the person is in it. */
   #put(name, field, value = null, isAlways = false) {
     if (field === document.activeElement && !isAlways) return;
@@ -393,24 +386,8 @@ export class DefectForm extends Component {
   }
 }
 
-const codeOf = ({ code, char1, char2 }) => ({ code, char1: char1 || null, char2: char2 || null });
-
 /** Whether a field holds a text that is not allowed, for the person to correct. */
 const isWrong = (field) => field.getAttribute('aria-invalid') === 'true';
-
-/** Returns the number of a text, null when it is empty, undefined when it is not allowed. */
-function quantityIn(text) {
-  if (text.trim() === '') return null;
-  const number = Number(text.trim().replace(',', '.'));
-  return Number.isFinite(number) && number >= 0 ? number : undefined;
-}
-
-/** Marks a field that a report needs; an empty one blocks nothing here. */
-const needed = (name) =>
-  html`<span class="form__needed small strong weak" id="needs-${name}" data-part="${name}Needed" hidden>${t('form.needed')}</span>`;
-
-const head = (id, label, name) =>
-  html`<span class="form__needs flow apart"><label for="${id}">${label}</label>${needed(name)}</span>`;
 
 /**
  * @param {import('../../desk/page/desk.js').Desk} desk

@@ -1,7 +1,7 @@
 /** The tagged defects along the culvert; the form of the selected one replaces the list. */
 
 import { html, patchList, render, renderNew, setText } from '../../../core/page/html.js';
-import { isKeyOn } from '../../../core/page/keys.js';
+import { isKeyOn, withKey } from '../../../core/page/keys.js';
 import { isOpen } from '../../../core/defects/review.js';
 import { Component } from '../../../core/page/store.js';
 import { coveredShare, defectCount, stretchesOf } from '../../../core/defects/stretches.js';
@@ -46,7 +46,8 @@ export class DefectList extends Component {
             <button class="button button--icon" data-part="newest" aria-label="${t('defects.newest')}"
               title="${t('defects.newest')}">${icon('newest')}</button>
           </div>
-          <p class="defects__count dim number" data-part="count"></p>
+          <p class="defects__tally row apart dim"><span class="defects__count number" data-part="count"></span>
+            <button class="button button--small" data-part="complete" data-needs="operator" title="${withKey(t('keys.complete'), 'D')}"></button></p>
           <div class="defects__empty stack pad-4" data-part="empty">
             <p>${t('defects.empty')}</p>
             ${isKeyOn('t') && html`<p class="dim" data-needs="operator">${pieces('defects.empty_help', { key: html`<kbd>T</kbd>` })}</p>`}
@@ -69,6 +70,7 @@ export class DefectList extends Component {
       this.#isNewestFirst = !this.#newestFirst;
       this.#update();
     });
+    this.listen(parts.complete, 'click', () => desk.askAll());
     this.listen(parts.rows, 'keydown', (event) => this.#key(event));
     this.listen(document, 'scroll', () => this.repaint(), { capture: true, passive: true });
     const resized = new ResizeObserver(() => this.repaint());
@@ -143,7 +145,10 @@ export class DefectList extends Component {
     const { low, high } = desk.track.range;
     const stretches = stretchesOf(all, high / 1000);
     const share = coveredShare(stretches, (high - low) / 1000);
-    parts.count.hidden = all.length === 0;
+    const { length: lacking } = this.desk.incomplete;
+    parts.complete.hidden = lacking === 0;
+    setText(parts.complete, t('ask.complete', { n: lacking }));
+    parts.count.parentElement.hidden = all.length === 0;
     parts.count.textContent = [
       shown === n ? t('defects.count', { n }) : t('defects.count_of', { shown, n }),
       stretches.length > 0 && t('stretch.share', { percent: Math.round(100 * share) }),
@@ -292,13 +297,15 @@ export class DefectList extends Component {
     const next = document.createElement('defect-form');
     next.observationId = id;
     parts.details.replaceChildren(next);
-    // Only for a form opened by the person; a change of selection does not take the keys from the film.
-    if (!form) next.enter();
+    // Only for a form opened by the person; neither a tag nor a change of selection takes the keys from the film.
+    if (!form && !desk.asking.value) next.enter();
   }
 
-  /** Restores focus and scroll position, if the element still exists. */
+  /** Restores focus and scroll position, if the element still exists; of a form that had not the focus neither. */
   #closeForm(form) {
+    const hadFocus = form.contains(document.activeElement);
     form.remove();
+    if (!hadFocus) return;
     const wasOnPage = this.#focusBefore === document.body || !this.#focusBefore.isConnected;
     const next = wasOnPage ? document.querySelector('#main') : this.#focusBefore;
     next.focus({ preventScroll: true });

@@ -22,6 +22,7 @@ export const showKeys = (groups, { hasStage = true } = {}) =>
         hasStage &&
         html`<section><h3>${t('keys.pointer')}</h3><dl>
         <div><dt>${t('keys.picture')}</dt><dd>${t('keys.picture_help')}</dd></div>
+        <div><dt>${t('ask.label')}</dt><dd>${t('keys.ask_help')}</dd></div>
         <div><dt>${t('keys.strip')}</dt><dd>${t('keys.strip_help')}</dd></div>
         <div><dt>${t('keys.zoom')}</dt><dd>${t('keys.zoom_help')}</dd></div>
         <div><dt>${t('keys.wall')}</dt><dd>${t('keys.wall_help')}</dd></div>

@@ -44,7 +44,10 @@ import { Measuring } from '../../film/measure/measuring.js';
  *     when it is not live, or not from a camera
  */
 
-/** A code applies to the last tag made by pointing until the robot has moved this far, in m. */
+/**
+ * A code applies to the last tag made by pointing until the robot has moved this far, in m; and a tag is asked about
+ * until it has, so that later keys are not taken for answers.
+ */
 const POINTED_M = 0.5;
 
 /**
@@ -57,6 +60,11 @@ export class Desk extends EventTarget {
   selection = new Store(/** @type {string|null} */ (null));
   /** Whether the form of the selected observation is open. */
   editing = new Store(false);
+  /**
+   * What open questions are asked: those of the tag that was just made, of one defect after the other, or null: none
+   * by themselves.
+   */
+  asking = new Store(/** @type {'tag'|'all'|null} */ (null));
   /** Name of the visible tab beside the film: 'defects', 'header' and the others of tabs.js. */
   tab = new Store('defects');
   conflicts = new Conflicts();
@@ -86,6 +94,8 @@ export class Desk extends EventTarget {
   #held = { frame: -1, pointed: { id: null } };
   /** The pose of the last tag: for a live picture it is known before the track contains it. */
   #tagged = { frame: -1, row: null };
+  /** The pose of the robot when the tag that is asked about was made, or when it was answered last. */
+  #asked = null;
   #overtaken;
 
   /** Fetches everything needed to draw the page. */
@@ -150,6 +160,7 @@ export class Desk extends EventTarget {
     );
     followRun(this, signal);
     followIn3d(this, signal);
+    this.editing.addEventListener('change', () => this.editing.value || this.asking.set(null), { signal });
     this.track.addEventListener('change', () => this.#findRow(), { signal });
     this.observations.addEventListener('change', () => this.#dropLostSelection(), { signal });
     inspection.addEventListener('edited', ({ detail }) => this.history.add(detail), { signal });
@@ -299,6 +310,47 @@ export class Desk extends EventTarget {
   select(id) {
     this.selection.set(id);
     this.#pointed = { id, row: this.playhead.value.row };
+  }
+
+  /** Asks what the code of the selected tag needs, beside the film, which goes on. */
+  ask({ id, code }) {
+    if (!code || id !== this.selection.value) return;
+    this.#asked = this.playhead.value.row;
+    this.asking.set('tag');
+    this.editing.set(true);
+  }
+
+  /** Notes where an answer was given. */
+  noteAnswer() {
+    this.#asked = this.playhead.value.row;
+  }
+
+  /** Whether the robot has left the place where a tag was asked about. */
+  get hasMovedOn() {
+    const isKnown = Boolean(this.#asked && this.playhead.value.row);
+    return this.asking.value === 'tag' && isKnown && !this.#isWithin(POINTED_M, this.#asked);
+  }
+
+  /** The defects that lack something. */
+  get incomplete() {
+    return this.observations.value.filter((item) => this.catalogue.missing(item).length > 0);
+  }
+
+  /** Asks what is missing of an incomplete defect, by default the first one, and then of those that follow. */
+  askAll(id = this.incomplete[0]?.id) {
+    if (!id) return;
+    this.goTo(id);
+    this.asking.set('all');
+    this.editing.set(true);
+  }
+
+  /** Nothing of the selected defect is asked any more: the next incomplete one is, or the keys are the film's again. */
+  askNext() {
+    const { value: items } = this.observations;
+    const here = items.findIndex(({ id }) => id === this.selection.value);
+    const next = this.asking.value === 'all' && this.incomplete.find((item) => items.indexOf(item) > here);
+    if (next) this.askAll(next.id);
+    else this.editing.set(false);
   }
 
   /** Whether the robot moved at most `reachM` between a frame and the shown one. */

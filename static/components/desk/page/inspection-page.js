@@ -159,7 +159,11 @@ export class InspectionPage extends Component {
     this.listen(desk.windows, 'change', () =>
       parts.all.toggleAttribute('data-viewer-away', desk.windows.has('viewer')),
     );
-    this.listen(desk, 'tagged', ({ detail }) => this.#announceTag(detail));
+    this.listen(desk.asking, 'change', () => parts.all.toggleAttribute('data-asking', desk.asking.value !== null));
+    this.listen(desk, 'tagged', ({ detail }) => {
+      this.#announceTag(detail);
+      desk.ask(detail);
+    });
     this.listen(desk.review, 'change', () => this.#showQuestions());
     this.listen(desk.checks, 'change', () => parts.side.note('checks', String(desk.checks.value?.length || '')));
 
@@ -338,7 +342,11 @@ export class InspectionPage extends Component {
   }
 
   edit() {
-    if (this.desk.selection.value) this.desk.editing.set(true);
+    const { desk } = this;
+    if (!desk.selection.value) return;
+    desk.asking.set(null);
+    if (desk.editing.value) this.querySelector('defect-form').enter();
+    else desk.editing.set(true);
   }
 
   leave() {

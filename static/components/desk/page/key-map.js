@@ -45,8 +45,8 @@ const tagKeys = (page, { desk, video } = page) => ({
       label: t('keys.tag_as', { code: tag.code, label: withinSentence(label) }),
       run: () => desk.tagAs(preferences.value.quick_codes[i]),
     })),
-    { keys: ['b'], shown: ['B … B A B B A 3'], label: t('keys.chain'), run: () => video.typeCode('b') },
-    { keys: ['a'], shown: ['A … A E D A G'], label: t('keys.chain_changes'), run: () => video.typeCode('a') },
+    { keys: ['b'], shown: ['B … B A B'], label: t('keys.chain'), run: () => video.typeCode('b') },
+    { keys: ['a'], shown: ['A … A E D'], label: t('keys.chain_changes'), run: () => video.typeCode('a') },
     { keys: ['r'], label: t('keys.repeat'), run: () => desk.repeatLast() },
     { keys: ['s'], label: t('keys.stretch', { reach: chainage(HERE_M) }), run: () => startStretch(desk) },
     { keys: ['c'], label: t('keys.stretch_change'), run: () => changeStretch(desk) },
@@ -97,6 +97,7 @@ const defectKeys = (page, { desk } = page) => ({
     { keys: ['n'], label: t('keys.next'), run: () => desk.goToNeighbour(1) },
     { keys: ['p'], label: t('keys.previous'), run: () => desk.goToNeighbour(-1) },
     { keys: ['q'], label: t('reviewing.next'), run: () => goToQuestion(desk) },
+    { keys: ['d'], needs: 'operator', label: t('keys.complete'), run: () => desk.askAll() },
     { keys: ['e', 'Enter'], label: t('keys.edit'), run: () => page.edit() },
     {
       keys: GRADES.map((grade) => `Shift+${grade}`),

@@ -121,10 +121,12 @@ export class ChecksPanel extends Component {
   #goTo({ code, observation_id: id, params }) {
     const { desk } = this;
     if (id !== null) {
-      if (!desk.observations.find(id)) return; // deleted meanwhile
+      const item = desk.observations.find(id);
+      if (!item) return; // deleted meanwhile
       desk.goTo(id);
       desk.tab.set('defects');
-      if (OF_FORM.has(code)) desk.editing.set(true);
+      if (desk.incomplete.includes(item)) desk.askAll(id);
+      else if (OF_FORM.has(code)) desk.editing.set(true);
     } else if (OF_HEADER.has(code)) {
       const field = { abandoned_without_reason: 'abandon_reason', end_not_reached: 'end_condition' }[code];
       desk.tab.set('header');
