@@ -35,9 +35,10 @@ export class DefectList extends Component {
     /** @type {Parts<'defect-list/defect-list'>} */
     this.parts = render(
       this,
-      html`<open-stretches></open-stretches><proposed-ends></proposed-ends>
+      html`<open-stretches></open-stretches>
         <div class="defects" data-part="overview">
           <h2 class="visually-hidden">${t('defects.label')}</h2>
+          <proposed-ends></proposed-ends>
           <div class="defects__head stack" data-part="head">
             <input class="input" type="search" placeholder="${t('defects.search')}" aria-label="${t('defects.search')}"
               autocomplete="off" spellcheck="false" data-part="search" />

@@ -12,8 +12,8 @@ export class ProposedEnds extends Component {
 
   mount() {
     this.desk = this.closest('inspection-page').desk;
-    const { checks, inspection } = this.desk;
-    this.listen([checks, inspection], 'change', () => this.#show());
+    const { checks, inspection, observations } = this.desk;
+    this.listen([checks, inspection, observations], 'change', () => this.#show());
     // A click leaves the keyboard focus with the film.
     this.listen(this, 'mousedown', (event) => event.preventDefault());
     this.listen(this, 'click', ({ target }) => {

@@ -27,7 +27,10 @@ const MANHOLE = 'A';
  * @returns {ProposedEnd[]}
  */
 export function proposedEnds(desk, { isEnding = !isUnfinished(desk.inspection.value), isAbandoned = false } = {}) {
+  // The checks follow some time after the observations.
+  const coded = new Set(desk.observations.value.map(({ code }) => code));
   return (desk.checks.value ?? [])
+    .filter((issue) => !codesOf(issue).some((code) => coded.has(code)))
     .filter(({ code, params }) => (code === 'no_start' || (code === 'no_finish' && isEnding)) && 'frame' in params)
     .map((issue) => {
       const codes = codesOf(issue);
