@@ -239,7 +239,9 @@ def _between(
     step_mm = np.where(is_measured, scale * np.diff(track.distance_mm[rows]), 0.0)
     pause_s = np.maximum(np.diff(track.time_s[rows]), 0.0)
     unknown_s = np.where(is_measured, 0.0, pause_s)
-    walk = np.where(is_measured, scale**2 * np.diff(shared), SPEED_MM_S**2 * STEADY_S * pause_s)
+    # A frame that the camera measured is never less certain than one that it did not.
+    unseen = SPEED_MM_S**2 * STEADY_S * pause_s
+    walk = np.where(is_measured, np.minimum(scale**2 * np.diff(shared), unseen), unseen)
     path_mm, walked, unknown_s = (
         np.concatenate([[0.0], np.cumsum(each)])
         for each in (step_mm, walk + _LEAST_STEP_MM2, unknown_s)

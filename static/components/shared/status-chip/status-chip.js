@@ -30,6 +30,9 @@ export const statusSign = (status) => icon(SIGNS[status] ?? SIGNS_BEFORE[status]
  */
 export function statusChip(status, { distance_u95_m: u95M, is_useful: isUseful }) {
   const word = wordFor('status', status);
+  if (status === 'failed' && isUseful) {
+    return html`<span class="chip chip--useless" title="${t('fitness.carried')}">${icon('alert')}<span>${t('fitness.untracked')} <span class="number">${plusMinus(u95M)}</span></span></span>`;
+  }
   if (status !== 'done' || isUseful === null) {
     return html`<span class="chip chip--${status}">${statusSign(status)}${word}</span>`;
   }
