@@ -16,9 +16,9 @@ DIRECTIONS = ValueList(
 """AAK; of DWA-M 150 programs write I and G, or O and U."""
 ASSET_TYPES = ValueList(
     Meaning("culvert", "E", "~KR", "~R", r"culvert|durchlass|pembetung"),
-    Meaning("storm", "B", "KR", "R", r"storm|surface|regen|\b(k?r|rw)\b|hujan"),
-    Meaning("foul", "A", "KS", "S", r"foul|sanitary|schmutz|\bk?s\b|kumbahan"),
-    Meaning("combined", "C", "KM", "M", r"comb|misch|\b(k?m|mw)\b|gabungan"),
+    Meaning("storm", "B", "KR", "R", r"storm|surface|regen|\b(kr|rw)\b|hujan"),
+    Meaning("foul", "A", "KS", "S", r"foul|sanitary|schmutz|\bks\b|kumbahan"),
+    Meaning("combined", "C", "KM", "M", r"comb|misch|\b(km|mw)\b|gabungan"),
     Meaning("drain", "", "~KR", "~R", r"drain|dr[aä]nage|parit|longkang"),
 )
 """ACK, G101, HG302; culverts and drains are storm in the German lists."""

@@ -39,8 +39,12 @@ export async function openRecordOn(inspection) {
   return (await opened.closed) === 'done';
 }
 
-/** Tracks all frames again with a corrected rig, or with the same one; says whether it has begun. */
-export async function openRig(inspection) {
+/**
+ * Tracks all frames again with a corrected rig, or with the same one; says whether it has begun.
+ * @param {import('../../../core/survey/inspection.js').Inspection} inspection
+ * @param {Record<string, number>} [changes] of the rig, which are shown first, by path
+ */
+export async function openRig(inspection, changes = {}) {
   const { id, rig, video } = inspection.value;
   const opened = openForm(
     t('again.rig_title'),
@@ -48,6 +52,7 @@ export async function openRig(inspection) {
     html`<p>${t('again.rig_text')}</p><rig-form data-part="rig"></rig-form>`,
   );
   const form = Object.assign(opened.parts.rig, { value: rig, video, picture: firstPicture(id) });
+  form.change(changes);
   closesWhenSent(opened, () => form.check() && inspection.trackWith(form.value));
   return (await opened.closed) === 'done';
 }

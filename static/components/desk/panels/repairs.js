@@ -7,6 +7,9 @@ import { chainage } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { codesOf, confirmEnd, endOf } from '../actions/ends.js';
 import { finishStretch, swapEnds } from '../actions/stretches.js';
+import { openRig } from '../dialogs/run-again.js';
+import { FIELD_OF } from '../../intake/new-inspection/pipe.js';
+import { orToast } from '../../shared/toast-stack/toast-stack.js';
 
 /**
  * Returns what a person may do at once about an issue: [{name, run}].
@@ -22,6 +25,12 @@ export function repairsOf(issue, desk) {
         name: t('checks.add_at', { code: end.code, where: chainage(end.distance_m) }),
         run: () => addEnd(desk, end),
       }));
+  }
+  if (code === 'rig_pipe_differs') {
+    const path = Object.keys(FIELD_OF).find((name) => FIELD_OF[name] === params.field);
+    const again = async () =>
+      (await openRig(desk.inspection, { [path]: Number(params.header_mm) })) && location.reload();
+    return [{ name: t('checks.track_again', { mm: params.header_mm }), run: () => orToast(again) }];
   }
   // The checks may know a stretch that the list of the page has not read yet.
   const isRead = (role) => desk.observations.value.some(({ continuous }) => continuous === `${role}${params.stretch}`);

@@ -55,6 +55,8 @@ PIPE = "asset_id start_node end_node diameter_mm:{0} material known_length_m:{1}
             "HG001;HG307;HG310;HG304\nH1;300;12,5;B\n",
             "asset_id height_mm:mm known_length_m:m material",
         ),
+        # SW is foul in one country and storm in another: nobody guesses.
+        ("Haltung;Kanalart\nH1;SW\nH2;RW\nH3;MW\n", "asset_id -"),
         # A name that its cells contradict, and an id that is none.
         ("OBJECTID,Pipe,Length,Matl\n1,A-1,long,4\n2,A-2,short,5\n", "- asset_id - -"),
     ],
