@@ -27,6 +27,7 @@ export class RegisterPage extends Component {
       framedPage({
         title: t('archive.register'),
         ways: html`<a class="button" href="/api/register/assets.csv" download>${icon('download')}${t('register.export')}</a>
+          <a class="button" href="/api/register/template.csv" download>${icon('download')}${t('register.template')}</a>
           <button class="button" data-import data-needs="operator">${icon('upload')}${t('register.import')}</button>
           <button class="button button--primary" data-add data-needs="operator">${icon('plus')}${t('register.add')}</button>`,
         content: html`<register-import data-part="importing"></register-import>
@@ -121,8 +122,7 @@ export class RegisterPage extends Component {
 
 const emptyRegister = () => html`<h2>${t('register.empty')}</h2>
   <p>${t('register.empty_text')} ${t('register.drop')}</p>
-  <p><a class="button" href="/api/register/template.csv" download>${icon('download')}${t('register.template')}</a>
-    <button class="button button--primary" data-import data-needs="operator">${icon('upload')}${t('register.import')}</button></p>`;
+  <p><button class="button button--primary" data-import data-needs="operator">${icon('upload')}${t('register.import')}</button></p>`;
 
 /** 'Circular 600 mm', 'Rectangular 900 × 600 mm'. */
 export function sectionOf({ shape, height_mm: height, width_mm: width }) {
