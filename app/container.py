@@ -21,6 +21,7 @@ from app.inspections.brought_in.file_reader import CPU_S, FileReader
 from app.inspections.brought_in.imports import Imports
 from app.inspections.brought_in.keeping import Keeper
 from app.inspections.brought_in.moved import MovedInspections
+from app.inspections.diagnosis import Diagnosis
 from app.inspections.films.aiming import Aiming
 from app.inspections.films.filmed import Filmed
 from app.inspections.films.films import Films
@@ -284,7 +285,8 @@ class _Building:
         services.add(Imports(FileReader(self._limits(CPU_S)), keeper, moved, uploads))
         samples = Samples(storage.folder, storage.blobs, inspections, films, records.observations)
         self.stack.callback(services.add(samples).stop)
-        services.add(Aiming(uploads, media, services[CounterQueue]))
+        services.add(Aiming(uploads, services[Filmed], media, services[CounterQueue]))
+        services.add(Diagnosis(inspections, tracks, records.corrections, services[Aiming]))
         services.add(Lenses(uploads, self._limits(LENS_CPU_S)))
         services.add(Picking(records.inspection_store, tracks, records.corrections))
         services.add(Reviews(records.inspection_store, ReviewStore(storage.database), self.live))

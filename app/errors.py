@@ -31,13 +31,22 @@ from vo_core.errors import (
     ChainageError,
     InvalidCorrection,
     InvalidRig,
+    NoWallInView,
     RigVideoMismatch,
     ShapeMismatch,
     UnreadableVideo,
 )
 
 STATUS: dict[type[Exception], int] = dict.fromkeys(
-    (InvalidCorrection, InvalidRig, RigVideoMismatch, ShapeMismatch, UnreadableVideo), 422
+    (
+        InvalidCorrection,
+        InvalidRig,
+        NoWallInView,
+        RigVideoMismatch,
+        ShapeMismatch,
+        UnreadableVideo,
+    ),
+    422,
 )
 """HTTP status of each error; a class without one is answered as its nearest base that has one."""
 

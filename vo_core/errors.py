@@ -2,6 +2,7 @@
 
     ChainageError
     ├── InvalidRig           a rig file that cannot be used: names field, value, what is allowed
+    │   ├── NoWallInView     its camera would see no wall, or hardly any
     │   └── RigVideoMismatch the rig's camera has pictures of another size than the video
     ├── InvalidTrack         a track file that cannot be read: names the line
     ├── InvalidCorrection    a known length or joints that do not fit the track
@@ -22,6 +23,10 @@ class ChainageError(Exception):
 
 class InvalidRig(ChainageError):
     """The rig file is missing, is not JSON, or holds a value that is not allowed."""
+
+
+class NoWallInView(InvalidRig):
+    """The rig may be one, but with it the camera would see no wall, or hardly any."""
 
 
 class RigVideoMismatch(InvalidRig):

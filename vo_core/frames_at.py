@@ -66,6 +66,30 @@ def frames_between(
             return
 
 
+def spread_frames(path: Path | str, count: int, *, may_begin_anew: bool = False) -> Iterator[Frame]:
+    """Yield at most `count` frames that are spread over a film, for a look at it.
+
+    They are key frames where these are near enough, so that little is decoded. Of a film whose
+    duration is not stated only the first frame is known to be there.
+
+    Raises:
+        UnreadableVideo: The file cannot be opened, or no picture can be decoded.
+    """
+    with VideoFile(path) as video:
+        first = next(iter(video))
+        yield first
+        seek = video.seek_part if may_begin_anew else video.seek
+        last_s, duration_s = first.t_s, video.info.duration_s or 0.0
+        for place_s in (duration_s * (n + 0.5) / count for n in range(1, count)):
+            seek(place_s)
+            near_s = place_s - duration_s / count / 2
+            for frame in _decodable(video):
+                if frame.t_s >= max(near_s, last_s + _ROUNDING_S):
+                    yield frame
+                    last_s = frame.t_s
+                    break
+
+
 def _decodable(video: VideoFile) -> Iterator[Frame]:
     """Yield frames from the current position on; none where none can be decoded, though perhaps
     from an earlier position.

@@ -16,6 +16,7 @@ Repair = Literal["rig", "retry", "film"]
 _NUMBER = re.compile(r"(?<!\w)\d+(?:[.,:]\d+)*")
 _REPAIRS: dict[str, Repair] = {
     "invalid_rig": "rig",
+    "no_wall_in_view": "rig",
     "rig_video_mismatch": "rig",
     "unreadable_video": "film",
     "film_missing": "film",

@@ -22,6 +22,7 @@ _SIGN_S = 1.0
 _REPORTED_CODES = {
     "UnreadableVideo": "unreadable_video",
     "InvalidRig": "invalid_rig",
+    "NoWallInView": "no_wall_in_view",
     "InvalidImport": "invalid_import",
     "InvalidCalibration": "invalid_calibration",
 }

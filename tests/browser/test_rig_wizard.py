@@ -1,7 +1,8 @@
-"""The rig of a camera that looks along the pipe, stated on the first picture of its film."""
+"""The rig of a camera that looks along the pipe, stated on a picture of its film."""
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -40,7 +41,7 @@ def wizard(page: Page, server: Server, film: Path) -> Page:
     """A first-time visitor with a film and without any rig."""
     log_in(page, server, "/new")
     page.locator("input[type=file]").first.set_input_files(film)
-    page.get_by_role("button", name="Set the rig on the first picture").click()
+    page.get_by_role("button", name="Set the rig on a picture").click()
     expect(page.locator("rig-wizard").get_by_role("status")).to_contain_text("The camera looks")
     return page
 
@@ -55,14 +56,14 @@ def answered(page: Page, act: Callable[[], None]) -> None:
         act()
 
 
-def test_a_crooked_camera_is_stated_on_the_first_picture_of_its_film(
+def test_a_crooked_camera_is_stated_on_the_picture_of_its_film(
     wizard: Page, server: Server
 ) -> None:
     _the_axis_is_found_and_states_the_pitch(wizard)
     _the_cross_is_moved_by_key_and_by_hand_and_put_back(wizard)
     _the_wall_of_the_stated_pipe_is_drawn_where_it_is(wizard)
     wizard.get_by_role("button", name="Done").click()
-    expect(wizard.get_by_role("button", name="Set the rig on the first picture")).to_be_focused()
+    expect(wizard.get_by_role("button", name="Set the rig on a picture")).to_be_focused()
     make(wizard, server)
 
 
@@ -123,7 +124,9 @@ def _the_wall_of_the_stated_pipe_is_drawn_where_it_is(wizard: Page) -> None:
     wizard.get_by_label("Focal length", exact=True).fill("400")
     answered(wizard, lambda: wizard.get_by_label("Lens above the invert").fill("134"))
     wizard.get_by_role("button", name="Is this the axis?").click()
-    answered(wizard, lambda: wizard.get_by_role("slider").press("ArrowRight"))
+    answered(
+        wizard, lambda: wizard.get_by_role("slider", name="Axis of the pipe").press("ArrowRight")
+    )
     wizard.get_by_role("button", name="How wide is the pipe?").click()
     expect(wizard.locator(".wizard__line--ring")).not_to_have_attribute("d", "")
     tilted = mount.model_copy(update={"pitch_deg": pitch(wizard)})
@@ -152,9 +155,9 @@ def test_without_a_film_or_an_axis_the_person_is_told_what_to_do(
     page: Page, server: Server, tmp_path: Path
 ) -> None:
     log_in(page, server, "/new")
-    begin = page.get_by_role("button", name="Set the rig on the first picture")
+    begin = page.get_by_role("button", name="Set the rig on a picture")
     expect(begin).to_be_disabled()
-    expect(page.get_by_text("Choose the film first; the picture comes")).to_be_visible()
+    expect(page.get_by_text("Choose the film first; its pictures come")).to_be_visible()
 
     (tmp_path / "story.mp4").write_text("Once upon a time there was a culvert.")
     page.locator("input[type=file]").first.set_input_files(tmp_path / "story.mp4")
@@ -162,14 +165,42 @@ def test_without_a_film_or_an_axis_the_person_is_told_what_to_do(
     expect(page.locator("rig-wizard .fault")).to_contain_text("story.mp4")
 
     clip = numbered_clip(tmp_path / "clip.mp4", "libx264", frames=5)
-    page.route(
-        "**/axis", lambda route: route.fulfill(json={"width": 320, "height": 240, "axis": None})
-    )
+    page.reload()
     page.locator("input[type=file]").first.set_input_files(clip)
     begin.click()
-    expect(page.get_by_text("The axis was not found in this picture")).to_be_visible()
+    expect(page.get_by_text("The axis is not certain in this picture")).to_be_visible()
     again = page.get_by_role("button", name="Put it back where it was found")
     expect(again).to_be_hidden()
+
+
+def test_after_tracking_the_film_itself_shows_what_is_wrong_and_the_axis_repairs_it(
+    page: Page, server: Server, film: Path, tmp_path: Path
+) -> None:
+    """The rig says that the camera looks down."""
+    rig = CROOKED.rig.model_dump(mode="json")
+    rig["mount"]["view"] = "down"
+    (tmp_path / "rig.json").write_text(json.dumps(rig))
+    path = f"/api/inspections/{server.track(film, tmp_path / 'rig.json')}"
+    server.ask("PUT", "/api/intended-use", {"within_m": 0.001, "percent": 0})
+    log_in(page, server, path.removeprefix("/api"))
+    expect(page.locator(".chip--useless")).to_contain_text("Done ±")
+    notice = page.locator("rig-notice")
+    expect(notice).to_contain_text("pictures look along the pipe, but the rig says")
+    notice.get_by_role("button", name="Show the axis on a picture").click()
+    dialog = page.get_by_role("dialog", name="Edit rig and track again")
+    expect(dialog.get_by_text(re.compile(r"The axis is certain in \d+ of \d+"))).to_be_visible()
+    expect(dialog.locator("#rig-mount-view")).to_have_value("forward")
+    expect(dialog.get_by_role("button", name="Is there a counter?")).to_be_hidden()
+    shown = dialog.locator(".wizard__picture img").get_attribute("src")
+    dialog.get_by_label("Another picture").fill("0")
+    expect(dialog.locator(".wizard__picture img")).not_to_have_attribute("src", str(shown))
+    expect_no_fault(page)
+    dialog.get_by_role("button", name="Track again").click()
+    expect(dialog).to_have_count(0)
+    assert json.load(server.ask("GET", path))["rig"]["mount"]["view"] == "forward"
+    page.goto("about:blank")
+    server.ask("PUT", "/api/intended-use", {"within_m": 0.3, "percent": 2})
+    server.ask("DELETE", path)
 
 
 @pytest.fixture(scope="module")
@@ -198,7 +229,7 @@ def counter_step(page: Page, server: Server, drive: Path, search: Callable[[Rout
     page.route("**/api/uploads/*/counter", search)
     log_in(page, server, "/new")
     page.locator("input[type=file]").first.set_input_files(drive)
-    page.get_by_role("button", name="Set the rig on the first picture").click()
+    page.get_by_role("button", name="Set the rig on a picture").click()
     page.get_by_role("button", name="How wide is the pipe?").click()
     page.get_by_label("Pipe, inside").fill("300")
     page.get_by_role("button", name="Next: is there a counter?").click()

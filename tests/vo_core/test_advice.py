@@ -212,7 +212,7 @@ def test_camera_that_sees_no_wall_is_refused():
     rig = make_rig(
         mount={"view": "forward", "pitch_deg": 60.0}, pipe={"shape": "flat", "diameter_mm": None}
     )
-    with pytest.raises(InvalidRig, match="sees no wall with view 'forward', pitch_deg 60"):
+    with pytest.raises(InvalidRig, match="looks past the wall: view 'forward', pitch_deg 60"):
         advise(rig, MOVE)
     with pytest.raises(InvalidRig):
         displacement_field(rig, MOVE)

@@ -284,7 +284,7 @@ def test_pictures_of_another_size_are_refused():
 
 def test_a_camera_that_sees_no_wall_is_refused():
     up = {"view": "forward", "pitch_deg": 60.0}
-    with pytest.raises(InvalidRig, match="sees no wall"):
+    with pytest.raises(InvalidRig, match="looks past the wall"):
         Odometry(make_rig(mount=up, pipe={"shape": "flat", "diameter_mm": None}))
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vo_core.errors import InvalidRig
+from vo_core.errors import NoWallInView
 from vo_core.geometry.wall import (
     NOMINAL,
     Points,
@@ -114,7 +114,7 @@ class Rectifier:
     The maps hold for a camera at the pose `vantage`; another one sees the wall a little bent.
 
     Raises:
-        InvalidRig: The camera sees no wall, or too narrow a strip of it.
+        NoWallInView: The camera sees no wall, or too narrow a strip of it.
     """
 
     def __init__(self, rig: Rig, *, coarsest: float = COARSEST) -> None:
@@ -217,19 +217,18 @@ def require_wall_in_view(rig: Rig) -> None:
     """Check that the camera of a rig sees enough of the wall.
 
     Raises:
-        InvalidRig: It sees none, or too narrow a strip of it.
+        NoWallInView: It sees none, or too narrow a strip of it.
     """
     Rectifier(rig)
 
 
-def no_wall_in_view(rig: Rig) -> InvalidRig:
+def no_wall_in_view(rig: Rig) -> NoWallInView:
     """The error for a camera in which no pixel shows the wall, with what to check."""
-    mount, camera = rig.mount, rig.camera
-    return InvalidRig(
-        f"The camera sees no wall with view '{mount.view}', pitch_deg {mount.pitch_deg:g}, "
-        f"roll_deg {mount.roll_deg:g}, cx {camera.cx:g} and cy {camera.cy:g}. Check the signs of "
-        "the tilts (nose up and right side down are positive) and that the principal point is of "
-        "this picture."
+    mount = rig.mount
+    return NoWallInView(
+        f"With this rig the camera looks past the wall: view '{mount.view}', pitch_deg "
+        f"{mount.pitch_deg:g}, roll_deg {mount.roll_deg:g}. Check which way it looks, and the "
+        "signs of the tilts: nose up and right side down are positive."
     )
 
 
@@ -269,9 +268,10 @@ def _visible_grid(rig: Rig, coarsest: float) -> tuple[PatchGrid, float]:
     size = np.floor((high - low) / step_mm).astype(int) + 1
     columns, rows = size // multiple_px * multiple_px
     if min(columns, rows) < least_px:
-        raise InvalidRig(
-            f"The camera shows a strip of wall of {columns}x{rows} px only, too narrow to measure "
-            "on; check fx, fy, cx, cy, the tilts and the size of the picture."
+        raise NoWallInView(
+            f"With this rig the camera sees a strip of wall of {columns}x{rows} px only, too "
+            "narrow to measure on. Check which way it looks, its tilts, and that the lens is that "
+            "of this film."
         )
     axial, arc = (low + high) / 2 - (np.array([columns, rows]) - 1) / 2 * step_mm
     grid = PatchGrid(float(axial), float(arc), step_mm, (int(rows), int(columns)))

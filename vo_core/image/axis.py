@@ -44,11 +44,17 @@ class Axis:
 class AxisFinder:
     """Finds the axis in frames of one size."""
 
-    def __init__(self, frame_wh: tuple[int, int]) -> None:
+    def __init__(self, frame_wh: tuple[int, int], *, near: float = 0.1, reach: float = 0.4) -> None:
+        """Prepare the search.
+
+        Args:
+            frame_wh: Size of the frames, px.
+            near: Gradients count fully up to here, as a share of the longest side, because farther
+                rings are off the axis if the camera is.
+            reach: Beyond it they do not count at all.
+        """
         side_px = 96  # longest side of the picture in which the axis is searched: shading is smooth
-        # As shares of that side: gradients count fully up to `near`, because farther rings are off
-        # the axis if the camera is, and not at all beyond `reach`; the axis may lie outside.
-        near, reach, outside = 0.1, 0.4, 0.15
+        outside = 0.15  # share of that side by which the axis may lie outside
         least_support = 0.35  # share of the window within the picture below which the score falls
         self._scale = min(1.0, side_px / max(frame_wh))
         self._size_wh = (round(frame_wh[0] * self._scale), round(frame_wh[1] * self._scale))

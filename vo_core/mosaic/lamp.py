@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vo_core.errors import InvalidRig
+from vo_core.errors import NoWallInView
 from vo_core.image.pattern import FixedPattern
 from vo_core.image.resample import reduce_to
 from vo_core.mosaic.optics import Optics
@@ -49,7 +49,7 @@ class Lamp:
     out. What else is significant in that mean is dirt: it is divided out too, and gets less weight.
 
     Raises:
-        InvalidRig: The camera shows hardly any wall.
+        NoWallInView: The camera shows hardly any wall.
     """
 
     def __init__(self, optics: Optics) -> None:
@@ -59,9 +59,9 @@ class Lamp:
         self._cell_weight = reduce_to(optics.weight, self._cells_wh)
         self._seen = reduce_to(optics.good.astype(np.float32), self._cells_wh) > 0.5
         if not self._seen.any():
-            raise InvalidRig(
-                "The camera shows the wall in a few places only; check the camera's fx, fy, cx "
-                "and cy and the mount's tilts."
+            raise NoWallInView(
+                "With this rig the camera sees the wall in a few places only. Check which way it "
+                "looks, its tilts, and that the lens is that of this film."
             )
         log_resolution = reduce_to(optics.log_resolution.astype(np.float32), self._cells_wh)
         x, y = np.meshgrid(*(np.linspace(-1, 1, side) for side in self._cells_wh))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vo_core.errors import InvalidRig
-from vo_core.geometry.rectify import developed
+from vo_core.geometry.rectify import developed, no_wall_in_view
 from vo_core.geometry.wall import Points, Pose, enclose, robot_pixels, sight
 from vo_core.matching.blocks import BlockGrid
 from vo_core.mosaic.layout import NODE_PX
@@ -66,14 +66,14 @@ class Optics:
         wall_mm = developed(rig, np.stack([u, v], -1).reshape(-1, 2)).reshape(*u.shape, 2)
         resolution = _resolution(wall_mm)
         if not _seen(wall_mm, resolution).any():
-            raise InvalidRig("The camera sees no wall; check mount.view, pitch_deg and roll_deg.")
+            raise no_wall_in_view(rig)
         finest_mm = float(np.nanmin(resolution))
         reduction = max(1, floor(mm_per_px / finest_mm))
         self.size_wh = (round(camera.width / reduction), round(camera.height / reduction))
         if min(self.size_wh) < LEAST_SIDE_PX:
             raise InvalidRig(
                 f"One place of the picture shows the wall {reduction} times finer than the rest: "
-                "check mount.height_mm, fx, fy and the tilts."
+                "the lens is not that near to the wall. Check mount.height_mm and the tilts."
             )
         self.good = _good(wall_mm, resolution)
         """(H / 4, W / 4), whether the wall is resolved finely enough there."""

@@ -37,6 +37,14 @@ class Filmed:
         self._tracks = tracks
         self._corrections = corrections
 
+    def inspection(self, inspection_id: str) -> Inspection:
+        """Return the stored row.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+        """
+        return self._store.get(inspection_id)
+
     def film(self, inspection: Inspection) -> StoredBlob:
         """Return the original film, or the recording so far.
 

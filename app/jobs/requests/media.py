@@ -12,8 +12,13 @@ from app.jobs.confinement import confine, set_limits
 from app.jobs.messages import Limits
 
 if TYPE_CHECKING:  # loaded under the limits
+    from vo_core.sources import Frame
     from vo_core.types import ByteImage
     from vo_core.video_info import VideoInfo
+
+
+_LOOKED_AT = 12
+"""Number of pictures, spread over a film, in which the axis is searched."""
 
 
 class ProbeRequest(msgspec.Struct, frozen=True, tag="probe"):
@@ -26,7 +31,8 @@ class PictureRequest(msgspec.Struct, frozen=True, tag="picture"):
     """Answer with the frame shown at this time, as JPEG."""
 
     video: str
-    t_s: float
+    t_s: float | None
+    """None: the first one."""
     jpeg_quality: int
     may_begin_anew: bool = False
     """Whether time stamps of the film may begin anew."""
@@ -40,25 +46,32 @@ class ReduceRequest(msgspec.Struct, frozen=True, tag="reduce"):
     jpeg_quality: int
 
 
-class FirstPictureRequest(msgspec.Struct, frozen=True, tag="first_picture"):
-    """Answer with the `FirstPicture`."""
+class AxisRequest(msgspec.Struct, frozen=True, tag="axis"):
+    """Answer with the `AxisFound` in the frame shown at this time, or where it shows best."""
 
     video: str
-    jpeg_quality: int
+    t_s: float | None
+    may_begin_anew: bool = False
 
 
-class FirstPicture(msgspec.Struct, frozen=True):
-    """The first picture of a video."""
+class AxisFound(msgspec.Struct, frozen=True):
+    """A picture of a film, and the axis of the pipe in it."""
 
-    jpeg: bytes
     width: int
     height: int
     pixel_aspect: float
+    duration_s: float | None
+    t_s: float
     axis_uv: tuple[float, float] | None
-    """Pixel of the axis of the pipe along which the camera looks; None if it does not show."""
+    """Pixel of the axis; None unless it is certain."""
+    sigma_px: float | None
+    """Its standard deviation along each side of the picture."""
+    looked_at: int
+    """Number of pictures that were looked at, and of those that show the axis for certain."""
+    sure: int
 
 
-MediaRequest = ProbeRequest | PictureRequest | FirstPictureRequest | ReduceRequest
+MediaRequest = ProbeRequest | PictureRequest | AxisRequest | ReduceRequest
 
 
 def main() -> None:
@@ -81,21 +94,19 @@ def warm_up() -> None:
     """Load the decoders before the first request."""
     import cv2  # noqa: F401
 
-    import vo_core.image.axis
+    import vo_core.image.sure_axis
     import vo_core.sources  # noqa: F401
 
 
-def result_of(request: MediaRequest) -> VideoInfo | FirstPicture | bytes:
+def result_of(request: MediaRequest) -> VideoInfo | AxisFound | bytes:
     """Return the answer to a request."""
     if isinstance(request, ProbeRequest):
         return _probe(request)
-    if isinstance(request, FirstPictureRequest):
-        return _first_picture(request)
+    if isinstance(request, AxisRequest):
+        return _axis(request)
     if isinstance(request, ReduceRequest):
         return _reduced(request)
-    from vo_core.frames_at import read_frame
-
-    frame = read_frame(request.video, request.t_s, may_begin_anew=request.may_begin_anew)
+    frame = _frame(request.video, request.t_s, may_begin_anew=request.may_begin_anew)
     return _jpeg(frame.to_square_bgr(), request.jpeg_quality)
 
 
@@ -124,21 +135,43 @@ def _reduced(request: ReduceRequest) -> bytes:
     return _jpeg(reduced.astype(np.uint8), request.jpeg_quality)
 
 
-def _first_picture(request: FirstPictureRequest) -> FirstPicture:
-    from vo_core.image.axis import AxisFinder
+def _frame(video: str, t_s: float | None, *, may_begin_anew: bool) -> Frame:
+    from vo_core.frames_at import read_frame
+    from vo_core.sources import VideoFile
+
+    if t_s is not None:
+        return read_frame(video, t_s, may_begin_anew=may_begin_anew)
+    with VideoFile(video) as film:
+        return next(iter(film))
+
+
+def _axis(request: AxisRequest) -> AxisFound:
+    from vo_core.frames_at import spread_frames
+    from vo_core.image.sure_axis import SureAxis
     from vo_core.sources import VideoFile
 
     with VideoFile(request.video) as video:
-        frame = next(iter(video))
-        height, width = frame.image.shape
-        axis = AxisFinder((width, height))(frame.image)
-        return FirstPicture(
-            _jpeg(frame.to_square_bgr(), request.jpeg_quality),
-            width,
-            height,
-            video.info.pixel_aspect,
-            None if axis is None else axis.pixel_uv,
-        )
+        info = video.info
+    anew = request.may_begin_anew
+    if request.t_s is None:
+        frames = spread_frames(request.video, _LOOKED_AT, may_begin_anew=anew)
+    else:
+        frames = iter([_frame(request.video, request.t_s, may_begin_anew=anew)])
+    find = SureAxis((info.width, info.height))
+    looked = [(frame.t_s, find(frame.image)) for frame in frames]
+    sure = [(axis.sigma_px, t_s, axis) for t_s, axis in looked if axis is not None]
+    sigma_px, t_s, axis = min(sure, default=(None, looked[len(looked) // 2][0], None))
+    return AxisFound(
+        info.width,
+        info.height,
+        info.pixel_aspect,
+        info.duration_s,
+        t_s,
+        None if axis is None else axis.pixel_uv,
+        sigma_px,
+        len(looked),
+        len(sure),
+    )
 
 
 def _jpeg(picture: ByteImage, quality: int) -> bytes:

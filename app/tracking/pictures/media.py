@@ -14,8 +14,8 @@ from app.jobs.messages import Limits
 from app.jobs.permits import Permits
 from app.jobs.process import Child, ask_about_media
 from app.jobs.requests.media import (
-    FirstPicture,
-    FirstPictureRequest,
+    AxisFound,
+    AxisRequest,
     MediaRequest,
     PictureRequest,
     ProbeRequest,
@@ -60,22 +60,21 @@ class Media:
         Raises:
             UnreadableVideo: The file cannot be used; the text says why.
         """
-        with _called(path, name):
+        with called(path, name):
             return self._ask(ProbeRequest(str(path)), VideoInfo)
 
-    def first_picture(self, path: Path, name: str) -> FirstPicture:
-        """Return the first picture of a video file; messages call it `name`.
+    def axis(self, path: Path, t_s: float | None, *, may_begin_anew: bool = False) -> AxisFound:
+        """Find the axis of the pipe in the frame shown at `t_s`, or where the film shows it best.
 
         Raises:
-            UnreadableVideo: The file has no picture; the text says why.
+            UnreadableVideo: The file has no picture, or ends before that time.
         """
-        with _called(path, name):
-            return self._ask(FirstPictureRequest(str(path), PHOTO_JPEG_QUALITY), FirstPicture)
+        return self._ask(AxisRequest(str(path), t_s, may_begin_anew), AxisFound)
 
     def picture(
         self,
         path: Path,
-        t_s: float,
+        t_s: float | None,
         jpeg_quality: int = PHOTO_JPEG_QUALITY,
         *,
         may_begin_anew: bool = False,
@@ -84,7 +83,7 @@ class Media:
 
         Args:
             path: The video file.
-            t_s: The time of the frame.
+            t_s: The time of the frame; None for the first one.
             jpeg_quality: 0 to 100.
             may_begin_anew: Whether time stamps of the film may begin anew, see `vo_core.timeline`.
         """
@@ -121,7 +120,7 @@ class Media:
 
 
 @contextmanager
-def _called(path: Path, name: str) -> Iterator[None]:
+def called(path: Path, name: str) -> Iterator[None]:
     """Make messages about a file call it `name`."""
     try:
         yield

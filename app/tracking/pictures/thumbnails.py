@@ -111,7 +111,7 @@ class Thumbnails:
                     video, middle_s, may_begin_anew=inspection.may_begin_anew
                 )
             except UnreadableVideo:  # it begins later than its middle, or is one picture
-                return self._media.first_picture(video, inspection.source_filename).jpeg
+                return self._media.picture(video, None)
 
 
 def worst_photographed(

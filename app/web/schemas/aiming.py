@@ -2,45 +2,92 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Self
 
 import numpy as np
 from pydantic import Field
 
+from app.inspections.diagnosis import Diagnosed
 from app.inspections.films.aiming import Aim
-from app.jobs.requests.media import FirstPicture
+from app.jobs.requests.media import AxisFound
+from app.survey.distances.causes import CauseCode, Repair
 from app.survey.given import Given, Pixel
-from app.web.schemas.out import Hundredths, Out
+from app.web.schemas.out import Hundredths, Out, Tenths
 from vo_core.geometry.wall import Points
 
+_R95 = math.sqrt(-2 * math.log(0.05))
+"""Radius of the circle that holds 95 % of a normal distribution in the plane, in sigmas."""
 
-class FirstPictureOut(Out):
-    """The first picture of a film."""
+
+class AxisOut(Out):
+    """A picture of a film, and the axis of the pipe in it."""
 
     width: int
     height: int
     pixel_aspect: float
     """Width of a pixel by its height."""
+    duration_s: float | None
+    time_s: float
+    """Of the picture, for `picture?time_s=`."""
     axis: tuple[float, float] | None
-    """Pixel of the pipe's axis; None if it does not show."""
+    """Pixel of the pipe's axis; None unless it is certain."""
+    axis_u95_px: Tenths | None
+    """Radius of the circle about it in which it lies in 95 of 100 cases."""
+    looked_at: int
+    """Number of pictures that were looked at."""
+    sure: int
+    """Number of them in which it is certain."""
 
     @classmethod
-    def of(cls, picture: FirstPicture) -> Self:
+    def of(cls, found: AxisFound) -> Self:
         """Convert what the media process has found."""
-        axis = None if picture.axis_uv is None else _pixel(picture.axis_uv)
-        return cls.read_from(picture, axis=axis)
+        sigma_px = found.sigma_px
+        return cls.read_from(
+            found,
+            time_s=found.t_s,
+            axis=None if found.axis_uv is None else _pixel(found.axis_uv),
+            axis_u95_px=None if sigma_px is None else _R95 * sigma_px,
+        )
+
+
+class CauseOut(Out):
+    """What probably is wrong, and what repairs it."""
+
+    code: CauseCode
+    repair: Repair | None
+    """What to change before it is tracked again; None: nothing can be changed afterwards."""
+    params: dict[str, float]
+
+
+class DiagnosisOut(Out):
+    """Why the distances of an inspection are of no use."""
+
+    lost_share: float | None
+    """Share of the frames without a lock; None where nothing was tracked."""
+    weak_share: float | None
+    causes: list[CauseOut]
+    """The most probable first; none if the distances are of use, or may still become so."""
+
+    @classmethod
+    def of(cls, diagnosed: Diagnosed) -> Self:
+        """Convert the service's answer."""
+        causes = [CauseOut.read_from(cause) for cause in diagnosed.causes]
+        return cls.read_from(diagnosed, causes=causes)
 
 
 class AimIn(Given):
     """A rig, and where its picture shows the pipe's axis."""
 
     rig: dict[str, Any] = Field(description="The rig file: camera, mount and pipe.")
-    axis: Pixel
+    axis: Pixel | None = Field(description="null: where the rig has it.")
 
 
 class AimOut(Out):
     """Where the camera looks, and the wall as lines in its picture."""
 
+    axis: tuple[float, float] | None
+    """Pixel of the pipe's axis; None if the picture does not show it."""
     pitch_deg: Hundredths
     """For `mount.pitch_deg`."""
     right_deg: Hundredths
@@ -55,6 +102,7 @@ class AimOut(Out):
         """Round the figures."""
         return cls.read_from(
             aim,
+            axis=None if aim.axis_uv is None else _pixel(aim.axis_uv),
             rings=[line_out(line) for line in aim.grid.rings_uv],
             generators=[line_out(line) for line in aim.grid.generators_uv],
         )

@@ -49,7 +49,7 @@ from app.web.schemas.inspection.inspections import (
 from app.web.schemas.inspection.observations import WallGridOut, WallPointOut
 from app.web.slow import slow
 from app.web.versions import Replaced, tag_with
-from vo_core.errors import InvalidRig, RigVideoMismatch, UnreadableVideo
+from vo_core.errors import InvalidRig, NoWallInView, RigVideoMismatch, UnreadableVideo
 
 router = APIRouter(prefix="/api/inspections", tags=["inspections"])
 
@@ -66,6 +66,7 @@ _MOST_IDS = 10_000
         errors.UploadBusy,
         errors.LiveSourceRefused,
         InvalidRig,
+        NoWallInView,
         UnreadableVideo,
         RigVideoMismatch,
         errors.PixelOutsidePicture,
@@ -287,6 +288,7 @@ def retry(
         errors.StillRunning,
         errors.NothingRecorded,
         InvalidRig,
+        NoWallInView,
         RigVideoMismatch,
     ),
 )

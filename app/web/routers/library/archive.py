@@ -30,7 +30,7 @@ from app.web.schemas.library.archive import (
 )
 from app.web.slow import heavy, slow
 from app.web.versions import Replaced, tag_with
-from vo_core.errors import InvalidRig
+from vo_core.errors import InvalidRig, NoWallInView
 
 router = APIRouter(prefix="/api/archive", tags=["archive"])
 
@@ -94,7 +94,7 @@ def add(body: AdditionIn, archive: Service[Archive], principal: PrincipalDep) ->
     return AdditionOut.of(archive.add(body.to_request(archive.rules()), principal.name))
 
 
-@router.patch("/films", responses=failures(InvalidRig))
+@router.patch("/films", responses=failures(InvalidRig, NoWallInView))
 @operator
 @slow
 def change(body: FilmsChangeIn, archive: Service[Archive], principal: PrincipalDep) -> ChangedOut:
@@ -162,7 +162,7 @@ def rules(archive: Service[Archive], response: Response) -> Rules:
     return found
 
 
-@router.put("/rules", responses=failures(InvalidRig, errors.ChangedMeanwhile))
+@router.put("/rules", responses=failures(InvalidRig, NoWallInView, errors.ChangedMeanwhile))
 @operator
 def put_rules(
     body: Rules,

@@ -9,7 +9,7 @@ from app.inspections.rigs import Rigs
 from app.web.deps import LibraryRigId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.library.rigs import LibraryOut, LibraryRigIn, LibraryRigOut
-from vo_core.errors import InvalidRig
+from vo_core.errors import InvalidRig, NoWallInView
 
 router = APIRouter(prefix="/api/rigs", tags=["catalogue"])
 
@@ -21,7 +21,9 @@ def list_all(rigs: Service[Rigs]) -> LibraryOut:
     return LibraryOut(rigs=[LibraryRigOut.of(*each) for each in rigs.all()])
 
 
-@router.put("/{rig_id}", status_code=204, responses=failures(InvalidRig, errors.RigNameTaken))
+@router.put(
+    "/{rig_id}", status_code=204, responses=failures(InvalidRig, NoWallInView, errors.RigNameTaken)
+)
 @operator
 def put(
     rig_id: LibraryRigId, body: LibraryRigIn, rigs: Service[Rigs], principal: PrincipalDep

@@ -1,19 +1,23 @@
-"""The first picture of an upload, what a rig makes of it, and the counter."""
+"""Pictures of a film, what a rig makes of them, and the counter."""
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Response
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Response
 
 from app import errors
-from app.inspections.films.aiming import Aiming
+from app.inspections.diagnosis import Diagnosis
+from app.inspections.films.aiming import Aiming, Film
 from app.inspections.films.lenses import Lenses
-from app.web.deps import Service, operator
-from app.web.schemas.aiming import AimIn, AimOut, FirstPictureOut
-from app.web.schemas.failures import content, failures
+from app.web.deps import InspectionId, Service, operator, viewer
+from app.web.ranges import PRIVATE
+from app.web.schemas.aiming import AimIn, AimOut, AxisOut, DiagnosisOut
+from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.inspection.counter import CounterFoundOut
 from app.web.schemas.rig_view import AdviceOut, BoardIn, CalibratedOut, RigIn, RulingOut
 from app.web.slow import slow
-from vo_core.errors import InvalidRig, UnreadableVideo
+from vo_core.errors import InvalidRig, NoWallInView, UnreadableVideo
 
 router = APIRouter(prefix="/api", tags=["uploads"])
 
@@ -26,6 +30,8 @@ _FAILURES = failures(
     errors.MediaTimeout,
 )
 
+TimeS = Annotated[float | None, Query(ge=0, le=1e6, description="Presentation time of the frame.")]
+
 
 @router.get(
     "/uploads/{upload_id}/picture",
@@ -34,17 +40,50 @@ _FAILURES = failures(
 )
 @operator
 @slow
-def picture(upload_id: str, aiming: Service[Aiming]) -> Response:
-    """Return the first picture of a complete upload."""
-    return Response(aiming.first_picture(upload_id).jpeg, media_type="image/jpeg")
+def picture(upload_id: str, aiming: Service[Aiming], time_s: TimeS = None) -> Response:
+    """Return a picture of a complete upload, by default its first one."""
+    return Response(aiming.picture(Film("upload", upload_id), time_s), media_type="image/jpeg")
 
 
 @router.get("/uploads/{upload_id}/axis", responses=_FAILURES)
 @operator
 @slow
-def axis(upload_id: str, aiming: Service[Aiming]) -> FirstPictureOut:
-    """Find the axis of the pipe in the first picture of a complete upload."""
-    return FirstPictureOut.of(aiming.first_picture(upload_id))
+def axis(upload_id: str, aiming: Service[Aiming], time_s: TimeS = None) -> AxisOut:
+    """Find the axis of the pipe in a complete upload, by default where it shows best."""
+    return AxisOut.of(aiming.axis(Film("upload", upload_id), time_s))
+
+
+@router.get(
+    "/inspections/{inspection_id}/picture",
+    response_class=Response,
+    responses=content("image/jpeg") | failures(*READING_A_FILM),
+)
+@viewer
+@slow
+def film_picture(
+    inspection_id: InspectionId, aiming: Service[Aiming], time_s: TimeS = None
+) -> Response:
+    """Return a picture of the film, tracked or not; by default its first one."""
+    film = Film("inspection", inspection_id)
+    return Response(aiming.picture(film, time_s), media_type="image/jpeg", headers=PRIVATE)
+
+
+@router.get("/inspections/{inspection_id}/diagnosis")
+@viewer
+@slow
+def diagnosed(inspection_id: InspectionId, diagnosis: Service[Diagnosis]) -> DiagnosisOut:
+    """Say why its distances are of no use, and what repairs that; it may look at the film."""
+    return DiagnosisOut.of(diagnosis.of(inspection_id))
+
+
+@router.get("/inspections/{inspection_id}/axis", responses=failures(*READING_A_FILM))
+@viewer
+@slow
+def film_axis(
+    inspection_id: InspectionId, aiming: Service[Aiming], time_s: TimeS = None
+) -> AxisOut:
+    """Find the axis of the pipe in the film, by default where it shows best."""
+    return AxisOut.of(aiming.axis(Film("inspection", inspection_id), time_s))
 
 
 @router.get("/uploads/{upload_id}/counter", responses=_FAILURES)
@@ -59,18 +98,18 @@ def counter(upload_id: str, aiming: Service[Aiming]) -> CounterFoundOut:
 @operator
 def aim(body: AimIn, aiming: Service[Aiming]) -> AimOut:
     """Aim a rig's camera by the pixel of the pipe's axis; nothing is stored."""
-    u, v = body.axis
-    return AimOut.of(aiming.aim(body.rig, (u, v)))
+    axis_uv = None if body.axis is None else (body.axis[0], body.axis[1])
+    return AimOut.of(aiming.aim(body.rig, axis_uv))
 
 
-@router.post("/rig/ruling", responses=failures(InvalidRig))
+@router.post("/rig/ruling", responses=failures(InvalidRig, NoWallInView))
 @operator
 def ruling(body: RigIn, aiming: Service[Aiming]) -> RulingOut:
     """Rule the wall in the picture of a rig's camera; nothing is stored."""
     return RulingOut.of(aiming.ruling(body.rig))
 
 
-@router.post("/rig/advice", responses=failures(InvalidRig))
+@router.post("/rig/advice", responses=failures(InvalidRig, NoWallInView))
 @operator
 @slow
 def advice(body: RigIn, aiming: Service[Aiming]) -> AdviceOut:

@@ -1,12 +1,15 @@
 /** Dialogs before a run is ended, continued, or tracked again with another rig. */
 
 import { html } from '../../../core/page/html.js';
-import { t } from '../../../core/page/words.js';
+import { CHANGES, causeText } from '../../../core/survey/diagnosis.js';
+import { t, wordFor } from '../../../core/page/words.js';
 import { ask, closesWhenSent, formFoot, openDialog } from '../../shared/dialog/dialog.js';
 import { turned } from '../../intake/rig-form/fields.js';
 import '../../intake/rig-form/rig-form.js';
 import '../../intake/rig-form/rig-picture.js';
+import '../../intake/rig-wizard/rig-wizard.js';
 import '../../intake/source-picker/source-picker.js';
+import { message } from '../../shared/message/message.js';
 
 /** Asks whether the recording may be ended; the safe answer has the focus. */
 export const askEndOfRecording = () =>
@@ -40,20 +43,47 @@ export async function openRecordOn(inspection) {
 }
 
 /**
- * Tracks all frames again with a corrected rig, or with the same one; says whether it has begun.
- * @param {import('../../../core/survey/inspection.js').Inspection} inspection
- * @param {Record<string, number>} [changes] of the rig, which are shown first, by path
+ * Tracks all frames again: with a rig that is corrected in the film's own pictures, or with the same one. It says what
+ * probably is wrong, and begins there.
+ * @param {import('../page/desk.js').Desk} desk
+ * @param {object} [first]
+ * @param {string} [first.repair] one of CHANGES, or else nothing is opened
+ * @param {Record<string, number>} [first.changes] of the rig, which are shown first, by path
+ * @returns {Promise<boolean>} whether it has begun
  */
-export async function openRig(inspection, changes = {}) {
+export async function openRig({ inspection, diagnosis }, { repair = '', changes = {} } = {}) {
   const { id, rig, video } = inspection.value;
+  const causes = diagnosis.value?.causes ?? [];
   const opened = openForm(
     t('again.rig_title'),
     t('again.rig_submit'),
-    html`<p>${t('again.rig_text')}</p><rig-form data-part="rig"></rig-form>`,
+    html`<p>${t('again.rig_text')}</p>
+      ${causes.map((cause) => message('warning', causeText(cause)))}
+      <div class="flow" role="group" aria-label="${t('again.change')}"><span class="strong">${t('again.change')}</span>
+        ${CHANGES.map((change) => html`<button type="button" class="button button--small" data-change="${change}">${wordFor('repair_button', change)}</button>`)}
+        <span class="help">${t('again.change_help')}</span></div>
+      <rig-wizard class="stack one-column" data-part="wizard"></rig-wizard>
+      <rig-form data-part="rig"></rig-form>`,
   );
-  const form = Object.assign(opened.parts.rig, { value: rig, video, picture: firstPicture(id) });
+  const { wizard, rig: form } = opened.parts;
+  Object.assign(form, { value: rig, video, picture: firstPicture(id) });
+  Object.assign(wizard, { rig: form, film: `/api/inspections/${id}` });
+  const before = JSON.stringify(form.value);
   form.change(changes);
-  closesWhenSent(opened, () => form.check() && inspection.trackWith(form.value));
+  const begin = (change) => {
+    if (change === 'axis' || (change === 'pipe' && form.value.mount.view === 'forward')) {
+      wizard.open(change === 'axis' ? 'axis' : 'width');
+      wizard.scrollIntoView();
+    } else form.goTo(change === 'lens' ? 'camera' : 'pipe');
+  };
+  for (const button of opened.dialog.querySelectorAll('[data-change]')) {
+    button.addEventListener('click', () => begin(button.dataset.change));
+  }
+  if (CHANGES.includes(repair)) begin(repair);
+  closesWhenSent(opened, () => {
+    if (JSON.stringify(form.value) === before) return inspection.retry();
+    return form.check() && inspection.trackWith(form.value);
+  });
   return (await opened.closed) === 'done';
 }
 

@@ -63,9 +63,10 @@ export class DeskBar extends Component {
         </header>`,
     );
     const { desk, page, parts } = this;
-    for (const command of ['cancel', 'recordOn', 'retry', 'finish', 'undo', 'redo', 'help']) {
+    for (const command of ['cancel', 'recordOn', 'finish', 'undo', 'redo', 'help']) {
       this.listen(parts[command], 'click', () => page[command]());
     }
+    this.listen(parts.retry, 'click', () => page.trackAgain());
     this.listen(parts.review, 'click', () => desk.tab.set('review'));
     this.listen(parts.labels, 'click', () =>
       orToast(() => editLabels(desk.inspection.value, () => desk.inspection.load())),

@@ -13,7 +13,7 @@ import { errorText, t } from '../../../core/page/words.js';
 import { assetPath } from '../../assets/assets-page/asset-table.js';
 import './header-form.js';
 import { icon } from '../../shared/icon/icon.js';
-import { openRig, openTurn } from '../dialogs/run-again.js';
+import { openTurn } from '../dialogs/run-again.js';
 
 const PAUSE_S = 3;
 /** Turns of the camera about its optical axis, in degrees. */
@@ -56,9 +56,9 @@ export class HeaderPanel extends Component {
         <fieldset class="locked" ${!mayEdit() && 'disabled'}><header-form data-part="form"></header-form></fieldset>`,
     );
     const { form, rig } = this.parts;
-    this.listen(rig, 'click', () => this.#trackAgain(openRig(this.desk.inspection)));
+    this.listen(rig, 'click', () => this.closest('inspection-page').trackAgain());
     for (const button of this.querySelectorAll('[data-turn]')) {
-      this.listen(button, 'click', () => this.#trackAgain(openTurn(this.desk.inspection, Number(button.dataset.turn))));
+      this.listen(button, 'click', () => this.#turn(Number(button.dataset.turn)));
     }
     form.value = this.desk.inspection.value.header;
     this.listen(form, 'typing', ({ detail: { name, value, before } }) => {
@@ -117,9 +117,8 @@ export class HeaderPanel extends Component {
     if (asset !== null) this.parts.asset.href = assetPath(asset);
   }
 
-  /** @param {Promise<boolean>} begun whether tracking has started again */
-  async #trackAgain(begun) {
-    if (await begun) location.reload(); // the picture and the 3D view change too
+  async #turn(degrees) {
+    if (await openTurn(this.desk.inspection, degrees)) location.reload(); // the picture and the 3D view change too
   }
 
   /** Shows the server's values, overlaid with unsent text. */

@@ -10,6 +10,7 @@ import { Catalogue } from '../../../core/defects/codes.js';
 import { lastCodes } from '../../../core/defects/code-chain.js';
 import { Conflicts } from '../../../core/defects/conflicts.js';
 import { Corrections } from '../../../core/survey/corrections.js';
+import { Diagnosis } from '../../../core/survey/diagnosis.js';
 import { FilmCounter } from '../../../core/survey/counter.js';
 import { Health } from '../../../core/survey/health.js';
 import { History } from '../../../core/defects/history.js';
@@ -143,6 +144,7 @@ export class Desk extends EventTarget {
     this.attachments.loadPatiently();
     this.corrections = new Corrections(inspection.id, signal);
     this.counter = new FilmCounter(inspection.id, signal);
+    this.diagnosis = new Diagnosis(inspection);
     this.checks = new Checks(inspection.id, signal);
     this.proposals = new Proposals(inspection.id, signal);
     this.review = new Review(inspection.id, signal);

@@ -13,7 +13,7 @@ import { errorText, t } from '../../../core/page/words.js';
 import { nameOf } from '../../defects/defect-list/names.js';
 import { icon } from '../../shared/icon/icon.js';
 import { showKeys } from '../actions/key-help.js';
-import { askEndOfRecording, openRecordOn } from '../dialogs/run-again.js';
+import { askEndOfRecording, openRecordOn, openRig } from '../dialogs/run-again.js';
 import { orToast, toast, toastError } from '../../shared/toast-stack/toast-stack.js';
 import { topBar } from '../../shared/top-bar/top-bar.js';
 import { openFinish } from '../dialogs/finish-dialog.js';
@@ -242,17 +242,9 @@ export class InspectionPage extends Component {
     if (await openRecordOn(this.desk.inspection)) location.reload(); // the page of a film becomes that of a camera
   }
 
-  retry() {
-    const { desk } = this;
-    const { damage } = desk.inspection;
-    return orToast(async () => {
-      await desk.inspection.retry();
-      if (damage) location.reload(); // the page has been opened without what follows from the track
-      desk.playhead.set({ frame: -1, row: null, isLive: true, capturedMs: null });
-      desk.track.clear();
-      desk.health.clear();
-      this.#follow();
-    });
+  /** Asks what to change first. @param {string} [repair] where the dialog begins: 'axis', 'pipe', 'lens' or 'again' */
+  async trackAgain(repair) {
+    if (await openRig(this.desk, { repair })) location.reload(); // the picture and the 3D view change too
   }
 
   // Commands of the keys and buttons ---------------------------------------------------------

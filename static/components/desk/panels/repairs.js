@@ -29,7 +29,7 @@ export function repairsOf(issue, desk) {
   if (code === 'rig_pipe_differs') {
     const path = Object.keys(FIELD_OF).find((name) => FIELD_OF[name] === params.field);
     const again = async () =>
-      (await openRig(desk.inspection, { [path]: Number(params.header_mm) })) && location.reload();
+      (await openRig(desk, { changes: { [path]: Number(params.header_mm) } })) && location.reload();
     return [{ name: t('checks.track_again', { mm: params.header_mm }), run: () => orToast(again) }];
   }
   // The checks may know a stretch that the list of the page has not read yet.

@@ -183,7 +183,7 @@ export class NewInspection extends Component {
   #showWizard() {
     const { films } = this.#queue;
     const arrived = films.find(({ upload, inspection }) => upload.state === 'DONE' && !inspection);
-    this.parts.wizard.uploadId = arrived?.upload.id ?? null;
+    this.parts.wizard.film = arrived ? `/api/uploads/${arrived.upload.id}` : null;
     this.parts.rig.picture = arrived ? `/api/uploads/${arrived.upload.id}/picture` : null;
     if (arrived && arrived.upload.id !== this.#described) this.#describe(arrived.upload.id);
   }

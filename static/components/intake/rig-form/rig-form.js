@@ -209,6 +209,13 @@ export class RigForm extends Component {
     return !first;
   }
 
+  /** Shows a group of fields and focuses the first one. @param {string} name of one of GROUPS */
+  goTo(name) {
+    const group = this.querySelector(`.rig__group--${name}`);
+    group.scrollIntoView();
+    group.querySelector('input, select').focus();
+  }
+
   /**
    * Keeps camera and mount, to be offered for the next inspection.
    * @param {string} title of the inspection, where they have no name

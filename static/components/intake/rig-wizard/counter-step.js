@@ -3,7 +3,7 @@
  * elsewhere or denied. Fires `answer` with what is stated about it, null for what the search finds, and `shown`
  * with what else is burnt into the film: {date}.
  *
- * Set `film` to {upload, width, height, pixel_aspect}; `open` starts the search.
+ * Set `film` to {address, width, height, pixel_aspect}; `open` starts the search.
  */
 
 import { get, refusalIn } from '../../../core/server/api.js';
@@ -14,7 +14,7 @@ import '../../distance/corrections/counter-box.js';
 import { icon } from '../../shared/icon/icon.js';
 
 export class CounterStep extends Component {
-  /** @type {{upload: string, width: number, height: number, pixel_aspect: number}} */
+  /** @type {{address: string, width: number, height: number, pixel_aspect: number}} */
   film;
 
   /** The box that was found; null if there is none, or while it is searched. */
@@ -49,12 +49,12 @@ export class CounterStep extends Component {
   async open() {
     if (this.#isOpen) return;
     this.#isOpen = true;
-    const { upload, ...film } = this.film;
+    const { address, ...film } = this.film;
     const { picture, said } = this.parts;
-    picture.draw({ source: `/api/uploads/${upload}/picture`, alt: t('wizard.picture'), ...film }, null);
+    picture.draw({ source: `${address}/picture`, alt: t('wizard.picture'), ...film }, null);
     said.textContent = t('counter.searching');
     try {
-      const { box, film_date: date } = await get(`/api/uploads/${upload}/counter`, this.signal);
+      const { box, film_date: date } = await get(`${address}/counter`, this.signal);
       this.dispatchEvent(new CustomEvent('shown', { detail: { date }, bubbles: true }));
       this.#found = box;
       const isAnswered = said.textContent !== t('counter.searching');

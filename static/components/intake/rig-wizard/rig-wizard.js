@@ -1,9 +1,12 @@
 /**
- * The rig of a camera that looks along the pipe, asked on the first picture of its film: "Is this the axis?" and
- * "How wide is the pipe?". What is answered goes into the rig form at once. A third picture asks "Is there a
- * counter?"; the answer is `counter`.
+ * The rig of a camera that looks along the pipe, asked on a picture of its film: "Is this the axis?" and "How wide
+ * is the pipe?". What is answered goes into the rig form at once. Of a film that becomes an inspection a third
+ * picture asks "Is there a counter?"; the answer is `counter`.
  *
- * Set `rig` to that form, and `uploadId` to a film that has arrived, or null.
+ * It begins with the picture that shows the axis for certain, and proposes the axis in it. Where none does, it
+ * proposes nothing: the cross is where the rig has the axis until somebody moves it.
+ *
+ * Set `rig` to that form, and `film` to the address of an upload or an inspection on the server, or to null.
  */
 
 import { get, post, refusalIn } from '../../../core/server/api.js';
@@ -11,6 +14,7 @@ import { html, render, setText } from '../../../core/page/html.js';
 import { focalDown } from '../../../core/wall/lens.js';
 import { newest } from '../../../core/server/newest.js';
 import { squareOf } from '../../../core/wall/pixels.js';
+import { timecode } from '../../../core/wall/units.js';
 import { Component } from '../../../core/page/store.js';
 import { errorText, t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
@@ -24,14 +28,24 @@ const STEPS = {
   ArrowDown: [0, 1],
 };
 const LONG_STEP_PX = 10;
+/** Smaller differences to the pitch of the rig before are no news. */
+const RIG_DIFFERS_DEG = 3;
 const STEPS_OF_WIZARD = ['axis', 'width', 'counter'];
+
+/** @typedef {[u: number, v: number]} Pixel of the film */
 
 export class RigWizard extends Component {
   #rig = null;
-  #uploadId = null;
-  /** Size of the picture, and the axis that was found in it; null while it is closed. */
-  #first = null;
+  /** @type {string|null} */
+  #film = null;
+  /** The shown picture, and the axis that is certain in it; null while it is closed. @type {Api['AxisOut']|null} */
+  #seen = null;
+  /** The cross; null until the axis is found or the cross is moved: then the rig says where it looks. */
   #axis = null;
+  /** Where the present rig has the axis. @type {Pixel|null} */
+  #ofRig = null;
+  /** Where the rig had the axis when the wizard was opened. @type {{axis: Pixel|null, pitch: number}|null} */
+  #before = null;
   #isLensGuessed = false;
   /** What was answered about the counter; null: nobody has, so it is searched. */
   #counter = null;
@@ -50,7 +64,7 @@ export class RigWizard extends Component {
         <p class="fault" role="alert" data-part="fault"></p>
         <div data-part="body"></div>`,
     );
-    this.listen(this.parts.open, 'click', () => this.#open());
+    this.listen(this.parts.open, 'click', () => this.open());
     this.#showAsk();
   }
 
@@ -64,53 +78,76 @@ export class RigWizard extends Component {
     return this.#counter;
   }
 
-  set uploadId(id) {
-    if (id === this.#uploadId) return;
-    this.#uploadId = id;
-    if (id === null) this.#counter = null; // the next film may be another one
+  set film(address) {
+    if (address === this.#film) return;
+    this.#film = address;
+    if (address === null) this.#counter = null; // the next film may be another one
     this.#close();
   }
 
   #showAsk() {
-    this.parts.open.disabled = this.#uploadId === null;
-    this.parts.needs.hidden = this.#uploadId !== null;
+    this.parts.open.disabled = this.#film === null;
+    this.parts.needs.hidden = this.#film !== null;
   }
 
   #close() {
-    this.#first = null;
+    this.#seen = null;
     this.parts.fault.textContent = '';
     render(this.parts.body, html``);
     this.#showAsk();
   }
 
-  async #open() {
+  /** Opens it on the picture that shows the axis best. @param {'axis'|'width'} [step] */
+  async open(step = 'axis') {
     const { open, fault } = this.parts;
-    const id = this.#uploadId;
     open.disabled = true;
     fault.textContent = '';
-    try {
-      const first = await get(`/api/uploads/${id}/axis`, this.signal);
-      if (id === this.#uploadId) this.#begin(first);
-    } catch (error) {
-      if (!refusalIn(error)) return;
-      fault.textContent = errorText(error);
-    }
+    await this.#look(null, async (seen) => {
+      const { changes, isLensGuessed } = changesFor(this.#rig.value, seen);
+      this.#rig.change(changes);
+      this.#isLensGuessed = isLensGuessed;
+      const { axis, pitch_deg: pitch } = await this.#aimed(null);
+      this.#before = { axis, pitch };
+      this.#ofRig = axis;
+      this.#seen = seen;
+      this.#axis = seen.axis;
+      this.#draw();
+      this.#showStep(step);
+    });
     this.#showAsk();
   }
 
-  #begin(first) {
-    const { changes, isLensGuessed } = changesFor(this.#rig.value, first);
-    this.#first = first;
-    this.#isLensGuessed = isLensGuessed;
-    this.#axis = first.axis ?? [(first.width - 1) / 2, (first.height - 1) / 2];
-    this.#draw();
-    this.#rig.change(changes);
-    this.#showStep('axis');
+  /**
+   * Looks for the axis in a picture of the film.
+   * @param {number|null} timeS null: where it shows best
+   * @param {(seen: Api['AxisOut']) => void|Promise<void>} then
+   */
+  async #look(timeS, then) {
+    const film = this.#film;
+    try {
+      const seen = await get(`${film}/axis${timeS === null ? '' : `?time_s=${timeS}`}`, this.signal);
+      if (film === this.#film) await then(seen);
+    } catch (error) {
+      if (!refusalIn(error)) return;
+      this.parts.fault.textContent = errorText(error);
+    }
+  }
+
+  /** Shows the picture of another time; the rig stays as it is unless the axis is certain there. @param {number} timeS */
+  #showTime(timeS) {
+    return this.#look(timeS, (seen) => {
+      if (!this.#seen) return;
+      this.#seen = { ...seen, looked_at: this.#seen.looked_at, sure: this.#seen.sure };
+      this.#axis = seen.axis;
+      this.#showPicture();
+      this.#rigChanged();
+    });
   }
 
   #draw() {
-    const { width, height } = this.#first;
-    const shown = squareOf(this.#first);
+    const { width, height } = this.#seen;
+    const shown = squareOf(this.#seen);
+    const hasCounter = this.#film.startsWith('/api/uploads/');
     this.parts.body.replaceChildren();
     const inside = render(
       this.parts.body,
@@ -118,21 +155,27 @@ export class RigWizard extends Component {
         <ol class="wizard__steps flow">
           <li><button type="button" class="wizard__step tile row" data-part="toAxis"><b>1</b>${t('wizard.axis')}</button></li>
           <li><button type="button" class="wizard__step tile row" data-part="toWidth"><b>2</b>${t('wizard.width')}</button></li>
-          <li><button type="button" class="wizard__step tile row" data-part="toCounter"><b>3</b>${t('wizard.counter')}</button></li>
+          <li ${!hasCounter && 'hidden'}><button type="button" class="wizard__step tile row" data-part="toCounter"><b>3</b>${t('wizard.counter')}</button></li>
         </ol>
         <counter-step class="stack gap-3 one-column" data-part="counter" hidden></counter-step>
         <div class="wizard__picture stage-of-picture" data-part="picture">
-          <img src="/api/uploads/${this.#uploadId}/picture" width="${shown.width}" height="${shown.height}"
-            alt="${t('wizard.picture')}" />
+          <img width="${shown.width}" height="${shown.height}" alt="${t('wizard.picture')}" data-part="image" />
           <svg class="wizard__drawing covers" preserveAspectRatio="none" viewBox="-0.5 -0.5 ${width} ${height}" data-part="drawing">
             <path class="wizard__line" data-part="generators" />
             <path class="wizard__line wizard__line--ring" data-part="rings" />
+            <path class="wizard__line wizard__line--before" data-part="before" />
+            <circle class="wizard__line wizard__line--within" data-part="within" />
             <g class="wizard__cross" data-part="cross" tabindex="0" role="slider" aria-valuemin="0"
               aria-valuemax="${width - 1}" aria-label="${t('wizard.cross')}" aria-describedby="wizard-help">
               <circle r="${width / 40}" />
               <path d="M${-width / 20} 0H${width / 20}M0 ${-width / 20}V${width / 20}" />
             </g>
           </svg>
+        </div>
+        <div class="row gap-3 wizard__time" data-part="timeRow">
+          <label for="wizard-time">${t('wizard.time')}</label>
+          <input type="range" class="grow" id="wizard-time" min="0" step="any" data-part="time" />
+          <span class="number" data-part="timeSaid"></span>
         </div>
         <p class="number" role="status" data-part="said"></p>
         <p class="help" id="wizard-help" data-part="help"></p>
@@ -168,13 +211,18 @@ export class RigWizard extends Component {
     this.listen(inside.toAxis, 'click', () => this.#showStep('axis'));
     this.listen(inside.toWidth, 'click', () => this.#showStep('width'));
     for (const to of [inside.toCounter, inside.next]) this.listen(to, 'click', () => this.#showStep('counter'));
-    inside.counter.film = { ...this.#first, upload: this.#uploadId };
+    inside.next.hidden = !hasCounter;
+    if (hasCounter) inside.counter.film = { ...this.#seen, address: this.#film };
     this.listen(inside.counter, 'answer', ({ detail }) => (this.#counter = detail));
     this.listen(inside.yes, 'click', () => {
       this.#showStep('width');
       this.parts.diameter.focus();
     });
-    this.listen(inside.again, 'click', () => this.#moveTo(this.#first.axis));
+    this.listen(inside.again, 'click', () => this.#moveTo(this.#seen.axis));
+    inside.time.max = String(this.#seen.duration_s ?? 0);
+    this.listen(inside.time, 'input', () => setText(inside.timeSaid, timecode(Number(inside.time.value), 1)));
+    this.listen(inside.time, 'change', () => this.#showTime(this.#timeOf(Number(inside.time.value))));
+    this.#showPicture();
     this.listen(inside.done, 'click', () => {
       this.#close();
       this.parts.open.focus();
@@ -187,7 +235,7 @@ export class RigWizard extends Component {
     }
     this.listen(inside.focal, 'input', () => {
       const focal = Number(inside.focal.value.replace(',', '.'));
-      const down = focal > 0 ? focalDown(focal, this.#first.pixel_aspect) : inside.focal.value;
+      const down = focal > 0 ? focalDown(focal, this.#seen.pixel_aspect) : inside.focal.value;
       this.#rig.change({ 'camera.fx': inside.focal.value, 'camera.fy': down });
     });
   }
@@ -210,19 +258,41 @@ export class RigWizard extends Component {
     parts.cross.setAttribute('tabindex', isAxis ? '0' : '-1');
     parts.help.textContent = isAxis ? t('wizard.axis_help') : t('wizard.width_help');
     parts.picture.hidden = parts.said.hidden = parts.help.hidden = isCounter;
-    parts.fields.hidden = parts.next.hidden = !isWidth;
+    parts.timeRow.hidden = isCounter || !this.#seen.duration_s;
+    parts.fields.hidden = !isWidth;
+    parts.next.hidden = !isWidth || parts.toCounter.closest('li').hidden;
     parts.done.hidden = isAxis;
     parts.guessed.hidden = !isWidth || !this.#isLensGuessed;
     parts.yes.hidden = !isAxis;
-    parts.again.hidden = !isAxis || !this.#first.axis;
+    this.#showAgain();
     parts.counter.hidden = !isCounter;
     if (isCounter) parts.counter.open();
     this.#rigChanged();
   }
 
+  #showPicture() {
+    const { image, time, timeSaid, within } = this.parts;
+    const { time_s: timeS, axis, axis_u95_px: u95 } = this.#seen;
+    image.src = `${this.#film}/picture?time_s=${timeS}`;
+    time.value = String(timeS);
+    setText(timeSaid, timecode(timeS, 1));
+    const circle = { cx: axis?.[0] ?? 0, cy: axis?.[1] ?? 0, r: axis ? u95 : 0 };
+    for (const [name, value] of Object.entries(circle)) within.setAttribute(name, value);
+    this.#showAgain();
+  }
+
+  #showAgain() {
+    this.parts.again.hidden = this.#step !== 'axis' || !this.#seen.axis;
+  }
+
+  /** The last frame begins before the end of the film. @param {number} timeS */
+  #timeOf(timeS) {
+    return Math.min(timeS, 0.98 * this.#seen.duration_s);
+  }
+
   /** @returns {[number, number]} */
   #pixelAt({ clientX, clientY }) {
-    const { width, height } = this.#first;
+    const { width, height } = this.#seen;
     const box = this.parts.drawing.getBoundingClientRect();
     return [((clientX - box.left) / box.width) * width - 0.5, ((clientY - box.top) / box.height) * height - 0.5];
   }
@@ -232,12 +302,20 @@ export class RigWizard extends Component {
     if (!step) return;
     event.preventDefault();
     const px = event.shiftKey ? LONG_STEP_PX : 1;
-    this.#moveTo(this.#axis.map((at, i) => at + px * step[i]));
+    const [u, v] = this.#cross;
+    this.#moveTo([u + px * step[0], v + px * step[1]]);
+  }
+
+  /** Where the cross is: on the axis, or else where the rig has it, or in the middle. @returns {Pixel} */
+  get #cross() {
+    const { width, height } = this.#seen;
+    return this.#axis ?? this.#ofRig ?? [(width - 1) / 2, (height - 1) / 2];
   }
 
   #moveTo([u, v]) {
-    const { width, height } = this.#first;
+    const { width, height } = this.#seen;
     this.#axis = [Math.min(Math.max(u, 0), width - 1), Math.min(Math.max(v, 0), height - 1)];
+    this.#showCross();
     this.#rigChanged();
   }
 
@@ -253,7 +331,7 @@ export class RigWizard extends Component {
   }
 
   #rigChanged() {
-    if (!this.#first) return;
+    if (!this.#seen) return;
     const { camera, mount, pipe } = this.#rig.value;
     const { parts } = this;
     const { pitch_mm: pitch, depth_mm: depth } = pipe.corrugation ?? {};
@@ -261,27 +339,33 @@ export class RigWizard extends Component {
     for (const [name, value] of Object.entries(shown)) {
       if (parts[name] !== document.activeElement) parts[name].value = Number.isFinite(value) ? value : '';
     }
-    this.#showCross();
     this.#aim();
   }
 
   #showCross() {
-    const [u, v] = this.#axis;
-    const { cross } = this.parts;
+    const [u, v] = this.#cross;
+    const { cross, before } = this.parts;
+    const arm = this.#seen.width / 20;
+    const isMoved = this.#before.axis && this.#axis;
+    before.setAttribute('d', isMoved ? crossAt(this.#before.axis, arm) : '');
     cross.setAttribute('transform', `translate(${u} ${v})`);
     cross.setAttribute('aria-valuenow', Math.round(u));
     cross.setAttribute('aria-valuetext', t('wizard.cross_at', { u: Math.round(u), v: Math.round(v) }));
   }
 
+  /** @param {Pixel|null} axis null: where the rig has it @returns {Promise<any>} */
+  #aimed(axis) {
+    return post('/api/aim', { rig: statedOf(this.#rig.value), axis }, this.signal);
+  }
+
   async #askAim() {
-    if (!this.#first) return;
-    const question = { rig: statedOf(this.#rig.value), axis: this.#axis };
+    if (!this.#seen) return;
     try {
-      const aim = await post('/api/aim', question, this.signal);
-      if (this.#first) this.#show(aim);
+      const aim = await this.#aimed(this.#axis);
+      if (this.#seen) this.#show(aim);
     } catch (error) {
       if (!refusalIn(error)) return;
-      if (this.#first) this.#show(null, errorText(error));
+      if (this.#seen) this.#show(null, errorText(error));
     }
   }
 
@@ -291,8 +375,22 @@ export class RigWizard extends Component {
     const isWall = aim && this.#step === 'width' && this.#rig.value.pipe.diameter_mm > 0;
     parts.rings.setAttribute('d', isWall ? pathOf(aim.rings) : '');
     parts.generators.setAttribute('d', isWall ? pathOf(aim.generators) : '');
-    setText(parts.said, aim ? sentence(aim, this.#first.axis) : '');
-    if (aim) this.#tilt(aim.pitch_deg);
+    if (aim) this.#ofRig = aim.axis;
+    this.#showCross();
+    setText(parts.said, aim ? this.#sentence(aim) : '');
+    if (aim && this.#axis) this.#tilt(aim.pitch_deg);
+  }
+
+  /** What is certain, where the camera looks then, and what the rig said before. */
+  #sentence({ pitch_deg: pitch, right_deg: right }) {
+    const { axis, axis_u95_px: u95, looked_at: n, sure } = this.#seen;
+    const focal = this.#rig.value.camera.fx;
+    const angle = degrees((Math.atan2(u95, focal) * 180) / Math.PI);
+    const found = axis ? t('wizard.found', { n, sure, angle }) : t('wizard.not_found');
+    if (!this.#axis) return `${found} ${t('wizard.by_rig', { up: upOf(pitch) })}`;
+    const looks = t('wizard.looks', { up: upOf(pitch), aside: asideOf(right) });
+    const isOther = Math.abs(pitch - this.#before.pitch) > RIG_DIFFERS_DEG;
+    return [found, looks, isOther && t('wizard.rig_said', { up: upOf(this.#before.pitch) })].filter(Boolean).join(' ');
   }
 
   /** The same pitch again would be asked for without end. */
@@ -302,12 +400,13 @@ export class RigWizard extends Component {
   }
 }
 
-function sentence({ pitch_deg: pitch, right_deg: right }, found) {
-  const degrees = (value) => Math.abs(value).toFixed(1);
-  const up = pitch < 0 ? t('wizard.down', { angle: degrees(pitch) }) : t('wizard.up', { angle: degrees(pitch) });
-  const aside = right < 0 ? t('wizard.left', { angle: degrees(right) }) : t('wizard.right', { angle: degrees(right) });
-  return `${found ? '' : `${t('wizard.not_found')} `}${t('wizard.looks', { up, aside })}`;
-}
+const degrees = (value) => Math.abs(value).toFixed(1);
+const upOf = (pitch) =>
+  pitch < 0 ? t('wizard.down', { angle: degrees(pitch) }) : t('wizard.up', { angle: degrees(pitch) });
+const asideOf = (right) =>
+  right < 0 ? t('wizard.left', { angle: degrees(right) }) : t('wizard.right', { angle: degrees(right) });
+
+const crossAt = ([u, v], arm) => `M${u - arm} ${v}h${2 * arm}M${u} ${v - arm}v${2 * arm}`;
 
 /** Returns the path of lines of pixels; it is interrupted where a line has none. */
 const pathOf = (lines) =>

@@ -1,4 +1,4 @@
-"""The rig of a camera that looks along the pipe, by the first picture of an upload."""
+"""The rig of a camera that looks along the pipe, by pictures of its film."""
 
 from __future__ import annotations
 
@@ -33,14 +33,15 @@ def stated(**mount: Any) -> dict[str, Any]:
     return rig | {"mount": rig["mount"] | mount}
 
 
-def test_the_first_picture_comes_with_its_axis_which_states_the_pitch(
-    shared: Client, film: Path
-) -> None:
+def test_a_picture_comes_with_its_axis_which_states_the_pitch(shared: Client, film: Path) -> None:
     upload = shared.upload(film.read_bytes())
     seen = shared.get(f"/api/uploads/{upload}/axis").json()
     assert (seen["width"], seen["height"]) == (CROOKED.rig.camera.width, CROOKED.rig.camera.height)
     assert seen["pixel_aspect"] == 1
-    answer = shared.get(f"/api/uploads/{upload}/picture")
+    assert 0 < seen["sure"] <= seen["looked_at"]
+    at = {"time_s": seen["time_s"]}
+    assert shared.get(f"/api/uploads/{upload}/axis", params=at).json()["axis"] == seen["axis"]
+    answer = shared.get(f"/api/uploads/{upload}/picture", params=at)
     assert answer.headers["Content-Type"] == "image/jpeg"
     picture = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
     assert picture is not None
@@ -61,6 +62,36 @@ def test_a_page_may_ask_for_everything_at_once(shared: Client, film: Path) -> No
         threads.submit(shared.get, asked[0])
         # An inspection waits for who still reads.
         assert shared.post("/api/inspections", json=made).status_code == 201
+
+
+def test_a_rig_says_where_it_has_the_axis_itself(shared: Client) -> None:
+    aim = shared.post("/api/aim", json={"rig": stated(pitch_deg=0.0), "axis": None}).json()
+    camera = CROOKED.rig.camera
+    assert aim["axis"] == pytest.approx([camera.cx, camera.cy], abs=0.1)
+    up = shared.post("/api/aim", json={"rig": stated(pitch_deg=40.0), "axis": None}).json()
+    assert (up["axis"], up["pitch_deg"]) == (None, 40.0)
+
+
+def test_a_film_that_was_tracked_with_another_view_says_so_and_shows_its_pictures(
+    shared: Client, film: Path
+) -> None:
+    source = {"kind": "upload", "upload_id": shared.upload(film.read_bytes())}
+    made = {"name": "Down", "source": source, "rig": stated(view="down")}
+    inspection = shared.post("/api/inspections", json=made).json()["id"]
+    shared.wait(inspection)
+    strict = {"within_m": 1e-6, "percent": 0.0}
+    usual = shared.get("/api/intended-use").json()
+    shared.put("/api/intended-use", json=strict)
+    try:
+        (cause, *_) = shared.get(f"/api/inspections/{inspection}/diagnosis").json()["causes"]
+    finally:
+        shared.put("/api/intended-use", json=usual)
+    assert (cause["code"], cause["repair"]) == ("looks_along", "axis")
+    seen = shared.get(f"/api/inspections/{inspection}/axis").json()
+    assert seen["axis"] is not None
+    at = {"time_s": seen["time_s"]}
+    answer = shared.get(f"/api/inspections/{inspection}/picture", params=at)
+    assert answer.headers["Content-Type"] == "image/jpeg"
 
 
 @pytest.mark.parametrize(("pitch_deg", "said_deg"), [(-3.0, 0.0), (5.0, 4.0)])
