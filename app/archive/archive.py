@@ -10,6 +10,7 @@ from typing import Any
 
 from app.archive.additions import Additions, Request, additions, columns
 from app.archive.assignment import Assignment
+from app.archive.folders import Listing, folders_in
 from app.archive.intake import Intake, IntakeState
 from app.archive.reasons import Group, grouped, reason_of
 from app.archive.rules import Rules, checked_rig, require_usable
@@ -120,6 +121,14 @@ class Archive:
             self._resolved(where), sort, descending=descending, offset=offset, limit=limit
         )
         return total, [self._view(row) for row in rows]
+
+    def folders(self, path: str | None) -> Listing:
+        """Return the folders in a folder of films, those to begin with for None.
+
+        Raises:
+            FolderNotAllowed, NoSuchFilm: The path cannot be used.
+        """
+        return folders_in(path, self._folders)
 
     def preview(self, request: Request) -> Additions:
         """Return what each film of a request would get; nothing changes.

@@ -38,6 +38,58 @@ class Found:
     """A sentence that says why it cannot be added."""
 
 
+@dataclass(frozen=True)
+class Folder:
+    """A folder to choose from."""
+
+    name: str
+    path: str
+    """Text of the resolved path."""
+
+
+@dataclass(frozen=True)
+class Listing:
+    """What is in one folder, or which folders there are to begin with."""
+
+    path: str | None
+    """None for the beginning."""
+    above: str | None
+    """The folder that it is in; None where that is the beginning."""
+    folders: list[Folder]
+    films: int
+    """Films directly in it."""
+
+
+def folders_in(text: str | None, allowed: Sequence[Path]) -> Listing:
+    """Return the folders in a folder by their names, the allowed ones for None.
+
+    Raises:
+        FolderNotAllowed: The folder is outside them.
+        NoSuchFilm: There is no such folder, or it cannot be read.
+    """
+    roots = [_resolved(folder) for folder in allowed]
+    if text is None:
+        offered = [Folder(text_of(root), text_of(root)) for root in roots]
+        return Listing(None, None, offered, 0)
+    folder = _allowed(path_of(text), roots)
+    try:
+        with os.scandir(folder) as entries:
+            shown = sorted((e for e in entries if e.name[0] != "."), key=lambda e: e.name)
+    except OSError as error:
+        raise NoSuchFilm(f"The folder {text_of(folder)} cannot be read.") from error
+    is_folder = [_is_folder(entry) and not entry.is_symlink() for entry in shown]
+    return Listing(
+        text_of(folder),
+        None if folder in roots else text_of(folder.parent),
+        [
+            Folder(text_of(entry.name), text_of(Path(entry)))
+            for entry, is_one in zip(shown, is_folder, strict=True)
+            if is_one
+        ],
+        sum(is_film(e.name) for e, is_one in zip(shown, is_folder, strict=True) if not is_one),
+    )
+
+
 def found_in(paths: Iterable[str], allowed: Sequence[Path]) -> Iterator[Found]:
     """Yield the files of folders, and the named files, each once.
 

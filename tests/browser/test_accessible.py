@@ -42,7 +42,7 @@ def touched(browser: Browser) -> Iterator[Page]:
 def test_log_in_menu_help_and_settings(page: Page, server: Server) -> None:
     page.goto(server.url)
     expect_no_fault(page)
-    token = page.get_by_label("Access token")
+    token = page.get_by_label("Access code")
     token.fill("not the token")
     page.get_by_role("button", name="Log in").click()
     expect(page.get_by_role("alert")).to_contain_text("not known here")

@@ -84,7 +84,7 @@ def test_a_folder_is_added_by_a_rule_after_a_dry_run_and_its_film_tracked_and_op
 ) -> None:
     folder = folder_of(films, clip, "whole", "North/CUL-1_a.mp4", "South/odd name.mp4")
     log_in(page, archive, "/films")
-    expect(page.get_by_role("heading", name="The archive is empty")).to_be_visible()
+    expect(page.get_by_role("heading", name="No films yet")).to_be_visible()
     page.get_by_role("link", name="Rules and rigs").first.click()
     add_rig(page, rig_file)
     page.get_by_role("button", name="Add a rule").click()
@@ -98,9 +98,12 @@ def test_a_folder_is_added_by_a_rule_after_a_dry_run_and_its_film_tracked_and_op
     expect(page.get_by_text("The rules are saved.")).to_be_visible()
 
     page.goto(f"{archive.url}/films/add")
-    page.get_by_label("Folders or films on the server").fill(str(folder))
+    folders = page.get_by_role("group", name="Folder of films")
+    folders.get_by_role("button", name="whole").click()
+    expect(folders).to_contain_text(str(folder))
+    expect(folders).to_contain_text("0 films here")
     page.get_by_role("button", name="Show what each film would get").click()
-    expect(page.get_by_text("2 films: 2 new, 0 in the archive already.")).to_be_visible()
+    expect(page.get_by_text("2 films: 2 new, 0 taken in already.")).to_be_visible()
     row = row_of(page, "CUL-1_a.mp4")
     for text in ("Rule 1", "Crawler", "North", "CUL-1"):
         expect(row.get_by_role("cell", name=text, exact=True)).to_be_visible()

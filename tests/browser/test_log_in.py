@@ -10,7 +10,7 @@ FOREIGN = ["/\\example.org/", f"/viewer/{'0' * 32}/?playbackPath=data:,x", "//ex
 
 
 def enter(page: Page, token: str) -> None:
-    page.get_by_label("Access token").fill(token)
+    page.get_by_label("Access code").fill(token)
     page.get_by_role("button", name="Log in").click()
 
 
@@ -19,14 +19,14 @@ def test_a_log_in_leads_to_the_page_that_was_asked_for_and_a_log_out_ends_it(
 ) -> None:
     page.goto(f"{server.url}/new")
     enter(page, "wrong")
-    expect(page.get_by_role("alert")).to_contain_text("This token is not known here")
-    expect(page.get_by_label("Access token")).to_be_focused()
+    expect(page.get_by_role("alert")).to_contain_text("This access code is not known here")
+    expect(page.get_by_label("Access code")).to_be_focused()
     enter(page, TOKEN)
     page.wait_for_url(f"{server.url}/new")
     expect(page.get_by_role("heading", level=1)).to_be_visible()
     page.get_by_label("Menu").click()
     page.get_by_role("button", name="Log out").click()
-    expect(page.get_by_label("Access token")).to_be_visible()
+    expect(page.get_by_label("Access code")).to_be_visible()
     for foreign in FOREIGN:
         page.context.clear_cookies()
         page.goto(server.url)

@@ -59,7 +59,7 @@ def test_the_language_is_that_of_the_browser_and_german_fits(
     page = browser.new_context(locale="de-AT", viewport={"width": 1366, "height": 768}).new_page()
     page.add_init_script(WITHOUT_WEBGL)
     page.goto(server.url)
-    expect(page.get_by_label("Zugangstoken")).to_be_visible()
+    expect(page.get_by_label("Zugangscode")).to_be_visible()
     log_in(page, server, f"/inspections/{inspection}")
     expect(page.locator("html")).to_have_attribute("lang", "de")
     expect(page.locator(".defect", has_text="Riss: klaffend, längs")).to_be_visible()
@@ -148,10 +148,10 @@ def test_a_language_that_is_chosen_at_the_log_in_stays_and_is_there_on_another_d
 ) -> None:
     page.goto(server.url)
     page.get_by_role("button", name="Bahasa Malaysia").click()
-    page.get_by_label("Token akses").fill("salah")
+    page.get_by_label("Kod akses").fill("salah")
     page.get_by_role("button", name="Log masuk").click()
-    expect(page.get_by_role("alert")).to_contain_text("Token ini tidak dikenali")
-    page.get_by_label("Token akses").fill(TOKEN)
+    expect(page.get_by_role("alert")).to_contain_text("Kod akses ini tidak dikenali")
+    page.get_by_label("Kod akses").fill(TOKEN)
     page.get_by_role("button", name="Log masuk").click()
     expect(page.get_by_role("heading", name="Kerja", level=1)).to_be_visible()
     chosen = json.load(server.ask("GET", "/api/me"))["preferences"]

@@ -230,21 +230,22 @@ def test_an_earlier_version_comes_back_from_the_history_and_can_be_undone(
 
 def test_an_admin_makes_a_token_changes_its_role_and_revokes_it(page: Page, server: Server) -> None:
     log_in(page, server, "/settings")
-    page.get_by_role("link", name="Users").click()
-    press(page, "New token")
+    page.get_by_role("link", name="Access").click()
+    press(page, "Access for a colleague")
     page.get_by_label("Name").fill("server")
-    press(page, "Create")
+    press(page, "Make access")
     expect(page.get_by_role("dialog").get_by_role("alert")).not_to_be_empty()
     page.get_by_label("Name").fill("Ana")
-    press(page, "Create")
-    ana = {"Authorization": f"Bearer {page.get_by_label('Token to hand over').input_value()}"}
+    press(page, "Make access")
+    link = page.get_by_label("Link to hand over").input_value()
+    ana = {"Authorization": f"Bearer {link.split('token=')[1]}"}
     expect_no_fault(page, ("dark",), within="dialog[open]")
     page.keyboard.press("Escape")
     page.get_by_label("Role of Ana").select_option("viewer")
     expect(page.locator("toast-stack")).to_contain_text("Ana has the role viewer now.")
     assert json.load(server.ask("GET", "/api/me", headers=ana))["role"] == "viewer"
-    press(page, "Revoke the token of Ana")
-    press(page, "Revoke")
-    expect(page.get_by_text("1 revoked token")).to_be_visible()
+    press(page, "End the access of Ana")
+    press(page, "End access")
+    expect(page.get_by_text("1 ended access")).to_be_visible()
     expect(page.get_by_label("Role of Ana")).to_have_count(0)
     expect_no_fault(page, ("dark",))

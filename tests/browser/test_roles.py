@@ -93,7 +93,7 @@ def test_an_operator_tags_and_what_waits_in_the_browser_outlives_the_visit_of_a_
     page.goto(f"{server.url}/inspections")
     delete = page.get_by_role("button", name="Delete").first
     expect(delete).to_be_disabled()
-    expect(delete).to_have_attribute("title", "Only an administrator's token may do that.")
+    expect(delete).to_have_attribute("title", "Only an administrator may do that.")
 
 
 def leave(page: Page) -> None:

@@ -67,7 +67,7 @@ def _picture_all(
 ) -> None:
     page = open_page(browser, size, theme)
     page.goto(server.url)
-    expect(page.get_by_label("Access token")).to_be_visible()
+    expect(page.get_by_label("Access code")).to_be_visible()
     page.screenshot(path=folder / f"login-{size[0]}-{theme}.png")
     log_in(page, server)
     for name, show in PICTURES.items():

@@ -106,7 +106,6 @@ const WORDED_BY_THE_SERVER = new Set([
   'camera_unreachable',
   'export_not_available',
   'invalid_table',
-  'folder_not_allowed',
   'no_such_film',
   'film_missing',
   'film_changed',

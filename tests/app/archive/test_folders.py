@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.archive.folders import found_in
+from app.archive.folders import folders_in, found_in
 from app.archive.paths import path_of, text_of, title_of
 from app.archive.patterns import compiled
 from app.errors import FolderNotAllowed, NoSuchFilm
@@ -64,6 +64,28 @@ def test_no_link_leads_out_of_the_folders(tmp_path: Path) -> None:
             listed(path, films)
     with pytest.raises(NoSuchFilm):
         listed(films / "nothing.mp4", films)
+
+
+def test_a_folder_is_chosen_among_the_allowed_ones_and_those_in_them(tmp_path: Path) -> None:
+    films = tmp_path / "films"
+    put(films / "a.mp4")
+    put(films / "notes.txt")
+    put(films / "south" / "b.mp4")
+    put(films / "north" / "deep" / "c.mp4")
+    put(films / ".hidden" / "d.mp4")
+    (films / "elsewhere").symlink_to(tmp_path)
+
+    first = folders_in(None, [films])
+    assert [folder.path for folder in first.folders] == [text_of(films)]
+    whole = folders_in(text_of(films), [films])
+    assert [folder.name for folder in whole.folders] == ["north", "south"]
+    assert (whole.films, whole.above) == (1, None)
+    north = folders_in(whole.folders[0].path, [films])
+    assert (north.above, north.films) == (text_of(films), 0)
+    with pytest.raises(FolderNotAllowed):
+        folders_in(text_of(tmp_path), [films])
+    with pytest.raises(NoSuchFilm):
+        folders_in(text_of(films / "gone"), [films])
 
 
 def test_no_folder_is_too_deep_and_one_that_cannot_be_read_is_named(tmp_path: Path) -> None:

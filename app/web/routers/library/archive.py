@@ -21,6 +21,7 @@ from app.web.schemas.library.archive import (
     FilmsChangeIn,
     FilmsMeant,
     FilmsOut,
+    FoldersOut,
     GroupOut,
     Sort,
     State,
@@ -73,6 +74,18 @@ def list_films(
     """Return one page of the films."""
     total, films = archive.films(where, sort, descending=descending, offset=offset, limit=limit)
     return FilmsOut(total=total, films=[FilmOut.of(view) for view in films])
+
+
+@router.get("/folders", responses=failures(errors.FolderNotAllowed, errors.NoSuchFilm))
+@slow
+def folders(
+    archive: Service[Archive],
+    path: Annotated[
+        str | None, Query(max_length=20_000, description="Without it: those to begin with.")
+    ] = None,
+) -> FoldersOut:
+    """Return the folders in a folder of this machine that films may be added from."""
+    return FoldersOut.model_validate(archive.folders(path))
 
 
 @router.post(

@@ -243,6 +243,25 @@ def _error(view: FilmView) -> ErrorOut | None:
     return ErrorOut(code=source.error_code, detail=source.error_detail or "")
 
 
+class FolderOut(Out):
+    """A folder to choose from."""
+
+    name: str
+    path: str
+
+
+class FoldersOut(Out):
+    """What is in a folder of this machine."""
+
+    path: str | None
+    """null for the folders to begin with."""
+    above: str | None
+    """The folder that it is in; null where that is the beginning."""
+    folders: list[FolderOut]
+    films: int
+    """Films directly in it."""
+
+
 class FilmsOut(BaseModel):
     """One page of the list."""
 

@@ -2,7 +2,6 @@
 
 import { ApiError, post } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
-import { recall, remember } from '../../../core/page/remembered.js';
 import { may } from '../../../core/page/rights.js';
 import { Component, Store } from '../../../core/page/store.js';
 import { count } from '../../../core/wall/units.js';
@@ -12,7 +11,8 @@ import '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
 import '../../shared/pager/pager.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
-import { REMEMBERED_FOLDER, additionColumns, additionSummary } from './additions.js';
+import { additionColumns, additionSummary } from './additions.js';
+import './folder-picker.js';
 
 /** A page of rows that are all here; like a `PagedList` for the pager. */
 class Pages extends Store {
@@ -55,7 +55,6 @@ export class AddFilms extends Component {
     );
     if (!may('admin')) return;
     const { parts } = this;
-    parts.paths.value = recall(REMEMBERED_FOLDER, '');
     parts.table.fill({ caption: t('add.dry_run'), columns: additionColumns(), keyOf: ({ path }) => path });
     parts.pager.fill(this.#pages);
     this.listen(this.#pages, 'change', () => parts.table.show(this.#pages.page));
@@ -69,27 +68,23 @@ export class AddFilms extends Component {
 
   async #preview() {
     const { parts } = this;
-    const paths = parts.paths.value
-      .split('\n')
-      .map((line) => line.trim())
-      .filter(Boolean);
+    const { value: folder } = parts.folder;
     parts.fault.replaceChildren();
-    parts.pathsFault.textContent = paths.length ? '' : t('add.path_needed');
-    parts.paths.setAttribute('aria-invalid', String(paths.length === 0));
-    if (!paths.length) {
-      parts.paths.focus();
+    parts.folderFault.textContent = folder ? '' : t('add.folder_needed');
+    if (!folder) {
+      parts.folder.querySelector('button')?.focus();
       return;
     }
     const [file] = parts.header.files;
     const wanted = {
-      paths,
+      paths: [folder],
       ...(file && { header_csv: await file.text() }),
       ...(parts.priority.value !== '' && { priority: Number(parts.priority.value) }),
     };
     await this.#during(parts.look, async () => {
       this.#found = await post('/api/archive/films/preview', wanted, this.signal);
       this.#wanted = wanted;
-      remember(REMEMBERED_FOLDER, paths.join('\n'));
+      parts.folder.remember();
       this.#showResult();
     });
   }
@@ -137,10 +132,10 @@ export class AddFilms extends Component {
 const formMarkup =
   () => html`<p class="dim below-4">${t('add.help')} <a href="/films/rules">${t('archive.rules')}</a></p>
   <form class="panel add__form one-if-narrow stack gap-4 at-top pad-4" data-part="form" novalidate>
-    <div class="field"><label for="add-paths">${t('add.paths')}</label>
-      <textarea class="input mono" id="add-paths" rows="3" spellcheck="false" autocomplete="off" aria-describedby="add-paths-help add-paths-fault" data-part="paths"></textarea>
-      <span class="fault" id="add-paths-fault" role="alert" data-part="pathsFault"></span>
-      <span class="help" id="add-paths-help">${t('add.paths_help')}</span></div>
+    <div class="field"><span class="label">${t('add.folder')}</span>
+      <folder-picker data-part="folder"></folder-picker>
+      <span class="fault" role="alert" data-part="folderFault"></span>
+      <span class="help">${t('add.folder_help')}</span></div>
     <div class="field"><label for="add-header">${t('add.header')} <span class="required">${t('page.optional')}</span></label>
       <input class="input add__file" id="add-header" type="file" accept=".csv,text/csv" aria-describedby="add-header-help" data-part="header" />
       <span class="help" id="add-header-help">${t('add.header_help')}</span></div>

@@ -7,9 +7,6 @@ import { column, orDash } from '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
 import { message } from '../../shared/message/message.js';
 
-/** Key of the folder that was looked through last. */
-export const REMEMBERED_FOLDER = 'chainage.archive-folder';
-
 export const additionColumns = () => [
   column(
     'path',

@@ -34,7 +34,7 @@ import { pace } from '../../inspections/inspection-list/row.js';
 import { FILM_STATES, outdatedFilter, statusChip } from '../../shared/status-chip/status-chip.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
 import { askChange, askCancel, askTakeOff } from './dialogs.js';
-import { emptyArchive } from './empty.js';
+import { emptyIntake } from './empty.js';
 import { progressMarkup } from './progress.js';
 
 const BUSY_S = 2;
@@ -66,7 +66,7 @@ export class FilmsPage extends Component {
         ways: html`<button class="button button--quiet" data-part="keys">${icon('keys')}${t('archive.keys')} <kbd>?</kbd></button>
           <a class="button ${may('admin') && 'button--primary'}" href="/films/add" data-needs="operator" ${!may('admin') && html`title="${t('rights.admin')}"`}>${icon('plus')}${t('archive.add')}</a>`,
         content: html`<section class="panel archive-progress one-if-narrow stack pad-head below-4" data-part="progress" aria-label="${t('archive.progress')}" hidden></section>
-          <section class="panel empty stack gap-4 at-start" data-part="empty" hidden>${emptyArchive()}</section>
+          <section class="panel empty stack gap-4 at-start" data-part="empty" hidden>${emptyIntake()}</section>
           <div data-part="body" hidden>
             ${searchMarkup(
               t('archive.search_hint'),

@@ -2,9 +2,9 @@
 
 import { ApiError, post } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
-import { recall, remember } from '../../../core/page/remembered.js';
 import { errorText, t } from '../../../core/page/words.js';
-import { REMEMBERED_FOLDER, additionColumns, additionSummary } from '../add-films/additions.js';
+import { additionColumns, additionSummary } from '../add-films/additions.js';
+import '../add-films/folder-picker.js';
 import '../../shared/data-table/data-table.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
 import { message } from '../../shared/message/message.js';
@@ -15,23 +15,22 @@ const SHOWN = 100;
 export function tryRules(rules, signal) {
   const { parts } = openDialog({
     title: t('rules.try_title'),
-    content: html`<form class="row at-bottom gap-3" data-part="form">
-      <div class="field grow"><label for="try-path">${t('add.folder')}</label>
-        <input class="input" id="try-path" autocomplete="off" spellcheck="false" required data-part="path" value="${recall(REMEMBERED_FOLDER, '')}" /></div>
+    content: html`<form class="stack gap-3 at-start" data-part="form">
+      <folder-picker class="full" data-part="folder"></folder-picker>
       <button class="button button--primary">${t('rules.try_submit')}</button></form>
       <div role="status" data-part="result"></div>
       <data-table data-part="table" hidden></data-table>`,
     size: 'wide',
   });
   parts.table.fill({ caption: t('rules.try_title'), columns: additionColumns(), keyOf: ({ path }) => path });
-  parts.path.focus();
   parts.form.addEventListener('submit', async (event) => {
     event.preventDefault();
+    const { value: path } = parts.folder;
+    if (!path) return render(parts.result, message('error', t('add.folder_needed')));
     render(parts.result, html`<p class="dim">${t('page.loading')}</p>`);
     try {
-      const path = parts.path.value.trim();
       const found = await post('/api/archive/films/preview', { paths: [path], rules }, signal);
-      remember(REMEMBERED_FOLDER, path);
+      parts.folder.remember();
       render(
         parts.result,
         html`${additionSummary(found)}${found.films.length > SHOWN && html`<p class="dim">${t('add.first', { n: SHOWN })}</p>`}`,

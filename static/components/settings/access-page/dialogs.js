@@ -1,4 +1,4 @@
-/** Dialogs about tokens: make one, show its secret once, end one. */
+/** Dialogs about the access of a colleague: make one, show its link once, end one. */
 
 import { post } from '../../../core/server/api.js';
 import { html } from '../../../core/page/html.js';
@@ -8,7 +8,7 @@ import { ask, closesWhenSent, formFoot, openDialog } from '../../shared/dialog/d
 import { icon } from '../../shared/icon/icon.js';
 
 /**
- * Makes a token and shows its secret, which the server keeps nowhere.
+ * Makes an access and shows its link, which the server keeps nowhere.
  * @returns {Promise<boolean>} whether one was made
  */
 export async function makeToken() {
@@ -45,7 +45,7 @@ async function showSecret({ name, secret }) {
     content: html`<form method="dialog" class="stack gap-4">
       <p class="message message--warning">${icon('alert')}<span>${t('users.secret_text')}</span></p>
       <div class="field"><label for="token-secret">${t('users.secret')}</label>
-        <input class="input mono" id="token-secret" readonly value="${secret}" data-part="secret" /></div>
+        <input class="input mono" id="token-secret" readonly value="${linkOf(secret)}" data-part="secret" /></div>
       <p class="dim" role="status" data-part="note"></p>
       <div class="dialog__buttons"><button type="button" class="button button--primary" data-part="copy">${icon('link')}${t('users.copy')}</button>
         <button class="button">${t('page.close')}</button></div></form>`,
@@ -65,6 +65,9 @@ async function showSecret({ name, secret }) {
   await closed;
 }
 
-/** Asks whether a token ends; it cannot be undone. */
+/** The address that logs in with an access; the server takes the secret out of it at once. */
+const linkOf = (secret) => `${location.origin}/login?${new URLSearchParams({ token: secret })}`;
+
+/** Asks whether an access ends; it cannot be undone. */
 export const askRevoke = (name) =>
   ask({ title: t('users.revoke_title', { name }), text: t('users.revoke_text', { name }), submit: t('users.revoke') });
