@@ -48,7 +48,7 @@ export class DefectList extends Component {
               title="${t('defects.newest')}">${icon('newest')}</button>
           </div>
           <p class="defects__tally row apart dim"><span class="defects__count number" data-part="count"></span>
-            <button class="button button--small" data-part="complete" data-needs="operator" title="${withKey(t('keys.complete'), 'D')}"></button></p>
+            <button class="button button--small" data-part="complete" data-needs="operator" title="${withKey(t('keys.complete'), 'V')}"></button></p>
           <div class="defects__empty stack pad-4" data-part="empty">
             <p>${t('defects.empty')}</p>
             ${isKeyOn('t') && html`<p class="dim" data-needs="operator">${pieces('defects.empty_help', { key: html`<kbd>T</kbd>` })}</p>`}

@@ -20,6 +20,7 @@ import { LiveFeed } from '../../../core/server/live.js';
 import { Observations } from '../../../core/defects/observations.js';
 import { Outbox } from '../../../core/server/outbox.js';
 import { pageId } from '../../../core/page/new-id.js';
+import { questionsOf } from '../../../core/defects/questions.js';
 import { Proposals } from '../../../core/defects/proposals.js';
 import { RemarkDrafts } from '../../../core/defects/remark-drafts.js';
 import { isLocked, Review, whyLocked } from '../../../core/defects/review.js';
@@ -315,8 +316,8 @@ export class Desk extends EventTarget {
   }
 
   /** Asks what the code of the selected tag needs, beside the film, which goes on. */
-  ask({ id, code }) {
-    if (!code || id !== this.selection.value) return;
+  ask(item) {
+    if (item.id !== this.selection.value || !questionsOf(item, this.catalogue).some(({ isOpen }) => isOpen)) return;
     this.#asked = this.playhead.value.row;
     this.asking.set('tag');
     this.editing.set(true);

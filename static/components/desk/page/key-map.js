@@ -97,7 +97,7 @@ const defectKeys = (page, { desk } = page) => ({
     { keys: ['n'], label: t('keys.next'), run: () => desk.goToNeighbour(1) },
     { keys: ['p'], label: t('keys.previous'), run: () => desk.goToNeighbour(-1) },
     { keys: ['q'], label: t('reviewing.next'), run: () => goToQuestion(desk) },
-    { keys: ['d'], needs: 'operator', label: t('keys.complete'), run: () => desk.askAll() },
+    { keys: ['v'], needs: 'operator', label: t('keys.complete'), run: () => desk.askAll() },
     { keys: ['e', 'Enter'], label: t('keys.edit'), run: () => page.edit() },
     {
       keys: GRADES.map((grade) => `Shift+${grade}`),
