@@ -100,11 +100,11 @@ def decimal(name: str, text: str, *, has_decimal_commas: bool) -> str:
     Where both signs stand, the first one separates thousands.
 
     Raises:
-        InvalidValue: It has a comma, and commas separate the cells.
+        InvalidValue: It has a comma that may separate thousands, as commas separate the cells.
     """
     if "," not in text:
         return text
-    if not has_decimal_commas:
+    if not has_decimal_commas and re.fullmatch(r"[^.,]*,[0-9]{3}", text):
         raise InvalidValue(
             f"{name} has a comma ({text[:SHOWN]!r}); write a decimal point and no separator "
             "of thousands, or separate the columns by semicolons"

@@ -27,8 +27,8 @@ Cells = Sequence[str]
 """Cells of a column that are not empty."""
 
 _NODE = r"(node|mh|manhole|schacht\w*|shaft|chamber|knoten\w*|punkt|point|structure|lurang|nod|id)"
-_START = r"(from|von|start|begin\w*|anfang\w*|dari|mula)"
-_END = r"(to|bis|nach|end\w*|ke|tamat)"
+_START = r"(from|von|start|begin|anfang|anfangs|dari|mula|permulaan)"
+_END = r"(to|bis|nach|end|ende|ziel|ke|akhir|tamat)"
 _UP = r"(us|u s|ups|up ?stream|upper|ob(en|ere\w*)|hulu)"
 _DOWN = r"(ds|d s|dns|down ?stream|lower|unten|untere\w*|hilir)"
 _LENGTH = r"(length|len|lange|laenge|panjang)"
@@ -43,22 +43,22 @@ _NAMES: tuple[tuple[str, str], ...] = (
     ("end_lon", rf"\b({_END}|{_DOWN})\b.*\b(lon|long|lng|longitude|langengrad)\b"),
     ("start_lat", r"\b(lat|latitude|breitengrad|latitud)\b"),
     ("start_lon", r"\b(lon|long|lng|longitude|langengrad|longitud)\b"),
-    (KEY, rf"^{_ASSET} ?{_ID}$|^(haltung|asset|culvert|gorong gorong)$"),
+    (KEY, rf"^{_ASSET} ?{_ID}$|^(haltung|haltnam|plr|asset|culvert)$"),
     (KEY, rf"^{_ASSET}$|^{_ID}$"),
-    ("start_node", rf"^{_START}$|\b{_START}\b.*\b{_NODE}\b|^(start|anfangs)(schacht|knoten)"),
-    ("end_node", rf"^{_END}$|\b{_END}\b.*\b{_NODE}\b|^(end|ziel)(schacht|knoten)"),
-    ("start_node", rf"\b{_UP} ?{_NODE}\b|\bschacht oben\b"),
-    ("end_node", rf"\b{_DOWN} ?{_NODE}\b|\bschacht unten\b"),
-    ("upstream_node", rf"\b{_UP} ?{_NODE}\b|\bschacht oben\b"),
-    ("downstream_node", rf"\b{_DOWN} ?{_NODE}\b|\bschacht unten\b"),
+    ("start_node", rf"^{_START}$|\b{_START}(\b.*\b)?{_NODE}\b|\b{_NODE} {_START}\b"),
+    ("end_node", rf"^{_END}$|\b{_END}(\b.*\b)?{_NODE}\b|\b{_NODE} {_END}\b"),
+    ("start_node", rf"\b{_UP} ?{_NODE}\b|\bsch(acht)? ?oben\b"),
+    ("end_node", rf"\b{_DOWN} ?{_NODE}\b|\bsch(acht)? ?unten\b"),
+    ("upstream_node", rf"\b{_UP} ?{_NODE}\b|\bsch(acht)? ?oben\b"),
+    ("downstream_node", rf"\b{_DOWN} ?{_NODE}\b|\bsch(acht)? ?unten\b"),
     ("width_mm", r"\b(width|span|breite|profilbreite|lebar)\b"),
     ("height_mm", r"\b(height|rise|hohe|hoehe|profilhohe|profilhoehe|tinggi)\b"),
     (DIAMETER, r"\b(dn|nw|dia|diam|diameter|durchmesser|nennweite|garis pusat|size|nominal)\b"),
     ("lining_material", r"\b(lining|liner|auskleidung\w*)\b.*\b(mat\w*|werkstoff)\b"),
-    ("lining_type", r"\b(lining|liner|auskleidung\w*|pelapik)\b"),
+    ("lining_type", r"\b(lining|liner|auskleidung|pelapik)\w*\b"),
     ("material", r"\b(material|matl|mat|werkstoff|rohrmaterial|bahan)\b"),
-    ("shape", r"\b(shape|profile?|profilart|profiltyp|querschnitt\w*|bentuk)\b|^cross section$"),
-    ("asset_type", r"\b(system|kanalart|nutzung|kanalnutzung|entwasserung\w*|use|type|jenis)\b"),
+    ("shape", r"\b(\w*shape|profile?|profil(art|typ|nam)|querschnitt\w*|bentuk)\b|^cross section$"),
+    ("asset_type", r"\b(system|kanalart|\w*nutzung|entwasserung\w*|entwart|use|type|jenis)\b"),
     ("unit_length_m", rf"\b(unit|joint)\b.*\b({_LENGTH}|spacing)\b|\b(bau|rohr)(lange|laenge)\b"),
     ("expected_length_m", rf"\b(expected|planned|soll)\w*\b.*{_LENGTH}\b"),
     ("known_length_m", rf"{_LENGTH}\b"),
@@ -66,7 +66,7 @@ _NAMES: tuple[tuple[str, str], ...] = (
     ("road", r"\b(road|street|strasse|strassenname|highway|jalan)\b"),
     ("road_chainage", r"\b(chainage|stationierung|km)\b"),
     ("location_text", r"\b(location|address|lage|ort|ortsteil|lokasi)\b"),
-    ("client", r"\b(client|owner|auftraggeber|eigentumer|betreiber|pemilik)\b"),
+    ("client", r"\b(client|owner|owned|ownedby|auftraggeber|eigentumer|betreiber|pemilik)\b"),
     ("project", r"\b(project|projekt|projek|scheme|contract)\b"),
 )  # fmt: skip
 """Names of columns in English, German and Malay, as `_plain` returns them: the first that fits."""
@@ -116,9 +116,10 @@ class _Guess:
                 self._give(at, own, self._units[at] or own_unit(own))
         for at, field in chain(self._by_code(), self._by_name()):
             self._try(at, field)
-        for field, is_like in _BY_CELLS:
+        for field, is_like, is_sure in _BY_CELLS:
             for at in self._free():
-                if self._is_mostly(is_like, at):
+                says_nothing = _SAYS_NOTHING.fullmatch(self._names[at]) is not None
+                if (is_sure or says_nothing) and self._is_mostly(is_like, at):
                     self._try(at, field)
         self._guess_nodes()
         self._guess_key()
@@ -273,15 +274,18 @@ def _is_length(cell: str) -> bool:
     return re.fullmatch(r"[0-9]{1,3}[.,][0-9]{1,3}", cell) is not None
 
 
-_BY_CELLS: tuple[tuple[str, Callable[[str], bool]], ...] = (
-    ("wkt", _is_wkt),
-    ("year", _is_year),
-    ("shape", _is_shape),
-    ("material", _is_material),
-    (DIAMETER, _is_diameter),
-    ("known_length_m", _is_length),
+_SAYS_NOTHING = re.compile(r"[a-z]?|(col|column|field|feld|spalte|lajur|unnamed)? ?[0-9]*")
+_BY_CELLS: tuple[tuple[str, Callable[[str], bool], bool], ...] = (
+    ("wkt", _is_wkt, True),
+    ("shape", _is_shape, True),
+    ("material", _is_material, True),
+    ("year", _is_year, False),
+    (DIAMETER, _is_diameter, False),
+    ("known_length_m", _is_length, False),
 )
-"""What cells are like that mean one thing, whatever their column is called."""
+"""What cells are like that mean one thing; numbers do so only under a name that says nothing: they
+may be a slope or a level, too.
+"""
 _BY_CODE = {
     code.lower(): name
     for name in (KEY, *ASSET_FIELDS)

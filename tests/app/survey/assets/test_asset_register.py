@@ -87,7 +87,7 @@ def test_an_empty_cell_removes_and_a_missing_column_leaves() -> None:
         ("B,,3.1,,,,", "start_lat", "belong together"),
         ("B,,,,3.1,101,", "start_lat", "needed where the end"),
         ("B,,north,101,,,", "start_lat", "start_lat must be degrees"),
-        ('B,,"3,14",101,,,', "start_lat", "decimal point"),
+        ('B,,"3,145",101,,,', "start_lat", "decimal point"),
         ("B,,400000,500000,,,", "start_lat", "EPSG:4326"),
         ("B,,,,,,POINT (500000 400000)", "wkt", "EPSG:4326"),
         ("B,,,,,,LINESTRING (here)", "wkt", "longitude and latitude"),

@@ -55,6 +55,18 @@ PIPE = "asset_id start_node end_node diameter_mm:{0} material known_length_m:{1}
             "HG001;HG307;HG310;HG304\nH1;300;12,5;B\n",
             "asset_id height_mm:mm known_length_m:m material",
         ),
+        (
+            "FACILITYID,FROMMH,TOMH,UPELEV,SLOPE,MAINSHAPE,LININGTYPE,OWNEDBY\n"
+            "P-1,M1,M2,101.25,0.45,Circular,CIPP,City\n",
+            "asset_id start_node end_node - - shape lining_type client",
+        ),
+        (
+            "haltnam;schoben;schunten;hoehe;laenge;profilnam;entwart\n"
+            "H1;S1;S2;0,3;12,5;Kreisquerschnitt;Regenwasser\n",
+            "asset_id start_node end_node height_mm:m known_length_m:m shape asset_type",
+        ),
+        ("PLR,MH from,MH to,Spalte 4,Spalte 5\nP1,M1,M2,1998,300\n",
+         "asset_id start_node end_node year diameter_mm:mm"),
         # SW is foul in one country and storm in another: nobody guesses.
         ("Haltung;Kanalart\nH1;SW\nH2;RW\nH3;MW\n", "asset_id -"),
         # A name that its cells contradict, and an id that is none.
@@ -76,6 +88,13 @@ def test_lengths_are_read_in_their_units(encoding: str) -> None:
         ("B", {"height_mm": 300, "shape": "circular", "known_length_m": 376.2756}),
         ("C", {"height_mm": 457.2, "shape": "circular", "known_length_m": 30}),
     ]  # fmt: skip
+
+
+def test_a_quoted_comma_is_a_decimal_one_unless_it_may_separate_thousands() -> None:
+    columns = columns_of(["asset_id", "known_length_m"])
+    table = read_table(b'pipe,length\nA,"12,5"\nB,"1,234.5"\nC,"1,200"\n', columns)
+    assert [each.values["known_length_m"] for each in table.stated] == [12.5, 1234.5]
+    assert [(fault.row, fault.column) for fault in table.faults] == [(4, "known_length_m")]
 
 
 def test_a_stated_shape_counts_before_that_of_a_diameter() -> None:
