@@ -36,6 +36,9 @@ RESET_TICKS = 10.0
 CLEARLY = 2.0
 """Readings carry the whole film where its way is more certain by them by this factor."""
 
+CERTAINLY = 4.0
+"""Standard deviations beyond which readings and the scale of a camera contradict each other."""
+
 MOSTLY = 0.5
 """They do too where the camera is lost in more than this share of the frames."""
 
@@ -119,6 +122,9 @@ class Carried:
     is_whole: bool
     """Whether readings carry the whole film; its distances are then those of the readings."""
 
+    scale: float | None = None
+    """Way of the readings over that of the camera, where both hold; None if that is not known."""
+
     @property
     def measured(self) -> Track:
         """The track, in which a row with a reading counts as measured."""
@@ -126,13 +132,12 @@ class Carried:
         return replace(self.track, status=np.where(read, "weak", self.track.status))
 
 
-def carry(track: Track, readings: Readings, *, is_certain: bool = False) -> Carried | None:
+def carry(track: Track, readings: Readings) -> Carried | None:
     """Carry the distances of a track by readings where the camera did not measure them.
 
     Args:
         track: As it was measured; rows without a lock are `lost`.
         readings: Of the same film.
-        is_certain: Whether they carry the whole film in any case.
     Returns:
         None where they are not needed, or are of no use.
     """
@@ -142,17 +147,39 @@ def carry(track: Track, readings: Readings, *, is_certain: bool = False) -> Carr
     lost = track.status == "lost"
     scale = _scale(track, readings, lost)
     whole = _whole(track, readings, scale, lost)
-    if is_certain or lost.mean() > MOSTLY:
+    if lost.mean() > MOSTLY:
         return whole
-    bridged = _bridged(track, readings.scaled(1.0 / scale), lost)
+    bridged = _bridged(track, readings.scaled(1.0 / (scale or 1.0)), lost)
     best = track if bridged is None else bridged.track
-    own_mm = best.sigma_registration_mm.max()
-    return whole if own_mm > CLEARLY * whole.track.sigma_registration_mm.max() else bridged
+    # A stretch that begins or ends the film says nothing of the rest.
+    own_mm, read_mm = (np.median(each.sigma_registration_mm) for each in (best, whole.track))
+    return whole if own_mm > CLEARLY * read_mm else bridged
 
 
-def _whole(track: Track, readings: Readings, scale: float, lost: NDArray[np.bool_]) -> Carried:
+def contradicts(track: Track, readings: Readings) -> bool:
+    """Whether the way of a track has certainly another scale than that of the readings.
+
+    The scale of a track is that of its rig, which is no measurement of this run.
+    """
+    readings = readings.within(0, len(track) - 1)
+    scale = _scale(track, readings, track.status == "lost")
+    return scale is not None and abs(scale - 1) > CERTAINLY * np.hypot(
+        own_scale_sigma(track), readings.share
+    )
+
+
+def carried_wholly(track: Track, readings: Readings) -> Carried:
+    """Carry all rows by the readings; the camera interpolates between them where it measured."""
+    readings = readings.within(0, len(track) - 1)
+    lost = track.status == "lost"
+    return _whole(track, readings, _scale(track, readings, lost), lost)
+
+
+def _whole(
+    track: Track, readings: Readings, scale: float | None, lost: NDArray[np.bool_]
+) -> Carried:
     """Carry all rows by absolute readings."""
-    distance_mm, variance = _between(track, readings, scale, lost, 0, len(track) - 1)
+    distance_mm, variance = _between(track, readings, scale or 1.0, lost, 0, len(track) - 1)
     bridged = ~lost & (np.sqrt(variance) > readings.sigma_mm)
     bridged[: readings.rows[0]] = bridged[readings.rows[-1] + 1 :] = False
     way_mm = distance_mm - readings.distance_mm[0]
@@ -169,6 +196,7 @@ def _whole(track: Track, readings: Readings, scale: float, lost: NDArray[np.bool
         ~bridged,
         bridged,
         is_whole=True,
+        scale=scale,
     )
 
 
@@ -261,22 +289,21 @@ def _between(
     return distance_mm, np.where(is_beyond, beyond, bridge)
 
 
-def _scale(track: Track, readings: Readings, lost: NDArray[np.bool_]) -> float:
-    """Way of the readings over that of the camera, where both hold; 1 if that is not known."""
-    held = ~lost[readings.rows]
-    rows, read_mm = readings.rows[held], readings.distance_mm[held]
-    if len(rows) == 0:
-        return 1.0
-    # Between two lost stretches both go on from unknown places.
-    _, part = np.unique(np.cumsum(lost)[rows], return_inverse=True)
-    seen_mm = track.distance_mm[rows]
-    read_mm, seen_mm = (each - _means(each, part)[part] for each in (read_mm, seen_mm))
-    if min(np.ptp(read_mm), np.ptp(seen_mm)) < LEAST_WAY_MM:
-        return 1.0
-    scale = float(read_mm @ seen_mm / (seen_mm @ seen_mm))
+def _scale(track: Track, readings: Readings, lost: NDArray[np.bool_]) -> float | None:
+    """Way of the readings over that of the camera, where both hold: the median over many ways, so
+    that a slip does not count; None if that is not known.
+    """
+    rows, read_mm = readings.rows, readings.distance_mm
+    path_mm = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(read_mm)))])
+    there = np.searchsorted(path_mm, path_mm + LEAST_WAY_MM)
+    here = np.flatnonzero(there < len(rows))
+    there = there[here]
+    lost_before = np.concatenate([[0], np.cumsum(lost)])
+    seen_mm = track.distance_mm[rows[there]] - track.distance_mm[rows[here]]
+    held = lost_before[rows[here]] == lost_before[rows[there] + 1]
+    held &= np.abs(seen_mm) > LEAST_WAY_MM / 2
+    if not held.any():
+        return None
+    scale = float(np.median((read_mm[there] - read_mm[here])[held] / seen_mm[held]))
     low, high = SCALE_LIMITS
-    return scale if low < abs(scale) < high else 1.0
-
-
-def _means(values: Matrix, part: NDArray[np.intp]) -> Matrix:
-    return np.asarray(np.bincount(part, values) / np.bincount(part))
+    return scale if low < abs(scale) < high else None

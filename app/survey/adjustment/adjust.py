@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from app.survey.adjustment.adjusted_track import Adjusted, Refusal
+from app.survey.adjustment.adjusted_track import Adjusted, Carrier, Refusal
 from app.survey.adjustment.closure import Closure
 from app.survey.adjustment.joint_evidence import (
     chosen_joints,
@@ -29,7 +29,7 @@ from vo_core import Rig, Track
 from vo_core.drift import row_of
 from vo_core.errors import InvalidCorrection, InvalidRig
 from vo_core.joints.sightings import Sighting
-from vo_core.scale.carrying import Readings, carry
+from vo_core.scale.carrying import Carried, Readings, carried_wholly, carry, contradicts
 from vo_core.scale.correction import Correction, correct, zeroed
 from vo_core.scale.crests import seen_pitch_mm
 from vo_core.scale.evidence import (
@@ -75,24 +75,33 @@ def adjust(
     """
     rig = _as_known(rig, stated.rig_sigma)
     typed = _typed(raw, stated)
-    readings = typed or counter
-    carried = None
-    if readings is not None and len(raw) and not is_unmeasured(raw):
-        carried = carry(raw, readings, is_certain=typed is not None)
-    if carried is None:
+    if typed is not None:
+        return _read(raw, rig, stated, typed, "typed")
+    if counter is None or not len(raw) or is_unmeasured(raw):
         return _by_camera(raw, rig, stated, sightings)
-    way = carried.measured
-    if carried.is_whole:  # neither its joints nor the rig say anything about these distances
-        adjusted = _adjusted(way, rig, stated, [], [], [], [], joints_count=False)
-    else:
-        adjusted = _by_camera(way, rig, stated, sightings)
-    return replace(
-        adjusted,
-        raw=raw,
-        track=replace(adjusted.track, status=raw.status),
-        carried=carried,
-        carrier="counter" if typed is None else "typed",
-    )
+    carried = carry(raw, counter)
+    if carried is not None and carried.is_whole:
+        return _read(raw, rig, stated, counter, "counter")
+    way = raw if carried is None else carried.measured
+    adjusted = _by_camera(way, rig, stated, sightings)
+    if not adjusted.measured and contradicts(way, counter):
+        return _read(raw, rig, stated, counter, "counter")
+    return _of_run(adjusted, raw, carried)
+
+
+def _read(raw: Track, rig: Rig, stated: Stated, readings: Readings, carrier: Carrier) -> Adjusted:
+    """Correct a track whose distances are all read: neither its joints nor the rig say anything
+    about them.
+    """
+    carried = carried_wholly(raw, readings)
+    adjusted = _adjusted(carried.measured, rig, stated, [], [], [], [], joints_count=False)
+    return replace(_of_run(adjusted, raw, carried), carrier=carrier)
+
+
+def _of_run(adjusted: Adjusted, raw: Track, carried: Carried | None) -> Adjusted:
+    """Return a correction of a carried track as one of the track of the run."""
+    track = replace(adjusted.track, status=raw.status)
+    return replace(adjusted, raw=raw, track=track, carried=carried)
 
 
 def _typed(raw: Track, stated: Stated) -> Readings | None:

@@ -41,6 +41,8 @@ Source = Literal["odometry", "joint", "closure", "counter", "bridged", "typed"]
 """What a distance rests on: the camera, with or without joints or a known length; a counter, or a
 counter and the camera together where one of them fails; a person."""
 
+Carrier = Literal["counter", "typed"]
+
 SOURCES: tuple[Source, ...] = get_args(Source)
 
 BY_CAMERA: frozenset[Source] = frozenset({"odometry", "joint", "closure"})
@@ -95,7 +97,7 @@ class Adjusted:
     """Number of sightings of something like a joint."""
     carried: Carried | None = None
     """Where readings carry the distance instead of the camera; None if they do nowhere."""
-    carrier: Literal["counter", "typed"] = "counter"
+    carrier: Carrier = "counter"
     """Whose readings these are."""
     waves_mm: float | None = None
     """From crest to crest of the waves that the wall shows, in corrected distance; None without."""

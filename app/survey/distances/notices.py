@@ -26,6 +26,7 @@ NoticeCode = (
         "rings_uncounted",
         "waves_unstated",
         "pitch_doubted",
+        "counter_doubts_rig",
     ]
     | Turn
 )
@@ -40,6 +41,9 @@ UNEXPLAINED_PITCH = "unexplained_pitch"
 MANY_RINGS = 4
 """Least number of rings from which it can be judged that they do not lie where joints are."""
 
+
+OTHER_SCALE = 0.05
+"""From this share on, the scale by a counter says that the rig is wrong."""
 
 CERTAIN = 2.0
 """Standard deviations, of the stated and the measured tilt together, beyond which a tilt counts.
@@ -97,6 +101,11 @@ def _notices(adjusted: Adjusted) -> Iterator[Notice]:
     done, segment_mm = adjusted.correction, adjusted.rig.pipe.segment_length_mm
     if adjusted.waves_mm is not None and adjusted.rig.pipe.corrugation is None:
         yield Notice("waves_unstated", {"pitch_mm": round(adjusted.waves_mm, 1)})
+    carried = adjusted.carried
+    if carried is not None and carried.is_whole and adjusted.carrier == "counter":
+        by_counter = carried.scale or 1.0
+        if abs(by_counter - 1) > OTHER_SCALE:
+            yield Notice("counter_doubts_rig", {"scale": round(by_counter, 2)})
     refusal = adjusted.joints_refusal
     asked = refusal.values.get("scale") if refusal and refusal.reason in UNEXPLAINED else None
     if isinstance(asked, float) and segment_mm is not None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vo_core.scale.carrying import Carried, Readings, carry
+from vo_core.scale.carrying import Carried, Readings, carried_wholly, carry, contradicts
 from vo_core.track import Track
 
 FRAMES = 1000
@@ -127,11 +127,22 @@ def test_a_good_camera_needs_no_counter() -> None:
     assert carry(track_of(np.zeros(FRAMES, bool)), readings) is None
 
 
+@pytest.mark.parametrize(("scale", "is_wrong"), [(1.0, False), (0.98, False), (1.3, True)])
+def test_a_camera_of_another_scale_contradicts_the_counter_whatever_slips(
+    scale: float, *, is_wrong: bool
+) -> None:
+    """The rig knows its scale to 0.8 %."""
+    shown_mm = counter(10.0)
+    shown_mm[TIME_S > 30] -= 400.0
+    readings = Readings.of_counter(TIME_S, shown_mm, tick_mm=10.0, share=0.005)
+    assert readings is not None
+    assert contradicts(track_of(np.zeros(FRAMES, bool), scale), readings) == is_wrong
+
+
 def test_typed_distances_are_joined_by_straight_lines() -> None:
     rows = np.array([100, 300, 900])
     typed = Readings(rows, TRUTH_MM[rows], 50.0, share=0.0)
-    found = carry(track_of(np.ones(FRAMES, bool)), typed, is_certain=True)
-    assert found is not None
+    found = carried_wholly(track_of(np.ones(FRAMES, bool)), typed)
     assert found.track.distance_mm[rows] == pytest.approx(TRUTH_MM[rows])
     assert found.track.distance_mm[600] == pytest.approx(TRUTH_MM[[300, 900]].mean())
     assert covered(found.track, TRUTH_MM) > 0.95
@@ -140,8 +151,7 @@ def test_typed_distances_are_joined_by_straight_lines() -> None:
 def test_between_typed_distances_the_camera_says_how_it_drove() -> None:
     rows = np.array([0, 200, 900])
     typed = Readings(rows, 1.3 * TRUTH_MM[rows], 50.0, share=0.0)
-    found = carry(track_of(np.zeros(FRAMES, bool)), typed, is_certain=True)
-    assert found is not None
+    found = carried_wholly(track_of(np.zeros(FRAMES, bool)), typed)
     assert found.track.distance_mm == pytest.approx(1.3 * TRUTH_MM, abs=5.0)
 
 
