@@ -160,13 +160,12 @@ class Recorder:
         self._in_thread(self._run, run, inspection.id)
 
     def finish(self, inspection_id: str) -> None:
-        """End a recording and wait until it can be reviewed; other inspections are unaffected."""
+        """Let a recording end; what was captured is tracked, and its film made, meanwhile."""
         recording = self._runs.running(inspection_id)
         if recording is None or recording.camera is None:
             return
-        run = self._runs.ask_to_stop(inspection_id, "finished")
-        if run is not None:
-            run.ended.wait(run.patience_s)
+        if self._runs.ask_to_stop(inspection_id, "finished") is not None:
+            recording.camera = msgspec.structs.replace(recording.camera, is_ending=True)
 
     def reopen(self, video: Path, recording: Path) -> None:
         """Make a finished film a recording again; the film stays.
@@ -323,6 +322,7 @@ class Recorder:
             reconnects=run.reconnects_before + state.status.reconnects,
             dropped=run.dropped_before + state.status.dropped,
             free_bytes=self._room_for_more(),
+            is_ending=run.stop is not None,
         )
         self._tracks.leave_out(run.inspection.id, state.left_out)
         if before is None or shown(before) != shown(run.camera):

@@ -201,6 +201,8 @@ def _ended(server: Server, inspection_id: str) -> tuple[int, int]:
     """Finish it; return frames of the recording and rows of the track."""
     path = f"/api/inspections/{inspection_id}"
     server.ask("POST", f"{path}/finish", {"end_condition": "complete"}).close()
+    while ask_json(server, "GET", path)["status"] == "running":
+        time.sleep(0.1)
     with server.ask("GET", f"{path}/video") as answer:
         recording = io.BytesIO(answer.read())
     with av.open(recording) as container:

@@ -59,7 +59,9 @@ class CameraStatus(msgspec.Struct, frozen=True):
     is_recording: bool = True
     """False while the disk is full; tracking goes on."""
     free_bytes: int = 0
-    """Free space for the rest of the recording; the server knows it."""
+    """Free space for the rest of the recording; the server knows it, as it does the next one."""
+    is_ending: bool = False
+    """Whether the recording has ended, and what was captured is still being tracked."""
 
 
 class CameraState(msgspec.Struct, frozen=True, tag="camera"):

@@ -186,6 +186,7 @@ def test_the_password_of_a_camera_is_nowhere_to_be_found(
         wait_until(lambda: "password" in (detail(field, inspection_id) or ""))
         seen["refused"] = field.get(path).content
         field.post(f"{path}/finish", json={"end_condition": "complete"})
+        field.wait(inspection_id)
     for address in (
         "/api/inspections", path, f"{path}/events", f"{path}/observations", f"{path}/track",
         f"{path}/track?format=json", f"{path}/exports/csv", f"{path}/exports/json", "/api/sources",

@@ -57,6 +57,15 @@ def finish(client: Client, inspection_id: str, **fields: Any) -> httpx.Response:
     )
 
 
+def finished(client: Client, inspection_id: str, **fields: Any) -> dict[str, Any]:
+    """Finish it, which answers at once, and wait for what is made of it."""
+    answer = finish(client, inspection_id, **fields)
+    assert answer.status_code == 200, answer.text
+    live = answer.json()["live"]
+    assert live is None or live["is_ending"]
+    return client.wait(inspection_id)
+
+
 def assert_track_is_recording(client: Client, inspection_id: str) -> list[float]:
     """Row i is frame i of the video; the times."""
     answer = client.get(f"/api/inspections/{inspection_id}/track?format=json&raw=true")
@@ -104,7 +113,7 @@ def test_a_camera_that_drops_out_and_whose_process_is_killed_becomes_one_inspect
         live = field.inspection(inspection_id)["live"]
         assert live["reconnects"] >= 2
         assert live["recorded_s"] > 1.0
-        done = finish(field, inspection_id, known_length_m=12.5).json()
+        done = finished(field, inspection_id, known_length_m=12.5)
     assert (done["status"], done["error"], done["live"]) == ("done", None, None)
     assert done["header"] == {"end_condition": "complete", "known_length_m": 12.5}
     assert (done["video"]["codec"], done["video"]["playable"]) == ("h264", True)
@@ -219,7 +228,7 @@ def test_what_has_no_picture_is_no_inspection_and_a_deletion_ends_a_recording(
         camera.drop_out()
         inspection_id = field.record(camera.url)
         wait_until(lambda: field.inspection(inspection_id)["live"]["detail"])
-        ended = finish(field, inspection_id).json()
+        ended = finished(field, inspection_id)
         assert (ended["status"], ended["error"]["code"]) == ("failed", "nothing_recorded")
         camera.come_back()
         inspection_id = recorded(field, camera, 1)
@@ -266,8 +275,8 @@ def test_a_stopped_recording_goes_on_as_the_next_part(field: Client) -> None:
         assert "A2" in assert_error(finish(field, inspection_id), 409, "open_stretches")
         assert field.inspection(inspection_id)["status"] == "running"
         field.delete(f"{path}/observations/{OPEN}")
-        first = finish(field, inspection_id, end_condition="abandoned", abandon_reason="Roots.")
-        first = first.json()
+        how = {"end_condition": "abandoned", "abandon_reason": "Roots."}
+        first = finished(field, inspection_id, **how)
         assert first["header"]["abandon_reason"] == "Roots."
         part_at = first["progress"]["frames_done"]
         before = field.get(f"{path}/track?format=json&raw=true").json()["columns"]
@@ -280,7 +289,7 @@ def test_a_stopped_recording_goes_on_as_the_next_part(field: Client) -> None:
         assert_error(field.post(f"{path}/continue", json=stated), 409, "still_running")
         wait_until(lambda: field.frames_done(inspection_id) >= part_at + 15)
         assert field.get(f"{path}/frames/8.jpg").content
-        done = finish(field, inspection_id).json()
+        done = finished(field, inspection_id)
     assert (done["status"], done["error"]) == ("done", None)
     times = assert_track_is_recording(field, inspection_id)
     assert times[part_at] - times[part_at - 1] == pytest.approx(1, abs=0.2)

@@ -207,9 +207,10 @@ def test_a_recording_goes_to_the_store_when_it_ends_and_can_be_continued(object_
 def record(client, root, frames):
     """Wait for so many frames of a live inspection, then end it; return how many it has then."""
     wait_until(lambda: client.get(root).json()["progress"]["frames_done"] >= frames)
-    ended = client.post(f"{root}/finish", json={"end_condition": "complete"})
-    assert ended.json()["status"] == "done", ended.text
-    return ended.json()["progress"]["frames_done"]
+    assert client.post(f"{root}/finish", json={"end_condition": "complete"}).status_code == 200
+    ended = client.wait(root.rpartition("/")[2])
+    assert ended["status"] == "done", ended
+    return ended["progress"]["frames_done"]
 
 
 @pytest.mark.parametrize(

@@ -345,7 +345,7 @@ def finish(
     inspections: Service[Inspections],
     principal: PrincipalDep,
 ) -> InspectionOut:
-    """State how the survey ended; a live inspection ends with this request."""
+    """State how the survey ended; a recording ends too, and is tracked to its end meanwhile."""
     stated = body.model_dump(exclude_none=True)
     inspections.finish(inspection_id, principal.name, stated)
     recorder.finish(inspection_id)

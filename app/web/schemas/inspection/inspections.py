@@ -161,6 +161,8 @@ class LiveOut(Out):
     """Free space for the rest of the recording."""
     is_recording: bool
     """False while the disk is full: tracking continues, recording resumes when there is room."""
+    is_ending: bool
+    """Whether the recording has ended, and what was captured is still being tracked."""
 
 
 class VideoOut(BaseModel):

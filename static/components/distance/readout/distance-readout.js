@@ -137,7 +137,8 @@ export class DistanceReadout extends Component {
   #healthWords(row, isLive) {
     if (!row) return healthWords(null, null, 0, false, true);
     const silentMs = performance.now() - this.#shownMs;
-    if (this.desk.inspection.value.live && isLive && silentMs > SILENT_MS) {
+    const { live } = this.desk.inspection.value;
+    if (isLive && live && !live.is_ending && silentMs > SILENT_MS) {
       return { level: 'lost', what: 'silent', text: t('live.stalled', { s: Math.round(silentMs / 1000) }) };
     }
     const health = isLive ? row.health : this.desk.health.at(row.frame);

@@ -89,9 +89,11 @@ export class LiveBar extends Component {
     const now = performance.now();
     if (desk.live.state === 'OPEN' || document.hidden) this.#serverMs = now;
     const seconds = (since) => ({ s: Math.round((now - since) / 1000) });
+    parts.finish.hidden = parts.zero.hidden = live.is_ending;
     if (desk.live.state !== 'OPEN' && now - this.#serverMs > TICK_MS) {
       this.#state('no-server', t('live.no_server', seconds(this.#serverMs)));
-    } else if (!live.is_recording) this.#state('full', t('live.full'));
+    } else if (live.is_ending) this.#state('ending', t('live.ending'));
+    else if (!live.is_recording) this.#state('full', t('live.full'));
     else if (live.connected) this.#state('connected', t('live.connected'));
     else if (this.#wasConnected || live.recorded_s > 0) {
       const text = t('live.reconnecting', seconds(this.#cameraMs));
@@ -108,7 +110,7 @@ export class LiveBar extends Component {
     setText(this.parts.text, text);
     if (this.dataset.state === name) return;
     this.dataset.state = name;
-    render(this.parts.sign, icon({ connected: 'live', connecting: 'wait' }[name] ?? 'alert'));
+    render(this.parts.sign, icon({ connected: 'live', connecting: 'wait', ending: 'wait' }[name] ?? 'alert'));
     this.parts.announced.textContent = text;
   }
 }
