@@ -123,13 +123,9 @@ export function numberIn(text) {
 }
 
 /**
- * Returns the first open question after another one, else the first one, without those that were passed over.
+ * Returns the question that is asked next: the first open one that was not passed over.
  * @param {Question[]} questions
- * @param {QuestionName|null} after
- * @param {Set<QuestionName>} passed
+ * @param {Set<QuestionName>} [passed]
  */
-export function nextOpen(questions, after, passed) {
-  const at = questions.findIndex(({ name }) => name === after);
-  const isAsked = (/** @type {Question} */ { name, isOpen }) => isOpen && !passed.has(name);
-  return questions.slice(at + 1).find(isAsked) ?? questions.find(isAsked) ?? null;
-}
+export const nextOpen = (questions, passed = new Set()) =>
+  questions.find(({ name, isOpen }) => isOpen && !passed.has(name)) ?? null;

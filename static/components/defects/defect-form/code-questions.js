@@ -100,7 +100,7 @@ export class CodeQuestions extends Component {
    */
   ask({ isFocused = false } = {}) {
     this.#passed.clear();
-    this.#open(nextOpen(this.#questions, null, this.#passed)?.name ?? null, { isFocused });
+    this.#open(nextOpen(this.#questions)?.name ?? null, { isFocused });
     return this.#current !== null;
   }
 
@@ -119,7 +119,8 @@ export class CodeQuestions extends Component {
   #focus() {
     const { one, remark } = this.parts;
     const field = { quant1: this.#input(1), quant2: this.#input(2), remark }[this.#current];
-    (field ?? one).focus();
+    if (!field) one.focus({ preventScroll: true });
+    field?.focus();
     field?.select();
   }
 
@@ -138,7 +139,7 @@ export class CodeQuestions extends Component {
 
   /** Goes on to the next open question; ends where there is none. */
   #advance() {
-    const next = nextOpen(this.#questions, this.#current, this.#passed);
+    const next = nextOpen(this.#questions, this.#passed);
     const hadFocus = this.contains(document.activeElement);
     this.#open(next?.name ?? null);
     if (!next) this.dispatchEvent(new CustomEvent('answered', { detail: { hadFocus } }));

@@ -20,7 +20,7 @@ import { LiveFeed } from '../../../core/server/live.js';
 import { Observations } from '../../../core/defects/observations.js';
 import { Outbox } from '../../../core/server/outbox.js';
 import { pageId } from '../../../core/page/new-id.js';
-import { questionsOf } from '../../../core/defects/questions.js';
+import { nextOpen, questionsOf } from '../../../core/defects/questions.js';
 import { Proposals } from '../../../core/defects/proposals.js';
 import { RemarkDrafts } from '../../../core/defects/remark-drafts.js';
 import { isLocked, Review, whyLocked } from '../../../core/defects/review.js';
@@ -317,7 +317,7 @@ export class Desk extends EventTarget {
 
   /** Asks what the code of the selected tag needs, beside the film, which goes on. */
   ask(item) {
-    if (item.id !== this.selection.value || !questionsOf(item, this.catalogue).some(({ isOpen }) => isOpen)) return;
+    if (item.id !== this.selection.value || !nextOpen(questionsOf(item, this.catalogue))) return;
     this.#asked = this.playhead.value.row;
     this.asking.set('tag');
     this.editing.set(true);

@@ -159,7 +159,10 @@ export class InspectionPage extends Component {
     this.listen(desk.windows, 'change', () =>
       parts.all.toggleAttribute('data-viewer-away', desk.windows.has('viewer')),
     );
-    this.listen(desk.asking, 'change', () => parts.all.toggleAttribute('data-asking', desk.asking.value !== null));
+    this.listen(desk.asking, 'change', () => {
+      parts.all.toggleAttribute('data-asking', desk.asking.value !== null);
+      if (desk.asking.value === 'all') this.video.scrollIntoView({ block: 'nearest' });
+    });
     this.listen(desk, 'tagged', ({ detail }) => {
       this.#announceTag(detail);
       desk.ask(detail);
