@@ -12,13 +12,14 @@ from app.survey.assets.cells import (
     KEY,
     MEANINGS,
     PLACE,
+    SHOWN,
     UNITS_MM,
     Column,
     own_unit,
     unit_named,
     value_in,
 )
-from app.survey.assets.register import InvalidLine, line_of
+from app.survey.assets.register import InvalidLine, line_of, one_line
 from app.survey.fields.header import ASSET_FIELDS, BY_NAME
 from app.survey.fields.values import InvalidValue
 from app.survey.folding import folded
@@ -103,9 +104,9 @@ class _Guess:
     def __init__(
         self, names: Sequence[str], cells: Sequence[Cells], *, has_decimal_commas: bool
     ) -> None:
-        self._units = [_unit_in(name) for name in names]
-        self._names = [_plain(name) for name in names]
-        self._written = [name.strip() for name in names]
+        self._written = [one_line(name)[:SHOWN] for name in names]
+        self._units = [_unit_in(name) for name in self._written]
+        self._names = [_plain(name) for name in self._written]
         self._cells = cells
         self._has_decimal_commas = has_decimal_commas
         self._columns: list[Column | None] = [None] * len(names)

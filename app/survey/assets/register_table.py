@@ -163,7 +163,7 @@ def read_table(content: bytes, stated: Sequence[Column | None] | None = None) ->
     Numbers may have a decimal comma where commas separate no cells.
 
     Args:
-        content: The file; its first row names the columns.
+        content: The file; its first row names the columns, below a title if it has one.
         stated: What its columns hold, in their order; by default it is guessed.
     Raises:
         InvalidTable: It is no such table, has other columns than stated, or is too long.
@@ -177,6 +177,9 @@ def read_table(content: bytes, stated: Sequence[Column | None] | None = None) ->
         raise InvalidTable(f"Line {head_line} has more than {MOST_COLUMNS} columns.")
     has_decimal_commas = separator_of(text, has_comments=False) != ","
     first = list(islice(found, _LOOKED_AT))
+    widest = max((_filled(row) for _, row in first), default=0)
+    while first and _filled(head) < 2 <= widest:  # a title above the table
+        (_, head), *first = first
     cells = [[_cell(cell) for cell in row] for _, row in first]
     columns = stated or guessed(head, cells, has_decimal_commas=has_decimal_commas)
     if len(columns) != len(head):
@@ -185,6 +188,10 @@ def read_table(content: bytes, stated: Sequence[Column | None] | None = None) ->
     for line, row in chain(first, found):
         reader.take(line, row)
     return Table(_named(head, cells, columns), reader.rows, reader.stated, reader.faults)
+
+
+def _filled(row: Sequence[str]) -> int:
+    return sum(bool(cell.strip()) for cell in row)
 
 
 def _named(

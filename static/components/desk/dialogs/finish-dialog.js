@@ -10,7 +10,7 @@ import { errorText, t } from '../../../core/page/words.js';
 import { confirmEnd, proposedEnds } from '../actions/ends.js';
 import { sentenceOf } from '../panels/sentences.js';
 import { metresField, isPositive, readMetres, writeMetres } from '../../distance/corrections/fields.js';
-import { closureMarkup } from '../../distance/corrections/known-length.js';
+import { closureMarkup, isClosed } from '../../distance/corrections/known-length.js';
 import { openDialog, orFault } from '../../shared/dialog/dialog.js';
 import { icon } from '../../shared/icon/icon.js';
 
@@ -106,6 +106,12 @@ class FinishForm {
     return readMetres(this.#parts, 'known', isPositive, t('corrections.fault_positive'));
   }
 
+  /** The length says that the far end was reached; the person sees it chosen, and may choose otherwise. */
+  #proposeComplete() {
+    this.#dialog.querySelector('[name="end"][value="complete"]').checked = true;
+    this.#showHow();
+  }
+
   #showHow() {
     this.#parts.why.hidden = this.#end !== 'abandoned';
     this.#parts.howFault.textContent = '';
@@ -154,11 +160,13 @@ class FinishForm {
       ...knownLength(stated),
       length_m: known,
     };
-    const show = (/** @type {any} */ { result = null, error = null }) =>
+    const show = (/** @type {any} */ { result = null, error = null }) => {
       render(
         this.#parts.closure,
         result?.closure ? closureMarkup(result.closure) : html`<p class="help">${error && errorText(error)}</p>`,
       );
+      if (result?.closure && isClosed(result.closure) && this.#end === null) this.#proposeComplete();
+    };
     try {
       show(
         await corrections.ask(withKnownLength(stated, length), AbortSignal.any([this.#signal, this.#asking.signal])),

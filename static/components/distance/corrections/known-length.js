@@ -127,10 +127,13 @@ export class KnownLength extends Component {
   }
 }
 
+/** Whether chance explains what is left at the far end. */
+export const isClosed = ({ residual_mm, sigma_mm }) => Math.abs(residual_mm) <= LIMIT * sigma_mm;
+
 /** Shows measured and known length, their difference, and whether chance explains it. */
 export function closureMarkup({ known_length_m, measured_m, residual_mm, residual_percent, sigma_mm }) {
   const limit = LIMIT * sigma_mm;
-  const fits = Math.abs(residual_mm) <= limit;
+  const fits = isClosed({ residual_mm, sigma_mm });
   return html`<div class="closure message ${fits ? 'closure--fits sign-ok' : 'message--error'}">${icon(fits ? 'check' : 'alert')}
     <div>
       <p class="closure__residual number"><b>${withSign(residual_mm, 0)} mm</b> <span>(${withSign(residual_percent, 2)} %)</span></p>

@@ -105,6 +105,15 @@ def test_a_stated_shape_counts_before_that_of_a_diameter() -> None:
     ]  # fmt: skip
 
 
+def test_a_title_may_stand_above_the_names() -> None:
+    table = read_table(b"Haltungsliste Au;;\n\n;2026;\nHaltung;DN;Material\nH1;300;PVC\n")
+    assert [(each.row, each.asset_id, each.values["height_mm"]) for each in table.stated] == [
+        (5, "H1", 300)
+    ]
+    (only,) = read_table(b"Haltung\nH1\n").stated
+    assert only.asset_id == "H1"
+
+
 def test_a_section_without_an_id_is_named_by_its_nodes() -> None:
     table = read_table(b"Von Schacht;Bis Schacht;DN\nS1;S2;300\nS2;;300\n")
     assert [each.asset_id for each in table.stated] == ["S1-S2", "S2"]
