@@ -37,7 +37,8 @@ CLEARLY = 2.0
 """Readings carry the whole film where its way is more certain by them by this factor."""
 
 CERTAINLY = 4.0
-"""Standard deviations beyond which readings and the scale of a camera contradict each other."""
+"""Standard deviations beyond which readings and the scale of a camera contradict each other, and
+the factor by which one of them knows it far better."""
 
 MOSTLY = 0.5
 """They do too where the camera is lost in more than this share of the frames."""
@@ -156,15 +157,16 @@ def carry(track: Track, readings: Readings) -> Carried | None:
     return whole if own_mm > CLEARLY * read_mm else bridged
 
 
-def contradicts(track: Track, readings: Readings) -> bool:
-    """Whether the way of a track has certainly another scale than that of the readings.
-
-    The scale of a track is that of its rig, which is no measurement of this run.
+def knows_scale_better(track: Track, readings: Readings) -> bool:
+    """Whether readings know the scale far better than the rig of a track, which is no measurement
+    of this run: it states so itself, or they contradict it.
     """
     readings = readings.within(0, len(track) - 1)
     scale = _scale(track, readings, track.status == "lost")
-    return scale is not None and abs(scale - 1) > CERTAINLY * np.hypot(
-        own_scale_sigma(track), readings.share
+    own = own_scale_sigma(track)
+    return scale is not None and (
+        own > CERTAINLY * readings.share
+        or abs(scale - 1) > CERTAINLY * float(np.hypot(own, readings.share))
     )
 
 

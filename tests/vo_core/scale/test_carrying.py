@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vo_core.scale.carrying import Carried, Readings, carried_wholly, carry, contradicts
+from vo_core.scale.carrying import Carried, Readings, carried_wholly, carry, knows_scale_better
 from vo_core.track import Track
 
 FRAMES = 1000
@@ -136,7 +136,15 @@ def test_a_camera_of_another_scale_contradicts_the_counter_whatever_slips(
     shown_mm[TIME_S > 30] -= 400.0
     readings = Readings.of_counter(TIME_S, shown_mm, tick_mm=10.0, share=0.005)
     assert readings is not None
-    assert contradicts(track_of(np.zeros(FRAMES, bool), scale), readings) == is_wrong
+    assert knows_scale_better(track_of(np.zeros(FRAMES, bool), scale), readings) == is_wrong
+
+
+def test_a_counter_knows_the_scale_better_than_a_guessed_lens() -> None:
+    readings = Readings.of_counter(TIME_S, counter(10.0), tick_mm=10.0, share=0.005)
+    assert readings is not None
+    exact = track_of(np.zeros(FRAMES, bool))
+    guessed = replace(exact, sigma_distance_mm=0.15 * exact.distance_mm)
+    assert knows_scale_better(guessed, readings)
 
 
 def test_typed_distances_are_joined_by_straight_lines() -> None:
