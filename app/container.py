@@ -25,6 +25,8 @@ from app.inspections.diagnosis import Diagnosis
 from app.inspections.films.aiming import Aiming
 from app.inspections.films.filmed import Filmed
 from app.inspections.films.films import Films
+from app.inspections.films.glances import CPU_S as GLANCE_CPU_S
+from app.inspections.films.glances import Glances
 from app.inspections.films.lenses import CPU_S as LENS_CPU_S
 from app.inspections.films.lenses import Lenses
 from app.inspections.films.recordings import Recordings
@@ -287,6 +289,7 @@ class _Building:
         self.stack.callback(services.add(samples).stop)
         services.add(Aiming(uploads, services[Filmed], media, services[CounterQueue]))
         services.add(Diagnosis(inspections, tracks, records.corrections, services[Aiming]))
+        services.add(Glances(services[Sources], self._limits(GLANCE_CPU_S)))
         services.add(Lenses(uploads, self._limits(LENS_CPU_S)))
         services.add(Picking(records.inspection_store, tracks, records.corrections))
         services.add(Reviews(records.inspection_store, ReviewStore(storage.database), self.live))

@@ -60,6 +60,10 @@ class AppError(ChainageError):
             STATUS[cls] = status
 
 
+class CameraUnreachable(AppError, status=422):
+    """A camera gives no picture; the text says why."""
+
+
 class InspectionNotFound(AppError, status=404):
     """No inspection has this id."""
 

@@ -54,7 +54,10 @@ _FINALISING_S = 1800.0
 _STOP_TIMEOUT_S = 15.0
 _PAUSE_AFTER_FAULT_S = 5.0
 _MOST_DEATHS, _DEATHS_WITHIN_S = 5, 60.0
-_HOPELESS = ("camera_unreachable", "rig_video_mismatch", "unreadable_video", "invalid_rig")
+_HOPELESS = (
+    "camera_unreachable", "rig_video_mismatch", "unreadable_video", "invalid_rig",
+    "no_wall_in_view",
+)  # fmt: skip
 _ROOM_TO_REMUX = 1.05
 """Free space needed for the MP4, relative to the recording."""
 AFTER_A_CRASH = "The server ended during the recording; everything recorded until then is kept."

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 import msgspec
 
 from app.jobs.child import Parent, serve
-from app.jobs.live.messages import CameraState, CameraStatus, LiveRequest, shown
+from app.jobs.live.messages import CameraInput, CameraState, CameraStatus, LiveRequest, shown
 from app.jobs.messages import Problem
 from app.jobs.track import parts
 
@@ -34,9 +34,9 @@ _ROUNDING_S = 5e-4
 """Rounding of times in recordings, which count milliseconds."""
 
 
-def _place(request: LiveRequest) -> list[str]:
-    """Return the file or pipe of the camera."""
-    return [request.camera.location.removeprefix("file:")]
+def place_of(camera: CameraInput) -> str:
+    """Return the file or pipe of a camera."""
+    return camera.location.removeprefix("file:")
 
 
 def _changed_places(request: LiveRequest) -> list[str]:
@@ -48,8 +48,9 @@ def _changed_places(request: LiveRequest) -> list[str]:
     return [folder] if is_file_or_far else [folder, camera.location]
 
 
-def _port(request: LiveRequest) -> int | None:
-    return None if request.camera.peer is None else urlsplit(request.camera.location).port
+def port_of(camera: CameraInput) -> int | None:
+    """Return the port of a camera in the network."""
+    return None if camera.peer is None else urlsplit(camera.location).port
 
 
 def record(request: LiveRequest, parent: Parent) -> Problem:
@@ -179,7 +180,7 @@ if __name__ == "__main__":
         LiveRequest,
         record,
         named="Tracking",
-        reads=_place,
+        reads=lambda request: [place_of(request.camera)],
         writes=_changed_places,
-        port=_port,
+        port=lambda request: port_of(request.camera),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field
@@ -13,6 +13,7 @@ from app.inspections.films.aiming import Aim
 from app.jobs.requests.media import AxisFound
 from app.survey.distances.causes import CauseCode, Repair
 from app.survey.given import Given, Pixel
+from app.web.schemas.inspection.inspections import Url
 from app.web.schemas.out import Hundredths, Out, Tenths
 from vo_core.geometry.wall import Points
 
@@ -74,6 +75,14 @@ class DiagnosisOut(Out):
         """Convert the service's answer."""
         causes = [CauseOut.read_from(cause) for cause in diagnosed.causes]
         return cls.read_from(diagnosed, causes=causes)
+
+
+class GlanceIn(Given):
+    """A camera to look at, and the picture size to ask it for if it offers several."""
+
+    url: Url
+    width: Annotated[int, Field(ge=32, le=8192)] = 640
+    height: Annotated[int, Field(ge=32, le=8192)] = 480
 
 
 class AimIn(Given):

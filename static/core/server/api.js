@@ -192,6 +192,18 @@ export const sendFile = async (path, file, signal) => {
 export const blob = async (path, signal) => bodyOf(await send('GET', path, { signal }), 'blob');
 
 /**
+ * Takes a picture of a camera that is not recorded yet.
+ * @param {Api['GlanceIn']} camera
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<Blob>}
+ */
+export const takePicture = async (camera, signal) => {
+  const headers = { 'Content-Type': 'application/json' };
+  const body = JSON.stringify(camera);
+  return bodyOf(await send('POST', '/api/sources/picture', { headers, body, signal }), 'blob');
+};
+
+/**
  * Calls `ask` repeatedly, after the pause in seconds that it returns, while the page is visible; `null`
  * ends it. A failed call is repeated after 3 s.
  * @param {() => Promise<number|null>} ask

@@ -9,10 +9,11 @@ from fastapi import APIRouter, Query, Response
 from app import errors
 from app.inspections.diagnosis import Diagnosis
 from app.inspections.films.aiming import Aiming, Film
+from app.inspections.films.glances import Glances
 from app.inspections.films.lenses import Lenses
 from app.web.deps import InspectionId, Service, operator, viewer
 from app.web.ranges import PRIVATE
-from app.web.schemas.aiming import AimIn, AimOut, AxisOut, DiagnosisOut
+from app.web.schemas.aiming import AimIn, AimOut, AxisOut, DiagnosisOut, GlanceIn
 from app.web.schemas.failures import READING_A_FILM, content, failures
 from app.web.schemas.inspection.counter import CounterFoundOut
 from app.web.schemas.rig_view import AdviceOut, BoardIn, CalibratedOut, RigIn, RulingOut
@@ -92,6 +93,20 @@ def film_axis(
 def counter(upload_id: str, aiming: Service[Aiming]) -> CounterFoundOut:
     """Find the burnt-in distance counter of a complete upload; it takes some seconds."""
     return CounterFoundOut.of(aiming.counter(upload_id))
+
+
+@router.post(
+    "/sources/picture",
+    response_class=Response,
+    responses=content("image/jpeg")
+    | failures(errors.LiveSourceRefused, errors.CameraUnreachable, errors.Busy),
+)
+@operator
+@slow
+def glance(body: GlanceIn, glances: Service[Glances]) -> Response:
+    """Return a picture of a camera, to be looked at before it is recorded; nothing is stored."""
+    jpeg = glances.picture(body.url, (body.width, body.height))
+    return Response(jpeg, media_type="image/jpeg", headers=PRIVATE)
 
 
 @router.post("/aim", responses=failures(InvalidRig, errors.PixelOutsidePicture))

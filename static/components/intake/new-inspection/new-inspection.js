@@ -3,7 +3,7 @@
  * several films becomes an inspection, with the same header and rig.
  */
 
-import { ApiError, get, poll, post, remove, session } from '../../../core/server/api.js';
+import { ApiError, get, poll, post, refusalIn, remove, session, takePicture } from '../../../core/server/api.js';
 import { html, render, setText } from '../../../core/page/html.js';
 import { preferences } from '../../../core/page/preferences.js';
 import { recall, remember } from '../../../core/page/remembered.js';
@@ -67,6 +67,9 @@ export class NewInspection extends Component {
                 ${kind('live', 'live', t('new.kind_live'), false)}
               </fieldset>
               <source-picker class="stack gap-3" data-part="camera" hidden></source-picker>
+              <div class="row gap-3 wrap" data-part="test" hidden>
+                <button type="button" class="button" data-part="look">${icon('video')}${t('source.test')}</button>
+                <span class="help" role="status" data-part="looked">${t('source.test_help')}</span></div>
               <film-picker class="stack" data-part="picker"></film-picker>
               <p class="fault" role="alert" data-part="videoFault"></p>
             </section>
@@ -102,6 +105,7 @@ export class NewInspection extends Component {
     this.parts.wizard.rig = this.parts.rig;
     this.listen(this.parts.kinds, 'change', () => this.#showKind());
     this.listen(this.parts.camera, 'source', () => (this.parts.rig.video = null));
+    this.listen(this.parts.look, 'click', () => this.#look());
     this.listen(this.parts.stop, 'click', () => this.#connecting?.abort());
     this.listen(picker, 'films', () => this.#showFilms());
     this.listen(picker.queue, 'change', () => {
@@ -153,7 +157,7 @@ export class NewInspection extends Component {
   #showKind() {
     const isLive = this.#isLive;
     const { camera, picker, wizard, name, rig, videoFault } = this.parts;
-    camera.hidden = !isLive;
+    camera.hidden = this.parts.test.hidden = !isLive;
     wizard.hidden = isLive;
     picker.hidden = isLive;
     videoFault.textContent = '';
@@ -161,6 +165,28 @@ export class NewInspection extends Component {
     this.#measured = rig.video = null;
     if (isLive && !name.value) name.value = t('new.live_name', { time: date(new Date()) });
     this.#showFilms();
+  }
+
+  /** Shows a picture of the camera with the lines of the rig, before anything is recorded. */
+  async #look() {
+    const { camera, rig, look, looked } = this.parts;
+    if (!camera.check()) return;
+    look.disabled = true;
+    setText(looked, t('live.connecting'));
+    const { width, height } = rig.value.camera;
+    try {
+      const picture = await takePicture({ url: camera.value, ...(width && height && { width, height }) }, this.signal);
+      const { width: across, height: down } = await createImageBitmap(picture);
+      rig.video = { width: across, height: down };
+      rig.picture = URL.createObjectURL(picture);
+      setText(looked, t('source.tested', { width: across, height: down }));
+    } catch (error) {
+      const refusal = refusalIn(error);
+      if (!refusal) return;
+      setText(looked, '');
+      camera.fault(errorText(refusal));
+    }
+    look.disabled = false;
   }
 
   #showFilms() {
@@ -251,7 +277,7 @@ export class NewInspection extends Component {
         return (await post('/api/inspections', { name: title, source, ...stated })).id;
       } catch (error) {
         // It would be refused for each film.
-        if (error.code === 'invalid_rig') {
+        if (['invalid_rig', 'no_wall_in_view'].includes(error.code)) {
           this.#queue.stopMaking();
           fault.textContent = errorText(error);
         }
