@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 from desks import click_at, expect_read, expect_saved, observations
-from playwright.sync_api import Locator, Page, expect
+from hands import Hands
+from playwright.sync_api import Page, expect
 from steps import Server, export, log_in
 from surveys import Survey
 
@@ -28,33 +29,6 @@ HEADER = {
     "reference_point": "Inner face of the headwall", "known_length_m": 2.0,
     "known_length_source": "tape",
 }  # fmt: skip
-
-
-class Hands:
-    """A person at the page, who counts."""
-
-    def __init__(self, page: Page) -> None:
-        self.page = page
-        self.actions = 0
-
-    def press(self, key: str) -> None:
-        self.actions += 1
-        self.page.keyboard.press(key)
-
-    def number(self, text: str) -> None:
-        """A short number is one action."""
-        self.actions += 1
-        for sign in text:
-            self.page.keyboard.press(sign)
-
-    def click(self, what: Locator) -> None:
-        self.actions += 1
-        what.click()
-
-    def answer(self, *answers: str) -> None:
-        """Letters and numbers, and how grave the defect is."""
-        for answer in answers:
-            (self.press if answer.isalpha() else self.number)(answer)
 
 
 @pytest.fixture

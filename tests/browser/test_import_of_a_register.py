@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from hands import Hands
 from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
@@ -14,25 +15,6 @@ from steps import Server, log_in
 SECTIONS = 200
 MOST_ACTIONS = 4
 """Import, the file, the button, and the list of what was left out closed again."""
-
-
-class Counted:
-    """What a person does on a page, counted: each click, and each file that is chosen."""
-
-    def __init__(self, page: Page) -> None:
-        self.page = page
-        self.actions = 0
-
-    def click(self, name: str) -> None:
-        self.page.get_by_role("button", name=name).first.click()
-        self.actions += 1
-
-    def choose(self, name: str, file: Path) -> None:
-        """Press a button that asks for a file, and choose it."""
-        with self.page.expect_file_chooser() as asked:
-            self.click(name)
-        asked.value.set_files(file)
-        self.actions += 1
 
 
 @pytest.fixture
@@ -81,8 +63,8 @@ def test_a_register_with_other_names_and_units_is_imported_in_few_actions(
     table = tmp_path / "sections.csv"
     table.write_text("\n".join([head, *map(row, range(SECTIONS))]), encoding)
     log_in(page, empty, "/assets/register")
-    person = Counted(page)
-    person.choose("Import CSV", table)
+    hands = Hands(page)
+    hands.choose(page.get_by_role("button", name="Import CSV").first, table)
     shown = page.get_by_role("region", name="What the table does")
     expect(shown.get_by_role("row", name=asset[0]).get_by_role("cell")).to_contain_text(
         ["13", *asset, "is added"]
@@ -90,10 +72,10 @@ def test_a_register_with_other_names_and_units_is_imported_in_few_actions(
     left_out = page.get_by_role("region", name="Faults")
     expect(left_out.get_by_role("row")).to_have_count(3)  # the head and two rows
     expect_no_fault(page)
-    person.click("Import 198 assets")
+    hands.click(page.get_by_role("button", name="Import 198 assets"))
     expect(page.get_by_text("Imported: 198 new, 0 changed")).to_be_visible()
     expect(left_out).to_contain_text("59")
     expect(left_out).to_contain_text("113")
-    person.click("Close")
+    hands.click(page.get_by_role("button", name="Close"))
     expect(page.get_by_text("198 assets")).to_be_visible()
-    assert person.actions <= MOST_ACTIONS
+    assert hands.actions <= MOST_ACTIONS
