@@ -151,12 +151,12 @@ class _Guess:
                 return
 
     def _guess_key(self) -> None:
-        """Take the first column of names that are all different, with letters if there is one."""
+        """Take the first full column of different names, with letters if there is one."""
+        rows = max(map(len, self._cells), default=0)
+        full = [at for at in self._free() if len(set(self._cells[at])) == rows]
         for is_like in (_has_letter, _is_name):
-            for at in self._free():
-                if len(set(self._cells[at])) == len(self._cells[at]) and self._is_mostly(
-                    is_like, at
-                ):
+            for at in full:
+                if self._is_mostly(is_like, at):
                     self._give(at, KEY, None)
 
     def _free(self) -> Iterator[int]:

@@ -113,11 +113,11 @@ def test_a_table_is_tried_its_good_rows_imported_and_exported(server: Client) ->
 
 
 def test_what_the_columns_of_a_table_hold_is_guessed_or_stated(server: Client) -> None:
-    table = "Haltung;Weite;Ort\nH 1;12;Au\n"
+    table = "Haltung;DN;Ort\nH 1;12;Au\n"
     guessed = take(server, table, dry_run=True)["columns"]
     assert guessed == [
         {"name": "Haltung", "examples": ["H 1"], "field": "asset_id", "unit": None},
-        {"name": "Weite", "examples": ["12"], "field": "diameter_mm", "unit": "in"},
+        {"name": "DN", "examples": ["12"], "field": "diameter_mm", "unit": "in"},
         {"name": "Ort", "examples": ["Au"], "field": "location_text", "unit": None},
     ]
     stated = {"columns": ["asset_id", "width_mm:cm", ""]}
