@@ -1,6 +1,6 @@
 // Of the page of the 3D view alone: its origin is opaque, so it and the page around it share nothing
-// but these messages.  From the page: {isLimited, keys}.  To the page: the keys that are pressed here, and
-// where the pointer rests.
+// but these messages.  From the page: {isLimited, keys}.  To the page: the keys that are pressed here,
+// where the pointer rests, and while the view is limited how long a picture takes and when the next comes.
 
 // viser's client compiles script when it starts, for splats, and when its server sends some.  Our policy
 // refuses both, and would report each try as an error of the page: what is compiled does nothing here.
@@ -85,7 +85,11 @@ let [ids, pictureStamp, begunMs, nextMs, touchedMs, changedMs] = [0, 0, 0, 0, -I
 // It arrives when the picture has been made, which happens after the callbacks.
 channel.port1.onmessage = () => {
   const share = fromPage.isLimited ? LIVE_SHARE : IDLE_SHARE;
-  nextMs = begunMs + (performance.now() - begunMs) / share;
+  const tookMs = performance.now() - begunMs;
+  nextMs = begunMs + tookMs / share;
+  if (fromPage.isLimited && parent !== window) {
+    parent.postMessage({ tookMs, everyMs: tookMs / share }, location.origin);
+  }
 };
 for (const type of ['pointerdown', 'pointermove', 'wheel']) {
   const touched = ({ buttons }) => {

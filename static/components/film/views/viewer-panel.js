@@ -1,6 +1,6 @@
 /** The 3D culvert in its frame: its camera, its cut, measuring by clicks, and full screen. */
 
-import { html, render } from '../../../core/page/html.js';
+import { html, render, setText } from '../../../core/page/html.js';
 import { pageId } from '../../../core/page/new-id.js';
 import { recall, remember } from '../../../core/page/remembered.js';
 import { may } from '../../../core/page/rights.js';
@@ -45,7 +45,7 @@ export class ViewerPanel extends Component {
     this.parts = render(
       this,
       html`<div class="panel-head viewer__head">
-          <h2><span class="visually-hidden">${t('viewer.title')}</span> <small class="dim" data-part="late" title="${t('viewer.late_help')}">${t('viewer.late')}</small></h2>
+          <h2><span class="visually-hidden">${t('viewer.title')}</span> <small class="dim" data-part="late"></small></h2>
           <div class="viewer__cameras flow gap-1" role="group" aria-label="${t('viewer.cameras')}">
             ${CAMERAS.map(
               ([mode, label, title]) => html`<button class="button button--small" data-mode="${mode}"
@@ -125,6 +125,15 @@ export class ViewerPanel extends Component {
     this.#send();
   }
 
+  /** How late, and why: one picture takes the device so long that the next one waits. */
+  #showHowLate({ tookMs, everyMs }) {
+    if (!(tookMs >= 0 && everyMs >= 0)) return;
+    const { late } = this.parts;
+    const seconds = (ms) => (ms / 1000).toFixed(1);
+    setText(late, t('viewer.late', { s: seconds(everyMs + tookMs) }));
+    late.title = t('viewer.late_help', { took: seconds(tookMs), every: seconds(everyMs) });
+  }
+
   /** While a camera runs its picture comes first. */
   #briefFrame() {
     const keys = this.bound.map((name) => name.replace('Shift+', ''));
@@ -137,6 +146,10 @@ export class ViewerPanel extends Component {
     if (!frame || source !== frame.contentWindow) return;
     if ('pointer' in data) {
       this.desk.live.send({ type: 'point', at: placeOf(data.pointer) });
+      return;
+    }
+    if ('everyMs' in data) {
+      this.#showHowLate(data);
       return;
     }
     if (document.activeElement !== frame) return;
