@@ -28,6 +28,15 @@ class Hands:
         self.actions += 1
         what.click()
 
+    def select(self, what: Locator, choice: str) -> None:
+        self.actions += 1
+        what.select_option(choice)
+
+    def type(self, what: Locator, text: str) -> None:
+        """A short text is one action, with the click into its field."""
+        self.actions += 1
+        what.fill(text)
+
     def choose(self, what: Locator, file: Path) -> None:
         """Press a button that asks for a file, and choose it."""
         with self.page.expect_file_chooser() as asked:
