@@ -246,6 +246,14 @@ def test_letters_can_be_switched_off_as_keys(page: Page, server: Server, inspect
     before = page.locator(".defect").count()
     for key in ("t", "1", "s", "Shift+T", "?", "Shift+Digit3"):
         page.keyboard.press(key)
+    page.locator(".quick__code", has_text="Crack").click()
+    page.keyboard.press("a")
+    expect(page.locator("#question-asked")).to_have_text("Kind")
+    page.locator(".questions__one").focus()  # there the letters are its own
+    page.keyboard.press("a")
+    expect(page.locator("#question-asked")).to_have_text("Detail")
+    page.keyboard.press("Escape")
+    before += 1
     page.keyboard.press("ArrowRight")  # no letter
     expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 1$"))
     expect(page.locator(".defect")).to_have_count(before)

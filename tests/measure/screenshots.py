@@ -15,6 +15,7 @@ from time import monotonic
 from typing import Any, Literal
 from urllib.parse import urlsplit
 
+from desks import show_more
 from playwright.sync_api import Browser, Page, expect
 from steps import Server, log_in
 
@@ -152,8 +153,15 @@ def _show_form(page: Page, sample: str) -> None:
     expect(page.get_by_label("Code", exact=True)).to_be_focused()
 
 
+def _show_asked(page: Page, sample: str) -> None:
+    _show_inspection(page, sample)
+    page.keyboard.press("3")
+    expect(page.locator(".question__choice").first).to_be_visible()
+
+
 def _show_photo(page: Page, sample: str) -> None:
     _show_form(page, sample)
+    show_more(page)
     page.get_by_role("button", name="Open the photo").click()
     expect(page.get_by_role("dialog").get_by_role("img")).to_be_visible()
 
@@ -174,6 +182,7 @@ PICTURES: dict[str, Show] = {
     "keys": _show_keys,
     **{f"inspection-{name.lower()}": _show_tab(name) for name in TABS},
     "form": _show_form,
+    "asked": _show_asked,
     "photo": _show_photo,
     "finish": _show_finish,
 }
