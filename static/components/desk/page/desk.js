@@ -98,6 +98,8 @@ export class Desk extends EventTarget {
   #tagged = { frame: -1, row: null };
   /** The pose of the robot when the tag that is asked about was made, or when it was answered last. */
   #asked = null;
+  /** Defects that were asked about since the person began to complete them. */
+  #visited = new Set();
   #overtaken;
 
   /** Fetches everything needed to draw the page. */
@@ -339,21 +341,27 @@ export class Desk extends EventTarget {
     return this.observations.value.filter((item) => this.catalogue.missing(item).length > 0);
   }
 
-  /** Asks what is missing of an incomplete defect, by default the first one, and then of those that follow. */
+  /** Asks what is missing of an incomplete defect, by default the first one, and then of all others. */
   askAll(id = this.incomplete[0]?.id) {
-    if (!id) return;
-    this.goTo(id);
-    this.asking.set('all');
-    this.editing.set(true);
+    this.#visited.clear();
+    if (id) this.#askOne(id);
   }
 
   /** Nothing of the selected defect is asked any more: the next incomplete one is, or the keys are the film's again. */
   askNext() {
     const { value: items } = this.observations;
     const here = items.findIndex(({ id }) => id === this.selection.value);
-    const next = this.asking.value === 'all' && this.incomplete.find((item) => items.indexOf(item) > here);
-    if (next) this.askAll(next.id);
+    const left = this.asking.value === 'all' ? this.incomplete.filter(({ id }) => !this.#visited.has(id)) : [];
+    const next = left.find((item) => items.indexOf(item) > here) ?? left[0];
+    if (next) this.#askOne(next.id);
     else this.editing.set(false);
+  }
+
+  #askOne(id) {
+    this.#visited.add(id);
+    this.goTo(id);
+    this.asking.set('all');
+    this.editing.set(true);
   }
 
   /** Whether the robot moved at most `reachM` between a frame and the shown one. */
