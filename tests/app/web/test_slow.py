@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -142,7 +143,7 @@ def test_a_large_body_is_not_read_before_its_turn(
     register = shared.server.app.state.services[Register]
     is_begun, may_end, at_once, most = threading.Event(), threading.Event(), [0], [0]
 
-    def slowly(content: bytes) -> Any:
+    def slowly(content: bytes, columns: Sequence[str]) -> Any:
         at_once[0] += 1
         most[0] = max(most[0], at_once[0])
         is_begun.set()
