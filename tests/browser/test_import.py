@@ -10,7 +10,7 @@ import pytest
 from desks import DRAWN_AND_STATED, expect_frame
 from playwright.sync_api import Page, Route, expect
 from reports import report
-from steps import Server, log_in
+from steps import Server, log_in, open_format
 from surveys import Survey
 
 from app.reports.formats import FORMATS
@@ -118,9 +118,7 @@ def test_an_inspection_comes_whole_from_another_server(
     expect_frame(page, 0)
     page.wait_for_function(f"JSON.stringify(({DRAWN_AND_STATED})()) === '[0,0]'")
 
-    page.get_by_text("Export", exact=True).click()
-    page.get_by_role("button", name="Archive file").click()
-    offer = page.get_by_role("dialog", name="Export: Archive file")
+    offer = open_format(page, "Archive file")
     offer.get_by_role("checkbox", name="The film as well (").check()
     with page.expect_download() as download:
         offer.get_by_role("button", name="Download").click()

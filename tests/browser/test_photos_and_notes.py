@@ -15,7 +15,7 @@ from clip_surveys import FRAMES
 from desks import expect_frame, expect_read, expect_saved, show_more
 from looks import expect_no_fault
 from playwright.sync_api import Locator, Page, expect
-from steps import Server, log_in
+from steps import Server, log_in, open_format
 from surveys import Survey
 
 TAG = "7d444840-9dc0-4d2a-8a6a-000000000001"
@@ -142,8 +142,7 @@ def test_photos_drawings_notes_and_clips_are_made_and_kept(
 
     # The bundle has all of it.
     page.keyboard.press("Escape")
-    page.get_by_text("Export", exact=True).click()
-    page.get_by_role("button", name=re.compile("^ZIP ")).click()
+    open_format(page, "ZIP")
     page.get_by_label("Distance and code below each photo").check()
     page.get_by_label(re.compile("^Clips of 6 s")).check()
     with page.expect_download() as bundle:

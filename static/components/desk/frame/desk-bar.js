@@ -8,7 +8,7 @@ import { Component } from '../../../core/page/store.js';
 import { date } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { openExport } from '../../reports/export-dialog/export-dialog.js';
-import { EMERGENCY, GROUPS, formatOf } from '../../reports/export-dialog/formats.js';
+import { EMERGENCY, FOLDED_GROUPS, IN_FRONT, formatOf } from '../../reports/export-dialog/formats.js';
 import { icon } from '../../shared/icon/icon.js';
 import { pace } from '../../inspections/inspection-list/row.js';
 import { stepName } from '../actions/step-names.js';
@@ -143,7 +143,9 @@ const exportMarkup = ({ kind, name, help }) => html`<button class="menu__item" d
 /** Everything that an inspection can be exported as; the part `emergency` is for a defect that cannot wait. */
 const exportsMarkup = (id) => html`<div class="menu__list menu__list--exports panel">
   <div class="menu__group" data-part="emergency" hidden>${exportMarkup(EMERGENCY)}</div>
-  ${GROUPS.map(
+  <ul class="menu__group">${IN_FRONT.map((kind) => html`<li>${exportMarkup(formatOf(kind))}</li>`)}</ul>
+  <details class="menu__group"><summary class="menu__fold row">${icon('forward')}${t('export.more_formats')}</summary>
+  ${FOLDED_GROUPS.map(
     ({ title, formats }, i) => html`<section class="menu__group" aria-labelledby="exports-${i}">
     <h2 class="menu__title help strong" id="exports-${i}">${title}</h2>
     <ul>${formats.map((format) => html`<li>${exportMarkup(format)}</li>`)}</ul></section>`,
@@ -153,6 +155,6 @@ const exportsMarkup = (id) => html`<div class="menu__list menu__list--exports pa
     <ul><li><a class="menu__item" download href="/api/inspections/${id}/track?format=csv"><b>${t('desk.export_track')}</b>
         <span class="dim">${t('desk.export_track_help')}</span></a></li>
       <li><a class="menu__item" href="/compare?a=${id}"><b>${t('compare.with')}</b>
-        <span class="dim">${t('compare.with_help')}</span></a></li></ul></section></div>`;
+        <span class="dim">${t('compare.with_help')}</span></a></li></ul></section></details></div>`;
 
 customElements.define('desk-bar', DeskBar);

@@ -7,7 +7,7 @@ import { bytes, count, lengthUnit } from '../../../core/wall/units.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
 import { showFault } from '../../shared/page-frame/page-frame.js';
 import { openDialog } from '../../shared/dialog/dialog.js';
-import { GROUPS, deliveryChoices, formatOf } from '../../reports/export-dialog/formats.js';
+import { FOLDED_GROUPS, IN_FRONT, deliveryChoices, formatOf } from '../../reports/export-dialog/formats.js';
 import { icon } from '../../shared/icon/icon.js';
 import { message } from '../../shared/message/message.js';
 
@@ -182,16 +182,15 @@ const extraName = (extra) => {
 
 const nameOf = (kind) => (kind === 'document' ? t('bulk.document') : formatOf(kind).name);
 
-const markup = () => html`<div class="export bulk">
+const formatBox = (kind) => html`<label class="switch row"><input type="checkbox"
+  data-format="${kind}" ${CHOSEN_AT_FIRST.includes(kind) && html`checked`} />${nameOf(kind)}</label>`;
+
+const markup = () => html`<div class="bulk stack gap-4">
   <div class="stack gap-4" data-part="choice"><p>${t('bulk.help')}</p>
     <fieldset class="bulk__formats stack gap-3" data-part="formats"><legend class="visually-hidden">${t('bulk.formats')}</legend>
-      ${GROUPS.map(
-        ({ title, formats }) =>
-          html`<div><h3>${title}</h3>${formats.map(
-            ({ kind, name }) => html`<label class="switch row"><input type="checkbox"
-        data-format="${kind}" ${CHOSEN_AT_FIRST.includes(kind) && html`checked`} />${name}</label>`,
-          )}</div>`,
-      )}
+      <div class="whole-row flow gap-4">${IN_FRONT.map(formatBox)}</div>
+      <details class="whole-row more"><summary>${t('export.more_formats')}</summary><div class="bulk__formats stack gap-3">
+        ${FOLDED_GROUPS.map(({ title, formats }) => html`<div><h3>${title}</h3>${formats.map(({ kind }) => formatBox(kind))}</div>`)}</div></details>
       <div class="whole-row"><h3>${t('bulk.whole')}</h3><label class="switch row"><input type="checkbox" data-part="document" />${t('bulk.document')}</label>
         <p class="help">${t('bulk.document_help')}</p></div>
       <div class="whole-row">${EXTRAS.map(

@@ -260,19 +260,21 @@ const extraName = (name, { source }) =>
 const extrasOf = (extras, inspection) => extras.filter((name) => name !== 'film' || hasFilm(inspection));
 
 /** @param {import('./formats.js').Format} format @param {Api['InspectionOut']} inspection */
-const markup = ({ help, extras = [], isOrdered }, inspection) => html`<div class="export">
-  <p>${help}</p>
-  <div class="export__extras" data-part="extras">${extrasOf(extras, inspection).map(
-    (name) => html`<label class="switch row"><input type="checkbox"
-    name="${name}" />${extraName(name, inspection)}</label>`,
-  )}</div>
-  ${isOrdered && deliveryChoices()}
-  <section data-part="losses" role="status" hidden><p class="dim">${t('export.looking')}</p></section>
-  <section data-part="checks"><p class="dim">${t('checks.looking')}</p></section>
-  <div data-part="fault" role="alert"></div>
-  <div class="stack" data-part="making" hidden>
-    <progress class="bar export__bar" aria-label="${t('export.making')}"></progress>
-    <p class="number"><span role="status" data-part="announced"></span> <span class="dim" data-part="seconds"></span></p>
+const markup = ({ help, extras = [], isOrdered }, inspection) => html`<div class="export stack gap-4">
+  <div class="export__content stack gap-4 packed scrolls" tabindex="0" role="region" aria-label="${t('export.about')}">
+    <p>${help}</p>
+    <div class="export__extras" data-part="extras">${extrasOf(extras, inspection).map(
+      (name) => html`<label class="switch row"><input type="checkbox"
+      name="${name}" />${extraName(name, inspection)}</label>`,
+    )}</div>
+    ${isOrdered && deliveryChoices()}
+    <div data-part="fault" role="alert"></div>
+    <div class="stack" data-part="making" hidden>
+      <progress class="bar export__bar" aria-label="${t('export.making')}"></progress>
+      <p class="number"><span role="status" data-part="announced"></span> <span class="dim" data-part="seconds"></span></p>
+    </div>
+    <section class="stack" data-part="losses" role="status" hidden><p class="dim">${t('export.looking')}</p></section>
+    <section class="stack" data-part="checks"><p class="dim">${t('checks.looking')}</p></section>
   </div>
   <div class="dialog__buttons">
     <button class="button" data-part="leave">${t('page.cancel')}</button>

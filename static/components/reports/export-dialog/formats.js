@@ -64,6 +64,15 @@ export const GROUPS = [
   },
 ];
 
+/** What most clients want; the others are folded away. */
+export const IN_FRONT = ['pdf', 'html', 'xlsx', 'delivery'];
+
+/** The groups without those in front, as far as anything is left of them. */
+export const FOLDED_GROUPS = GROUPS.map(({ title, formats }) => ({
+  title,
+  formats: formats.filter(({ kind }) => !IN_FRONT.includes(kind)),
+})).filter(({ formats }) => formats.length);
+
 /** Formats of other programs that name photos and film: one of them leads a delivery. */
 export const DELIVERED = ['en13508', 'en13508xml', 'ribx', 'isybau', 'isybau2024', 'm150'];
 
