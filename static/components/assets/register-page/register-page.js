@@ -78,6 +78,7 @@ export class RegisterPage extends Component {
             added: count(done.added),
             changed: count(done.changed),
           }),
+          { action: t('work.title'), run: () => location.assign('/') },
         );
       orToast(() => this.#list.again());
     });
