@@ -159,15 +159,15 @@ def carry(track: Track, readings: Readings) -> Carried | None:
 
 def knows_scale_better(track: Track, readings: Readings) -> bool:
     """Whether readings know the scale far better than the rig of a track, which is no measurement
-    of this run: it states so itself, or they contradict it.
+    of this run: it states so itself, or they contradict it and are the more certain of the two.
     """
     readings = readings.within(0, len(track) - 1)
     scale = _scale(track, readings, track.status == "lost")
     own = own_scale_sigma(track)
-    return scale is not None and (
-        own > CERTAINLY * readings.share
-        or abs(scale - 1) > CERTAINLY * float(np.hypot(own, readings.share))
-    )
+    if scale is None or own <= readings.share:
+        return False
+    is_guess = own > CERTAINLY * readings.share
+    return is_guess or abs(scale - 1) > CERTAINLY * float(np.hypot(own, readings.share))
 
 
 def carried_wholly(track: Track, readings: Readings) -> Carried:

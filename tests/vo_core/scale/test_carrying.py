@@ -139,12 +139,16 @@ def test_a_camera_of_another_scale_contradicts_the_counter_whatever_slips(
     assert knows_scale_better(track_of(np.zeros(FRAMES, bool), scale), readings) == is_wrong
 
 
-def test_a_counter_knows_the_scale_better_than_a_guessed_lens() -> None:
-    readings = Readings.of_counter(TIME_S, counter(10.0), tick_mm=10.0, share=0.005)
+def test_a_counter_knows_the_scale_better_than_a_guess_and_not_than_a_calibrated_rig() -> None:
+    readings = Readings.of_counter(TIME_S, 1.1 * counter(10.0), tick_mm=10.0, share=0.005)
     assert readings is not None
-    exact = track_of(np.zeros(FRAMES, bool))
-    guessed = replace(exact, sigma_distance_mm=0.15 * exact.distance_mm)
+    track = track_of(np.zeros(FRAMES, bool))
+    guessed, calibrated = (
+        replace(track, sigma_distance_mm=np.hypot(own * TRUTH_MM, track.sigma_registration_mm))
+        for own in (0.15, 0.003)
+    )
     assert knows_scale_better(guessed, readings)
+    assert not knows_scale_better(calibrated, readings)
 
 
 def test_typed_distances_are_joined_by_straight_lines() -> None:
