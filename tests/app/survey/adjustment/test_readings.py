@@ -18,7 +18,12 @@ from vo_core import Rig, Track
 from vo_core.scale.carrying import Readings
 
 RIG = Rig.parse(clip_rig())
-RAW = track_of(12.0)
+DRIVEN = track_of(12.0)
+RAW = replace(
+    DRIVEN,
+    sigma_distance_mm=np.hypot(DRIVEN.sigma_registration_mm, 0.015 * DRIVEN.distance_mm),
+)
+"""The rig knows its scale to 1.5 %."""
 LAST = len(RAW) - 1
 
 
