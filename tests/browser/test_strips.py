@@ -353,6 +353,7 @@ def _long_track() -> dict[str, NDArray[Any]]:
         "sigma_distance_mm": ones,
         "quality": 0.9 * ones,
         "status": np.where(frames == LOST_FRAME, 2, 0).astype(np.uint8),
+        "source": np.zeros(LONG_FRAMES, np.uint8),
     }
 
 
