@@ -186,4 +186,6 @@ def test_the_pipe_is_stated_once_and_never_comes_from_the_last_inspection(
     assert (pipe["diameter_mm"], pipe["segment_length_mm"]) == (610, 2400)
     assert (stored["header"]["height_mm"], stored["header"]["rig_id"]) == (610, "Crawler A")
     form.goto(server.url + "/new")
-    expect(form.get_by_role("button", name="Use Crawler A again")).to_be_visible()
+    form.get_by_role("button", name="Use Crawler A again").click()
+    chosen = form.get_by_label("Camera and mount").locator("option:checked")
+    expect(chosen).to_have_text("Crawler A")

@@ -249,7 +249,13 @@ export class RigForm extends Component {
   /** The rig has this name in the library, '' where it is not from there. */
   #call(name) {
     this.#name = name;
+    this.#showName();
     this.dispatchEvent(new CustomEvent('named', { detail: name }));
+  }
+
+  #showName() {
+    const at = this.#library.findIndex(({ name }) => name === this.#name);
+    if (at >= 0) this.parts.source.value = `named ${at}`;
   }
 
   /** A rig is taken from the library, or the present one is kept there. */
@@ -293,6 +299,7 @@ export class RigForm extends Component {
     this.#library = rigs;
     this.parts.named.replaceChildren(...rigs.map(({ name }, i) => new Option(name, `named ${i}`)));
     this.parts.named.hidden = rigs.length === 0;
+    this.#showName();
   }
 
   #chooseSource() {
