@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 import msgspec
 
 from app.jobs.child import Parent, serve
+from app.jobs.live.load import Load
 from app.jobs.live.messages import CameraInput, CameraState, CameraStatus, LiveRequest, shown
 from app.jobs.messages import Problem
 from app.jobs.track import parts
@@ -30,6 +31,8 @@ PREVIEW_WIDTH_PX = 640
 """Every frame of a camera is shown; encoding a small picture takes half a millisecond."""
 _WAIT_S = 0.1
 _STATE_S = 0.5
+_SPARE_PICTURE_S = 0.2
+"""Time between two pictures on a machine that leaves pictures out."""
 _ROUNDING_S = 5e-4
 """Rounding of times in recordings, which count milliseconds."""
 
@@ -131,9 +134,15 @@ def _follow(capture: Capture, follower: Follower, parent: Parent) -> None:
 
     sent: CameraState | None = None
     sent_s = 0.0
+    load = Load()
     while not capture.waiting.is_over:
         captured = capture.waiting.take(_WAIT_S)
-        state = _state(capture)  # before the picture, which shows that the camera is there
+        load.note(capture.captured, capture.waiting.dropped, time.monotonic())
+        follower.spare(
+            paints_wall="wall" not in load.shed,
+            picture_every_s=_SPARE_PICTURE_S if "pictures" in load.shed else 0.0,
+        )
+        state = _state(capture, load)  # before the picture, which shows that the camera is there
         if time.monotonic() - sent_s >= _STATE_S or _has_news(state, sent):
             parent.send(state)
             sent, sent_s = state, time.monotonic()
@@ -157,7 +166,7 @@ def _send_captured(parent: Parent, captured_s: float, batch: Batch) -> None:
     parent.send(msgspec.structs.replace(batch, captured_s=captured_s))
 
 
-def _state(capture: Capture) -> CameraState:
+def _state(capture: Capture, load: Load) -> CameraState:
     status = CameraStatus(
         capture.is_connected,
         capture.reconnects,
@@ -165,6 +174,8 @@ def _state(capture: Capture) -> CameraState:
         capture.recorded_s,
         capture.detail,
         not capture.film.is_full,
+        load.skipped_share,
+        load.shed,
     )
     return CameraState(status, capture.zero_s, capture.film.news())
 

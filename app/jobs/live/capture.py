@@ -90,7 +90,7 @@ class Capture:
         self._camera = camera
         self._size_wh = size_wh
         self.film = film
-        self._next_index = first_index
+        self._first_index = self._next_index = first_index
         self._last_t_s = float("-inf")
         self._damaged = 0
         self._decoder = _decoder(film.recording.coding) if film.recording else None
@@ -113,6 +113,11 @@ class Capture:
         self._reader.join()
         if self._fault is not None:
             raise self._fault
+
+    @property
+    def captured(self) -> int:
+        """Number of frames so far, tracked or not."""
+        return self._next_index - self._first_index
 
     @property
     def recorded_s(self) -> float:

@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from app.jobs.live.load import Shed
 from app.jobs.messages import Limits
 from app.jobs.track.parts import Between, Mark
 
@@ -58,6 +59,10 @@ class CameraStatus(msgspec.Struct, frozen=True):
     """A sentence that says why there is no picture."""
     is_recording: bool = True
     """False while the disk is full; tracking goes on."""
+    skipped_share: float = 0.0
+    """Share of the frames of the last seconds that came too fast to be tracked."""
+    shed: tuple[Shed, ...] = ()
+    """What the machine leaves out for that reason."""
     free_bytes: int = 0
     """Free space for the rest of the recording; the server knows it, as it does the next one."""
     is_ending: bool = False

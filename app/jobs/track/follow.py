@@ -100,6 +100,11 @@ class Follower:
         self._plan.begin_part(between, self._odometry.smoothed())
         self._odometry = Odometry(self._rig)
 
+    def spare(self, *, paints_wall: bool, picture_every_s: float) -> None:
+        """Leave out the unrolled wall, and pictures that come sooner, from now on."""
+        self._onlooker.paints_wall = paints_wall
+        self._onlooker.picture_every_s = picture_every_s
+
     def leave_out(self, frames: Sequence[tuple[int, float]]) -> None:
         """Add number and time of frames at the end that the film does not show."""
         self._estimates += self._rows.leave_out(frames)

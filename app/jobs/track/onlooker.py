@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING
@@ -54,6 +55,11 @@ class Onlooker:
         self._wall = Mosaic(rig)
         self._sightings: list[Sighting] = []
         self._health: list[tuple[int, Health]] = []
+        self._shown_s = -math.inf
+        """Time of the frame whose picture was sent last."""
+        self.paints_wall = True
+        self.picture_every_s = 0.0
+        """Least time between two frames whose pictures are sent."""
 
     @property
     def needs_smoothing(self) -> bool:
@@ -69,7 +75,7 @@ class Onlooker:
             frame.image, estimate, at.rows, initial_pose=at.origin, smoothed=at.smoothed
         )
         in_pipe = at.origin.added_to(estimate)
-        if self._wall.wants(in_pipe):
+        if self.paints_wall and self._wall.wants(in_pipe):
             self._wall.add(frame.to_bgr(), in_pipe, at.rows)
 
     def begin_part(self) -> None:
@@ -88,9 +94,12 @@ class Onlooker:
             self._joints.finish()
         health, self._health = self._health, []
         sightings, self._sightings = [*self._sightings, *self._joints.take()], []
+        jpeg = b""
+        if last is not None and last.t_s >= self._shown_s + self.picture_every_s:
+            jpeg, self._shown_s = _preview(last, self._preview_width_px), last.t_s
         return msgspec.structs.replace(
             batch,
-            jpeg=b"" if last is None else _preview(last, self._preview_width_px),
+            jpeg=jpeg,
             health=health,
             sightings=sightings,
             tiles=tiles,

@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field, StringConstraints, model_validator
 
 from app.inspections.films.samples import SampleState
 from app.inspections.inspections import InspectionView
+from app.jobs.live.load import Shed
 from app.storage.database.tables import IMPORTED, Inspection
 from app.storage.index.inspection_list import Found
 from app.survey.distances.interval import half_width_m
@@ -154,6 +155,10 @@ class LiveOut(Out):
     reconnects: int
     dropped: int
     """Frames that are in the recording but came too fast to be tracked."""
+    skipped_share: Thousandths
+    """Share of them in the last seconds."""
+    shed: list[Shed]
+    """What the machine leaves out for that reason, in this order; never tags or the recording."""
     recorded_s: Hundredths
     detail: str | None
     """Why there is no picture."""

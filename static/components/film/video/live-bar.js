@@ -4,7 +4,7 @@ import { get, poll } from '../../../core/server/api.js';
 import { html, render, setText } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { bytes, timecode } from '../../../core/wall/units.js';
-import { t } from '../../../core/page/words.js';
+import { t, wordFor } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
 
 const TICK_MS = 500;
@@ -94,6 +94,7 @@ export class LiveBar extends Component {
       this.#state('no-server', t('live.no_server', seconds(this.#serverMs)));
     } else if (live.is_ending) this.#state('ending', t('live.ending'));
     else if (!live.is_recording) this.#state('full', t('live.full'));
+    else if (live.connected && live.shed.length) this.#state(`slow ${live.shed.length}`, slowText(live));
     else if (live.connected) this.#state('connected', t('live.connected'));
     else if (this.#wasConnected || live.recorded_s > 0) {
       const text = t('live.reconnecting', seconds(this.#cameraMs));
@@ -113,6 +114,12 @@ export class LiveBar extends Component {
     render(this.parts.sign, icon({ connected: 'live', connecting: 'wait', ending: 'wait' }[name] ?? 'alert'));
     this.parts.announced.textContent = text;
   }
+}
+
+/** What a machine that is too slow leaves out. @param {Api['LiveOut']} live */
+function slowText({ skipped_share: share, shed }) {
+  const what = shed.map((part) => wordFor('live_shed', part)).join(', ');
+  return t('live.slow', { percent: Math.round(100 * share), what });
 }
 
 customElements.define('live-bar', LiveBar);

@@ -75,6 +75,7 @@ export class ViewerPanel extends Component {
     if (this.desk.windows) this.listen(this.desk.windows, 'change', () => this.#showStage(gl !== null));
     if (gl) {
       this.listen(this.desk.inspection, 'change', () => {
+        this.#showStage(true);
         this.#briefFrame();
         this.#showLate();
       });
@@ -94,17 +95,19 @@ export class ViewerPanel extends Component {
   /** Shows the 3D view, or why it is not here: a view in a window of its own is drawn only there. */
   #showStage(hasGl) {
     const isAway = Boolean(this.desk.windows?.has('viewer'));
-    if (this.parts.stage.dataset.away === String(isAway)) return; // another part has moved: the view goes on
-    this.parts.stage.dataset.away = String(isAway);
+    const rests = this.desk.inspection.value.live?.shed.includes('view') ?? false;
+    const state = `${isAway} ${rests}`;
+    if (this.parts.stage.dataset.state === state) return; // another part has moved: the view goes on
+    this.parts.stage.dataset.state = state;
     this.parts.cut.disabled = this.parts.measure.disabled = this.parts.large.disabled = isAway;
     for (const button of this.querySelectorAll('[data-mode]')) button.disabled = isAway;
     const size = this.#isLate ? `&fixedDpr=${devicePixelRatio / 2}` : '';
     const { frame } = render(
       this.parts.stage,
-      hasGl && !isAway
+      hasGl && !isAway && !rests
         ? html`<iframe src="/viewer/${this.desk.inspection.id}/?page=${pageId}${size}" sandbox="allow-scripts"
           title="${t('viewer.frame')}" data-part="frame"></iframe>`
-        : html`<p class="message">${isAway ? t('window.viewer_away') : t('viewer.no_webgl')}</p>`,
+        : html`<p class="message">${whyAbsent({ isAway, rests })}</p>`,
     );
     this.parts.frame = frame;
     frame?.addEventListener('load', () => this.#briefFrame(), { signal: this.signal });
@@ -187,6 +190,12 @@ export class ViewerPanel extends Component {
     this.desk.live.send({ type: 'measure', on: this.#isMeasuring });
     this.desk.live.send({ type: 'camera', mode: this.#mode });
   }
+}
+
+/** @param {{isAway: boolean, rests: boolean}} state */
+function whyAbsent({ isAway, rests }) {
+  if (isAway) return t('window.viewer_away');
+  return rests ? t('viewer.rests') : t('viewer.no_webgl');
 }
 
 /** Right and down as shares of the view; null elsewhere. */
