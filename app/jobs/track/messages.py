@@ -8,7 +8,6 @@ import msgspec
 
 from app.jobs.messages import Limits
 from app.jobs.track.parts import Mark
-from vo_core.track import Estimate
 
 if TYPE_CHECKING:
     from vo_core.sources import Frame
@@ -41,8 +40,8 @@ class Untracked(msgspec.Struct, frozen=True):
     """The frames that no tracker can measure."""
 
     first: int
-    last: Estimate | None
-    """The estimate of the frame before; None if no frame was tracked."""
+    last: dict[str, Any] | None
+    """The `Estimate` of the frame before; None if no frame was tracked."""
 
 
 class TrackRequest(msgspec.Struct, frozen=True):

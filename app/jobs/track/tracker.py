@@ -71,10 +71,11 @@ def _untracked(video: VideoFile, rest: Untracked, parent: Parent) -> Problem:
     """Send a lost row for each frame of the rest of a film."""
     from app.jobs.track.batches import Batch
     from app.jobs.track.rows import Rows, at_rest
+    from vo_core.track import Estimate
 
     frames = dropwhile(lambda frame: frame.index < rest.first, video.read_ahead())
     times = ((frame.index, frame.t_s) for frame in frames)
-    last = rest.last
+    last = None if rest.last is None else Estimate(**rest.last)
     while some := list(islice(times, _UNTRACKED_AT_ONCE)):
         last = last or at_rest(*some[0])
         parent.send(Batch(Rows(last, None).leave_out(some)))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 
 import msgspec
@@ -104,7 +105,7 @@ class FilmTracker:
 
     def _take_untracked(self, run: Run, video: Path, limits: Limits) -> None:
         """Give the frames that could not be tracked their rows, so that people can tag them."""
-        rest = Untracked(run.frames_done, run.last)
+        rest = Untracked(run.frames_done, asdict(run.last) if run.last else None)
         request = TrackRequest(str(video), dict(run.inspection.rig), limits, untracked=rest)
         child = Child("app.jobs.track.tracker")
         try:
