@@ -15,6 +15,7 @@ DEFAULTS: Mapping[str, Any] = {
     "units": "m",
     "quick_codes": [{"code": code, "char1": None, "char2": None} for code in _QUICK_CODES],
     "single_keys": True,
+    "keys": {},
     "templates": [],
     "pack": None,
 }

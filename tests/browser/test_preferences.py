@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from desks import WITHOUT_WEBGL
+from looks import expect_no_fault
 from playwright.sync_api import Browser, Page, Route, expect
 from steps import TOKEN, Server, log_in
 from surveys import Survey
@@ -286,3 +287,43 @@ def test_a_code_pack_is_imported_chosen_and_deleted(
     page.get_by_role("button", name="Delete this pack").click()
     expect(page.locator(".settings__message")).to_have_text("Deleted road")
     expect(page.get_by_label("Pack in use")).to_have_value("")
+
+
+def test_a_key_is_changed_beside_its_action_unless_another_one_has_it(
+    page: Page, server: Server, inspection: str
+) -> None:
+    log_in(page, server, f"/inspections/{inspection}")
+    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
+    page.keyboard.press("?")
+    sheet = page.get_by_role("dialog", name="Keys")
+    tag = sheet.get_by_role("button", name=re.compile("^T: change the key of “Tag"))
+    tag.click()
+    page.keyboard.press("n")
+    expect(sheet.get_by_role("alert")).to_contain_text("N does something already: Next defect")
+    tag.click()
+    page.keyboard.press("5")
+    expect(sheet.get_by_role("alert")).to_contain_text("5 is needed by codes")
+    expect_no_fault(page, within="dialog[open]")
+    tag.click()
+    with page.expect_response("**/api/me/preferences"):
+        page.keyboard.press("x")
+    expect(
+        sheet.get_by_role("button", name=re.compile("^X: change the key of “Tag"))
+    ).to_be_focused()
+    with page.expect_navigation():  # every button names its key
+        page.keyboard.press("Escape")
+
+    expect(page.locator(".quick kbd").first).to_have_text("X")
+    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
+    before = page.locator(".defect").count()
+    page.keyboard.press("t")
+    page.keyboard.press("x")
+    expect(page.locator(".defect")).to_have_count(before + 1)
+
+    page.keyboard.press("Escape")
+    page.keyboard.press("?")
+    with page.expect_response("**/api/me/preferences"):
+        sheet.get_by_role("button", name="Usual keys").click()
+    expect(tag).to_be_visible()
+    chosen = json.load(server.ask("GET", "/api/me"))["preferences"]
+    assert chosen["keys"] == {}

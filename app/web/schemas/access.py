@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field, field_validator
+from pydantic import BaseModel, Field, StringConstraints, field_validator
 
 from app.access.access import fault_of_name
 from app.reports.content.words import Language
@@ -88,6 +88,10 @@ class QuickCode(Coded):
     code: CodeName
 
 
+KeyName = Annotated[str, StringConstraints(min_length=1, max_length=30)]
+"""A key of the page, as a browser names it, with `Shift+` or `Ctrl+` before it where needed."""
+
+
 class PreferencesIn(Given):
     """All choices of a person for the page."""
 
@@ -98,6 +102,9 @@ class PreferencesIn(Given):
     )
     single_keys: bool = Field(
         default=True, description="Whether letters, digits and signs are shortcuts (WCAG 2.1.4)."
+    )
+    keys: Annotated[dict[KeyName, KeyName], Field(max_length=100)] = Field(
+        default_factory=dict, description="Other keys, by the usual one, for what it does."
     )
     templates: Annotated[list[QuickCode], Field(max_length=26)] = Field(
         default_factory=list, description="More codes with their details, for a list of the page."

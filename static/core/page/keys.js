@@ -34,6 +34,15 @@ export const shownKey = (key) =>
     .map((part) => SHOWN[part] ?? (part.length === 1 ? part.toUpperCase() : part))
     .join(' + ');
 
+/** The key that this person uses in place of a usual one. @param {string} usual */
+export const keyFor = (usual) => preferences.value.keys[usual] ?? usual;
+
+/** 'Shift+f' of 'Shift + F': a usual key as markup names it. @param {string} shown */
+const usualOf = (shown) => shown.replaceAll(' + ', '+').replace(/(?<=^|\+)\p{Lu}$/u, (letter) => letter.toLowerCase());
+
+/** 'Shift + F', or what this person has chosen in its place. @param {string} shown */
+export const ownKey = (shown) => shownKey(keyFor(usualOf(shown)));
+
 /** Letters, digits and signs, as keys or as shown: speech input types them. Arrows do not match. */
 const SINGLE = /^(Shift\+)?[^\s←→](…\d)?$/u;
 
@@ -45,7 +54,10 @@ export const isKeyOn = (key) => preferences.value.single_keys || !SINGLE.test(ke
  * @param {string} what
  * @param {string} [key]
  */
-export const withKey = (what, key) => (key && isKeyOn(key) ? t('video.with_key', { what, key }) : what);
+export function withKey(what, key) {
+  const own = key && ownKey(key);
+  return own && isKeyOn(own) ? t('video.with_key', { what, key: own }) : what;
+}
 
 /** Keys of a pedal, which no field needs. */
 const PEDAL = /^(F\d+|Pause)$/;
@@ -83,7 +95,6 @@ export function isTaken(target, key) {
  * @param {Set<string>} [except] keys that `target` itself uses
  */
 export function bindKeys(target, bindings, signal, except = new Set()) {
-  const table = new Map(bindings.flatMap((binding) => binding.keys.map((key) => [key, binding])));
   let isFree = false;
   target.addEventListener(
     'keydown',
@@ -97,10 +108,14 @@ export function bindKeys(target, bindings, signal, except = new Set()) {
     'keydown',
     (/** @type {any} */ event) => {
       const key = keyName(event);
-      const binding = table.get(key);
+      // Looked up each time: the person may have put it on another key meanwhile.
+      const binding = bindings.find(({ keys }) => keys.some((usual) => keyFor(usual) === key));
       if (!binding || !isKeyOn(key) || event.altKey || except.has(key) || !isFree) return;
       event.preventDefault();
-      binding.run(event, key);
+      binding.run(
+        event,
+        binding.keys.find((usual) => keyFor(usual) === key),
+      );
     },
     { signal },
   );

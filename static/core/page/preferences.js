@@ -34,7 +34,15 @@ export const USUAL_CODES = ['BAB', 'BAC', 'BAF', 'BAJ', 'BBA', 'BBB', 'BBC', 'BB
 /** @typedef {Api['PreferencesIn']} Chosen */
 
 /** @type {Chosen} */
-const UNSET = { language: null, units: 'm', quick_codes: USUAL_CODES, single_keys: true, pack: null, templates: [] };
+const UNSET = {
+  language: null,
+  units: 'm',
+  quick_codes: USUAL_CODES,
+  single_keys: true,
+  keys: {},
+  pack: null,
+  templates: [],
+};
 
 /** @extends {Store<Chosen>} */
 class Preferences extends Store {

@@ -1,7 +1,7 @@
 /** The tagged defects along the culvert; the form of the selected one replaces the list. */
 
 import { html, patchList, render, renderNew, setText } from '../../../core/page/html.js';
-import { isKeyOn, withKey } from '../../../core/page/keys.js';
+import { isKeyOn, withKey, ownKey } from '../../../core/page/keys.js';
 import { isOpen } from '../../../core/defects/review.js';
 import { Component } from '../../../core/page/store.js';
 import { coveredShare, defectCount, stretchesOf } from '../../../core/defects/stretches.js';
@@ -51,7 +51,7 @@ export class DefectList extends Component {
             <button class="button button--small" data-part="complete" data-needs="operator" title="${withKey(t('keys.complete'), 'V')}"></button></p>
           <div class="defects__empty stack pad-4" data-part="empty">
             <p>${t('defects.empty')}</p>
-            ${isKeyOn('t') && html`<p class="dim" data-needs="operator">${pieces('defects.empty_help', { key: html`<kbd>T</kbd>` })}</p>`}
+            ${isKeyOn('t') && html`<p class="dim" data-needs="operator">${pieces('defects.empty_help', { key: html`<kbd>${ownKey('T')}</kbd>` })}</p>`}
           </div>
           <ol class="defects__rows pad-1 grow holds" data-part="rows"></ol>
         </div>

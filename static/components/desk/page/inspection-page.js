@@ -352,7 +352,7 @@ export class InspectionPage extends Component {
   }
 
   help() {
-    showKeys(this.#keys);
+    showKeys(this.#keys, { isChangeable: true });
   }
 
   // What changes on the page ------------------------------------------------------------------

@@ -54,7 +54,6 @@ const tagKeys = (page, { desk, video } = page) => ({
     { keys: ['u', 'Ctrl+z'], label: t('keys.undo'), run: () => page.undo() },
     {
       keys: ['Shift+u', 'Ctrl+Shift+z', 'Ctrl+y'],
-      shown: ['Shift + U', 'Ctrl + Y'],
       label: t('keys.redo'),
       run: () => page.redo(),
     },
@@ -117,7 +116,6 @@ const defectKeys = (page, { desk } = page) => ({
     { keys: ['y'], label: t('link.copy'), run: () => copyLink(desk) },
     {
       keys: ['Delete', 'Backspace'],
-      shown: ['Del'],
       needs: 'operator',
       label: t('keys.delete'),
       run: () => page.remove(),
@@ -129,8 +127,8 @@ const defectKeys = (page, { desk } = page) => ({
 const stripKeys = ({ desk, strip }) => ({
   title: t('strip.title'),
   bindings: [
-    { keys: ['+', '='], shown: ['+'], label: t('strip.zoom_in'), run: () => strip.zoom(1) },
-    { keys: ['-'], shown: ['−'], label: t('strip.zoom_out'), run: () => strip.zoom(-1) },
+    { keys: ['+', '='], label: t('strip.zoom_in'), run: () => strip.zoom(1) },
+    { keys: ['-'], label: t('strip.zoom_out'), run: () => strip.zoom(-1) },
     { keys: ['0'], label: t('strip.whole'), run: () => desk.axis.showWhole() },
   ],
 });

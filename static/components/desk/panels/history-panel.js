@@ -1,5 +1,6 @@
 /** Who changed what, the newest first: every change of the inspection and its defects, before and after. */
 
+import { ownKey } from '../../../core/page/keys.js';
 import { get, refusalIn } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { mayEdit } from '../../../core/page/rights.js';
@@ -60,7 +61,7 @@ export class HistoryPanel extends Component {
       this,
       html`<div class="panel-head">
           <label class="switch row"><input type="checkbox" data-part="only" />${t('history.selected')}</label>
-          <p class="dim small">${pieces('history.undo_hint', { key: html`<kbd>Ctrl + Z</kbd>` })}</p>
+          <p class="dim small">${pieces('history.undo_hint', { key: html`<kbd>${ownKey('Ctrl + Z')}</kbd>` })}</p>
         </div>
         <p class="pad-4 dim unless-empty" role="status" data-part="note"></p>
         <ol data-part="rows" aria-label="${t('history.label')}"></ol>

@@ -1,5 +1,6 @@
 /** The review of the inspection: its state with who and when, the next step, the open questions. */
 
+import { ownKey } from '../../../core/page/keys.js';
 import { html, renderNew } from '../../../core/page/html.js';
 import { isForAdmins, nextStates } from '../../../core/defects/review.js';
 import { may } from '../../../core/page/rights.js';
@@ -61,7 +62,7 @@ export class ReviewPanel extends Component {
         <section class="stack gap-3 pad-head line-below" aria-label="${t('remark.question')}">
           <p class="row wrap gap-row"><b>${questions.length ? t('reviewing.questions', { n: questions.length }) : t('reviewing.no_questions')}</b>
             <span class="dim">${t('reviewing.progress', { accepted, all: defects.length })}</span>
-            ${questions.length > 0 && html`<button type="button" class="button button--small" data-next>${t('reviewing.next')}<kbd>Q</kbd></button>`}</p>
+            ${questions.length > 0 && html`<button type="button" class="button button--small" data-next>${t('reviewing.next')}<kbd>${ownKey('Q')}</kbd></button>`}</p>
           <ul>${questions.map((remark) => remarkRow(remark, { name: this.#nameOf(remark) }))}</ul>
         </section>
         <section class="stack gap-3 pad-head line-below">

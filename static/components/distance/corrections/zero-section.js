@@ -1,5 +1,6 @@
 /** The zero of the distance: the frame as evidence, and how far the camera was past the zero. */
 
+import { ownKey } from '../../../core/page/keys.js';
 import { html, render } from '../../../core/page/html.js';
 import { hasFilm } from '../../../core/survey/inspection.js';
 import { Component } from '../../../core/page/store.js';
@@ -23,7 +24,7 @@ export class ZeroSection extends Component {
           <p class="zero__none pad-3 small dim" data-part="none">${t('corrections.zero_none')}</p>
           <div class="stack gap-3">
             <div class="fix__buttons row wrap">
-              <button class="button button--small" data-part="here"><kbd>Z</kbd>${t('corrections.zero_here')}</button>
+              <button class="button button--small" data-part="here"><kbd>${ownKey('Z')}</kbd>${t('corrections.zero_here')}</button>
               <button class="button button--small button--quiet" data-part="clear" hidden>${t('corrections.clear')}</button>
             </div>
             ${metresField({ part: 'offset', id: 'zero-offset', label: t('corrections.offset') })}

@@ -1,5 +1,6 @@
 /** The state of a live inspection's camera, and the end of the recording; removed when it has ended. */
 
+import { ownKey } from '../../../core/page/keys.js';
 import { get, poll } from '../../../core/server/api.js';
 import { html, render, setText } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
@@ -31,7 +32,7 @@ export class LiveBar extends Component {
         <p class="live__fact small dim nowrap number" data-part="room"></p>
         <p class="live__fact small dim nowrap live__fact--counter small-sign" data-part="counter" hidden><span data-part="counterSign"></span><span role="status" data-part="counterText"></span></p>
         <span class="spacer grow"></span>
-        <button class="button" data-part="zero" data-needs="operator"><kbd>Z</kbd>${t('corrections.zero_here')}</button>
+        <button class="button" data-part="zero" data-needs="operator"><kbd>${ownKey('Z')}</kbd>${t('corrections.zero_here')}</button>
         <button class="button button--primary" data-part="finish" data-needs="operator">${icon('flag')}${t('finish.open')}</button>
         <p class="visually-hidden" role="status" data-part="announced"></p>`,
     );

@@ -1,5 +1,6 @@
 /** Buttons that tag the middle of the picture, as the keys T and 1 to 9 do. */
 
+import { ownKey } from '../../../core/page/keys.js';
 import { html, render } from '../../../core/page/html.js';
 import { preferences } from '../../../core/page/preferences.js';
 import { Component } from '../../../core/page/store.js';
@@ -17,7 +18,7 @@ export class QuickButtons extends Component {
   #show() {
     render(
       this,
-      html`<button class="button quick__code small quick__code--plain"><kbd>T</kbd>${t('video.tag')}</button>
+      html`<button class="button quick__code small quick__code--plain"><kbd>${ownKey('T')}</kbd>${t('video.tag')}</button>
         ${quickCodes(this.desk.catalogue).map(
           ({ tag: { code }, label }, i) => html`<button class="button quick__code small"
           data-quick="${i}" title="${code}: ${label}"><kbd>${i + 1}</kbd>${label}</button>`,
