@@ -99,6 +99,8 @@ export class CodeQuestions extends Component {
    * @param {{isFocused?: boolean}} [how] isFocused: the cursor goes there
    */
   ask({ isFocused = false } = {}) {
+    // In the 3D view the keys would go on moving its camera.
+    if (document.activeElement instanceof HTMLIFrameElement) document.activeElement.blur();
     this.#passed.clear();
     this.#open(nextOpen(this.#questions)?.name ?? null, { isFocused });
     return this.#current !== null;
