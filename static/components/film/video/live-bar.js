@@ -120,7 +120,7 @@ export class LiveBar extends Component {
 /** What a machine that is too slow leaves out. @param {Api['LiveOut']} live */
 function slowText({ skipped_share: share, shed }) {
   const what = shed.map((part) => wordFor('live_shed', part)).join(', ');
-  return t('live.slow', { percent: Math.round(100 * share), what });
+  return `${t('live.connected')} · ${t('live.slow', { percent: Math.round(100 * share), what })}`;
 }
 
 customElements.define('live-bar', LiveBar);
