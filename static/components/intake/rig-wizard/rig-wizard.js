@@ -44,7 +44,7 @@ export class RigWizard extends Component {
   #axis = null;
   /** Where the present rig has the axis. @type {Pixel|null} */
   #ofRig = null;
-  /** Where the rig had the axis when the wizard was opened. @type {{axis: Pixel|null, pitch: number}|null} */
+  /** Where the rig of an inspection had the axis when the wizard was opened. @type {{axis: Pixel|null, pitch: number}|null} */
   #before = null;
   #isLensGuessed = false;
   /** What was answered about the counter; null: nobody has, so it is searched. */
@@ -85,6 +85,11 @@ export class RigWizard extends Component {
     this.#close();
   }
 
+  /** Whether the film is not an inspection yet. */
+  get #isUpload() {
+    return this.#film?.startsWith('/api/uploads/') ?? false;
+  }
+
   #showAsk() {
     this.parts.open.disabled = this.#film === null;
     this.parts.needs.hidden = this.#film !== null;
@@ -107,7 +112,7 @@ export class RigWizard extends Component {
       this.#rig.change(changes);
       this.#isLensGuessed = isLensGuessed;
       const { axis, pitch_deg: pitch } = await this.#aimed(null);
-      this.#before = { axis, pitch };
+      this.#before = this.#isUpload ? null : { axis, pitch };
       this.#ofRig = axis;
       this.#seen = seen;
       this.#axis = seen.axis;
@@ -147,7 +152,7 @@ export class RigWizard extends Component {
   #draw() {
     const { width, height } = this.#seen;
     const shown = squareOf(this.#seen);
-    const hasCounter = this.#film.startsWith('/api/uploads/');
+    const hasCounter = this.#isUpload;
     this.parts.body.replaceChildren();
     const inside = render(
       this.parts.body,
@@ -346,8 +351,8 @@ export class RigWizard extends Component {
     const [u, v] = this.#cross;
     const { cross, before } = this.parts;
     const arm = this.#seen.width / 20;
-    const isMoved = this.#before.axis && this.#axis;
-    before.setAttribute('d', isMoved ? crossAt(this.#before.axis, arm) : '');
+    const was = this.#axis && this.#before?.axis;
+    before.setAttribute('d', was ? crossAt(was, arm) : '');
     cross.setAttribute('transform', `translate(${u} ${v})`);
     cross.setAttribute('aria-valuenow', Math.round(u));
     cross.setAttribute('aria-valuetext', t('wizard.cross_at', { u: Math.round(u), v: Math.round(v) }));
@@ -389,8 +394,9 @@ export class RigWizard extends Component {
     const found = axis ? t('wizard.found', { n, sure, angle }) : t('wizard.not_found');
     if (!this.#axis) return `${found} ${t('wizard.by_rig', { up: upOf(pitch) })}`;
     const looks = t('wizard.looks', { up: upOf(pitch), aside: asideOf(right) });
-    const isOther = Math.abs(pitch - this.#before.pitch) > RIG_DIFFERS_DEG;
-    return [found, looks, isOther && t('wizard.rig_said', { up: upOf(this.#before.pitch) })].filter(Boolean).join(' ');
+    const before = this.#before;
+    const isOther = before !== null && Math.abs(pitch - before.pitch) > RIG_DIFFERS_DEG;
+    return isOther ? `${found} ${looks} ${t('wizard.rig_said', { up: upOf(before.pitch) })}` : `${found} ${looks}`;
   }
 
   /** The same pitch again would be asked for without end. */
