@@ -160,13 +160,17 @@ def test_an_incomplete_defect_is_completed_by_the_keyboard_alone_and_the_next_on
     expect(asked).to_have_text("Severity")
     page.keyboard.press("2")
     expect(page.get_by_label("Code", exact=True)).to_be_focused()
-    page.keyboard.type("bbf")
+    page.keyboard.type("bbb")
     page.keyboard.press("Enter")
-    page.keyboard.press("c")
-    page.keyboard.press("4")
+    for answer in ("z", "5", "Enter", "4"):
+        page.keyboard.press(answer)
+    expect(page.get_by_label("Remark", exact=True)).to_be_focused()  # what else it is
+    page.keyboard.type("wax at 3")
+    page.keyboard.press("Enter")
     expect(page.locator("defect-form")).to_have_count(0)
     expect_saved(page)
+    assert observations(server, wide.id)[-1]["remark"] == "wax at 3"
     assert [stated(item)[:2] for item in observations(server, wide.id)] == [
-        ("BBA", "A"), ("BBF", "C"),
+        ("BBA", "A"), ("BBB", "Z"),
     ]  # fmt: skip
     assert [item["severity"] for item in observations(server, wide.id)] == [2, 4]

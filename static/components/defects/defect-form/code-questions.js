@@ -55,7 +55,7 @@ export class CodeQuestions extends Component {
             (n) => html`<div class="field" data-part="quant${n}Field"><span class="input-with-unit"><input class="input"
               name="quant${n}" aria-label="${LABELS[`quant${n}`]}" inputmode="decimal" autocomplete="off"
               aria-describedby="defect-quant${n}-fault" /><span class="unit" data-part="unit${n}"></span></span>
-              <span class="fault" id="defect-quant${n}-fault" data-part="quant${n}Fault"></span></div>`,
+              <span class="fault" id="defect-quant${n}-fault"></span></div>`,
           )}
           <textarea class="input" name="remark" rows="2" maxlength="2000" aria-label="${LABELS.remark}" data-part="remark"></textarea>
         </div>`,
@@ -79,11 +79,6 @@ export class CodeQuestions extends Component {
     this.listen(this, 'mousedown', (event) => event.target.closest('button') && event.preventDefault());
     // Before the keys of the page: while a question is asked, its answers come first.
     this.listen(document, 'keydown', (event) => this.#key(event), { capture: true });
-  }
-
-  /** The names that a report needs answered. */
-  get needed() {
-    return this.#questions.filter(({ isNeeded }) => isNeeded).map(({ name }) => name);
   }
 
   /** Shows an observation; the question that is asked stays. */
@@ -115,7 +110,8 @@ export class CodeQuestions extends Component {
     this.#current = name;
     this.#typed = typed;
     this.#show();
-    if (isFocused && name) this.#focus();
+    // Words can be typed into their field alone.
+    if (name && (isFocused || name === 'remark')) this.#focus();
   }
 
   #focus() {
@@ -167,8 +163,10 @@ export class CodeQuestions extends Component {
     // On some keyboards @ is typed with Alt and Ctrl.
     if (key !== '@' && (event.ctrlKey || event.metaKey || event.altKey)) return;
     const name = keyName(event);
-    const isNumber = target instanceof HTMLInputElement && this.contains(target);
-    if (isNumber ? !['Enter', '@'].includes(key) && !RATED.test(name) : isTaken(target, name)) return;
+    if (this.contains(target) && target.matches('input, textarea')) {
+      const isNumber = target instanceof HTMLInputElement;
+      if (name !== 'Enter' && !(isNumber && (key === '@' || RATED.test(name)))) return;
+    } else if (isTaken(target, name)) return;
     if (!isKeyOn(name) && !this.closest('defect-form').contains(document.activeElement)) return;
     if (!this.#takes(name, key)) return;
     event.preventDefault();
