@@ -67,6 +67,7 @@ from app.storage.records.assets import AssetStore
 from app.storage.records.imports import ImportStore
 from app.storage.records.labels import LabelStore
 from app.storage.records.preferences import PreferenceStore
+from app.storage.records.projects import ProjectStore
 from app.storage.records.reviews import ReviewStore
 from app.storage.records.rigs import RigStore
 from app.storage.records.runs import RunStore
@@ -269,7 +270,9 @@ class _Building:
             )
         )
         services.add(Filmed(storage, media, tracks, records.corrections))
-        register = services.add(Register(AssetStore(storage.database)))
+        register = services.add(
+            Register(AssetStore(storage.database), ProjectStore(storage.database))
+        )
         films = services.add(
             Films(storage, media, uploads, records.counter_files, register, tracking)
         )

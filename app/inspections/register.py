@@ -10,6 +10,7 @@ from typing import Any
 from app.errors import AssetNotFound, InvalidRequest
 from app.storage.database.tables import RegisteredAsset
 from app.storage.records.assets import AssetStore, asset_of
+from app.storage.records.projects import ProjectStore
 from app.survey.assets import register_table
 from app.survey.assets.register import Asset, completed, fields_of, one_line
 from app.survey.assets.register_table import Step, Table, columns_of, fault_of_id, read_table
@@ -45,8 +46,19 @@ class Alike:
 class Register:
     """Keeps the assets of the owner's register."""
 
-    def __init__(self, store: AssetStore) -> None:
+    def __init__(self, store: AssetStore, projects: ProjectStore) -> None:
         self._store = store
+        self._projects = projects
+
+    def make_project(self, name: str, who: str) -> None:
+        """Make a project, to which nothing belongs yet; one that is known stays as it is."""
+        self._projects.make(name, who)
+        logger.info("%s made the project %r.", who, name)
+
+    def delete_project(self, name: str, who: str) -> None:
+        """Take a project back that was made; what belongs to it keeps its name."""
+        self._projects.delete(name)
+        logger.info("%s took the project %r back.", who, name)
 
     def get(self, asset_id: str) -> RegisteredAsset:
         """Return an asset.

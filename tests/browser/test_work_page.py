@@ -68,3 +68,17 @@ def test_the_sections_are_a_key_away_and_the_desk_has_them_in_its_menu(
     page.get_by_label("Menu").click()
     page.get_by_role("link", name="Work").last.click()
     expect(page.get_by_role("heading", name="Work", level=1)).to_be_visible()
+
+
+def test_a_project_is_made_on_the_page_and_deleted_while_it_is_empty(
+    page: Page, server: Server
+) -> None:
+    log_in(page, server, "/assets/projects")
+    page.get_by_role("button", name="New project").click()
+    page.get_by_label("Name").fill("Round 2027")
+    page.get_by_role("button", name="Make it").click()
+    expect(page.get_by_role("heading", name="Round 2027", level=1)).to_be_visible()
+    expect_no_fault(page, ("dark",))
+    page.get_by_role("button", name="Delete").click()
+    expect(page.get_by_role("link", name="Round 2026")).to_be_visible()
+    expect(page.get_by_role("link", name="Round 2027")).to_have_count(0)

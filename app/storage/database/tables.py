@@ -443,6 +443,18 @@ class RegisteredAsset(Base):
     changed_by: Mapped[str] = mapped_column(String(100))
 
 
+class MadeProject(Base):
+    """A project that a person made, so that it is there before anything belongs to it."""
+
+    __tablename__ = "projects"
+
+    name: Mapped[str] = mapped_column(String(200), primary_key=True)
+    folded: Mapped[str] = mapped_column(Text)
+    """Text for the search, without case and accents."""
+    made_at: Mapped[datetime]
+    made_by: Mapped[str] = mapped_column(String(100))
+
+
 class InspectionLabel(Base):
     """A word by which people sort their inspections."""
 

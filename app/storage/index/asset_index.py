@@ -24,7 +24,12 @@ from sqlalchemy import (
 from sqlalchemy.orm import Session
 
 from app.storage.database.store import Store, reading
-from app.storage.database.tables import IndexedInspection, Inspection, RegisteredAsset
+from app.storage.database.tables import (
+    IndexedInspection,
+    Inspection,
+    MadeProject,
+    RegisteredAsset,
+)
 from app.storage.index.queries import (
     NEWEST_LAST,
     WITH_INSPECTION,
@@ -97,7 +102,7 @@ class AssetIndex(Store):
         """Return the number of projects that fit, and a page of them.
 
         Args:
-            text: Words that all occur in the names of one of its inspections or assets.
+            text: Words that all occur in its name, or in those of one of its inspections or assets.
             wanted: One project, or all.
             page: Their order, and which of them.
         """
@@ -234,7 +239,9 @@ def _all_projects() -> Subquery:
         .group_by(ranked.c.project)
         .subquery()
     )
-    known = union(select(assets.c.project), select(inspected.c.project)).subquery()
+    known = union(
+        select(assets.c.project), select(inspected.c.project), select(MadeProject.name)
+    ).subquery()
     same = known.c.project.is_not_distinct_from
     return (
         select(
@@ -276,6 +283,7 @@ def _projects_with_words(project: ColumnElement[Any], text: str) -> Iterator[Col
     for table in (IndexedInspection, RegisteredAsset):
         is_same = project.is_not_distinct_from(table.project)
         yield exists().where(is_same, *with_words(table.folded, text))
+    yield exists().where(project == MadeProject.name, *with_words(MadeProject.folded, text))
 
 
 def _others(alike: Mapping[str, Sequence[str]], asset: str) -> tuple[str, ...]:

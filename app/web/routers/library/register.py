@@ -19,6 +19,7 @@ from app.web.schemas.failures import content, failures
 from app.web.schemas.library.register import (
     AlikeOut,
     AssetIn,
+    ProjectIn,
     RegisteredAssetOut,
     RegisterImportOut,
     RegisterOut,
@@ -93,6 +94,24 @@ def import_table(
     if dry_run:
         return RegisterImportOut.of(register.preview(content, columns))
     return RegisterImportOut.of(register.take(content, columns, principal.name))
+
+
+@router.post("/projects", status_code=204)
+@operator
+def make_project(body: ProjectIn, register: Service[Register], principal: PrincipalDep) -> None:
+    """Make a project, to which nothing belongs yet; one that is known stays as it is."""
+    register.make_project(body.name, principal.name)
+
+
+@router.delete("/projects", status_code=204)
+@operator
+def delete_project(
+    project: Annotated[str, Query(min_length=1, max_length=200, pattern=LINE)],
+    register: Service[Register],
+    principal: PrincipalDep,
+) -> None:
+    """Take a project back that was made; what belongs to it keeps its name."""
+    register.delete_project(project, principal.name)
 
 
 @router.get("/assets/{asset_id:path}", responses=failures(errors.AssetNotFound))

@@ -45,6 +45,12 @@ def _line_of(points: Sequence[Sequence[float]]) -> Line:
     return tuple((lon, lat) for lon, lat in points)
 
 
+class ProjectIn(Given):
+    """A project to make."""
+
+    name: Name
+
+
 class AssetIn(Given):
     """What the register holds of an asset."""
 

@@ -1,6 +1,6 @@
 /** The projects; with ?project=NAME or ?no_project=true one of them and its assets. */
 
-import { get, poll } from '../../../core/server/api.js';
+import { get, poll, post, remove } from '../../../core/server/api.js';
 import { html, render } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { count, day } from '../../../core/wall/units.js';
@@ -9,6 +9,7 @@ import { assetTableMarkup, fillAssetTable } from '../assets-page/asset-table.js'
 import { framedPage, exportButton, factsMarkup, showFault } from '../../shared/page-frame/page-frame.js';
 import { followList, searchMarkup, tableMarkup } from '../../shared/page-frame/list-page.js';
 import { openBulkExport } from '../../inspections/bulk-export/bulk-export.js';
+import { closesWhenSent, formFoot, openDialog } from '../../shared/dialog/dialog.js';
 import { column, figures } from '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
 import { worstMarkup } from '../../shared/severity-mark/severity-mark.js';
@@ -30,10 +31,11 @@ export class ProjectsPage extends Component {
       this,
       framedPage({
         title: t('archive.projects'),
-        ways: exportButton(),
+        ways: html`${exportButton()}<button class="button button--primary" data-part="add" data-needs="operator">${icon('plus')}${t('projects.add')}</button>`,
         content: html`${searchMarkup(t('projects.search'))}${tableMarkup('', t('projects.nothing'))}`,
       }),
     );
+    this.listen(this.parts.add, 'click', () => orToast(() => makeProject()));
     followList(this, {
       path: '/api/archive/projects',
       filters: ['search'],
@@ -60,6 +62,7 @@ export class ProjectsPage extends Component {
             <a class="button" href="/assets/map?${query}">${icon('map')}${t('projects.map')}</a>
             <a class="button" href="/settings/template?${query}">${icon('edit')}${t('archive.template')}</a>`
           }
+          <button class="button" data-part="remove" data-needs="operator" hidden>${icon('trash')}${t('projects.remove')}</button>
           <button class="button button--primary" data-part="export" disabled>${icon('download')}${t('list.export')}</button>`,
         content: html`<div class="project-facts pad-head below-4 panel" data-part="facts"></div>${assetTableMarkup()}`,
       }),
@@ -68,14 +71,40 @@ export class ProjectsPage extends Component {
     this.listen(this.parts.export, 'click', () =>
       orToast(async () => openBulkExport((await get(`/api/inspections/ids?${query}`, this.signal)).ids)),
     );
+    this.listen(this.parts.remove, 'click', () =>
+      orToast(async () => {
+        await remove(`/api/register/projects?${query}`);
+        location.assign('/assets/projects');
+      }),
+    );
     const load = async () => {
       const { projects } = await get(`/api/archive/projects?${query}`, this.signal);
       render(this.parts.facts, projectFacts(projects[0]));
       this.parts.export.disabled = !projects[0]?.inspections;
+      // One to which something belongs is known by that.
+      this.parts.remove.hidden = !projects[0] || project === null || projects[0].assets + projects[0].inspections > 0;
       return POLL_S;
     };
     poll(load, this.signal, (error) => showFault(this.parts.fault, error));
   }
+}
+
+/** Asks for the name of a new project, makes it, and opens it. */
+async function makeProject() {
+  const opened = openDialog({
+    title: t('projects.add'),
+    content: html`<form method="dialog" class="stack gap-4" data-part="form" novalidate>
+      <div class="field"><label for="project-name">${t('confirm.name')}</label>
+        <input class="input" id="project-name" maxlength="200" autocomplete="off" data-part="name" />
+        <span class="help">${t('projects.add_help')}</span></div>
+      ${formFoot(t('projects.make'))}</form>`,
+  });
+  opened.parts.name.focus();
+  closesWhenSent(opened, async () => {
+    const name = opened.parts.name.value.trim();
+    await post('/api/register/projects', { name });
+    location.assign(`/assets/projects?${queryOf(name)}`);
+  });
 }
 
 const queryOf = (project) => new URLSearchParams(project === null ? { no_project: 'true' } : { project });

@@ -28,7 +28,7 @@ NEXT = """
 from alembic import op
 from sqlalchemy import Column, Integer
 
-revision, down_revision = "0002", "0001"
+revision, down_revision = "0003", "0002"
 
 def upgrade():
     op.add_column("heartbeat", Column("next", Integer))
@@ -43,7 +43,7 @@ def next_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[s
     def set_up(statement: str) -> None:
         scripts = tmp_path / "migrations"
         shutil.copytree(revisions.SCRIPTS, scripts)
-        (scripts / "versions" / "0002_next.py").write_text(NEXT.format(statement=statement))
+        (scripts / "versions" / "0003_next.py").write_text(NEXT.format(statement=statement))
         monkeypatch.setattr(revisions, "SCRIPTS", scripts)
 
     return set_up
@@ -65,8 +65,8 @@ def test_an_older_database_is_migrated_whole_after_a_copy(
     next_version("SELECT 1")
     with closing(Database(stored)) as database, database.read() as session:
         assert session.execute(text("SELECT id, next FROM heartbeat")).all() == [(1, None)]
-    copy = tmp_path / "chainage.db.before-0002"
-    assert (revision_of(copy), stored.revision()) == ("0001", "0002")
+    copy = tmp_path / "chainage.db.before-0003"
+    assert (revision_of(copy), stored.revision()) == ("0002", "0003")
     assert dump(Sqlite(copy), tmp_path) == before
 
 
@@ -79,7 +79,7 @@ def test_a_migration_that_fails_leaves_the_database_as_it_was(
     next_version("CREATE TABLE code_packs (x INTEGER)")
     with pytest.raises(Exception, match=r"code_packs.* already exists"):
         Database(stored)
-    assert stored.revision() == "0001"
+    assert stored.revision() == "0002"
     assert tables_of(stored) == before
 
 

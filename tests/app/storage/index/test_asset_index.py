@@ -28,6 +28,7 @@ from app.storage.index.inspection_list import InspectionList
 from app.storage.index.work_list import Work, WorkList
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.labels import LabelStore
+from app.storage.records.projects import ProjectStore
 from app.survey.assets.search_terms import (
     AssetFilter,
     InspectionFilter,
@@ -212,6 +213,22 @@ def test_inspections_are_listed_by_what_the_index_and_their_labels_say(archive: 
     assert labels.of(many) == {a: ("invoiced",), b: ("invoiced", "urgent")}
     InspectionStore(archive.database).delete(b, "Ana")
     assert labels.in_use() == [("invoiced", 1)]
+
+
+def test_a_project_is_there_before_anything_belongs_to_it(archive: Archive) -> None:
+    projects = ProjectStore(archive.database)
+    projects.make("Östliche Straße", "Ana")
+    projects.make("Östliche Straße", "Ben")
+    archive.register("CV-1", "South")
+
+    assert [(one.project, one.assets) for one in archive.projects()] == [
+        ("South", 1), ("Östliche Straße", 0),
+    ]  # fmt: skip
+    assert [one.project for one in archive.projects("ostliche strasse")] == ["Östliche Straße"]
+    projects.make("South", "Ana")
+    for name in ("South", "Östliche Straße"):
+        projects.delete(name)
+    assert [one.project for one in archive.projects()] == ["South"]
 
 
 def work(archive: Archive, sort: Any = "state", **wanted: Any) -> Work:
