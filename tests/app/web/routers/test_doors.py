@@ -69,6 +69,7 @@ FOR_ADMINS = {
     ("DELETE", "/api/packs/{pack_id}"),
     ("POST", "/api/archive/films"),
     ("POST", "/api/archive/films/preview"),
+    ("GET", "/api/archive/folders"),
     ("GET", "/api/tokens"),
     ("POST", "/api/tokens"),
     ("PUT", "/api/tokens/{name}/role"),
