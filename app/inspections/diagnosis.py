@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from cachetools import LRUCache
-
 from app.errors import MediaFailed, MediaTimeout, NothingRecorded
 from app.inspections.corrections import Corrections
 from app.inspections.films.aiming import Aiming, Film
 from app.inspections.inspections import Inspections
-from app.jobs.requests.media import AxisFound
 from app.storage.database.tables import ENDED, Inspection
 from app.survey.distances.causes import MANY_LOST, AxisSeen, Cause, causes_of, of_error
 from app.survey.distances.film_quality import FilmQuality, quality_of
@@ -19,7 +16,6 @@ from app.tracking.tracks import Tracks
 from vo_core import Rig
 from vo_core.errors import UnreadableVideo
 
-_FILMS_KEPT = 64
 _R95 = math.sqrt(-2 * math.log(0.05))
 """Radius of the circle that holds 95 % of a normal distribution in the plane, in sigmas."""
 
@@ -45,8 +41,6 @@ class Diagnosis:
         self._tracks = tracks
         self._corrections = corrections
         self._aiming = aiming
-        self._seen: LRUCache[str, AxisFound] = LRUCache(_FILMS_KEPT)
-        """By the digest of the film, which never changes."""
 
     def of(self, inspection_id: str) -> Diagnosed:
         """Return the diagnosis of an inspection.
@@ -74,7 +68,7 @@ class Diagnosis:
 
     def _axis(self, row: Inspection, rig: Rig) -> AxisSeen:
         try:
-            found = self._found(row)
+            found = self._aiming.axis(Film("inspection", row.id), None)
         except (NothingRecorded, UnreadableVideo, MediaFailed, MediaTimeout):
             return AxisSeen(0, 0)  # a diagnosis without pictures is better than none
         if found.axis_uv is None or found.sigma_px is None or not rig.looks_along_pipe:
@@ -82,10 +76,3 @@ class Diagnosis:
         aim = self._aiming.aim(row.rig, found.axis_uv)
         u95_deg = math.degrees(math.atan(_R95 * found.sigma_px / rig.camera.fx))
         return AxisSeen(found.looked_at, found.sure, aim.pitch_deg, u95_deg)
-
-    def _found(self, row: Inspection) -> AxisFound:
-        found = self._seen.get(row.source_sha256)
-        if found is None:
-            found = self._aiming.axis(Film("inspection", row.id), None)
-            self._seen[row.source_sha256] = found
-        return found

@@ -73,6 +73,10 @@ class SureAxis:
             return self._with_floor(found)
         return self._with_floor(found) if self._is_dark_at(image, found) else None
 
+    def likely(self, image: Image) -> Axis | None:
+        """Find the axis where it probably is, certain or not; None if it does not show."""
+        return self._around(image)
+
     def _agrees(self, found: Axis, other: Axis, most_sigma: float, most_apart: float) -> bool:
         apart_px = math.dist(found.pixel_uv, other.pixel_uv)
         return (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from cachetools import LRUCache
 
 from app.burnt_in.readings import BurntIn
 from app.errors import PixelOutsidePicture
@@ -25,6 +27,8 @@ from vo_core.geometry.wall import robot_pixels
 
 if TYPE_CHECKING:
     from vo_core.advice import Advice
+
+_FILMS_KEPT = 256
 
 USUAL_SPEED_MM_S = 100.0
 """Speed of a crawler in a culvert, by which a rig is judged before it drives."""
@@ -64,6 +68,10 @@ class Aiming:
         self._filmed = filmed
         self._media = media
         self._counters = counters
+        self._lock = threading.Lock()
+        """Guards the next field."""
+        self._clearest: LRUCache[Film, AxisFound] = LRUCache(_FILMS_KEPT)
+        """The search in a whole film takes seconds, and several parts of a page ask for it."""
 
     def axis(self, film: Film, t_s: float | None) -> AxisFound:
         """Find the axis of the pipe in the frame shown at `t_s`, or where a film shows it best.
@@ -73,8 +81,16 @@ class Aiming:
             InspectionNotFound, NothingRecorded: There is no film.
             UnreadableVideo: The file has no picture, or ends before that time.
         """
+        with self._lock:
+            known = self._clearest.get(film) if t_s is None else None
+        if known is not None:
+            return known
         with self._opened(film) as (path, may_begin_anew):
-            return self._media.axis(path, t_s, may_begin_anew=may_begin_anew)
+            found = self._media.axis(path, t_s, may_begin_anew=may_begin_anew)
+        if t_s is None:
+            with self._lock:
+                self._clearest[film] = found
+        return found
 
     def picture(self, film: Film, t_s: float | None) -> bytes:
         """Return the frame shown at `t_s`, or the first one, as JPEG.

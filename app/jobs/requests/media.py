@@ -17,8 +17,9 @@ if TYPE_CHECKING:  # loaded under the limits
     from vo_core.video_info import VideoInfo
 
 
-_LOOKED_AT = 12
-"""Number of pictures, spread over a film, in which the axis is searched."""
+_LOOKED_AT = (12, 36)
+"""Number of pictures, spread over a film, in which the axis is searched, and where it is certain in
+none of them."""
 
 
 class ProbeRequest(msgspec.Struct, frozen=True, tag="probe"):
@@ -152,15 +153,19 @@ def _axis(request: AxisRequest) -> AxisFound:
 
     with VideoFile(request.video) as video:
         info = video.info
-    anew = request.may_begin_anew
+    anew, find = request.may_begin_anew, SureAxis((info.width, info.height))
     if request.t_s is None:
-        frames = spread_frames(request.video, _LOOKED_AT, may_begin_anew=anew)
+        for count in _LOOKED_AT:
+            frames = spread_frames(request.video, count, may_begin_anew=anew)
+            looked = [(frame.t_s, find(frame.image), find.likely(frame.image)) for frame in frames]
+            if any(axis for _, axis, _ in looked):
+                break
     else:
-        frames = iter([_frame(request.video, request.t_s, may_begin_anew=anew)])
-    find = SureAxis((info.width, info.height))
-    looked = [(frame.t_s, find(frame.image)) for frame in frames]
-    sure = [(axis.sigma_px, t_s, axis) for t_s, axis in looked if axis is not None]
-    sigma_px, t_s, axis = min(sure, default=(None, looked[len(looked) // 2][0], None))
+        frame = _frame(request.video, request.t_s, may_begin_anew=anew)
+        looked = [(frame.t_s, find(frame.image), None)]
+    sure = [(axis.sigma_px, t_s, axis) for t_s, axis, _ in looked if axis is not None]
+    likely = [(axis.sigma_px, t_s, None) for t_s, _, axis in looked if axis is not None]
+    _, t_s, axis = min(sure or likely or [(0.0, looked[len(looked) // 2][0], None)])
     return AxisFound(
         info.width,
         info.height,
@@ -168,7 +173,7 @@ def _axis(request: AxisRequest) -> AxisFound:
         info.duration_s,
         t_s,
         None if axis is None else axis.pixel_uv,
-        sigma_px,
+        None if axis is None else axis.sigma_px,
         len(looked),
         len(sure),
     )

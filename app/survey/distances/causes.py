@@ -22,7 +22,7 @@ Repair = Literal["axis", "pipe", "lens", "again", "film"]
 
 CauseCode = (
     Literal[
-        "looks_along", "axis_elsewhere", "sees_little", "no_axis", "unknown",
+        "looks_along", "axis_elsewhere", "sees_little", "tilted", "no_axis", "unknown",
         "wrong_rig", "wrong_size", "try_again", "wrong_film",
     ]
     | Problem
@@ -97,7 +97,7 @@ def causes_of(
     """
     found = [*_of_axis(rig, axis), *_of_view(rig), *_of_pictures(quality)]
     if rig.looks_along_pipe and not axis.sure:
-        found.append(Cause("no_axis", "axis", {"looked_at": axis.looked_at}))
+        found.append(_of_no_axis(rig, axis))
     if largest is not None and largest != "tracking":
         found.append(Cause(largest, _OF_PARTS.get(largest)))
     return found or [Cause("unknown", "axis" if rig.looks_along_pipe else "lens")]
@@ -115,6 +115,14 @@ def _of_axis(rig: Rig, axis: AxisSeen) -> Iterator[Cause]:
                 "axis",
                 {"stated_deg": round(stated_deg, 1), "seen_deg": round(axis.pitch_deg, 1)},
             )
+
+
+def _of_no_axis(rig: Rig, axis: AxisSeen) -> Cause:
+    """The cause of a film in whose pictures the axis is not certain: perhaps the rig is tilted."""
+    stated_deg = rig.mount.pitch_deg
+    if abs(stated_deg) > APART_DEG:
+        return Cause("tilted", "axis", {"stated_deg": round(stated_deg, 1)})
+    return Cause("no_axis", "axis", {"looked_at": axis.looked_at})
 
 
 def _of_view(rig: Rig) -> Iterator[Cause]:

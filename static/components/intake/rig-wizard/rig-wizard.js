@@ -93,6 +93,7 @@ export class RigWizard extends Component {
   #showAsk() {
     this.parts.open.disabled = this.#film === null;
     this.parts.needs.hidden = this.#film !== null;
+    setText(this.parts.needs, t('wizard.needs_film'));
   }
 
   #close() {
@@ -104,9 +105,11 @@ export class RigWizard extends Component {
 
   /** Opens it on the picture that shows the axis best. @param {'axis'|'width'} [step] */
   async open(step = 'axis') {
-    const { open, fault } = this.parts;
+    const { open, fault, needs } = this.parts;
     open.disabled = true;
     fault.textContent = '';
+    needs.hidden = false;
+    setText(needs, t('wizard.looking'));
     await this.#look(null, async (seen) => {
       const { changes, isLensGuessed } = changesFor(this.#rig.value, seen);
       this.#rig.change(changes);

@@ -52,6 +52,11 @@ def test_the_pictures_are_at_fault_where_nothing_else_is() -> None:
     assert [cause.repair for cause in causes] == [None, None, "axis", "lens"]
 
 
+def test_a_tilt_that_no_picture_confirms_is_doubted() -> None:
+    (cause,) = causes_of(rig(mount__pitch_deg=23.0), NOT_SEEN, quality(), None)
+    assert cause == Cause("tilted", "axis", {"stated_deg": 23.0})
+
+
 def test_a_failure_names_its_repair_and_else_another_try() -> None:
     assert of_error("no_wall_in_view").repair == "axis"
     assert of_error("rig_video_mismatch").repair == "lens"
