@@ -11,6 +11,7 @@ from builders import Client
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.survey.adjustment.adjusted_track import SOURCES
 from app.web.columns import MEDIA_TYPE, packed
 from vo_core.image.health import Health, complained
 
@@ -61,6 +62,8 @@ def test_the_track_as_columns_is_the_track_as_json(shared: Client, done: str) ->
         assert answer.headers["content-type"] == MEDIA_TYPE
         found = unpacked(answer.content)
         same = shared.get(path, params={"format": "json", "since": 10, "raw": raw}).json()
+        sources = found.pop("source", None)
+        assert raw if sources is None else set(sources) == {SOURCES.index("odometry")}
         for name, column in found.items():
             if name == "status":
                 assert [("ok", "weak", "lost")[rank] for rank in column] == same["columns"][name]

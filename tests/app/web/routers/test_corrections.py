@@ -67,7 +67,7 @@ def run(shared: Client, tracked: str) -> Iterator[str]:
 def stated(**fields: Any) -> dict[str, Any]:
     return {
         "zero": None, "lengths": [], "joints": {"use": None, "marked": [], "left_out": []},
-        "rig_sigma": None, "forced": None,
+        "rig_sigma": None, "typed": [], "forced": None,
     } | fields  # fmt: skip
 
 

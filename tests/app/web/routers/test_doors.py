@@ -70,6 +70,7 @@ FOR_ADMINS = {
     ("POST", "/api/archive/films"),
     ("POST", "/api/archive/films/preview"),
     ("GET", "/api/archive/folders"),
+    ("PUT", "/api/intended-use"),
     ("GET", "/api/tokens"),
     ("POST", "/api/tokens"),
     ("PUT", "/api/tokens/{name}/role"),
