@@ -1,4 +1,4 @@
-"""`chainage demo`: the dashboard with a sample culvert inspection that starts by itself."""
+"""`chainage demo`: the dashboard with a sample culvert inspection that starts when it is opened."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from tempfile import TemporaryDirectory
 
 from app.errors import SampleFailed
 from app.inspections.films.samples import Samples
+from app.inspections.presence import Presence
 from app.main import listening, run
 from app.services import Services
 from app.settings import MIB, Settings
+from app.tracking.films.queue import Tracking
 
 DISK_RESERVE_BYTES = 8 * MIB
 """The demo needs some 30 MiB of a temporary folder, which is often small and in memory."""
@@ -44,6 +46,9 @@ def run_demo(
         listener = stack.enter_context(listening(settings, host, port))
 
         def ready(url: str, services: Services) -> None:
+            # The robot waits until somebody watches, or it would have passed the first crack.
+            services[Tracking].hold()
+            services[Presence].on_first(services[Tracking].release)
             services[Samples].start()
             sample = services[Samples].wait(on_progress)
             if sample.fault is not None:

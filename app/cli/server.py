@@ -36,7 +36,7 @@ _MIB = 2**20
 
 
 def demo(host: Host = "127.0.0.1", port: Port = 8000) -> None:
-    """Serve the dashboard with a sample culvert inspection that starts by itself."""
+    """Serve the dashboard with a sample culvert inspection that starts when it is opened."""
     from app.cli.demo import run_demo
 
     with progress_bar() as progress:

@@ -7,7 +7,7 @@ is nobody.  All of this runs on the event loop.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -73,6 +73,11 @@ class Presence:
 
     def __init__(self) -> None:
         self._seats: dict[str, set[Seat]] = {}
+        self._on_first: Callable[[], None] | None = None
+
+    def on_first(self, run: Callable[[], None]) -> None:
+        """Call this once when the first page is opened; a running server may be told so."""
+        self._on_first = run
 
     @contextmanager
     def seat(self, inspection_id: str, principal: Principal) -> Iterator[Seat]:
@@ -80,6 +85,9 @@ class Presence:
         seats = self._seats.setdefault(inspection_id, set())
         seat = Seat(principal, seats)
         seats.add(seat)
+        first, self._on_first = self._on_first, None
+        if first is not None:
+            first()
         try:
             yield seat
         finally:

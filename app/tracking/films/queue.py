@@ -80,6 +80,7 @@ class Tracking:
         self._run_files = run_files
         self._engine = engine
         self._stopping = False
+        self._is_held = False
         self._claiming = threading.Lock()
         """Held until what was claimed has a run."""
         self._changed = runs.changed
@@ -127,6 +128,15 @@ class Tracking:
     def waiting(self) -> int:
         """Return the number of films in the queue."""
         return self._inspections.counts().get("queued", 0)
+
+    def hold(self) -> None:
+        """Begin no inspection until `release`."""
+        self._is_held = True
+
+    def release(self) -> None:
+        """Begin what was queued meanwhile."""
+        self._is_held = False
+        self.wake()
 
     def wake(self) -> None:
         """Wake the slots: an inspection was queued."""
@@ -262,7 +272,7 @@ class Tracking:
             with self._changed:
                 wakes = self._wakes
                 has_piece = bool(self._pieces)
-            if slot < self._engine.slots():
+            if slot < self._engine.slots() and not self._is_held:
                 if has_piece:
                     return None
                 run = self._claimed_run()

@@ -12,9 +12,10 @@ import cv2
 import httpx
 import pytest
 from boards import PINHOLE, Studio, checkerboard, poses
-from builders import PATIENCE_S, make_clip
+from builders import PATIENCE_S, make_clip, wait_until
 from films import half_sized
 from forks import Fork, become
+from websockets.sync.client import connect
 
 from app.inspections.films import samples
 from app.lab.bench.choices import CHOICES
@@ -423,7 +424,14 @@ def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path)
     with httpx.Client(follow_redirects=True, headers=TYPED_ADDRESS) as browser:
         page = browser.get(opened)
         inspection = browser.get(page.url.join(f"/api{page.url.path}")).json()
-    assert inspection["name"] == "Sample culvert"
+        assert inspection["name"] == "Sample culvert"
+        assert inspection["status"] == "queued"  # nobody watches yet
+        watched = page.url.copy_with(scheme="ws", path=f"/api{page.url.path}/live", query=None)
+        cookie = "; ".join(f"{name}={value}" for name, value in browser.cookies.items())
+        origin = str(page.url.copy_with(path="/", query=None)).rstrip("/")
+        with connect(str(watched), origin=origin, additional_headers={"Cookie": cookie}):
+            api = page.url.join(f"/api{page.url.path}")
+            wait_until(lambda: browser.get(api).json()["status"] != "queued")
     assert list((tmp_path / "made").iterdir()) != []
     assert demo.terminate(PATIENCE_S) == 0
     assert list((tmp_path / "made").iterdir()) == []

@@ -31,6 +31,7 @@ import '../frame/emergency-banner.js';
 import '../../film/video/live-bar.js';
 import './distance-notice.js';
 import './rig-notice.js';
+import './sample-notice.js';
 import './lock-notice.js';
 import '../../distance/strip/strip-log.js';
 import '../frame/tab-panels.js';
@@ -137,6 +138,7 @@ export class InspectionPage extends Component {
               <div class="desk-messages stack" data-part="messages"></div>
               <distance-notice hidden></distance-notice>
               <rig-notice hidden></rig-notice>
+              <sample-notice hidden></sample-notice>
               <lock-notice hidden></lock-notice>
             </div>
           </div>
