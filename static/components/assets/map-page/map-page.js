@@ -107,7 +107,7 @@ export class MapPage extends Component {
     this.#offerProjects(answer.projects);
     render(parts.pending, pendingNote(answer.pending));
     render(parts.left, leftMarkup(answer));
-    setText(parts.attribution, answer.tiles ? (answer.attribution ?? '') : '');
+    setText(parts.attribution, answer.tiles ? (answer.attribution ?? '') : t('map.plan'));
     if (isEmpty) return;
     map.show(this.#places);
     if (this.#next === 'all') map.fit();

@@ -24,10 +24,10 @@ const EDGE_PX = 12;
  * @property {import('../../../core/wall/mercator.js').Size} size
  */
 
-/** Draws what lies below the assets: tiles, or a graticule where there are none. */
+/** Draws what lies below the assets: tiles, or a plan on paper where there are none. */
 export function paintBackground(sheet, tiles) {
   const { context, styles, size } = sheet;
-  context.fillStyle = styles.getPropertyValue('--sunken');
+  context.fillStyle = styles.getPropertyValue(tiles ? '--sunken' : '--surface');
   context.fillRect(0, 0, size.width, size.height);
   if (tiles) tiles.paint(sheet);
   else paintGraticule(sheet);
