@@ -20,7 +20,6 @@ from app.storage.database.tables import ENDED, IndexedInspection, Inspection, Re
 from app.storage.index.queries import NEWEST_LAST, a_page, of_project, unknown_last, with_words
 from app.survey.assets.search_terms import WORK_STATES, Page, WorkFilter, WorkSort, WorkState
 from app.survey.distances.intended_use import IntendedUse
-from app.survey.fields.header import asset_of
 from app.survey.observations.review import APPROVED, DRAFT, REOPENED
 
 _SHOWN = 5
@@ -63,7 +62,6 @@ class Brief:
 
     id: str
     name: str
-    asset: str | None
     status: str
     review_state: str
     created_at: datetime
@@ -136,7 +134,6 @@ def _briefs(session: Session, use: IntendedUse, condition: ColumnElement[bool]) 
         select(
             Inspection.id,
             Inspection.name,
-            Inspection.header,
             Inspection.status,
             Inspection.review_state,
             Inspection.created_at,
@@ -151,8 +148,8 @@ def _briefs(session: Session, use: IntendedUse, condition: ColumnElement[bool]) 
     return Briefs(
         total,
         [
-            Brief(id_, name, asset_of(header), status, review, at, u95_m, use.is_met(end_m, u95_m))
-            for id_, name, header, status, review, at, end_m, u95_m in session.execute(query)
+            Brief(id_, name, status, review, at, u95_m, use.is_met(end_m, u95_m))
+            for id_, name, status, review, at, end_m, u95_m in session.execute(query)
         ],
     )
 

@@ -2,7 +2,7 @@
 
 import { html, render, renderNew } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
-import { chainage, count, date, day, plusMinus } from '../../../core/wall/units.js';
+import { chainage, count, day, plusMinus } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { assetPath } from '../../assets/assets-page/asset-table.js';
 import { sectionOf } from '../../assets/register-page/register-page.js';
@@ -109,10 +109,11 @@ const card = (
 </section>`;
 
 function briefMarkup(inspection) {
-  const { id, name, asset, status, review_state: review, created_at: at } = inspection;
+  const { id, name, status, review_state: review, created_at: at } = inspection;
   return html`<li class="work__brief">
-    <a class="one-line" href="/inspections/${id}">${name}</a>${review === 'draft' ? statusChip(status, inspection) : reviewChip(review)}
-    <span class="small dim one-line number">${[asset, date(at)].filter(Boolean).join(' · ')}</span></li>`;
+    <a class="one-line" href="/inspections/${id}">${name}</a>
+    <span class="small dim one-line number">${day(at)}</span>
+    ${review === 'draft' ? statusChip(status, inspection) : reviewChip(review)}</li>`;
 }
 
 const columns = () => [
