@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vo_core.drift import Drift, Rows, own_scale_sigma
+from vo_core.scale.correction import DOUBT
 from vo_core.scale.pieces import SCALE_LIMITS
 from vo_core.track import Track
 from vo_core.types import Matrix
@@ -36,12 +37,14 @@ RESET_TICKS = 10.0
 CLEARLY = 2.0
 """Readings carry the whole film where its way is more certain by them by this factor."""
 
-CERTAINLY = 4.0
-"""Standard deviations beyond which readings and the scale of a camera contradict each other, and
-the factor by which one of them knows it far better."""
+GUESS = 4.0
+"""A rig that knows its scale so many times worse than readings is a guess."""
+
+GROSS = 0.2
+"""Share of the way by which no cable is wrong in most of a film."""
 
 MOSTLY = 0.5
-"""They do too where the camera is lost in more than this share of the frames."""
+"""They do too where the camera is lost, or contradicts them, in more of the film than this."""
 
 LEAST_WAY_MM = 300.0
 """Least way of camera and readings together from which their scale is known."""
@@ -157,17 +160,35 @@ def carry(track: Track, readings: Readings) -> Carried | None:
     return whole if own_mm > CLEARLY * read_mm else bridged
 
 
-def knows_scale_better(track: Track, readings: Readings) -> bool:
-    """Whether readings know the scale far better than the rig of a track, which is no measurement
-    of this run: it states so itself, or they contradict it and are the more certain of the two.
+def are_better(readings: Readings, track: Track, *, has_ruler: bool) -> bool:
+    """Whether readings contradict a track in most of the film, or know its scale far better, and
+    are to be believed.
+
+    The rig is no measurement of this run, so it is believed only if it is the more certain. Joints
+    and crests are one, which only a gross contradiction shows to be counted wrongly.
+
+    Args:
+        readings: Of the same film.
+        track: Corrected by what is known besides.
+        has_ruler: Whether joints or crests set its scale.
     """
     readings = readings.within(0, len(track) - 1)
-    scale = _scale(track, readings, track.status == "lost")
-    own = own_scale_sigma(track)
-    if scale is None or own <= readings.share:
+    here, there = _ways(readings)
+    if len(here) == 0:
         return False
-    is_guess = own > CERTAINLY * readings.share
-    return is_guess or abs(scale - 1) > CERTAINLY * float(np.hypot(own, readings.share))
+    rows, own = readings.rows, own_scale_sigma(track)
+    read_mm = readings.distance_mm[there] - readings.distance_mm[here]
+    seen_mm = track.distance_mm[rows[there]] - track.distance_mm[rows[here]]
+    drift = Drift.of(track)
+    walked = drift.between(drift.places(rows[here]), drift.places(rows[there]))
+    by_scale = (own**2 + readings.share**2) * read_mm**2
+    off_mm = np.abs(read_mm - seen_mm)
+    sigma_mm = np.sqrt(walked + 2 * readings.sigma_mm**2 + by_scale)
+    contradicts = float((off_mm > DOUBT * sigma_mm).mean()) > MOSTLY
+    if contradicts and float(np.median(off_mm / np.abs(read_mm))) > GROSS:
+        return True
+    is_guess = own > GUESS * readings.share
+    return not has_ruler and own > readings.share and (contradicts or is_guess)
 
 
 def carried_wholly(track: Track, readings: Readings) -> Carried:
@@ -291,21 +312,28 @@ def _between(
     return distance_mm, np.where(is_beyond, beyond, bridge)
 
 
+def _ways(readings: Readings) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First and last reading of ways of `LEAST_WAY_MM` by the readings, from each of them on."""
+    path_mm = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(readings.distance_mm)))])
+    there = np.searchsorted(path_mm, path_mm + LEAST_WAY_MM)
+    here = np.flatnonzero(there < len(readings.rows))
+    # To and fro is no way.
+    way_mm = readings.distance_mm[there[here]] - readings.distance_mm[here]
+    here = here[np.abs(way_mm) > LEAST_WAY_MM / 2]
+    return here, there[here]
+
+
 def _scale(track: Track, readings: Readings, lost: NDArray[np.bool_]) -> float | None:
     """Way of the readings over that of the camera, where both hold: the median over many ways, so
     that a slip does not count; None if that is not known.
     """
-    rows, read_mm = readings.rows, readings.distance_mm
-    path_mm = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(read_mm)))])
-    there = np.searchsorted(path_mm, path_mm + LEAST_WAY_MM)
-    here = np.flatnonzero(there < len(rows))
-    there = there[here]
+    rows, (here, there) = readings.rows, _ways(readings)
     lost_before = np.concatenate([[0], np.cumsum(lost)])
-    seen_mm = track.distance_mm[rows[there]] - track.distance_mm[rows[here]]
     held = lost_before[rows[here]] == lost_before[rows[there] + 1]
-    held &= np.abs(seen_mm) > LEAST_WAY_MM / 2
     if not held.any():
         return None
-    scale = float(np.median((read_mm[there] - read_mm[here])[held] / seen_mm[held]))
+    seen_mm = track.distance_mm[rows[there]] - track.distance_mm[rows[here]]
+    read_mm = readings.distance_mm[there] - readings.distance_mm[here]
+    share = float(np.median((seen_mm / read_mm)[held]))
     low, high = SCALE_LIMITS
-    return scale if low < abs(scale) < high else None
+    return 1.0 / share if low < abs(share) < high else None

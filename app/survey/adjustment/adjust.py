@@ -29,7 +29,7 @@ from vo_core import Rig, Track
 from vo_core.drift import row_of
 from vo_core.errors import InvalidCorrection, InvalidRig
 from vo_core.joints.sightings import Sighting
-from vo_core.scale.carrying import Carried, Readings, carried_wholly, carry, knows_scale_better
+from vo_core.scale.carrying import Carried, Readings, are_better, carried_wholly, carry
 from vo_core.scale.correction import Correction, correct, zeroed
 from vo_core.scale.crests import seen_pitch_mm
 from vo_core.scale.evidence import (
@@ -84,7 +84,9 @@ def adjust(
         return _read(raw, rig, stated, counter, "counter")
     way = raw if carried is None else carried.measured
     adjusted = _by_camera(way, rig, stated, sightings)
-    if not adjusted.measured and knows_scale_better(way, counter):
+    if not stated.lengths and are_better(
+        counter, adjusted.track, has_ruler=bool(adjusted.measured)
+    ):
         return _read(raw, rig, stated, counter, "counter")
     return _of_run(adjusted, raw, carried)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vo_core.scale.carrying import Carried, Readings, carried_wholly, carry, knows_scale_better
+from vo_core.scale.carrying import Carried, Readings, are_better, carried_wholly, carry
 from vo_core.track import Track
 
 FRAMES = 1000
@@ -136,7 +136,8 @@ def test_a_camera_of_another_scale_contradicts_the_counter_whatever_slips(
     shown_mm[TIME_S > 30] -= 400.0
     readings = Readings.of_counter(TIME_S, shown_mm, tick_mm=10.0, share=0.005)
     assert readings is not None
-    assert knows_scale_better(track_of(np.zeros(FRAMES, bool), scale), readings) == is_wrong
+    track = track_of(np.zeros(FRAMES, bool), scale)
+    assert are_better(readings, track, has_ruler=False) == is_wrong
 
 
 def test_a_counter_knows_the_scale_better_than_a_guess_and_not_than_a_calibrated_rig() -> None:
@@ -147,8 +148,19 @@ def test_a_counter_knows_the_scale_better_than_a_guess_and_not_than_a_calibrated
         replace(track, sigma_distance_mm=np.hypot(own * TRUTH_MM, track.sigma_registration_mm))
         for own in (0.15, 0.003)
     )
-    assert knows_scale_better(guessed, readings)
-    assert not knows_scale_better(calibrated, readings)
+    assert are_better(readings, guessed, has_ruler=False)
+    assert not are_better(readings, calibrated, has_ruler=False)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, -0.9])
+def test_a_counter_is_believed_that_moves_where_the_camera_claims_to_stand(share: float) -> None:
+    """Pictures that look alike lock on each other; joints that were counted on them are wrong."""
+    readings = Readings.of_counter(TIME_S, counter(10.0), tick_mm=10.0, share=0.005)
+    assert readings is not None
+    track = track_of(np.zeros(FRAMES, bool), share)
+    assert are_better(readings, track, has_ruler=True)
+    worn = track_of(np.zeros(FRAMES, bool), 0.95)
+    assert not are_better(readings, worn, has_ruler=True)
 
 
 def test_typed_distances_are_joined_by_straight_lines() -> None:
