@@ -36,6 +36,8 @@ export class CodeQuestions extends Component {
   #current = null;
   /** What is typed of its answer. */
   #typed = '';
+  /** Whether the last key ended the hour of a clock position. */
+  #hasTypedHour = false;
   /** Questions that the person has passed over. */
   #passed = new Set();
 
@@ -181,6 +183,10 @@ export class CodeQuestions extends Component {
       if (!this.#question?.isOpen) this.#advance();
       return true;
     }
+    const wasTyped = this.#hasTypedHour;
+    this.#hasTypedHour = false;
+    // An hour ends by itself, but a hand that has typed a number ends it with Enter.
+    if (key === 'Enter' && wasTyped) return true;
     if (key === 'Enter') this.#pass();
     else if (key === 'Backspace' && this.#typed) this.#erase();
     else if (key === 'Backspace') this.#back();
@@ -193,6 +199,7 @@ export class CodeQuestions extends Component {
     const answer = answerOf(this.#question, this.#typed, key);
     if (!answer) return false;
     this.#typed = answer.typed;
+    this.#hasTypedHour = answer.isDone && this.#current === 'clock';
     if (answer.changes) this.#answer(answer.changes);
     if (answer.isDone) this.#advance();
     else this.#show();

@@ -56,7 +56,7 @@ export class CounterBox extends Component {
       if (event.button !== 0) return;
       event.preventDefault();
       drawing.setPointerCapture(event.pointerId);
-      drawing.focus();
+      drawing.focus({ preventScroll: true }); // the box begins where the pointer is
       this.#from = this.#pixelAt(event);
     });
     this.listen(drawing, 'pointermove', (event) => {
