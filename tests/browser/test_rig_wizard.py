@@ -212,12 +212,14 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def search() -> Callable[[Route], None]:
-    """Lets the server search the film for its counter once, which takes seconds of CPU."""
+    """Lets the server search the film for its counter once, which takes seconds of CPU; the page
+    is told that it shows no unit.
+    """
     found: list[Any] = []
 
     def answer(route: Route) -> None:
         if not found:
-            found.append(route.fetch(timeout=PATIENCE_MS).json())
+            found.append(route.fetch(timeout=PATIENCE_MS).json() | {"unit": ""})
         route.fulfill(json=found[0])
 
     return answer
@@ -262,7 +264,10 @@ def test_the_counter_is_found_denied_and_taken_back(counter_step: Page, server: 
     assert made_with(counter_step, server) is None
 
 
-def test_another_box_is_drawn(counter_step: Page, server: Server) -> None:
+def test_another_box_is_drawn_and_a_unit_is_stated(counter_step: Page, server: Server) -> None:
+    feet = counter_step.get_by_role("button", name="ft", exact=True)
+    feet.click()
+    expect(feet).to_have_attribute("aria-pressed", "true")
     drawing = counter_step.locator(".counter-box__drawing")
     drawing.evaluate("(drawing) => drawing.scrollIntoView({ block: 'center' })")
     box = drawing.bounding_box()
@@ -276,7 +281,7 @@ def test_another_box_is_drawn(counter_step: Page, server: Server) -> None:
     counter_step.keyboard.press("Shift+ArrowRight")
     counter_step.keyboard.press("Control+ArrowDown")
     stated = made_with(counter_step, server)
-    assert stated["is_present"] is True
+    assert (stated["is_present"], stated["unit"]) == (True, "ft")
     assert stated["box"] == pytest.approx([50, 20, 150, 61], abs=1)
 
 

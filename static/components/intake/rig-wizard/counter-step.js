@@ -13,12 +13,17 @@ import { errorText, t } from '../../../core/page/words.js';
 import '../../distance/corrections/counter-box.js';
 import { icon } from '../../shared/icon/icon.js';
 
+const UNITS = ['m', 'ft'];
+
 export class CounterStep extends Component {
   /** @type {{address: string, width: number, height: number, pixel_aspect: number}} */
   film;
 
   /** The box that was found; null if there is none, or while it is searched. */
   #found = null;
+  /** The box that a person drew, and the unit that a person stated, if the film shows none. */
+  #drawn = null;
+  #unit = null;
   #isOpen = false;
 
   mount() {
@@ -27,23 +32,41 @@ export class CounterStep extends Component {
       this,
       html`<counter-box data-part="picture"></counter-box>
         <p class="number" role="status" data-part="said"></p>
+        <div class="row wrap" data-part="units" hidden><span>${t('notice.counter_unit')}</span>${UNITS.map(
+          (unit) =>
+            html`<button type="button" class="button button--small" data-unit="${unit}" aria-pressed="false">${unit}</button>`,
+        )}</div>
         <div class="flow">
           <button type="button" class="button button--small" data-part="again" hidden>${icon('retry')}${t('wizard.counter_back')}</button>
           <button type="button" class="button button--small" data-part="none" aria-pressed="false">${icon('close')}${t('counter.none')}</button>
         </div>`,
     );
-    const { picture, again, none } = this.parts;
-    this.listen(picture, 'box', () =>
-      this.#answer({ is_present: true, box: picture.value }, t('wizard.counter_drawn')),
-    );
+    const { picture, again, none, units } = this.parts;
+    this.listen(picture, 'box', () => {
+      this.#drawn = picture.value;
+      this.#answer(this.#present, t('wizard.counter_drawn'));
+    });
     this.listen(again, 'click', () => {
       picture.value = this.#found;
-      this.#answer(null, t('wizard.counter_found'));
+      this.#drawn = null;
+      this.#answer(this.#unit ? this.#present : null, t('wizard.counter_found'));
+    });
+    this.listen(units, 'click', ({ target }) => {
+      const { unit } = target.closest('button')?.dataset ?? {};
+      if (!unit) return;
+      this.#unit = unit;
+      for (const button of units.querySelectorAll('button'))
+        button.setAttribute('aria-pressed', String(button.dataset.unit === unit));
+      this.#answer(this.#present, this.parts.said.textContent);
     });
     this.listen(none, 'click', () => {
       picture.value = null;
       this.#answer({ is_present: false }, t('wizard.counter_none'));
     });
+  }
+
+  get #present() {
+    return { is_present: true, box: this.#drawn, unit: this.#unit };
   }
 
   async open() {
@@ -54,9 +77,10 @@ export class CounterStep extends Component {
     picture.draw({ source: `${address}/picture`, alt: t('wizard.picture'), ...film }, null);
     said.textContent = t('counter.searching');
     try {
-      const { box, film_date: date } = await get(`${address}/counter`, this.signal);
+      const { box, unit, film_date: date } = await get(`${address}/counter`, this.signal);
       this.dispatchEvent(new CustomEvent('shown', { detail: { date }, bubbles: true }));
       this.#found = box;
+      this.parts.units.hidden = !box || unit !== '';
       const isAnswered = said.textContent !== t('counter.searching');
       if (isAnswered) this.parts.again.hidden = box === null;
       else {
@@ -71,7 +95,7 @@ export class CounterStep extends Component {
 
   #answer(stated, text) {
     setText(this.parts.said, text);
-    this.parts.again.hidden = stated === null || this.#found === null;
+    this.parts.again.hidden = (stated?.is_present !== false && !this.#drawn) || this.#found === null;
     this.parts.none.setAttribute('aria-pressed', String(stated?.is_present === false));
     this.dispatchEvent(new CustomEvent('answer', { detail: stated }));
   }
