@@ -97,7 +97,7 @@ export class ChecksPanel extends Component {
     renderNew(
       parts.lost,
       html`${runs.map(
-        ({ first, last }) => html`<li class="entry check sign-lost">${icon('stop')}
+        ({ first, last }) => html`<li class="entry check sign-weak">${icon('alert')}
         <p class="number">${t('checks.lost_from_to', { from: timecode(times[first]), to: timecode(times[last]), n: last - first + 1 })}</p>
         <button class="button button--small" data-frame="${first}">${t('checks.look')}</button></li>`,
       )}`,

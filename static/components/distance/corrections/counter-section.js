@@ -1,6 +1,7 @@
 /** The counter burnt into the film: its state, its faults, and its length as an offer for the scale. */
 
 import { knownLength, withKnownLength } from '../../../core/survey/corrections.js';
+import { SOURCES } from '../../../core/survey/track.js';
 import { hasFilm } from '../../../core/survey/inspection.js';
 import { html, render, renderNew } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
@@ -15,6 +16,7 @@ const UNITS = { m: 1, ft: 0.3048 };
 /** Uncertainty of a counter's way, one sigma. */
 const USUAL_PERCENT = 0.5;
 const MOST_PERCENT = 20;
+const CARRYING = new Set(['counter', 'bridged']);
 const LENGTH_FIELDS = ['first_frame', 'last_frame', 'length_m', 'sigma_mm'];
 
 export class CounterSection extends Component {
@@ -88,7 +90,10 @@ export class CounterSection extends Component {
     parts.none.hidden = isWaiting || state === 'declined';
     parts.trust.hidden = state !== 'read';
     write(parts.percent, counter.percent ?? USUAL_PERCENT);
-    renderNew(parts.state, stateMarkup(counter, this.desk.inspection.isUnfinished));
+    const sources = this.desk.track.column('source');
+    const carried = sources.filter((source) => CARRYING.has(SOURCES[source])).length;
+    const share = carried ? Math.round((100 * carried) / sources.length) : 0;
+    renderNew(parts.state, stateMarkup(counter, this.desk.inspection.isUnfinished, share));
     renderNew(parts.offer, this.#offer(counter));
     renderNew(parts.faults, comparison ? faultsMarkup(comparison.faults, this.desk.track) : html``);
   }
@@ -140,7 +145,7 @@ function bothUnits(m, unit) {
   return `${chainage(m)} (${signed(m / UNITS[unit], unit === 'ft' ? 1 : 2)} ${unit})`;
 }
 
-function stateMarkup(counter, isUnfinished) {
+function stateMarkup(counter, isUnfinished, carriedPercent) {
   const { state, progress, detail, unit } = counter;
   if (state === 'waiting') return waitingMarkup(progress, isUnfinished);
   if (state !== 'read') {
@@ -157,7 +162,8 @@ function stateMarkup(counter, isUnfinished) {
   const range = t('counter.from_to', { from: chainage(counter.first_m), to: chainage(counter.last_m) });
   return html`<p class="number">${range} <span class="dim">${share}</span></p>
     ${detail && html`<p class="help">${detail}</p>`}
-    ${counter.comparison && !counter.comparison.length && html`<p class="help">${t('counter.too_short')}</p>`}`;
+    ${carriedPercent > 0 && html`<p><b>${t('issue.counter_carries', { percent: carriedPercent })}</b></p>`}
+    ${!carriedPercent && counter.comparison && !counter.comparison.length && html`<p class="help">${t('counter.too_short')}</p>`}`;
 }
 
 function waitingMarkup(progress, isUnfinished) {
