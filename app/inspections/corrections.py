@@ -16,7 +16,7 @@ from typing import Any
 
 from cachetools import LRUCache
 
-from app.errors import Busy, ChangedMeanwhile, DiskFull, described
+from app.errors import Busy, ChangedMeanwhile, DamagedTrack, DiskFull, described
 from app.inspections.counters import Counters
 from app.storage.database.tables import ENDED, Inspection
 from app.storage.records.corrections import CorrectionStore, Rescaling
@@ -307,7 +307,10 @@ class Corrections:
             return inspection.distance_mm, None
         if inspection.corrected_mm is not None and inspection.sigma_corrected_mm is not None:
             return inspection.corrected_mm, inspection.sigma_corrected_mm
-        track = self.track(inspection.id)
+        try:
+            track = self.track(inspection.id)
+        except DamagedTrack:  # whoever reads it is told; a list has other inspections to show
+            return None
         if not len(track):
             return None
         distance_mm = float(track.distance_mm[-1])

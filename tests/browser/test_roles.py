@@ -61,7 +61,7 @@ def test_a_viewer_looks_and_changes_nothing(
     overlay.click(position={"x": box["width"] / 2, "y": box["height"] / 4})
     expect(page.locator("toast-stack")).to_contain_text("You can look and export")
     page.keyboard.press("e")
-    expect(page.locator(".question[data-key=remark]")).to_be_disabled()
+    expect(page.locator("#defect-code")).to_be_disabled()
     for tab, field in (("Header", "header-form input"), ("Corrections", "zero-section button")):
         page.get_by_role("tab", name=tab).click()
         expect(page.locator(field).first).to_be_disabled()

@@ -153,6 +153,6 @@ def test_a_stored_rig_is_read_as_it_is():
 def test_a_view_that_sees_no_wall_is_refused_with_what_to_check(pipe):
     """Over a floor it looks into the sky; in a pipe at the crown only."""
     up = make_rig(mount={"pitch_deg": 80.0, "view": "forward"}, pipe=pipe)
-    with pytest.raises(InvalidRig, match=r"no wall.*pitch_deg 80.*nose up"):
+    with pytest.raises(InvalidRig, match=r"past the wall.*pitch_deg 80.*nose up"):
         require_wall_in_view(up)
     require_wall_in_view(make_rig())
