@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -80,6 +80,28 @@ class Counters:
             InspectionNotFound: No inspection has this id.
         """
         self._store.get(inspection_id)
+        view = self._uncompared(inspection_id)
+        if view.readings is None or view.unit is None:
+            return view
+        compared = self._comparison(inspection_id, view.readings, view.unit)
+        return replace(view, comparison=compared)
+
+    def readings(self, inspection_id: str) -> Readings | None:
+        """Return what the counter says about the frames; None if it is not read, or in no known
+        unit.
+        """
+        view = self._uncompared(inspection_id)
+        kept, read, unit = view.kept, view.readings, view.unit
+        if kept is None or kept.place is None or read is None or unit is None:
+            return None
+        return Readings.of_counter(
+            read.time_s,
+            1000 * view.reading_m,
+            tick_mm=MM_PER_UNIT[unit] * 10.0**-kept.place.decimals,
+            share=COUNTER_SHARE if kept.percent is None else kept.percent / 100,
+        )
+
+    def _uncompared(self, inspection_id: str) -> CounterView:
         kept = self._files.get(inspection_id)
         if kept is None:
             return NO_COUNTER
@@ -91,28 +113,7 @@ class Counters:
         if np.isnan(readings.reading).all():
             return CounterView("illegible", kept, None, kept.unit, None)
         unit = kept.place.unit or kept.unit
-        compared = None if unit is None else self._comparison(inspection_id, readings, unit)
-        return CounterView(
-            "read", kept, readings, unit, compared, self._files.version(inspection_id)
-        )
-
-    def readings(self, inspection_id: str) -> Readings | None:
-        """Return what the counter says about the frames; None if it is not read, or in no known
-        unit.
-        """
-        kept = self._files.get(inspection_id)
-        if kept is None or kept.state != "read" or kept.place is None:
-            return None
-        unit = kept.place.unit or kept.unit
-        if unit is None:
-            return None
-        read = self._files.readings(inspection_id, kept)
-        return Readings.of_counter(
-            read.time_s,
-            read.reading * MM_PER_UNIT[unit],
-            tick_mm=MM_PER_UNIT[unit] * 10.0**-kept.place.decimals,
-            share=COUNTER_SHARE if kept.percent is None else kept.percent / 100,
-        )
+        return CounterView("read", kept, readings, unit, None, self._files.version(inspection_id))
 
     def kept(self, inspection_id: str) -> KeptCounter | None:
         """Return what is stored; another one after every change."""

@@ -130,8 +130,7 @@ def _carried_of(adjusted: Adjusted) -> dict[str, Any] | None:
     carried = adjusted.carried
     if carried is None or adjusted.carrier != "counter":
         return None
-    share = float((carried.is_read | carried.is_bridged).mean())
-    return {"counter_percent": round(100 * share, 1)}
+    return {"counter_percent": round(100 * float(carried.is_carried.mean()), 1)}
 
 
 def is_other(

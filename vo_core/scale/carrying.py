@@ -125,15 +125,18 @@ class Carried:
     on both sides."""
     is_whole: bool
     """Whether readings carry the whole film; its distances are then those of the readings."""
-
     scale: float | None = None
     """Way of the readings over that of the camera, where both hold; None if that is not known."""
 
     @property
+    def is_carried(self) -> NDArray[np.bool_]:
+        """(N,) whether readings have to do with the distance of a row."""
+        return self.is_read | self.is_bridged
+
+    @property
     def measured(self) -> Track:
         """The track, in which a row with a reading counts as measured."""
-        read = self.is_read | self.is_bridged
-        return replace(self.track, status=np.where(read, "weak", self.track.status))
+        return replace(self.track, status=np.where(self.is_carried, "weak", self.track.status))
 
 
 def carry(track: Track, readings: Readings) -> Carried | None:

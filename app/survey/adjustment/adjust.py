@@ -76,26 +76,25 @@ def adjust(
     rig = _as_known(rig, stated.rig_sigma)
     typed = _typed(raw, stated)
     if typed is not None:
-        return _read(raw, rig, stated, typed, "typed")
+        return _read(raw, rig, stated, carried_wholly(raw, typed), "typed")
     if counter is None or not len(raw) or is_unmeasured(raw):
         return _by_camera(raw, rig, stated, sightings)
     carried = carry(raw, counter)
     if carried is not None and carried.is_whole:
-        return _read(raw, rig, stated, counter, "counter")
+        return _read(raw, rig, stated, carried, "counter")
     way = raw if carried is None else carried.measured
     adjusted = _by_camera(way, rig, stated, sightings)
     if not stated.lengths and are_better(
         counter, adjusted.track, has_ruler=bool(adjusted.measured)
     ):
-        return _read(raw, rig, stated, counter, "counter")
+        return _read(raw, rig, stated, carried_wholly(raw, counter), "counter")
     return _of_run(adjusted, raw, carried)
 
 
-def _read(raw: Track, rig: Rig, stated: Stated, readings: Readings, carrier: Carrier) -> Adjusted:
+def _read(raw: Track, rig: Rig, stated: Stated, carried: Carried, carrier: Carrier) -> Adjusted:
     """Correct a track whose distances are all read: neither its joints nor the rig say anything
     about them.
     """
-    carried = carried_wholly(raw, readings)
     adjusted = _adjusted(carried.measured, rig, stated, [], [], [], [], joints_count=False)
     return replace(_of_run(adjusted, raw, carried), carrier=carrier)
 

@@ -401,7 +401,7 @@ def _sources(case: Case) -> Iterator[Issue]:
         and adjusted.carried is not None
         and len(adjusted.track) == len(is_lost)
     ):
-        carried = adjusted.carried.is_read | adjusted.carried.is_bridged
+        carried = adjusted.carried.is_carried
         by = "counter_carries" if adjusted.carrier == "counter" else "typed_carries"
         frames = {"lost": is_lost & ~carried, by: carried}
     for code, found in frames.items():
