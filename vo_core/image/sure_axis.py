@@ -60,8 +60,19 @@ class SureAxis:
 
     def __call__(self, image: Image) -> Axis | None:
         """Find the axis in a frame, (H, W) grey; None unless it is certain."""
-        found, far = self._around(image), self._far(image)
-        if found is None or far is None:
+        found = self.likely(image)
+        return None if found is None else self.confirmed(image, found)
+
+    def likely(self, image: Image) -> Axis | None:
+        """Find the axis where it probably is, certain or not; None if it does not show."""
+        return self._around(image)
+
+    def confirmed(self, image: Image, found: Axis) -> Axis | None:
+        """Return what `likely` has found in a frame with its certain interval; None if it is not
+        certain.
+        """
+        far = self._far(image)
+        if far is None:
             return None
         is_clear = self._agrees(found, found, MOST_SIGMA, 0.0) and self._agrees(
             found, far, MOST_SIGMA_FAR, MOST_APART_FAR
@@ -72,10 +83,6 @@ class SureAxis:
         if nearest is not None and self._agrees(found, nearest, MOST_SIGMA, MOST_SIGMA):
             return self._with_floor(found)
         return self._with_floor(found) if self._is_dark_at(image, found) else None
-
-    def likely(self, image: Image) -> Axis | None:
-        """Find the axis where it probably is, certain or not; None if it does not show."""
-        return self._around(image)
 
     def _agrees(self, found: Axis, other: Axis, most_sigma: float, most_apart: float) -> bool:
         apart_px = math.dist(found.pixel_uv, other.pixel_uv)

@@ -12,6 +12,8 @@ from app.jobs.confinement import confine, set_limits
 from app.jobs.messages import Limits
 
 if TYPE_CHECKING:  # loaded under the limits
+    from vo_core.image.axis import Axis
+    from vo_core.image.sure_axis import SureAxis
     from vo_core.sources import Frame
     from vo_core.types import ByteImage
     from vo_core.video_info import VideoInfo
@@ -157,7 +159,7 @@ def _axis(request: AxisRequest) -> AxisFound:
     if request.t_s is None:
         for count in _LOOKED_AT:
             frames = spread_frames(request.video, count, may_begin_anew=anew)
-            looked = [(frame.t_s, find(frame.image), find.likely(frame.image)) for frame in frames]
+            looked = [_looked_at(frame, find) for frame in frames]
             if any(axis for _, axis, _ in looked):
                 break
     else:
@@ -177,6 +179,13 @@ def _axis(request: AxisRequest) -> AxisFound:
         len(looked),
         len(sure),
     )
+
+
+def _looked_at(frame: Frame, find: SureAxis) -> tuple[float, Axis | None, Axis | None]:
+    """Return the time of a frame, its axis if that is certain, and where it probably is."""
+    likely = find.likely(frame.image)
+    sure = None if likely is None else find.confirmed(frame.image, likely)
+    return frame.t_s, sure, likely
 
 
 def _jpeg(picture: ByteImage, quality: int) -> bytes:
