@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from playwright.sync_api import Locator, Page
+from steps import export
 
 
 class Hands:
@@ -48,3 +49,15 @@ class Hands:
         """Letters and numbers, and how grave the defect is."""
         for answer in answers:
             (self.press if answer.isalpha() else self.number)(answer)
+
+    def finish(self) -> None:
+        """Finish a survey that reached its end."""
+        self.click(self.page.get_by_role("button", name="Finish", exact=True))
+        dialog = self.page.get_by_role("dialog")
+        self.click(dialog.get_by_label("The end was reached"))
+        self.click(dialog.get_by_role("button", name="Finish"))
+
+    def export(self, name: str) -> bytes:
+        """Download a format: the menu, the format, its button."""
+        self.actions += 3
+        return export(self.page, name)

@@ -10,7 +10,7 @@ import pytest
 from desks import click_at, expect_read, expect_saved, observations
 from hands import Hands
 from playwright.sync_api import Page, expect
-from steps import Server, export, log_in
+from steps import Server, log_in
 from surveys import Survey
 
 QUICK = "123456789"
@@ -97,14 +97,10 @@ def test_a_film_with_ten_full_codes_becomes_a_report(
     assert (newest["severity"], newest["pixel"] is not None) == (5, True)
 
     # The report, with its start and end.
-    hands.click(page.get_by_role("button", name="Finish", exact=True))
-    dialog = page.get_by_role("dialog")
-    hands.click(dialog.get_by_label("The end was reached"))
-    hands.click(dialog.get_by_role("button", name="Finish"))
+    hands.finish()
     expect(page.locator(".defect")).to_have_count(12)
     expect_saved(page)
-    hands.actions += 3  # the menu, the format, its download
-    assert export(page, "PDF").startswith(b"%PDF")
+    assert hands.export("PDF").startswith(b"%PDF")
     assert hands.actions <= MOST_OF_ALL
 
 

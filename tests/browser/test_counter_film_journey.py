@@ -16,7 +16,7 @@ from desks import expect_saved
 from hands import Hands
 from looks import expect_no_fault
 from playwright.sync_api import Page, expect
-from steps import Server, export, log_in
+from steps import Server, log_in
 
 DRIVE = CounterDrive(60, scale=1.0, stuck=None, reset_at=None, is_snow=True)
 """Nothing but noise, and a counter in metres."""
@@ -70,14 +70,10 @@ def test_a_film_that_shows_only_its_counter_becomes_a_report(
     expect_saved(page)
     expect(page.locator(".defect")).to_contain_text("by the counter")
 
-    hands.click(page.get_by_role("button", name="Finish", exact=True))
-    dialog = page.get_by_role("dialog")
-    hands.click(dialog.get_by_label("The end was reached"))
-    hands.click(dialog.get_by_role("button", name="Finish"))
+    hands.finish()
     expect(page.locator(".defect")).to_have_count(3)
     expect_saved(page)
-    hands.actions += 3  # the menu, the format, its download
-    rows = export(page, "CSV").decode("utf-8-sig").splitlines()
+    rows = hands.export("CSV").decode("utf-8-sig").splitlines()
     assert hands.actions <= MOST_ACTIONS
 
     crack = next(row for row in csv.DictReader(rows) if row["code"] == "BAB")

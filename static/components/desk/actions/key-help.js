@@ -126,5 +126,5 @@ const keyMarkup = (usual, label, isFixed) => {
   const key = shownKey(keyFor(usual));
   return isFixed
     ? html`<kbd>${key}</kbd>`
-    : html`<button type="button" class="key-help__key" data-usual="${usual}" aria-label="${t('keys.change', { key, what: label })}"><kbd>${key}</kbd></button>`;
+    : html`<button type="button" class="bare key-help__key" data-usual="${usual}" aria-label="${t('keys.change', { key, what: label })}"><kbd>${key}</kbd></button>`;
 };
