@@ -195,7 +195,7 @@ class CulvertScene:
                 with drawing.server.atomic():
                     drawing.apply(changes)
                     self._shown = drawing.shown  # what a browser shows can be clicked
-                drawing.follow(changes.get("preview"))
+                    drawing.follow(changes.get("preview"))
                 self._closing.wait(_TICK_S)
         finally:
             self._closing.set()

@@ -83,6 +83,7 @@ def test_a_film_with_ten_full_codes_becomes_a_report(
 
     # One more where it is seen, in full at once.
     hands.press("End")
+    expect(page.locator(".readout__distance")).to_contain_text(re.compile(r"2\.0[2-4]"))
     before = hands.actions
     click_at(page.locator(".stage__overlay"), 0.4, 0.7)
     hands.actions += 1
