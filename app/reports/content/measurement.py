@@ -127,6 +127,8 @@ def correction_rows(report: Report, t: Translator) -> Rows:
     stated, adjusted = report.corrected.stated, report.adjusted
     zero, sigma, error = stated.zero, stated.rig_sigma, report.corrected.error
     zero_text = t("measurement.zero_first")
+    if adjusted is not None and adjusted.is_read:
+        zero_text = t(f"measurement.zero_{adjusted.carrier}")
     if zero is not None:
         zero_text = t("measurement.zero_at", frame=zero.frame, offset=t.length(zero.offset_m))
     return _named(
@@ -138,7 +140,7 @@ def correction_rows(report: Report, t: Translator) -> Rows:
         ("rig_sigma", t("measurement.rig_sigma_of", height=t.figure(sigma.height_mm),
                         focal=t.figure(sigma.focal_px)) if sigma else None),
         ("forced", stated.forced),
-        *(_scale(report, adjusted, t) if adjusted else ()),
+        *(_scale(report, adjusted, t) if adjusted and not adjusted.is_read else ()),
         ("error", error["detail"] if error else None),
     )  # fmt: skip
 

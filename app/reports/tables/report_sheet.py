@@ -17,7 +17,7 @@ from app.reports.content.recommendations import costs_of
 from app.reports.content.shown_photos import photo_alt
 from app.reports.content.translator import NOTHING, Translator
 from app.reports.drawings.svg import fill_of, ink_on
-from app.reports.report import Entry, Photo, Report
+from app.reports.report import Entry, Photo, Report, says_source
 from app.reports.tables.cells import LINE_PT, Cells, fit_on_page, lines_of
 from app.reports.text.legible import legible
 from app.reports.text.typesetting import one_line
@@ -48,7 +48,7 @@ class _Column:
     """Characters of the sheet's font, as Excel measures columns."""
     value: Callable[[Entry], str | float | None]
     look: tuple[tuple[str, Any], ...] = ()
-    kind: Literal["plain", "severity", "photo", "cost", "time"] = "plain"
+    kind: Literal["plain", "severity", "photo", "cost", "time", "source"] = "plain"
 
 
 def add(book: Workbook, cells: Cells, report: Report, t: Translator) -> None:
@@ -82,6 +82,9 @@ def _columns(report: Report, t: Translator) -> Sequence[_Column]:
                 (("num_format", places), *bold)),
         _Column(t("sheet.half_width", unit=t.units), 8, lambda entry: t.cells(entry)[1],
                 (("num_format", f'"±" {places}'),)),
+        _Column(t("measurement.sources"), 14,
+                lambda entry: t.source(entry.source) if says_source(entry) else None, wrap,
+                kind="source"),
         _Column(t("entry.joint"), 7, lambda entry: entry.joint_no, centre),
         _Column(t("entry.code"), 11, t.code, bold),
         _Column(t("entry.what"), 34, t.label, wrap),
@@ -96,7 +99,10 @@ def _columns(report: Report, t: Translator) -> Sequence[_Column]:
                 lambda entry: entry.tag.cost, (("num_format", "#,##0.00"),), kind="cost"),
         _Column(t("sheet.time"), 9, lambda entry: t.time(entry.time_s), kind="time"),
     )  # fmt: skip
-    return [one for one in columns if one.kind != "cost" or report.template.costs]
+    hidden = set() if report.template.costs else {"cost"}
+    if not any(map(says_source, report.entries)):
+        hidden.add("source")
+    return [one for one in columns if one.kind not in hidden]
 
 
 def _sizes(entry: Entry, t: Translator) -> str:

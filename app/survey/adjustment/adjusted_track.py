@@ -102,6 +102,11 @@ class Adjusted:
     waves_mm: float | None = None
     """From crest to crest of the waves that the wall shows, in corrected distance; None without."""
 
+    @property
+    def is_read(self) -> bool:
+        """Whether readings carry the whole film: its zero and its scale are theirs."""
+        return self.carried is not None and self.carried.is_whole
+
     def extended(self, raw: Track) -> Track:
         """Return the corrected track of a run that has grown since."""
         rows = len(self.track)

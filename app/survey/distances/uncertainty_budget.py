@@ -66,11 +66,10 @@ def budget_of(adjusted: Adjusted, raw: Track, frame: int) -> UncertaintyBudget |
         None where the interval is unknown: another program measured the track; or where it is that
         of readings.
     """
-    carried = adjusted.carried
-    if carried is not None:
-        if carried.is_whole:
-            return None
-        raw = carried.measured
+    if adjusted.is_read:
+        return None
+    if adjusted.carried is not None:
+        raw = adjusted.carried.measured
     if adjusted.scale_sigma is None or not 0 <= frame < len(raw):
         return None
     zero = adjusted.zero.frame if adjusted.zero else None

@@ -252,7 +252,7 @@ def _place(
     raw, corrected = estimates
     distance_mm = wall.distance_mm if wall else corrected.distance_mm
     adjusted, sigma_mm = trajectory.adjusted, corrected.sigma_distance_mm
-    if adjusted.carried is not None and adjusted.carried.is_whole:
+    if adjusted.is_read:
         sigma_mm = math.hypot(sigma_mm, _UNPROVEN * (distance_mm - corrected.distance_mm))
     return Place(
         distance_mm=distance_mm,

@@ -17,9 +17,14 @@ from app.burnt_in.counter import CounterReadings
 from app.burnt_in.finder import CounterPlace
 from app.inspections.counters import CounterView
 from app.reports import pdf
+from app.reports.content.measurement import correction_rows
+from app.reports.content.translator import Translator
 from app.reports.exchange import chainage_json
 from app.reports.html import web_page
 from app.reports.report import Report
+from app.survey.adjustment.adjust import adjust
+from app.survey.distances.corrected import Corrected
+from app.survey.distances.stated import Stated, Typed
 from app.tracking.pictures.counter_files import KeptCounter
 
 SCALE = 0.98
@@ -66,6 +71,17 @@ def test_length_and_faults_of_the_counter_are_told(made: Report, write) -> None:
     assert f"2: stuck from {first_m:.2f} m to {last_m:.2f} m (it counted 0.0" in text
     where_m = made.track.distance_mm[reset.last_frame] / 1000
     assert f"set to another value at {where_m:.2f} m, by -" in text
+
+
+def test_what_a_person_typed_is_not_said_to_be_the_cameras() -> None:
+    plain = report()
+    last = len(plain.raw_track) - 1
+    stated = Stated(typed=(Typed(frame=0, distance_m=2.0), Typed(frame=last, distance_m=7.0)))
+    t = Translator("en", "m")
+    adjusted = adjust(plain.raw_track, plain.rig, stated, [])
+    rows = dict(correction_rows(replace(plain, corrected=Corrected(stated, adjusted, None)), t))
+    assert rows["Zero"] == "that of the typed distances"
+    assert "Scale" not in rows
 
 
 def test_the_json_report_has_them_as_data(made: Report) -> None:

@@ -140,6 +140,12 @@ def test_feet_and_malay_and_a_template_without_costs_or_grade():
     assert "tidak digredkan" in words_of(book["Laporan"])
 
 
+def test_a_distance_that_is_not_the_cameras_says_so_beside_it():
+    entries = [{"distance_m": 1.5}, {"distance_m": 3.2, "source": "counter"}]
+    rows = table_of(book_of(report(observations=entries))["Report"])
+    assert [row["Source of the distance"] for row in rows] == [None, "by the counter"]
+
+
 def test_a_missing_photo_leaves_its_name(tmp_path):
     made = report(tmp_path)
     for path in tmp_path.glob("1.jpg"):
