@@ -184,7 +184,7 @@ def test_after_tracking_the_film_itself_shows_what_is_wrong_and_the_axis_repairs
     server.ask("PUT", "/api/intended-use", {"within_m": 0.001, "percent": 0})
     log_in(page, server, path.removeprefix("/api"))
     expect(page.locator(".chip--useless")).to_contain_text("Done ±")
-    notice = page.locator("rig-notice")
+    notice = page.locator("distance-notice")
     expect(notice).to_contain_text("pictures look along the pipe, but the rig says")
     notice.get_by_role("button", name="Show the axis on a picture").click()
     dialog = page.get_by_role("dialog", name="Edit rig and track again")

@@ -1,70 +1,93 @@
-/** What a film needs whose wall the camera does not recognise: the unit of its counter, or typed distances. */
+/**
+ * What the distances need: the unit of the film's counter; else a repair of what makes them useless, or typed ones; else
+ * what picture and rig disagree about.
+ */
 
-import { html, render } from '../../../core/page/html.js';
+import { refusalIn } from '../../../core/server/api.js';
+import { html, renderNew } from '../../../core/page/html.js';
+import { causeText, repairOf } from '../../../core/survey/diagnosis.js';
 import { mayEdit } from '../../../core/page/rights.js';
-import { lostRuns } from '../../../core/survey/lost.js';
 import { BY_CAMERA, SOURCES } from '../../../core/survey/track.js';
+import { t, wordFor } from '../../../core/page/words.js';
 import { Component } from '../../../core/page/store.js';
-import { t } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
 
-/** A film of which so much is lost needs another source of its distances. */
-const MUCH = 0.1;
-
 export class DistanceNotice extends Component {
-  #shown = '';
-
   mount() {
     this.page = this.closest('inspection-page');
     this.desk = this.page.desk;
     this.classList.add('message', 'message--warning');
     this.setAttribute('role', 'status');
-    const { counter, track, inspection } = this.desk;
-    this.listen([counter, track, inspection], 'change', () => this.#show());
+    this.tabIndex = 0; // shown in full with the focus, or under the pointer
+    const { corrections, counter, diagnosis, inspection, track } = this.desk;
+    this.listen([corrections, counter, diagnosis, track], 'change', () => this.#show());
+    this.listen(inspection, 'change', () => this.#load());
     this.listen(this, 'click', ({ target }) => this.#clicked(target.closest('button')?.dataset ?? {}));
+    this.#load();
     this.#show();
   }
 
+  async #load() {
+    try {
+      await this.desk.diagnosis.load(this.signal);
+    } catch (error) {
+      if (!refusalIn(error)) return; // without it the page is as it was
+    }
+  }
+
   #show() {
-    const what = mayEdit() ? this.#needed() : null;
-    this.hidden = what === null;
-    if (what === this.#shown || what === null) return;
-    this.#shown = what;
-    const [kind, percent] = what.split(' ');
-    const unit = (name) =>
-      html`<button type="button" class="button button--small" data-unit="${name}">${name}</button>`;
-    render(
-      this,
-      html`${icon('alert')}<div class="row wrap gap-3">${
-        kind === 'unit'
-          ? html`<span>${t('notice.counter_unit')}</span>${unit('m')}${unit('ft')}`
-          : html`<span>${t('notice.much_lost', { percent })}</span>
-              <button type="button" class="button button--small" data-type>${t('typed.begin')}</button>`
-      }</div>`,
+    const notice = this.#notice();
+    this.hidden = notice === null;
+    if (!notice) return;
+    const { text, buttons } = notice;
+    renderNew(this, html`${icon('alert')}<span>${text}</span>${mayEdit() && html`<div class="flow">${buttons}</div>`}`);
+  }
+
+  /** The most urgent one, or null. */
+  #notice() {
+    const { corrections, diagnosis } = this.desk;
+    const [cause] = diagnosis.value?.causes ?? [];
+    const [notice] = corrections.value?.result?.notices ?? [];
+    return (
+      (cause && this.#ofUseless(cause)) ??
+      (notice && { text: wordFor('notice', notice.code, notice.params), buttons: repair(repairOf(notice)) }) ??
+      null
     );
   }
 
-  /** 'unit', 'typed 83' with the percentage of lost frames, or null. */
-  #needed() {
-    const { counter, track, inspection } = this.desk;
-    if (inspection.isUnfinished || track.length === 0) return null;
-    const lost = lostRuns(track.column('status')).reduce((sum, { first, last }) => sum + last + 1 - first, 0);
-    const own = track.column('source').filter((source) => BY_CAMERA.has(SOURCES[source])).length;
-    const read = counter.value;
-    const isPoor = lost > MUCH * track.length || inspection.value.is_useful === false;
-    if (!isPoor || own < track.length || read?.state === 'waiting') return null;
-    if (read?.state === 'read' && read.legible > 0 && read.unit === null) return 'unit';
-    return lost > MUCH * track.length ? `typed ${Math.round((100 * lost) / track.length)}` : null;
+  /** What helps where the camera failed, and nothing carries the distances in its place. */
+  #ofUseless(cause) {
+    const { counter, diagnosis, inspection, track } = this.desk;
+    const isByCamera = track.column('source').every((source) => BY_CAMERA.has(SOURCES[source]));
+    if (!isByCamera && inspection.value.is_useful !== false) return undefined;
+    const { state, legible, unit } = counter.value ?? {};
+    const mayCarry = isByCamera && track.length > 0 && state !== 'waiting';
+    if (mayCarry && legible > 0 && unit === null)
+      return { text: t('notice.counter_unit'), buttons: ['m', 'ft'].map((name) => button('unit', name, name)) };
+    const typed = mayCarry && button('type', '', t('typed.begin'));
+    return { text: seen(diagnosis.value) + causeText(cause), buttons: [repair(cause.repair), typed] };
   }
 
-  #clicked({ unit, type }) {
+  #clicked({ unit, type, repair: what }) {
     const { counter, tab } = this.desk;
     if (unit) orToast(() => counter.state({ ...counter.stated, unit }));
+    if (what) this.page.trackAgain(what);
     if (type === undefined) return;
     tab.set('corrections');
     this.page.querySelector('typed-section').begin();
   }
+}
+
+const button = (does, what, text) =>
+  html`<button type="button" class="button button--small" data-${does}="${what}">${text}</button>`;
+
+const repair = (what) => what && what !== 'film' && button('repair', what, wordFor('repair_button', what));
+
+/** 'Lost in 68 % of the film. ' @param {Api['DiagnosisOut']} diagnosis */
+function seen({ lost_share: lost }) {
+  const percent = Math.round(100 * (lost ?? 0));
+  return percent ? `${t('cause.lost_in', { percent })} ` : '';
 }
 
 customElements.define('distance-notice', DistanceNotice);

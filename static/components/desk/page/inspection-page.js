@@ -30,7 +30,6 @@ import '../../distance/readout/distance-readout.js';
 import '../frame/emergency-banner.js';
 import '../../film/video/live-bar.js';
 import './distance-notice.js';
-import './rig-notice.js';
 import './sample-notice.js';
 import './lock-notice.js';
 import '../../distance/strip/strip-log.js';
@@ -133,13 +132,12 @@ export class InspectionPage extends Component {
             <desk-splitter data-of="strip"></desk-splitter>
             <desk-splitter data-of="viewer"></desk-splitter>
             <div class="desk__notices stack">
-              <emergency-banner hidden></emergency-banner>
+              <lock-notice hidden></lock-notice>
               <conflict-notice hidden></conflict-notice>
               <div class="desk-messages stack" data-part="messages"></div>
+              <emergency-banner hidden></emergency-banner>
               <distance-notice hidden></distance-notice>
-              <rig-notice hidden></rig-notice>
               <sample-notice hidden></sample-notice>
-              <lock-notice hidden></lock-notice>
             </div>
           </div>
         </main>
