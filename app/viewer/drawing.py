@@ -201,8 +201,7 @@ class Drawing:
         if not self._is_still:
             emphasis = Emphasis(self._selected, self._hovered)
             self._pins.label(self._mode, emphasis, robot_x_m, self._wording, is_low=is_low)
-        seen_m = named_m[1] - named_m[0] if self._mode == "overview" else 0.0
-        self._scale_bar.show(robot_x_m, seen_m, self._wording)
+        self._scale_bar.show(robot_x_m, self._wording)
         self._observers.update(self._culvert.reach_m, robot_x_m)
 
     def page(self) -> str:

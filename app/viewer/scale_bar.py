@@ -31,9 +31,9 @@ class ScaleBar:
         self._drawn: tuple[float, Wording] | None = None
         self._at_m: float | None = None
 
-    def show(self, robot_x_m: float, seen_m: float, wording: Wording) -> None:
-        """Show the bar where the robot is; `seen_m` is the length of the culvert in view."""
-        length_m = round_length_m(max(1.5 * self._section.scale_m, seen_m / 6), wording.unit_m)
+    def show(self, robot_x_m: float, wording: Wording) -> None:
+        """Show the bar where the robot is, in every view about as long as the pipe is wide."""
+        length_m = round_length_m(2 * self._section.scale_m, wording.unit_m)
         if (length_m, wording) != self._drawn:
             self._draw(length_m, wording)
         if robot_x_m != self._at_m:
