@@ -1,4 +1,4 @@
-"""From a live camera that drops out to a finished, corrected and exported inspection."""
+"""From the register and a live camera that drops out to a corrected report, in few actions."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
+from uuid import uuid4
 
 import pytest
 from builders import BLOCK, blocks, frame_number, half_size
 from cameras import MjpegCamera, Picture
-from desks import DRAWN_AND_STATED, observations
+from desks import DRAWN_AND_STATED, expect_saved, observations
+from hands import Hands
 from playwright.sync_api import Locator, Page, expect
 from steps import Server, export, log_in
 
@@ -29,16 +32,11 @@ WRONG_HEIGHT = 0.985
 TOLERANCE_M = 0.01
 ROLLED = 2
 """Pictures that nobody sees while the robot rolls on, 40 mm."""
-HEADER = {
-    "asset_id": "CUL-0041",
-    "start_node": "HW1",
-    "end_node": "HW2",
-    "operator": "A. Rahman",
-    "client": "JKR",
-    "material": "Concrete",
-    "reference_point": "Inner face of the headwall at the start",
-}
-CHOICES = {"direction": "with_flow", "asset_type": "culvert"}
+SECTION = {
+    "start_node": "HW1", "end_node": "HW2", "shape": "circular", "height_mm": 300.0,
+    "unit_length_m": 0.3, "material": "Concrete", "client": "JKR", "asset_type": "culvert",
+}  # fmt: skip
+MOST_ACTIONS = 38
 REASON = "Taped from headwall to headwall"
 
 
@@ -49,7 +47,7 @@ class Culvert:
     pictures: list[Picture]
     distances_m: list[float]
     """True, of each picture."""
-    rig: Path
+    rig: dict[str, Any]
 
 
 class Robot:
@@ -85,8 +83,8 @@ class Robot:
 
 
 @pytest.fixture(scope="module")
-def culvert(tmp_path_factory: pytest.TempPathFactory) -> Culvert:
-    """1.5 m of units of 300 mm, and a rig file whose camera is 1.5 % too low."""
+def culvert() -> Culvert:
+    """1.5 m of units of 300 mm, and a rig whose camera is 1.5 % too low."""
     nominal = SCENARIOS["nominal"]
     fields = half_size(nominal.rig)
     fields["pipe"]["segment_length_mm"] = 300.0
@@ -103,33 +101,35 @@ def culvert(tmp_path_factory: pytest.TempPathFactory) -> Culvert:
     for frame in frames:
         frame.image[:BLOCK, : 16 * BLOCK] = blocks(frame.index)
     fields["mount"]["height_mm"] *= WRONG_HEIGHT
-    rig = tmp_path_factory.mktemp("culvert") / "rig.json"
-    rig.write_text(json.dumps(fields))
-    return Culvert([frame.image for frame in frames], [frame.x_mm / 1000 for frame in frames], rig)
+    places_m = [frame.x_mm / 1000 for frame in frames]
+    return Culvert([frame.image for frame in frames], places_m, fields)
 
 
 @pytest.fixture
-def live_server(tmp_path: Path) -> Iterator[Server]:
+def live_server(tmp_path: Path, culvert: Culvert) -> Iterator[Server]:
     with Server(tmp_path / "data", camera_networks="127.0.0.0/8") as running:
+        running.ask("PUT", "/api/register/assets/CUL-0041", {"header": SECTION})
+        running.ask("PUT", f"/api/rigs/{uuid4()}", {"name": "Crawler A", "rig": culvert.rig})
         yield running
 
 
 def test_a_live_camera_becomes_a_corrected_and_exported_inspection(
     page: Page, live_server: Server, culvert: Culvert
 ) -> None:
-    robot = Robot(culvert)
+    robot, hands = Robot(culvert), Hands(page)
     with MjpegCamera(rate_hz=RATE_HZ, size_wh=(320, 240), picture=robot.look) as camera:
-        inspection = _start(page, live_server, camera, culvert.rig)
-        _drive(page, robot, camera, last=len(culvert.pictures) - 1)
-        _finish(page)
+        inspection = _start(hands, live_server, camera)
+        _drive(hands, robot, camera, last=len(culvert.pictures) - 1)
+        _finish(hands)
     expect(page.locator(".chip")).to_contain_text("Done")
+    expect(page.locator(".defect")).to_have_count(6)
+    expect_saved(page)
     _expect_every_step_to_be_the_next_frame(page)
-    _complete(page)
 
     frames_m = _Truth(live_server, inspection, culvert)
     uncorrected_m = _distances_m(live_server, inspection)
     assert max(abs(m - frames_m[frame]) for frame, m in uncorrected_m.items()) > TOLERANCE_M
-    _correct(page)
+    _correct(hands)
     made = observations(live_server, inspection)
     for item in made:
         true_m = frames_m[item["frame"]]
@@ -146,7 +146,8 @@ def test_a_live_camera_becomes_a_corrected_and_exported_inspection(
     expect(page.locator(".event").first).to_contain_text(REASON)
 
     # What is taken home says the same as the page, corrected and as measured.
-    rows = list(csv.DictReader(io.StringIO(export(page, "CSV").decode("utf-8-sig"))))
+    rows = list(csv.DictReader(io.StringIO(hands.export("CSV").decode("utf-8-sig"))))
+    assert hands.actions <= MOST_ACTIONS
     report = json.loads(export(page, "JSON"))
     by_frame = {item["frame"]: item for item in made}
     assert len(rows) == len(report["observations"]) == len(made) == 6
@@ -173,47 +174,48 @@ class _Truth:
         return self._culvert.distances_m[frame_number(picture)]
 
 
-def _start(page: Page, server: Server, camera: MjpegCamera, rig: Path) -> str:
-    """From the list to the first live picture; answers the inspection's id."""
+def _start(hands: Hands, server: Server, camera: MjpegCamera) -> str:
+    """From the day's work to the first live picture; answers the inspection's id."""
+    page = hands.page
     log_in(page, server)
-    page.get_by_role("link", name="New inspection").first.click()
-    page.get_by_label("Live camera").check()
-    page.get_by_label("Address of the camera").fill(camera.url)
-    page.get_by_label("Name", exact=True).fill("Live culvert")
-    page.locator("rig-form input[type=file]").set_input_files(rig)
-    expect(page.locator(".header-form__missing")).to_contain_text("Asset")
-    for name, value in HEADER.items():
-        page.locator(f"#header-{name}").fill(value)
-    for name, value in CHOICES.items():
-        page.locator(f"#header-{name}").select_option(value)
-    page.get_by_role("button", name="Start recording").click()
+    hands.click(page.get_by_role("link", name="Start inspection of CUL-0041"))
+    hands.click(page.get_by_text("Live camera"))
+    hands.type(page.get_by_label("Address of the camera"), camera.url)
+    hands.select(page.get_by_label("Direction"), "With the flow")
+    hands.type(page.get_by_label("Operator", exact=False).first, "A. Rahman")
+    hands.type(page.get_by_label("Distance is counted from"), "Inner face of the headwall")
+    hands.select(page.locator("#rig-preset"), "Crawler A")
+    hands.click(page.get_by_role("button", name="Test picture"))
+    expect(page.locator(".rig-picture img")).to_be_in_viewport(ratio=1)
+    hands.click(page.get_by_role("button", name="Start recording"))
     page.wait_for_url("**/inspections/*")
     expect(_bar(page)).to_contain_text("Camera connected")
     return page.url.rsplit("/", 1)[1]
 
 
-def _drive(page: Page, robot: Robot, camera: MjpegCamera, last: int) -> None:
-    """To the outlet with six tags on the way, and twice without the camera."""
+def _drive(hands: Hands, robot: Robot, camera: MjpegCamera, last: int) -> None:
+    """To the outlet with three defects on the way, and twice without the camera."""
+    page = hands.page
     page.wait_for_function(
         "() => document.querySelector('inspection-page').desk?.playhead.value.row"
     )
-    page.keyboard.press("z")
+    hands.press("z")
     expect(page.get_by_text("Zero set at frame")).to_be_visible()
-    page.keyboard.press("t")
 
     robot.go(last // 3)
     robot.wait_at(last // 8)
-    page.keyboard.press("1")
+    _tag(hands, "1", "b", "a", "0.4")
     robot.wait_at(last // 4)
-    page.keyboard.press("5")
-    page.keyboard.press("s")
+    _tag(hands, "5", "c", "10")
+    hands.press("s")
     expect(page.get_by_role("list", name="Open stretches")).to_contain_text("A1 BBA")
     robot.wait_at(last // 3)
 
     # The robot stands while the picture is gone; what was seen last can still be tagged.
     camera.drop_out()
     expect(_bar(page)).to_contain_text("Camera gone")
-    page.keyboard.press("3")
+    _tag(hands, "3", "b", "a")
+    expect_saved(page)
     camera.come_back()
     expect(_bar(page)).to_contain_text("Camera connected")
 
@@ -227,33 +229,27 @@ def _drive(page: Page, robot: Robot, camera: MjpegCamera, last: int) -> None:
 
     robot.go(last)
     robot.wait_at(last)
-    expect(page.locator(".defect")).to_have_count(4)
-
-
-def _finish(page: Page) -> None:
-    """Refused while the stretch is open; then with the length that is known."""
-    finish = page.locator("live-bar").get_by_role("button", name="Finish")
-    dialog = page.get_by_role("dialog")
-    submit = dialog.get_by_role("button", name="Stop and finish")
-    finish.click()
-    dialog.get_by_label("The end was reached").check()
-    submit.click()
-    expect(dialog.get_by_role("alert").last).to_contain_text("A1")
-    page.keyboard.press("Escape")
-    expect(dialog).to_be_hidden()  # it would take the key
-    page.keyboard.press("f")
+    hands.press("f")
     expect(page.get_by_role("list", name="Open stretches")).to_be_hidden()
-    page.keyboard.press("t")
-    expect(page.locator(".save")).to_have_text("Saved")
 
-    finish.click()
-    dialog.get_by_label("The end was reached").check()
-    dialog.get_by_label("Known length").fill(str(LENGTH_MM / 1000))
+
+def _tag(hands: Hands, digit: str, *answers: str) -> None:
+    """In full, at the picture that is shown."""
+    hands.press(digit)
+    hands.answer(*answers)
+    hands.press("Shift+Digit3")
+    expect(hands.page.locator("defect-form")).to_have_count(0)
+
+
+def _finish(hands: Hands) -> None:
+    """With the length that is known."""
+    dialog = hands.page.get_by_role("dialog")
+    hands.click(hands.page.locator("live-bar").get_by_role("button", name="Finish"))
+    hands.click(dialog.get_by_label("The end was reached"))
+    hands.type(dialog.get_by_label("Known length"), str(LENGTH_MM / 1000))
     dialog.get_by_label("Known length").press("Tab")
     expect(dialog.locator(".closure__residual")).to_contain_text("mm")
-    for code in ("BCD", "BCE"):  # they are tagged already, and coded later
-        dialog.get_by_role("checkbox", name=code).uncheck()
-    submit.click()
+    hands.click(dialog.get_by_role("button", name="Stop and finish"))
     expect(dialog).to_be_hidden()
 
 
@@ -271,39 +267,16 @@ def _expect_every_step_to_be_the_next_frame(page: Page) -> None:
         assert page.evaluate(DRAWN_AND_STATED) == [drawn + step, start + step]
 
 
-def _complete(page: Page) -> None:
-    """The codes and quantities that were left for later."""
-    rows = page.locator(".defect")
-    expect(rows).to_have_count(6)
-    _describe(page, rows.nth(0), "BCD Z")
-    _describe(page, rows.nth(1), "BAB B A", quantity="0.4")
-    _describe(page, rows.nth(2), "BBA C", quantity="10")
-    _describe(page, rows.nth(3), "BAF B A")
-    _describe(page, rows.filter(has_text="no code"), "BCE Z")
-    expect(page.locator(".save")).to_have_text("Saved")
-
-
-def _describe(page: Page, row: Locator, code: str, quantity: str | None = None) -> None:
-    row.locator(".defect__main").click()
-    page.keyboard.press("e")
-    page.get_by_label("Code", exact=True).fill(code)
-    page.get_by_label("Code", exact=True).press("Enter")
-    if quantity:
-        page.get_by_label("Quantity", exact=True).fill(quantity)
-        page.get_by_label("Quantity", exact=True).press("Tab")
-    page.get_by_role("button", name="Done").click()
-    expect(page.locator(".save")).to_have_text("Saved")
-
-
-def _correct(page: Page) -> None:
+def _correct(hands: Hands) -> None:
     """The length of the header, taped, and the joints."""
-    page.get_by_role("tab", name="Corrections").click()
-    page.get_by_role("button", name="of the header").click()
-    page.get_by_role("button", name="Tape ± 5").click()
-    page.get_by_label("Use the joints").check()
+    page = hands.page
+    hands.click(page.get_by_role("tab", name="Corrections"))
+    hands.click(page.get_by_role("button", name="of the header"))
+    hands.click(page.get_by_role("button", name="Tape ± 5"))
+    hands.click(page.get_by_label("Use the joints"))
     expect(page.get_by_text("It fits")).to_be_visible()
-    page.get_by_label("Why (for the history)").fill(REASON)
-    page.get_by_role("button", name="Apply").click()
+    hands.type(page.get_by_label("Why (for the history)"), REASON)
+    hands.click(page.get_by_role("button", name="Apply"))
     expect(page.get_by_text("Distances corrected").first).to_be_visible()
 
 

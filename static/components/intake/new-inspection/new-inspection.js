@@ -67,9 +67,6 @@ export class NewInspection extends Component {
                 ${kind('live', 'live', t('new.kind_live'), false)}
               </fieldset>
               <source-picker class="stack gap-3" data-part="camera" hidden></source-picker>
-              <div class="row gap-3 wrap" data-part="test" hidden>
-                <button type="button" class="button" data-part="look">${icon('video')}${t('source.test')}</button>
-                <span class="help" role="status" data-part="looked">${t('source.test_help')}</span></div>
               <film-picker class="stack" data-part="picker"></film-picker>
               <p class="fault" role="alert" data-part="videoFault"></p>
             </section>
@@ -89,6 +86,9 @@ export class NewInspection extends Component {
             <section class="panel new__section stack gap-4 one-column" aria-labelledby="new-rig">
               <h2 id="new-rig">${t('new.rig')}</h2>
               <rig-wizard class="stack one-column" data-part="wizard"></rig-wizard>
+              <div class="row gap-3 wrap" data-part="test" hidden>
+                <button type="button" class="button" data-part="look">${icon('video')}${t('source.test')}</button>
+                <span class="help" role="status" data-part="looked">${t('source.test_help')}</span></div>
               <rig-form data-part="rig"></rig-form>
             </section>
 
