@@ -54,8 +54,7 @@ export class DeskBar extends Component {
               <span class="word-if-wide">${t('desk.keys')}</span></button>
             <button class="button button--small" data-part="finish" data-needs="operator"></button>
             <details class="menu holds" data-part="menu">
-              <summary class="button button--small button--primary">${icon('download')}<span
-                class="word-if-wide">${t('desk.export')}</span></summary>
+              <summary class="button button--small button--primary">${icon('download')}${t('desk.export')}</summary>
               ${exportsMarkup(id)}
             </details>
             <person-menu></person-menu>
