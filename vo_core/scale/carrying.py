@@ -10,7 +10,7 @@ no harm. Where the camera is much less certain than the readings, these carry th
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -68,6 +68,10 @@ class Readings:
     """Standard uncertainty of the way between two of them, as a share of it."""
     zero_sigma_mm: float = 0.0
     """Standard uncertainty that they have in common."""
+    legible: Rows = field(default_factory=lambda: np.empty(0, np.intp))
+    """(L,) rows in which a counter is legible, rising: those between two anchors too."""
+    shown_mm: Matrix = field(default_factory=lambda: np.empty(0))
+    """(L,) what it shows there; the row is within half a tick of it."""
 
     @classmethod
     def of_counter(
@@ -84,32 +88,45 @@ class Readings:
             tick_mm: Smallest change of the counter.
             share: Error of its way, as a share of it.
         """
-        rows = np.flatnonzero(~np.isnan(reading_mm))
-        if len(rows) < 2:
+        legible = np.flatnonzero(~np.isnan(reading_mm))
+        if len(legible) < 2:
             return None
-        change_mm, pause_s = np.diff(reading_mm[rows]), np.diff(time_s[rows])
+        change_mm, pause_s = np.diff(reading_mm[legible]), np.diff(time_s[legible])
         fastest_mm = RESET_TICKS * tick_mm + RESET_MM_S * pause_s
         change_mm[np.abs(change_mm) > fastest_mm] = 0.0
-        shown_mm = reading_mm[rows[0]] + np.concatenate([[0.0], np.cumsum(change_mm)])
+        shown_mm = reading_mm[legible[0]] + np.concatenate([[0.0], np.cumsum(change_mm)])
         moves = np.flatnonzero(change_mm)
         ticks = moves[np.abs(change_mm[moves]) < 1.5 * tick_mm]
         others = np.setdiff1d(moves, ticks)
-        ends = np.concatenate([[0, len(rows) - 1], others, others + 1])
-        at = np.concatenate([rows[ticks + 1], rows[ends]])
+        ends = np.concatenate([[0, len(legible) - 1], others, others + 1])
+        at = np.concatenate([legible[ticks + 1], legible[ends]])
         value_mm = np.concatenate([(shown_mm[ticks] + shown_mm[ticks + 1]) / 2, shown_mm[ends]])
         rows, first = np.unique(at, return_index=True)
         # Nobody knows whether it rounds or cuts off.
-        return cls(rows, value_mm[first], tick_mm / _SQRT12, share, zero_sigma_mm=tick_mm / 2)
+        zero_sigma_mm = tick_mm / 2
+        return cls(
+            rows, value_mm[first], tick_mm / _SQRT12, share, zero_sigma_mm, legible, shown_mm
+        )
 
     def within(self, first: int, last: int) -> Readings:
         """Return the readings in these rows, both included."""
         inside = (first <= self.rows) & (self.rows <= last)
-        return replace(self, rows=self.rows[inside], distance_mm=self.distance_mm[inside])
+        seen = (first <= self.legible) & (self.legible <= last)
+        return replace(
+            self,
+            rows=self.rows[inside],
+            distance_mm=self.distance_mm[inside],
+            legible=self.legible[seen],
+            shown_mm=self.shown_mm[seen],
+        )
 
     def scaled(self, scale: float) -> Readings:
         """Return the readings in other units of length."""
         return replace(
-            self, distance_mm=scale * self.distance_mm, sigma_mm=abs(scale) * self.sigma_mm
+            self,
+            distance_mm=scale * self.distance_mm,
+            sigma_mm=abs(scale) * self.sigma_mm,
+            shown_mm=scale * self.shown_mm,
         )
 
 
@@ -206,7 +223,7 @@ def _whole(
 ) -> Carried:
     """Carry all rows by absolute readings."""
     distance_mm, variance = _between(track, readings, scale or 1.0, lost, 0, len(track) - 1)
-    bridged = ~lost & (np.sqrt(variance) > readings.sigma_mm)
+    bridged = ~lost & (variance > readings.sigma_mm**2)
     bridged[: readings.rows[0]] = bridged[readings.rows[-1] + 1 :] = False
     way_mm = distance_mm - readings.distance_mm[0]
     variance += readings.sigma_mm**2 + readings.zero_sigma_mm**2 + (readings.share * way_mm) ** 2
@@ -312,7 +329,16 @@ def _between(
     far_s = np.abs(unknown_s - unknown_s[before])
     beyond = since + (SPEED_MM_S * far_s) ** 2
     is_beyond = (row < at[0]) | (row > at[-1])
-    return distance_mm, np.where(is_beyond, beyond, bridge)
+    variance = np.where(is_beyond, beyond, bridge)
+    # While it stands, or nobody knows how fast it drives, what the counter shows is more certain.
+    shown = variance[readings.legible - first] > readings.sigma_mm**2
+    unsure, shown_mm = readings.legible[shown] - first, readings.shown_mm[shown]
+    half_tick_mm = _SQRT12 / 2 * readings.sigma_mm
+    distance_mm[unsure] = np.clip(
+        distance_mm[unsure], shown_mm - half_tick_mm, shown_mm + half_tick_mm
+    )
+    variance[unsure] = readings.sigma_mm**2
+    return distance_mm, variance
 
 
 def _ways(readings: Readings) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -61,6 +61,17 @@ def covered(track: Track, truth_mm: NDArray[np.float64]) -> float:
     return float((errors <= 1.96 * track.sigma_distance_mm).mean())
 
 
+def test_a_camera_that_looks_around_stands_where_the_legible_counter_says() -> None:
+    standing_mm = np.minimum(TRUTH_MM, TRUTH_MM[300]) + np.maximum(TRUTH_MM - TRUTH_MM[700], 0.0)
+    track = replace(track_of(np.ones(FRAMES, bool)), status=np.full(FRAMES, "lost"))
+    found = carried_by(track, np.floor((standing_mm + BEGIN_MM) / 100) * 100, 100.0)
+    assert found.is_read.all()
+    stands = slice(300, 700)
+    assert found.track.sigma_distance_mm[stands].max() < 100
+    errors_mm = np.abs(found.track.distance_mm - BEGIN_MM - standing_mm)
+    assert (errors_mm <= 1.96 * found.track.sigma_distance_mm).all()
+
+
 @pytest.mark.parametrize("tick_mm", [10.0, 30.48, 100.0])
 def test_a_counter_bridges_a_lost_stretch_and_nothing_else(tick_mm: float) -> None:
     found = carried_by(track_of(LOST), counter(tick_mm), tick_mm)
