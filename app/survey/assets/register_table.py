@@ -72,6 +72,7 @@ _PIECE = 50_000
 """Least length of a piece of a table that is written, in characters."""
 
 Action = Literal["add", "change", "same", "fault"]
+Reason = Literal["id", "example", "twice", "cells", "value", "place"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +85,10 @@ class Fault:
     """None for the row as a whole."""
     detail: str
     """A sentence without full stop: what was found and what to write."""
+    reason: Reason
+    """Its kind, for pages in other languages."""
+    found: str = ""
+    """What varies in it: the cell, the line that has the same asset, the number of cells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,13 +234,15 @@ class _Reader:
             try:
                 values[column.field] = self._value(column, cells.get(column.field, ""))
             except InvalidValue as error:
-                faults.append(Fault(line, column.field, str(error)))
+                found = cells.get(column.field, "")[:SHOWN]
+                faults.append(Fault(line, column.field, str(error), "value", found))
         place: Line | None = None
         if any(name in PLACE for name in self._names):
             try:
                 place = self._line(cells)
             except (InvalidLine, InvalidValue) as error:
-                faults.append(Fault(line, "wkt" if cells.get("wkt") else "start_lat", str(error)))
+                column_name = "wkt" if cells.get("wkt") else "start_lat"
+                faults.append(Fault(line, column_name, str(error), "place"))
         if faults:
             self.faults += faults
         else:
@@ -248,11 +255,14 @@ class _Reader:
                 None,
                 f"the row has {cells} cells, the header {len(self._names)}; put text that "
                 "contains the separator in quotation marks",
+                "cells",
+                str(cells),
             )
         if fault := fault_of_id(asset_id):
-            yield Fault(line, KEY, fault)
+            yield Fault(line, KEY, fault, "example" if asset_id == EXAMPLE[KEY] else "id")
         elif (other := self._line_of.setdefault(asset_id, line)) != line:
-            yield Fault(line, KEY, f"{asset_id!r} is in line {other} already; keep one of the two")
+            detail = f"{asset_id!r} is in line {other} already; keep one of the two"
+            yield Fault(line, KEY, detail, "twice", str(other))
 
     def _value(self, column: Column, text: str) -> Value:
         longest = LONGEST_ID if column.field == "project" else LONGEST_REGISTERED

@@ -19,7 +19,7 @@ from app.survey.assets.register import (
     registered,
     require_line,
 )
-from app.survey.assets.register_table import Action, Named, Step
+from app.survey.assets.register_table import Action, Named, Reason, Step
 from app.survey.fields.header import ASSET_FIELDS
 from app.survey.given import Given, Header, Name
 from app.web.schemas.out import Out
@@ -115,6 +115,10 @@ class ImportFaultOut(Out):
     column: str | None
     """Null for the row as a whole."""
     detail: str
+    reason: Reason
+    """Its kind, for pages in other languages."""
+    found: str
+    """What varies in it: the cell, the line that has the same asset, the number of cells."""
 
 
 class ImportWarningOut(BaseModel):

@@ -224,6 +224,9 @@ const restMarkup = (found) =>
     changed: count(found.changed),
   })}</span></p>${faultsMarkup(t('register.rest'), found)}`;
 
+/** Faults of which the server's sentence says more: the range and the unit of a field. */
+const DETAILED = new Set(['value', 'place']);
+
 /** The rows that are left out, with their reasons. */
 function faultsMarkup(text, { faults, faulty, rows, columns }) {
   const ids = new Map(rows.map(({ row, asset_id: id }) => [row, id]));
@@ -233,11 +236,12 @@ function faultsMarkup(text, { faults, faulty, rows, columns }) {
     ${tableMarkup(
       t('register.faults'),
       [t('archive.asset'), t('register.column'), t('register.fault')],
-      faults.map(({ row, column, detail }) => [
+      faults.map(({ row, column, detail, reason, found }) => [
         row,
         ids.get(row) ?? '',
         column ? named(column) : t('register.whole_row'),
-        html`<span lang="en">${detail}</span>`,
+        html`${wordFor('register.wrong', reason, { found })}
+          ${DETAILED.has(reason) && html`<small class="dim" lang="en">${detail}</small>`}`,
       ]),
     )}`;
 }

@@ -103,6 +103,12 @@ def test_each_fault_names_row_column_and_repair(row: str, column: str | None, sa
     assert said in fault[2]
 
 
+def test_a_fault_has_its_kind_for_pages_in_other_languages() -> None:
+    found = read("asset_id,height_mm\nA,abc\nA,1\n,2\nB,1,2\n").faults
+    said = [(fault.reason, fault.found) for fault in found]
+    assert said == [("value", "abc"), ("twice", "2"), ("id", ""), ("cells", "3")]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -123,7 +129,7 @@ def test_what_is_no_table_of_assets_is_refused(text: str, said: str) -> None:
 def test_the_example_of_the_template_is_no_asset() -> None:
     table = read(template())
     assert unused(table) == []
-    assert [(fault.row, "example" in fault.detail) for fault in table.faults] == [(2, True)]
+    assert [(fault.row, fault.reason) for fault in table.faults] == [(2, "example")]
     filled = template().replace("EXAMPLE", "CV-01")
     (step,) = steps(read(filled).stated, {})
     assert step.asset.header | {"project": step.asset.project} == {
