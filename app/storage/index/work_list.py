@@ -65,6 +65,7 @@ class Brief:
     status: str
     review_state: str
     created_at: datetime
+    worst_severity: int | None
     distance_u95_m: float | None
     is_useful: bool | None
 
@@ -137,6 +138,7 @@ def _briefs(session: Session, use: IntendedUse, condition: ColumnElement[bool]) 
             Inspection.status,
             Inspection.review_state,
             Inspection.created_at,
+            IndexedInspection.worst_severity,
             IndexedInspection.distance_m,
             IndexedInspection.distance_u95_m,
         )
@@ -148,8 +150,8 @@ def _briefs(session: Session, use: IntendedUse, condition: ColumnElement[bool]) 
     return Briefs(
         total,
         [
-            Brief(id_, name, status, review, at, u95_m, use.is_met(end_m, u95_m))
-            for id_, name, status, review, at, end_m, u95_m in session.execute(query)
+            Brief(id_, name, status, review, at, worst, u95_m, use.is_met(end_m, u95_m))
+            for id_, name, status, review, at, worst, end_m, u95_m in session.execute(query)
         ],
     )
 

@@ -10,7 +10,7 @@ import { column, figures } from '../../shared/data-table/data-table.js';
 import { icon } from '../../shared/icon/icon.js';
 import { followList, searchMarkup, tableMarkup } from '../../shared/page-frame/list-page.js';
 import { framedPage, likeButton } from '../../shared/page-frame/page-frame.js';
-import { worstMarkup } from '../../shared/severity-mark/severity-mark.js';
+import { GRAVEST, worstMarkup } from '../../shared/severity-mark/severity-mark.js';
 import { reviewChip, statusChip } from '../../shared/status-chip/status-chip.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
 import './sample-button.js';
@@ -109,9 +109,9 @@ const card = (
 </section>`;
 
 function briefMarkup(inspection) {
-  const { id, name, status, review_state: review, created_at: at } = inspection;
+  const { id, name, status, review_state: review, created_at: at, worst_severity: worst } = inspection;
   return html`<li class="work__brief">
-    <a class="one-line" href="/inspections/${id}">${name}</a>
+    <a class="one-line" href="/inspections/${id}">${name}</a>${worst === GRAVEST && worstMarkup(worst)}
     <span class="small dim one-line number">${day(at)}</span>
     ${review === 'draft' ? statusChip(status, inspection) : reviewChip(review)}</li>`;
 }

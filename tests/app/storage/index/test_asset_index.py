@@ -277,10 +277,11 @@ def test_the_work_is_narrowed_by_words_project_and_state(archive: Archive) -> No
 def test_live_waiting_and_past_inspections_are_beside_the_work(archive: Archive) -> None:
     live = archive.inspect(None, 2026, source_kind="live", status="running")
     waiting = archive.inspect(None, 2026, review_state="submitted")
-    past = archive.inspect(None, 2026, review_state="approved")
+    past = archive.inspect(None, 2026, 5, review_state="approved")
     archive.inspect(None, 2026, status="queued")
 
     around = WorkList(archive.database).around(IntendedUse())
 
     assert [[one.id for one in some.inspections] for some in around] == [[live], [waiting], [past]]
     assert [some.total for some in around] == [1, 1, 1]
+    assert [some.inspections[0].worst_severity for some in around] == [None, None, 5]
