@@ -130,6 +130,8 @@ def test_a_live_camera_becomes_a_corrected_and_exported_inspection(
     uncorrected_m = _distances_m(live_server, inspection)
     assert max(abs(m - frames_m[frame]) for frame, m in uncorrected_m.items()) > TOLERANCE_M
     _correct(hands)
+    page.set_viewport_size({"width": 1100, "height": 768})
+    assert page.evaluate("document.documentElement.scrollWidth - innerWidth") == 0
     made = observations(live_server, inspection)
     for item in made:
         true_m = frames_m[item["frame"]]
