@@ -13,7 +13,7 @@ from vo_core.types import ByteImage, Matrix
 
 SQUARE_MM, MARKER_MM = 20.0, 15.0
 TEXTURE_PX_PER_MM = 6
-FINER = 3
+FINER = 2
 """Rays for each pixel, along the rows and along the columns."""
 
 PINHOLE = Camera(

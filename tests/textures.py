@@ -28,11 +28,11 @@ def make_rig(**parts: dict[str, Any]) -> Rig:
 def texture(shape: tuple[int, int], seed: int, finest_px: float = 1.5) -> Texture:
     """Return periodic noise of four octaves, zero mean, unit deviation."""
     rng = np.random.default_rng(seed)
-    fy, fx = np.fft.fftfreq(shape[0])[:, None], np.fft.fftfreq(shape[1])[None, :]
+    fy, fx = np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1])[None, :]
     layers = []
     for sigma_px in finest_px * np.array([1, 2, 4, 8]):
         filtered = np.exp(-2 * (np.pi * sigma_px) ** 2 * (fx**2 + fy**2))
-        layer = np.fft.ifft2(np.fft.fft2(rng.normal(size=shape)) * filtered).real
+        layer = np.fft.irfft2(np.fft.rfft2(rng.normal(size=shape)) * filtered, shape)
         layers.append(layer / layer.std())
     total = sum(layers)
     return np.asarray(total / np.std(total))
@@ -40,9 +40,9 @@ def texture(shape: tuple[int, int], seed: int, finest_px: float = 1.5) -> Textur
 
 def shifted(image: Texture, dx_px: float, dy_px: float) -> Texture:
     """Return the content moved by (dx, dy), exactly, wrapping at the border."""
-    fy, fx = np.fft.fftfreq(image.shape[0])[:, None], np.fft.fftfreq(image.shape[1])[None, :]
-    phase = np.exp(-2j * np.pi * (fx * dx_px + fy * dy_px))
-    return np.asarray(np.fft.ifft2(np.fft.fft2(image) * phase).real)
+    fy, fx = np.fft.fftfreq(image.shape[0])[:, None], np.fft.rfftfreq(image.shape[1])[None, :]
+    phase = np.exp(-2j * np.pi * fx * dx_px) * np.exp(-2j * np.pi * fy * dy_px)
+    return np.asarray(np.fft.irfft2(np.fft.rfft2(image) * phase, image.shape))
 
 
 def pair(

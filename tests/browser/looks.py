@@ -13,6 +13,8 @@ COLOUR_RULES = ["color-contrast", "link-in-text-block"]
 _RUN = """([within, rules]) => axe.run(within ?? document, {
   // viser's client in its frame is not ours to mend.
   iframes: false,
+  // It would fetch every style sheet and sound again, for a rule about sounds that play unasked.
+  preload: false,
   // What passed is thousands of elements, which no one reads.
   resultTypes: ['violations'],
   ...(rules && { runOnly: { type: 'rule', values: rules } }),

@@ -59,15 +59,13 @@ def test_the_slopes_between_two_vantages_are_those_of_the_positions():
 
 
 def test_the_axis_is_found_in_the_picture_of_a_turned_camera():
-    turned = replace(SCENARIOS["forward_wobble"], length_mm=60.0)
-    first = film(turned)[0]
+    turned = replace(SCENARIOS["forward_wobble"], length_mm=60.0, frames_per_s=3)
     find = AxisFinder((RIG.camera.width, RIG.camera.height))
-    for frame in film(turned)[::10]:
+    for frame in film(turned):
         axis = find(frame.image)
         yaw, pitch = np.degrees(gaze(RIG, axis.pixel_uv, np.radians(frame.roll_deg)))
         assert yaw == pytest.approx(frame.yaw_deg, abs=3.5)
         assert pitch == pytest.approx(frame.pitch_deg, abs=3.5)
-    assert first.index == 0
 
 
 def test_a_picture_without_a_pipe_has_no_axis():

@@ -105,10 +105,11 @@ def test_blur_is_detected_when_the_robot_speeds_up():
     rig = small_rig()
     world = World(rig, speckle(3))
 
-    def exposed(x_mm, swept_mm):
-        return np.mean([world.view(x_mm + swept_mm * k / 9) for k in range(10)], axis=0)
+    def exposed(x_mm):
+        return np.mean([world.view(x_mm + 5.0 * k / 9) for k in range(10)], axis=0)
 
-    pictures = [stored(exposed(6.0 * n, 5.0 if n >= 30 else 0.0), n) for n in range(60)]
+    light = [(exposed if n >= 30 else world.view)(6.0 * n) for n in range(60)]
+    pictures = [stored(picture, n) for n, picture in enumerate(light)]
     seen = watch(rig, pictures)
     assert said(seen[:30]) == {}
     assert said(seen, begin=48)["blurred"] == 1

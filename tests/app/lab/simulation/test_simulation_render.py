@@ -135,7 +135,7 @@ def test_low_texture_has_a_few_grey_levels_of_contrast():
 def test_motion_blur_softens_along_the_motion_only():
     def sharpness(name):
         image = nth_frame(clean(name), 0).image  # it stands
-        moving = nth_frame(clean(name, length_mm=300.0), 20).image
+        moving = nth_frame(clean(name, length_mm=300.0, frames_per_s=3), 2).image
         return [
             float(np.abs(np.diff(moving.astype(np.float32), axis=axis)).mean())
             / float(np.abs(np.diff(image.astype(np.float32), axis=axis)).mean())
@@ -203,8 +203,8 @@ def joint_gaps_mm(scenario, number, joint_mm):
     [
         pytest.param("forward_crooked", 5, 1, 420.0, 24, marks=pytest.mark.long),
         pytest.param("forward_slow", 1, 1, 500.0, 24, marks=pytest.mark.long),
-        ("forward_wobble", 5, 15, 700.0, 20),  # it has turned by 5 degrees and moved by 20 mm
-        ("forward_looking_around", 5, 19, 300.0, 6),  # it holds at 50 degrees aside, 10 up
+        ("forward_wobble", 1, 3, 700.0, 20),  # it has turned by 5 degrees and moved by 20 mm
+        ("forward_looking_around", 1, 4, 300.0, 6),  # it holds at 50 degrees aside, 10 up
     ],
 )
 def test_forward_camera_of_a_crew_sees_a_joint_where_projection_puts_it(
@@ -227,9 +227,9 @@ def test_forward_camera_of_a_crew_sees_a_joint_where_projection_puts_it(
 def test_light_follows_the_view_of_a_camera_that_looks_around():
     scenario = clean("forward_looking_around", contrast=0.0, first_joint_mm=5000.0)
     scenario = replace(
-        scenario, looks=scenario.looks[:1], legs=(0.5, 0.5), length_mm=200.0, frames_per_s=5
+        scenario, looks=scenario.looks[:1], legs=(0.5, 0.5), length_mm=200.0, frames_per_s=1
     )
-    ahead, *_, aside = (frame.image.astype(float) for frame in islice(render(scenario), 20))
+    ahead, *_, aside = (frame.image.astype(float) for frame in islice(render(scenario), 5))
     rows = slice(200, 280)
     assert ahead[rows, 300:340].mean() < 15  # the dark end of the pipe
     assert aside[rows, 300:340].mean() > 40  # the wall beside the camera
@@ -240,8 +240,8 @@ def test_light_follows_the_view_of_a_camera_that_looks_around():
 
 
 def test_parts_of_the_robot_stay_in_the_picture_while_the_wall_passes():
-    scenario = replace(clean("forward_parts"), length_mm=400.0, text=False, frames_per_s=10)
-    images = np.array([frame.image for frame in islice(render(scenario), 14)], float)
+    scenario = replace(clean("forward_parts"), length_mm=400.0, text=False, frames_per_s=5)
+    images = np.array([frame.image for frame in islice(render(scenario), 7)], float)
     change = images.std(axis=0)
     assert change[440:, 160:480].max() < 0.6  # the skid
     assert change[5:60, 600:].max() < 0.6  # the frame of the lamp
@@ -270,7 +270,7 @@ def test_mud_hides_one_half_of_the_rings_for_a_stretch():
 
 def test_pumping_exposure_swings_by_its_factor():
     scenario = clean("forward_pumping", contrast=0.0, length_mm=1800.0, first_joint_mm=5000.0)
-    images = (frame.image[10:40, 10:40] for frame in render(half_sized(scenario)))
+    images = (frame.image[5:20, 5:20] for frame in render(half_sized(half_sized(scenario))))
     light = np.array([image.mean() for image in images]) - 4.0
     assert light.max() / light.min() == pytest.approx(2.0, rel=0.05)
     assert np.abs(np.diff(np.log(light))).max() < 0.06  # a joint passes, too
@@ -345,7 +345,7 @@ def test_fields_of_an_interlaced_frame_are_half_a_frame_apart():
 def test_rolling_shutter_shows_a_steady_robot_a_leaning_line():
     scenario = clean(
         "rolling_shutter", shaking=Shaking(), sway_mm=0.0, yaw_deg=0.0, length_mm=400.0,
-        first_joint_mm=200.0, contrast=0.02, lamp_width=9.0,
+        first_joint_mm=200.0, contrast=0.02, lamp_width=9.0, frames_per_s=10,
     )  # fmt: skip
     frame = min(render(scenario), key=lambda one: abs(one.x_mm - 200.0))
     columns = np.arange(640)
