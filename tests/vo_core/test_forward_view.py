@@ -74,9 +74,9 @@ def test_a_picture_without_a_pipe_has_no_axis():
 
 
 def test_text_is_masked_once_the_wall_has_moved_and_the_wall_is_not():
-    frames = film(replace(SCENARIOS["forward"], text=True, length_mm=150.0))
-    clear = film(replace(SCENARIOS["forward"], length_mm=150.0))
-    overlay, bare = Overlay((640, 480)), Overlay((640, 480))
+    frames = film(half_sized(replace(SCENARIOS["forward"], text=True, length_mm=150.0)))
+    clear = film(half_sized(replace(SCENARIOS["forward"], length_mm=150.0)))
+    overlay, bare = Overlay((320, 240)), Overlay((320, 240))
     for frame, other in zip(frames, clear, strict=True):
         overlay.add(frame.image)
         bare.add(other.image)
@@ -88,8 +88,8 @@ def test_text_is_masked_once_the_wall_has_moved_and_the_wall_is_not():
 
 
 def test_a_camera_that_stands_masks_nothing():
-    still = film(replace(SCENARIOS["forward"], text=True, length_mm=1.0))[0].image
-    overlay = Overlay((640, 480))
+    still = film(half_sized(replace(SCENARIOS["forward"], text=True, length_mm=1.0)))[0].image
+    overlay = Overlay((320, 240))
     rng = np.random.default_rng(1)
     for _ in range(4 * LEAST_FRAMES):
         overlay.add(np.clip(still + rng.normal(0, 1.5, still.shape), 0, 255).astype(np.uint8))

@@ -22,7 +22,9 @@ ONLY_PEER = {"phaseCorrelate": PhaseCorrelate}
 @pytest.fixture(scope="module")
 def run():
     calls = []
-    scenarios = [SCENARIOS[name].shortened(120) for name in ("nominal", "turned_camera")]
+    scenarios = [
+        half_sized(SCENARIOS[name].shortened(120)) for name in ("nominal", "turned_camera")
+    ]
     rows = bench(scenarios, methods=ONLY_PEER, on_progress=lambda *call: calls.append(call))
     return rows, calls
 
@@ -206,7 +208,7 @@ def test_no_peer_takes_a_camera_that_looks_elsewhere(peers, scenario, said):
 
 def test_command_track_is_timed_against_decoding_and_reported(run):
     calls = []
-    scenario = SCENARIOS["nominal"].shortened(60)
+    scenario = half_sized(SCENARIOS["nominal"].shortened(60))
     track_time = time_track(scenario, 1, lambda *call: calls.append(call))
     assert track_time.frames == len(film(scenario))
     assert 0 < track_time.decode_s < track_time.track_s  # a whole process, against some frames

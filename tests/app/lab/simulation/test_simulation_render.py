@@ -87,7 +87,7 @@ def test_every_scenario_renders_usable_pictures(is_long):
     for name in names:
         scenario = SCENARIOS[name]
         six_frames_mm = 6 * scenario.speed_mm_s / scenario.frames_per_s
-        short = half_sized(scenario.shortened(max(40.0, six_frames_mm)))
+        short = half_sized(half_sized(scenario.shortened(max(40.0, six_frames_mm))))
         frames = list(islice(render(short), 6))
         images = np.stack([frame.image for frame in frames])
         first = frames[0]
@@ -95,7 +95,7 @@ def test_every_scenario_renders_usable_pictures(is_long):
         if not (
             [frame.index for frame in frames] == [0, 1, 2, 3, 4, 5]
             and (first.x_mm, first.y_mm, first.yaw_deg) == (0, 0, 0)
-            and images.shape == (6, 240, 320)
+            and images.shape == (6, 120, 160)
             and images.dtype == np.uint8
             and 10 < means.min() <= means.max() < 160
             and (images == 255).mean(axis=(1, 2)).max() < 0.01
@@ -229,13 +229,14 @@ def test_light_follows_the_view_of_a_camera_that_looks_around():
     scenario = replace(
         scenario, looks=scenario.looks[:1], legs=(0.5, 0.5), length_mm=200.0, frames_per_s=1
     )
-    ahead, *_, aside = (frame.image.astype(float) for frame in islice(render(scenario), 5))
-    rows = slice(200, 280)
-    assert ahead[rows, 300:340].mean() < 15  # the dark end of the pipe
-    assert aside[rows, 300:340].mean() > 40  # the wall beside the camera
-    assert aside[rows, 600:].mean() > 40
+    frames = islice(render(half_sized(scenario)), 5)
+    ahead, *_, aside = (frame.image.astype(float) for frame in frames)
+    rows = slice(100, 140)
+    assert ahead[rows, 150:170].mean() < 15  # the dark end of the pipe
+    assert aside[rows, 150:170].mean() > 40  # the wall beside the camera
+    assert aside[rows, 300:].mean() > 40
     assert (
-        aside[rows, :20].mean() < 0.7 * aside[rows, 300:340].mean()
+        aside[rows, :10].mean() < 0.7 * aside[rows, 150:170].mean()
     )  # towards the dark end, which has left the picture
 
 
@@ -278,15 +279,15 @@ def test_pumping_exposure_swings_by_its_factor():
 
 def test_stream_covers_its_width_and_leaves_the_wall_beside_it():
     wet, dry = (
-        next(iter(render(clean("forward_stream", water=water)))).image.astype(float)
+        next(iter(render(half_sized(clean("forward_stream", water=water))))).image.astype(float)
         for water in (True, False)
     )
     changed = np.abs(wet - dry)
-    # At 200 px from the axis the stream reaches 60 mm of arc, 23 degrees, to either side.
+    # At 100 px from the axis the stream reaches 60 mm of arc, 23 degrees, to either side.
     for degrees_, is_wet in ((0, True), (17, True), (-14, True), (32, False), (90, False)):
         clock = np.radians(degrees_)
-        v, u = round(239.5 + 200 * np.cos(clock)), round(319.5 + 200 * np.sin(clock))
-        assert (changed[v - 6 : v + 6, u - 6 : u + 6].mean() > 2) == is_wet
+        v, u = round(119.5 + 100 * np.cos(clock)), round(159.5 + 100 * np.sin(clock))
+        assert (changed[v - 3 : v + 3, u - 3 : u + 3].mean() > 2) == is_wet
 
 
 def photographed_floor(photo_mm):

@@ -6,12 +6,13 @@ from fractions import Fraction
 import av
 import numpy as np
 import pytest
+from films import half_sized
 
 from app.lab.simulation import SCENARIOS, render, simulate
 from app.lab.simulation.time_stamps import time_stamps
 from vo_core.rig import Rig
 
-SHORT = SCENARIOS["there_and_back"].shortened(60)
+SHORT = half_sized(SCENARIOS["there_and_back"].shortened(60))
 
 
 @pytest.fixture(scope="module")
@@ -73,9 +74,10 @@ def test_wrong_rig_is_stated_and_the_true_one_rendered(tmp_path):
 def test_late_frames_have_their_time_stamps_in_the_file_and_the_pictures_of_the_nominal_run(
     tmp_path,
 ):
-    plain = list(render(SCENARIOS["nominal"].shortened(60)))
+    nominal = half_sized(SCENARIOS["nominal"].shortened(60))
+    plain = list(render(nominal))
     for changes in ({"late_s": 0.04}, {"burst_frame": 8}):
-        scenario = replace(SCENARIOS["nominal"].shortened(60), **changes)
+        scenario = replace(nominal, **changes)
         run = simulate(scenario, tmp_path / str(len(changes)))
         with av.open(str(run.video)) as container:
             times = [frame.pts * frame.time_base for frame in container.decode(video=0)]
