@@ -266,7 +266,7 @@ class _Building:
                 self._runs,
                 tracking,
                 self.live,
-                services.add(Purpose(storage.blobs)),
+                services.add(records.purpose),
             )
         )
         services.add(Filmed(storage, media, tracks, records.corrections))

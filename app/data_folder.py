@@ -14,6 +14,7 @@ from app.inspections.corrections import Corrections
 from app.inspections.counters import Counters
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
+from app.inspections.purpose import Purpose
 from app.reports.builder import Measurements, ReportBuilder
 from app.reports.report import Company, Report
 from app.reports.reports import Reports
@@ -61,7 +62,10 @@ class Records:
         )
         self.attachments = Attachments(stored, self.observation_store, self.tracks, live)
         self.packs = Packs(PackStore(database))
-        self.checks = Checks(stored, self.observations, self.corrections, self.tracks, self.packs)
+        self.purpose = Purpose(blobs)
+        self.checks = Checks(
+            stored, self.observations, self.corrections, self.tracks, self.packs, self.purpose
+        )
         self.defect_index = DefectIndex(database)
         self.indexer = Indexer(
             self.defect_index,

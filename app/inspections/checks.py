@@ -5,6 +5,7 @@ from __future__ import annotations
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
+from app.inspections.purpose import Purpose
 from app.storage.blobs import keys
 from app.storage.records.inspections import InspectionStore
 from app.storage.storage import Stored
@@ -23,12 +24,14 @@ class Checks:
         corrections: Corrections,
         tracks: Tracks,
         packs: Packs,
+        purpose: Purpose,
     ) -> None:
         self._inspections = InspectionStore(stored.database)
         self._observations = observations
         self._corrections = corrections
         self._tracks = tracks
         self._packs = packs
+        self._purpose = purpose
         self._blobs = stored.blobs
 
     def run(self, inspection_id: str, views: list[ObservationView] | None = None) -> list[Issue]:
@@ -57,5 +60,6 @@ class Checks:
             health=self._tracks.health(inspection_id).columns(),
             photo_is_there=photo_is_there,
             is_outdated=row.is_outdated,
+            use=self._purpose.get(),
         )
         return run(case)

@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from app.survey.catalogue.table import Code, CodeTable
 from app.survey.distances.corrected import Corrected
 from app.survey.distances.film_quality import LOST_PERCENT, POOR_PERCENT, share
+from app.survey.distances.intended_use import IntendedUse
 from app.survey.distances.interval import U95, half_width_m
 from app.survey.distances.track_rows import is_unmeasured
 from app.survey.fields.header import number_of, required_to_issue
 from app.survey.observations.defects import END_CODES, START_CODE
 from app.survey.places.place import ObservationView
-from app.survey.places.spans import SAME_MM
+from app.survey.places.spans import SAME_M, SAME_MM
 from app.survey.places.stretches import Stretch, stretches
 from app.survey.rounding import metres
 from vo_core import Track
@@ -67,6 +68,8 @@ class Case:
     photo_is_there: Callable[[ObservationView], bool]
     is_outdated: bool = False
     """Whether an older program tracked the film."""
+    use: IntendedUse = field(default_factory=IntendedUse)
+    """What the distances are meant for."""
 
     @property
     def known_mm(self) -> float | None:
@@ -375,6 +378,7 @@ def the_run(case: Case) -> Iterator[Issue]:
     if case.is_outdated:
         yield Issue("warn", "outdated")
     yield from _sources(case)
+    yield from _uncertain(case)
     known_mm, reached_mm = case.known_mm, case.reached_mm
     if known_mm is None:
         yield Issue("warn", "length_unknown")
@@ -408,6 +412,18 @@ def _sources(case: Case) -> Iterator[Issue]:
         count, percent = int(np.count_nonzero(found)), round(100 * share(found), 1)
         if percent > LOST_PERCENT:
             yield Issue("warn", code, params={"percent": percent, "frames": count})
+
+
+def _uncertain(case: Case) -> Iterator[Issue]:
+    """Report frames whose interval is of no use, such as those between two typed distances: that of
+    the far end, which an inspection is called by, says nothing of them.
+    """
+    if is_unmeasured(case.track):
+        return
+    most_m = case.use.most_m(metres(case.reached_mm or 0.0))
+    percent = round(100 * share(U95 * case.track.sigma_distance_mm / 1000 > most_m + SAME_M), 1)
+    if percent > LOST_PERCENT:
+        yield Issue("warn", "uncertain", params={"percent": percent})
 
 
 def pipe(case: Case) -> Iterator[Issue]:

@@ -15,7 +15,7 @@ from tracks import look, straight_track
 from app.survey.adjustment.adjust import adjust
 from app.survey.catalogue import built_in
 from app.survey.distances.corrected import Corrected
-from app.survey.distances.stated import Joints, Stated, Zero
+from app.survey.distances.stated import Joints, Stated, Typed, Zero
 from app.survey.observations.checks import Case, Issue, run
 from app.survey.observations.records import Observation
 from app.survey.observations.tag import StatedTag
@@ -91,6 +91,14 @@ def found(of: Case) -> list[tuple[str, str]]:
 def the_issue(of: Case) -> Issue:
     (issue,) = run(of)
     return issue
+
+
+def test_frames_between_two_typed_distances_are_said_to_be_uncertain() -> None:
+    blind = replace(DRIVE, status=np.full(FRAMES, "lost"), time_s=10 * DRIVE.time_s)
+    ends = (Typed(frame=0, distance_m=0.0), Typed(frame=FRAMES - 1, distance_m=END_M))
+    found = {one.code: one.params for one in run(case(raw=blind, stated=Stated(typed=ends)))}
+    assert 50 < found["uncertain"]["percent"] < 100
+    assert "uncertain" not in {one.code for one in run(case())}
 
 
 def test_a_run_in_good_order_has_no_checks() -> None:
