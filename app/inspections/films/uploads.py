@@ -39,8 +39,9 @@ MAX_CHECKED_PIECE = 16 * 2**20
 MOST_OF_A_TOKEN = 100
 """Most uploads of a token that have not become an inspection."""
 _BLOCK = 2**20
-_READ_S = 10.0
-"""How long an inspection waits for a page that still reads the first picture of its film."""
+_READ_S = 120.0
+"""How long an inspection waits for a page that still looks at its film: to search it for the axis
+takes seconds, on a busy machine many."""
 _CLOCK_WAS_SET_S = 60.0
 """Jump of the clock that shows it was set, not just adjusted."""
 
