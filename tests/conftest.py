@@ -19,7 +19,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 
 import pytest
-from builders import Client, make_clip, serving
+from builders import PATIENCE_S, Client, make_clip, serving
 from debian import found_or_installed
 from hypothesis import HealthCheck, settings
 from kinds import kind_of, nothing_is_started
@@ -200,6 +200,12 @@ def new_url(request: pytest.FixtureRequest, database_kind: str) -> Callable[[], 
         return lambda: None
     running: PostgresServer = request.getfixturevalue("postgres")
     return running.new_database
+
+
+@pytest.fixture
+def photos_are_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who asks for a photo waits until it is made, also on a busy machine."""
+    monkeypatch.setattr("app.tracking.pictures.photos._WAIT_FOR_PHOTO_S", PATIENCE_S)
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from urllib.parse import urlsplit
 
 import httpx
-from builders import wait_until
+from builders import PATIENCE_S, wait_until
 from ports import free_port
 
 CREDENTIALS = {"AWS_ACCESS_KEY_ID": "tests", "AWS_SECRET_ACCESS_KEY": "a-secret-of-the-tests"}
@@ -30,13 +30,14 @@ class ObjectStore:
     def new(self, port: int | None = None) -> str:
         """Make a bucket; return the URL of a store in it, through another port if one is given."""
         bucket = f"films-{next(self._numbers)}"
-        made = httpx.put(f"http://127.0.0.1:{self.port}/{bucket}")
+        made = httpx.put(f"http://127.0.0.1:{self.port}/{bucket}", timeout=PATIENCE_S)
         assert made.is_success, made.text
         return self.url(bucket, port)
 
     def keys(self, url: str) -> set[str]:
         """Return all keys in the bucket of a store."""
-        listed = httpx.get(f"http://127.0.0.1:{self.port}/{urlsplit(url).hostname}")
+        bucket = f"http://127.0.0.1:{self.port}/{urlsplit(url).hostname}"
+        listed = httpx.get(bucket, timeout=PATIENCE_S)
         return set(re.findall("<Key>(.*?)</Key>", listed.text))
 
     def url(self, bucket: str, port: int | None = None) -> str:

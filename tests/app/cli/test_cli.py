@@ -421,7 +421,7 @@ def test_demo_serves_its_sample_from_a_small_folder_and_leaves_nothing(tmp_path)
     token = Path(file).read_text()
     assert token not in opened
     opened = f"{opened.removeprefix('Open ')}&token={token}"
-    with httpx.Client(follow_redirects=True, headers=TYPED_ADDRESS) as browser:
+    with httpx.Client(follow_redirects=True, headers=TYPED_ADDRESS, timeout=PATIENCE_S) as browser:
         page = browser.get(opened)
         inspection = browser.get(page.url.join(f"/api{page.url.path}")).json()
         assert inspection["name"] == "Sample culvert"

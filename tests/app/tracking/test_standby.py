@@ -52,12 +52,11 @@ def test_a_standby_takes_over_and_nothing_is_lost_or_there_twice(
         active = Process(data, tmp_path / "active.log", DATABASE=url, PACE=PACE)
         stack.callback(active.end)
         client = stack.enter_context(Client(active, TOKEN))  # type: ignore[arg-type]
-        run = client.inspect(make_clip(tmp_path / "clip.mp4", FRAMES))
-        client.wait(run, "running")
         standby = Process(data, tmp_path / "standby.log", is_standby=True, DATABASE=url)
         stack.callback(standby.end)
         wait_until(lambda: "standby" in standby.log.read_text())
-        client.timeout = 5.0
+        run = client.inspect(make_clip(tmp_path / "clip.mp4", FRAMES))
+        client.wait(run, "running")
         tagging = threading.Thread(target=tag_until_it_fails, args=(client, run, acknowledged))
         tagging.start()
         wait_until(lambda: len(acknowledged) > 20)

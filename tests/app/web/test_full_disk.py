@@ -13,6 +13,7 @@ from typing import Any
 import httpx
 import pytest
 from builders import (
+    PATIENCE_S,
     TOKEN,
     TUS,
     Client,
@@ -124,7 +125,8 @@ def test_a_server_that_starts_without_room_lets_people_read_and_later_write(
     settings = Settings(data=data, disk_reserve_bytes=0)
     with in_background(settings) as login_url:
         url, token = login_url.split("/login?token=")
-        with httpx.Client(base_url=url, headers={"Authorization": f"Bearer {token}"}) as client:
+        headers = {"Authorization": f"Bearer {token}"}
+        with httpx.Client(base_url=url, headers=headers, timeout=PATIENCE_S) as client:
             path = f"/api/inspections/{survey.id}"
             for read in ("", "/track", "/observations", "/video", "/exports/csv"):
                 assert client.get(path + read).status_code == 200, read

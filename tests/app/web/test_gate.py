@@ -187,7 +187,9 @@ def test_a_proxy_is_believed_only_where_it_is_named(tmp_path: Path, clip: Path) 
         return client.post("/api/login", json={"token": "wrong"}, headers=forwarded).status_code
 
     with process(tmp_path / "named", TRUSTED_PROXIES="10.0.0.0/8, 127.0.0.1") as client:
-        stranger = httpx.Client(base_url=client.server.url, headers={"Host": "localhost"})
+        stranger = httpx.Client(
+            base_url=client.server.url, headers={"Host": "localhost"}, timeout=PATIENCE_S
+        )
         assert [guess(stranger, "192.0.2.1") for _ in range(11)] == [401] * 10 + [429]
         assert guess(stranger, "192.0.2.2") == 401
         forwarded = {"X-Forwarded-For": "192.0.2.3", "X-Forwarded-Proto": "https"}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from builders import HEIGHT, WIDTH
 from camera_sessions import LOOPBACK, session
-from cameras import MJPEG_HEAD, MjpegCamera, RtspCamera, floor, mjpeg_part
+from cameras import MJPEG_HEAD, MjpegCamera, Picture, RtspCamera, floor, mjpeg_part
 
 from app.jobs.live.cameras import CameraFault, opened
 from app.jobs.messages import Failed
@@ -108,11 +108,13 @@ def test_an_address_without_a_stream_is_named(
 
 
 @pytest.mark.parametrize(("encoding", "said"), [("H265", "no whole picture"), ("X", "no video")])
-def test_a_stream_whose_picture_size_stays_unknown_is_named(
-    monkeypatch: pytest.MonkeyPatch, encoding: str, said: str
-) -> None:
-    monkeypatch.setattr("app.jobs.live.cameras._TIMEOUTS_S", {"rtsp": (1, 1)})
-    with RtspCamera(encoding=encoding) as camera:
+def test_a_stream_whose_picture_size_stays_unknown_is_named(encoding: str, said: str) -> None:
+    def first(number: int) -> Picture:
+        if number > 5:
+            raise ConnectionError  # nobody waits for the rest
+        return floor(number)
+
+    with RtspCamera(encoding=encoding, picture=first) as camera:
         found = LOOPBACK.resolve(camera.url, (WIDTH, HEIGHT)).camera
         with pytest.raises(CameraFault, match=said), opened(found):
             pass

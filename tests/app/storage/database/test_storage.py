@@ -11,7 +11,7 @@ import httpx
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
-from builders import TOKEN, TUS, clip_rig, make_clip, serving, wait_until
+from builders import PATIENCE_S, TOKEN, TUS, clip_rig, make_clip, serving, wait_until
 from postgres import ON_BOTH
 from processes import Process
 from sqlalchemy import text
@@ -172,7 +172,8 @@ def write_until_killed(
     url: str, inspection_id: str, upload: str, acknowledged: dict[str, int]
 ) -> None:
     """Tag, and after each tag send another byte of an upload."""
-    with httpx.Client(base_url=url, headers={"Authorization": f"Bearer {TOKEN}"}) as client:
+    headers = {"Authorization": f"Bearer {TOKEN}"}
+    with httpx.Client(base_url=url, headers=headers, timeout=PATIENCE_S) as client:
         while True:
             name, frame = str(uuid.uuid4()), len(acknowledged) % 30
             path = f"/api/inspections/{inspection_id}/observations/{name}"

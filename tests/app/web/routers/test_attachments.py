@@ -31,6 +31,8 @@ from app.settings import Settings
 from app.storage.database.backup import back_up, restore
 from app.survey.distances.track_rows import estimate_at
 
+pytestmark = pytest.mark.usefixtures("photos_are_waited_for")
+
 VOICE = b"\x1aE\xdf\xa3 as a browser's recorder gives it"
 ARROW = {"kind": "arrow", "points": [[40.0, 130.0], [90.0, 60.0]], "colour": "red"}
 TEXT = {"kind": "text", "points": [[100.0, 100.0]], "colour": "yellow", "text": "root"}

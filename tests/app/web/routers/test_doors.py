@@ -359,7 +359,7 @@ def test_over_https_the_printed_address_logs_in_and_no_secret_is_shown(tmp_path:
         assert token not in printed
         assert origin.startswith("https://127.0.0.1:")
         trusted = ssl.create_default_context(cafile=str(cert))
-        with httpx.Client(base_url=origin, verify=trusted) as browser:
+        with httpx.Client(base_url=origin, verify=trusted, timeout=PATIENCE_S) as browser:
             answers = [browser.get(f"{origin}/login?token={token}")]
             flags = answers[0].headers["Set-Cookie"]
             assert re.search("^__Host-.*HttpOnly.*Path=/;.*SameSite=strict; Secure$", flags)
@@ -368,7 +368,7 @@ def test_over_https_the_printed_address_logs_in_and_no_secret_is_shown(tmp_path:
             cookie = browser.cookies[f"__Host-{name}"]
             headers = {"Cookie": f"{name}={cookie}"}  # without its prefix it is not ours
             answers += [
-                httpx.get(f"{origin}/api/me", headers=headers, verify=trusted),
+                httpx.get(f"{origin}/api/me", headers=headers, verify=trusted, timeout=PATIENCE_S),
                 browser.get("/"),
                 browser.get("/api/inspections/x"),
                 browser.put("/api/me/preferences", content=b"{", headers={"Origin": origin}),

@@ -18,6 +18,8 @@ from builders import (
 )
 from surveys import Survey, another
 
+pytestmark = pytest.mark.usefixtures("photos_are_waited_for")
+
 
 def path(inspection_id: str, name: str = "") -> str:
     return f"/api/inspections/{inspection_id}/observations" + (f"/{name}" if name else "")
