@@ -24,8 +24,8 @@ DRAWN_AND_STATED = """() => {
 # What the page of an ended inspection reads when it is opened; nothing is read again by itself.
 HAS_READ = """() => {
   const desk = document.querySelector('inspection-page')?.desk;
-  return desk?.observations.isRead && desk.corrections.value && desk.checks.value
-    && desk.live.state === 'OPEN' && !desk.inspection.isUnfinished;
+  return desk?.track.length && desk.observations.isRead && desk.corrections.value
+    && desk.checks.value && desk.live.state === 'OPEN' && !desk.inspection.isUnfinished;
 }"""
 
 # Software takes a core for the 3D view.

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from desks import click_at, expect_read, expect_saved, observations
+from desks import click_at, expect_frame, expect_read, expect_saved, observations
 from hands import Hands
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
@@ -54,6 +54,7 @@ def test_a_film_with_ten_full_codes_becomes_a_report(
 ) -> None:
     log_in(page, server, f"/inspections/{wide.id}")
     expect_read(page)
+    expect_frame(page, 0)
     hands = Hands(page)
 
     # Nine tags while the film plays, then what each of them lacks.
@@ -111,6 +112,7 @@ def test_what_a_code_needs_is_in_sight_beside_the_film(
     page.set_viewport_size({"width": 1366, "height": 768})
     log_in(page, server, f"/inspections/{wide.id}")
     expect_read(page)
+    expect_frame(page, 0)
     film, view = page.locator(".stage__picture"), page.locator(".viewer__stage")
     for element, name, least in ((film, "width", 560), (view, "height", 220)):
         box = element.bounding_box()
@@ -139,13 +141,14 @@ def test_an_incomplete_defect_is_completed_by_the_keyboard_alone_and_the_next_on
 ) -> None:
     log_in(page, server, f"/inspections/{wide.id}")
     expect_read(page)
+    expect_frame(page, 0)
     asked = page.locator("#question-asked")
     page.keyboard.press("5")
     page.keyboard.press("a")
     expect(asked).to_have_text("Quantity")
     # Keys of the film are the film's while a tag is asked about; after half a metre all of them.
     page.keyboard.press("ArrowRight")
-    expect(page.locator(".transport__frame")).to_have_text(re.compile("frame 1$"))
+    expect_frame(page, 1)
     expect(asked).to_have_text("Quantity")
     page.keyboard.press("End")
     expect(page.locator("defect-form")).to_have_count(0)

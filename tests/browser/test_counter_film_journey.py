@@ -12,7 +12,7 @@ from uuid import uuid4
 import counter_drives
 import pytest
 from counter_drives import CounterDrive
-from desks import expect_saved
+from desks import expect_frame, expect_saved
 from hands import Hands
 from looks import expect_no_fault
 from playwright.sync_api import Page, expect
@@ -64,6 +64,7 @@ def test_a_film_that_shows_only_its_counter_becomes_a_report(
     expect(health).to_have_text("By the counter", timeout=1000 * READ_WITHIN_S)
     expect_no_fault(page)
     hands.press("End")
+    expect_frame(page, DRIVE.frames - 1)
     hands.press("1")
     hands.answer("b", "a", "2.5")
     hands.press("Shift+Digit3")

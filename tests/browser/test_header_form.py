@@ -114,11 +114,11 @@ def test_what_is_missing_is_named_and_what_is_typed_is_kept_and_saved(
 
 def test_the_rig_and_the_clock_fill_a_new_header(page: Page, server: Server) -> None:
     log_in(page, server, "/new")
-    page.get_by_label("Camera and mount").select_option(index=2)
+    page.get_by_label("Camera and mount").select_option("preset 1")
     expect(page.get_by_role("textbox", name="Height", exact=True)).to_have_value("600")
     expect(page.get_by_role("combobox", name="Cross-section")).to_have_value("circular")
     expect(page.get_by_label("Date")).not_to_have_value("")
     # What a person wrote is not replaced by the next rig.
     page.get_by_role("textbox", name="Height", exact=True).fill("610")
-    page.get_by_label("Camera and mount").select_option(index=1)
+    page.get_by_label("Camera and mount").select_option("preset 0")
     expect(page.get_by_role("textbox", name="Height", exact=True)).to_have_value("610")

@@ -62,6 +62,7 @@ def test_the_list_of_inspections_has_pages_that_the_address_keeps(
     page.get_by_role("button", name="Last page").click()
     expect(page.get_by_text(f"101–{TRACKED} of {TRACKED}")).to_be_visible()
     rows.last.get_by_role("link").click()
+    page.wait_for_url("**/inspections/*")
     page.go_back()
     expect(page.get_by_text(f"101–{TRACKED} of {TRACKED}")).to_be_visible()
     page.get_by_role("searchbox").fill("contract")

@@ -14,7 +14,7 @@ from typing import Any
 from uuid import uuid4
 
 import pytest
-from builders import BLOCK, blocks, frame_number, half_size
+from builders import BLOCK, blocks, frame_number, half_size, wait_until
 from cameras import MjpegCamera, Picture
 from desks import DRAWN_AND_STATED, expect_saved, observations
 from hands import Hands
@@ -133,14 +133,14 @@ def test_a_live_camera_becomes_a_corrected_and_exported_inspection(
     page.set_viewport_size({"width": 1100, "height": 768})
     assert page.evaluate("document.documentElement.scrollWidth - innerWidth") == 0
     made = observations(live_server, inspection)
+    made_m = sorted(item["distance_m"] for item in made)
     for item in made:
         true_m = frames_m[item["frame"]]
         assert item["distance_m"] == pytest.approx(true_m, abs=TOLERANCE_M), item
         assert abs(item["distance_m"] - true_m) <= item["distance_u95_m"] + 0.001, item
 
     page.get_by_role("tab", name="Defects").click()
-    shown = [float(text.split()[0]) for text in page.locator(".defect__where").all_text_contents()]
-    assert sorted(shown) == pytest.approx(sorted(item["distance_m"] for item in made), abs=0.00501)
+    wait_until(lambda: _shown_m(page) == pytest.approx(made_m, abs=0.00501))
     page.get_by_role("tab", name="Checks").click()
     expect(page.locator("checks-panel")).to_contain_text(re.compile("thing|Nothing"))
     expect(page.locator("checks-panel")).not_to_contain_text("blocks a report")
@@ -280,6 +280,12 @@ def _correct(hands: Hands) -> None:
     hands.type(page.get_by_label("Why (for the history)"), REASON)
     hands.click(page.get_by_role("button", name="Apply"))
     expect(page.get_by_text("Distances corrected").first).to_be_visible()
+
+
+def _shown_m(page: Page) -> list[float]:
+    """The distances of the list."""
+    shown = page.locator(".defect__where").all_text_contents()
+    return sorted(float(text.split()[0]) for text in shown)
 
 
 def _bar(page: Page) -> Locator:

@@ -33,11 +33,12 @@ WATCH = """(pictures) => import('/static/core/wall/units.js')
     let drawn = 0;
     for (let bit = 0; bit < 16; bit += 1) if (data[4 * (16 * bit + 8)] > 128) drawn |= 1 << bit;
     const { row } = desk.playhead.value;
+    const m = row.distance_mm / 1000;
     const now = document.querySelector('.strip__track').ariaValueNow;
-    const isOne = text('.transport__frame').endsWith(` ${row.frame}`)
-      && text('.readout__distance span') === units.chainageNumber(row.distance_mm / 1000)
-      && now === (row.distance_mm / 1000).toFixed(2);
-    seen.push([drawn, row.frame, isOne]);
+    const number = text('.transport__frame').split(' ').at(-1);
+    const stated = [number, text('.readout__distance span'), now];
+    const right = [String(row.frame), units.chainageNumber(m), m.toFixed(2)];
+    seen.push([drawn, row.frame, stated, right]);
   };
   const observer = new ResizeObserver(look);
   observer.observe(probe);
@@ -170,9 +171,9 @@ def test_a_live_inspection_from_its_start_through_drop_outs_to_its_review(
 def _expect_parts_of_one_frame(page: Page) -> None:
     """Picture, number, pose and read-out."""
     seen = page.evaluate(WATCH, 6)
-    assert all(is_one for _, _, is_one in seen)
-    frames = {frame: drawn for drawn, frame, _ in seen}
-    assert all(frames[frame] == drawn for drawn, frame, _ in seen)
+    assert [stated for _, _, stated, _ in seen] == [right for _, _, _, right in seen]
+    frames = {frame: drawn for drawn, frame, *_ in seen}
+    assert all(frames[frame] == drawn for drawn, frame, *_ in seen)
     for frame in sorted(frames)[::2]:
         assert page.evaluate(RECORDED, frame) == frames[frame]
 

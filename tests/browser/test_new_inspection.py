@@ -33,7 +33,7 @@ def form(page: Page, server: Server) -> Page:
 def test_a_rig_comes_from_a_preset_or_a_file_and_faults_are_shown(
     form: Page, tmp_path: Path
 ) -> None:
-    form.get_by_label("Camera and mount").select_option(index=1)
+    form.get_by_label("Camera and mount").select_option("preset 0")
     expect(form.locator("#header-height_mm")).to_have_value("300")
     expect(form.get_by_label("Inner diameter")).to_be_hidden()  # it is typed once
     form.get_by_role("button", name="Start tracking").click()

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from desks import WITHOUT_WEBGL
+from desks import WITHOUT_WEBGL, expect_frame, expect_read
 from looks import expect_no_fault
 from playwright.sync_api import Browser, Page, Route, expect
 from steps import TOKEN, Server, log_in
@@ -198,7 +198,7 @@ def test_a_digit_tags_the_code_that_was_put_on_it(
     expect(key).to_have_value("BAB A D")
     page.goto(f"{server.url}/inspections/{inspection}")
     expect(page.locator("[data-quick='2']")).to_contain_text("A D")
-    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
+    expect_frame(page, 0)
     page.keyboard.press("3")
     expect(page.locator(".defect__what b").last).to_have_text("BAB A D")
 
@@ -219,7 +219,8 @@ def test_a_digit_tags_the_code_that_was_put_on_it(
     held: list[Route] = []
     page.route("**/api/me/preferences", lambda route: held.append(route))
     key.fill("bcc a")
-    key.press("Tab")
+    with page.expect_request("**/api/me/preferences"):
+        key.press("Tab")
     expect(key).to_have_value("BCC A")
     key.fill("crac")
     with page.expect_response("**/api/me/preferences") as answer:
@@ -243,7 +244,8 @@ def test_letters_can_be_switched_off_as_keys(page: Page, server: Server, inspect
         page.get_by_label("Letters, digits and signs are keys").uncheck()
     page.goto(f"{server.url}/inspections/{inspection}")
     expect(page.locator("html.without-single-keys")).to_be_attached()
-    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
+    expect_frame(page, 0)
+    expect_read(page)
     before = page.locator(".defect").count()
     for key in ("t", "1", "s", "Shift+T", "?", "Shift+Digit3"):
         page.keyboard.press(key)
@@ -256,7 +258,7 @@ def test_letters_can_be_switched_off_as_keys(page: Page, server: Server, inspect
     page.keyboard.press("Escape")
     before += 1
     page.keyboard.press("ArrowRight")  # no letter
-    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 1$"))
+    expect_frame(page, 1)
     expect(page.locator(".defect")).to_have_count(before)
     expect(page.locator(".quick kbd").first).to_be_hidden()
     page.get_by_role("button", name="Keys").click()
@@ -293,7 +295,7 @@ def test_a_key_is_changed_beside_its_action_unless_another_one_has_it(
     page: Page, server: Server, inspection: str
 ) -> None:
     log_in(page, server, f"/inspections/{inspection}")
-    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
+    expect_frame(page, 0)
     page.keyboard.press("?")
     sheet = page.get_by_role("dialog", name="Keys")
     tag = sheet.get_by_role("button", name=re.compile("^T: change the key of “Tag"))
@@ -314,7 +316,8 @@ def test_a_key_is_changed_beside_its_action_unless_another_one_has_it(
         page.keyboard.press("Escape")
 
     expect(page.locator(".quick kbd").first).to_have_text("X")
-    expect(page.locator(".transport__clock")).to_have_text(re.compile("frame 0$"))
+    expect_frame(page, 0)
+    expect_read(page)
     before = page.locator(".defect").count()
     page.keyboard.press("t")
     page.keyboard.press("x")

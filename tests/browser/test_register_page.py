@@ -73,7 +73,7 @@ def test_from_a_table_of_the_owner_to_the_header_of_an_inspection(
     # A new inspection: a suggestion of the rig gives way, what a person entered stays.
     page.goto(server.url + "/new")
     field = {name: page.locator(f"#header-{name}") for name in ("asset_id", "height_mm", "shape")}
-    page.get_by_label("Camera and mount").select_option(index=1)
+    page.get_by_label("Camera and mount").select_option("preset 0")
     expect(field["height_mm"]).to_have_value("300")
     field["asset_id"].press_sequentially("CV 01")
     page.get_by_role("button", name="Use CV-01").click()

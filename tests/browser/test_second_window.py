@@ -27,7 +27,10 @@ def press(page: Page, name: str) -> None:
 
 
 def click_wall(wall: Page, along_mm: float) -> None:
-    wall.wait_for_function("() => document.querySelector('wall-strip').rows")
+    wall.wait_for_function(
+        "() => { const { rows, desk } = document.querySelector('wall-strip');"
+        " return rows && desk.track.length; }"
+    )
     x, y = wall.evaluate(ON_WALL, [along_mm, 0])
     wall.locator("wall-strip [data-part=above]").click(position={"x": x, "y": y}, force=True)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from builders import half_size
+from builders import half_size, wait_until
 from desks import click_at, drawn_in_3d, expect_frame, expect_read, expect_saved, observations
 from playwright.sync_api import Locator, Page, expect
 from steps import Server, export, export_track, log_in, start_inspection, wait_until_done
@@ -23,7 +23,6 @@ from vo_core.rig import Rig
 TOLERANCE_M = 0.005
 """What the issue asks of tagged distances on the nominal scenario."""
 LENGTH_MM = 1000.0
-DRAWN_LIMIT = 40
 DISTINCT_COLOURS = 300
 """A culvert with its lights has thousands; an empty view has the few of its background."""
 ROBOT_PIXELS = 20
@@ -121,14 +120,15 @@ def _play_by_keys(page: Page, last: int) -> None:
 
 def _expect_a_picture_in_3d(view: Locator) -> None:
     """Wait for the culvert with its lights, and the robot: it is yellow, nothing else is."""
-    for _ in range(DRAWN_LIMIT):
+
+    def is_drawn() -> bool:
         pixels = cv2.imdecode(np.frombuffer(view.screenshot(), np.uint8), cv2.IMREAD_COLOR)
         colours = len(np.unique(pixels.reshape(-1, 3), axis=0))
         blue, green, red = (pixels[..., i].astype(int) for i in range(3))
         yellow = np.count_nonzero((red > 120) & (red - blue > 60) & (green - blue > 30))
-        if colours > DISTINCT_COLOURS and yellow > ROBOT_PIXELS:
-            return
-    pytest.fail(f"The 3D view has {colours} colours and {yellow} pixels of a robot.")
+        return colours > DISTINCT_COLOURS and yellow > ROBOT_PIXELS
+
+    wait_until(is_drawn)
 
 
 def _true_distances_m(path: Path) -> list[float]:

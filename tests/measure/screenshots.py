@@ -99,7 +99,7 @@ def _show_list(page: Page, _sample: str) -> None:
 
 def _show_new_file(page: Page, _sample: str) -> None:
     _go(page, "/new")
-    page.get_by_label("Camera and mount").select_option(index=1)
+    page.get_by_label("Camera and mount").select_option("preset 0")
 
 
 def _show_new_live(page: Page, _sample: str) -> None:
