@@ -222,7 +222,10 @@ def _whole(
     track: Track, readings: Readings, scale: float | None, lost: NDArray[np.bool_]
 ) -> Carried:
     """Carry all rows by absolute readings."""
-    distance_mm, variance = _between(track, readings, scale or 1.0, lost, 0, len(track) - 1)
+    doubt = own_scale_sigma(track) if scale is None else 0.0
+    distance_mm, variance = _between(
+        track, readings, scale or 1.0, lost, 0, len(track) - 1, scale_sigma=doubt
+    )
     bridged = ~lost & (variance > readings.sigma_mm**2)
     bridged[: readings.rows[0]] = bridged[readings.rows[-1] + 1 :] = False
     way_mm = distance_mm - readings.distance_mm[0]
@@ -300,6 +303,8 @@ def _between(
     lost: NDArray[np.bool_],
     first: int,
     last: int,
+    *,
+    scale_sigma: float = 0.0,
 ) -> tuple[Matrix, Matrix]:
     """Distances of rows from readings among them, and their variance in mm^2 without that of the
     readings.
@@ -312,7 +317,9 @@ def _between(
     unknown_s = np.where(is_measured, 0.0, pause_s)
     # A frame that the camera measured is never less certain than one that it did not.
     unseen = SPEED_MM_S**2 * STEADY_S * pause_s
-    walk = np.where(is_measured, np.minimum(scale**2 * np.diff(shared), unseen), unseen)
+    by_scale = np.diff((scale_sigma * np.cumsum(np.abs(step_mm))) ** 2, prepend=0.0)
+    known = scale**2 * np.diff(shared) + by_scale
+    walk = np.where(is_measured, np.minimum(known, unseen), unseen)
     path_mm, walked, unknown_s = (
         np.concatenate([[0.0], np.cumsum(each)])
         for each in (step_mm, walk + _LEAST_STEP_MM2, unknown_s)

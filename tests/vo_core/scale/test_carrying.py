@@ -61,6 +61,18 @@ def covered(track: Track, truth_mm: NDArray[np.float64]) -> float:
     return float((errors <= 1.96 * track.sigma_distance_mm).mean())
 
 
+def test_between_two_typed_distances_the_way_of_the_camera_is_as_certain_as_its_rig() -> None:
+    track = track_of(LOST, scale=0.9)
+    rig_mm = 0.1 * track.distance_mm
+    track = replace(track, sigma_distance_mm=np.hypot(track.sigma_registration_mm, rig_mm))
+    typed = Readings(np.array([0, FRAMES - 1]), TRUTH_MM[[0, -1]], 50.0, share=0.0)
+    found = carried_wholly(track, typed)
+    assert found.scale is None
+    before = TIME_S < 12
+    errors_mm = np.abs(found.track.distance_mm - TRUTH_MM)[before]
+    assert (errors_mm <= 1.96 * found.track.sigma_distance_mm[before]).all()
+
+
 def test_a_camera_that_looks_around_stands_where_the_legible_counter_says() -> None:
     standing_mm = np.minimum(TRUTH_MM, TRUTH_MM[300]) + np.maximum(TRUTH_MM - TRUTH_MM[700], 0.0)
     track = replace(track_of(np.ones(FRAMES, bool)), status=np.full(FRAMES, "lost"))
