@@ -179,6 +179,7 @@ export class Inspection extends Store {
 
   /** @param {string} reason */
   noteDamage(reason) {
+    if (this.damage === reason) return;
     this.damage = reason;
     this.dispatchEvent(new Event('change'));
   }

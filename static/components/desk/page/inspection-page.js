@@ -93,14 +93,13 @@ export class InspectionPage extends Component {
     });
     this.listen(desk.attachmentOutbox, 'refused', ({ detail: { error } }) => toastError(error));
     this.listen(desk, 'fault', ({ detail }) => {
-      if (detail instanceof Error) toastError(detail);
+      if (detail instanceof Error) this.#fault(detail);
       else toast(detail, { kind: 'error' });
     });
     this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#showDone(text, other));
     this.#showMessages();
-    desk.observations.load().catch(toastError);
-    desk.corrections.load().catch(toastError);
-    desk.review.load().catch(toastError);
+    for (const part of [desk.observations, desk.corrections, desk.review])
+      part.load().catch((error) => this.#fault(error));
     if (desk.inspection.isUnfinished) this.followCounter();
     this.#follow({ isOpening: true });
   }
@@ -200,7 +199,7 @@ export class InspectionPage extends Component {
     let isListOld = !isOpening || desk.inspection.isUnfinished;
     const onError = (error) => {
       const reason = errorText(error);
-      if (error.code === 'damaged_track') desk.inspection.noteDamage(reason);
+      if (isDamage(error)) this.#fault(error);
       else this.#showMessages(error.isTemporary ? t('page.trying_again', { reason }) : reason);
     };
     await poll(
@@ -355,6 +354,12 @@ export class InspectionPage extends Component {
     showKeys(this.#keys, { isChangeable: true });
   }
 
+  /** Says why something failed; a damaged track is said once, and for as long as it is damaged. */
+  #fault(error) {
+    if (isDamage(error)) this.desk.inspection.noteDamage(errorText(error));
+    else toastError(error);
+  }
+
   // What changes on the page ------------------------------------------------------------------
 
   #showQuestions() {
@@ -395,5 +400,7 @@ export class InspectionPage extends Component {
     this.parts.announce.textContent = code ? t('desk.tagged', { code, where }) : t('desk.tagged_point', { where });
   }
 }
+
+const isDamage = ({ code }) => code === 'damaged_track';
 
 customElements.define('inspection-page', InspectionPage);
