@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 from clip_surveys import FRAMES
@@ -118,6 +120,16 @@ def expect_settled(page: Page) -> None:
     expect(page.locator("conflict-notice")).to_be_hidden()
 
 
+@contextmanager
+def cut_off(page: Page) -> Iterator[None]:
+    """The page cannot read the list by itself, as it does for photos: it does not know what another
+    changes meanwhile.
+    """
+    page.context.set_offline(True)
+    yield
+    page.context.set_offline(False)
+
+
 def read_list_again(page: Page) -> None:
     """As the page does for a missing photo, or for distances that were corrected."""
     page.evaluate("() => document.querySelector('inspection-page').desk.observations.load()")
@@ -144,8 +156,9 @@ def test_who_was_second_is_asked_about_a_defect_the_header_and_corrections(
 def both_versions_are_shown_and_what_is_decided_later_stays_in_sight(
     desk: Page, server: Server, path: str
 ) -> None:
-    change_as_another(server, path, severity=4, remark="roots")
-    rate(desk, 3)
+    with cut_off(desk):
+        change_as_another(server, path, severity=4, remark="roots")
+        rate(desk, 3)
     asked = question(desk)
     assert versions(asked) == {
         "Code": ("BAB Crack", "BAB Crack", False),
@@ -191,8 +204,9 @@ def both_versions_are_shown_and_what_is_decided_later_stays_in_sight(
 
     # On every screen the answers are in sight, also of a long text.
     long = {"remark": "Roots through the joint, from the crown down to the bench. " * 4}
-    change_as_another(server, path, severity=4, quant1=35, clock_from=10, clock_to=2, **long)
-    rate(desk, 3)
+    with cut_off(desk):
+        change_as_another(server, path, severity=4, quant1=35, clock_from=10, clock_to=2, **long)
+        rate(desk, 3)
     asked = question(desk)
     for width, height in SCREENS:
         desk.set_viewport_size({"width": width, "height": height})
@@ -206,8 +220,9 @@ def both_versions_are_shown_and_what_is_decided_later_stays_in_sight(
 
 
 def a_deletion_is_asked_about(desk: Page, server: Server, path: str) -> None:
-    change_as_another(server, path, severity=5, remark="roots")
-    delete(desk)
+    with cut_off(desk):
+        change_as_another(server, path, severity=5, remark="roots")
+        delete(desk)
     asked = question(desk)
     expect(asked.get_by_role("heading")).to_have_text("Two versions of BAB at 0.00 m")
     expect(asked).to_contain_text("You deleted it, and somebody else changed it")
@@ -226,8 +241,9 @@ def a_deletion_is_asked_about(desk: Page, server: Server, path: str) -> None:
     desk.keyboard.press("u")
     expect(desk.locator(".defect")).to_have_count(1)
     expect_settled(desk)
-    server.ask("DELETE", f"{path}/observations/{ID}")
-    rate(desk, 3)
+    with cut_off(desk):
+        server.ask("DELETE", f"{path}/observations/{ID}")
+        rate(desk, 3)
     expect(question(desk)).to_contain_text("it was deleted")
     decide(desk, "Leave it deleted")
     expect(desk.locator(".defect")).to_have_count(0)
@@ -259,8 +275,9 @@ def what_is_typed_is_asked_about_only_where_the_text_before_it_is_no_longer_stor
 def a_question_that_is_overtaken_shows_the_newest_version_and_whose_it_is(
     desk: Page, server: Server, path: str
 ) -> None:
-    change_as_another(server, path, remark="first")
-    write_remark(desk, "second")
+    with cut_off(desk):
+        change_as_another(server, path, remark="first")
+        write_remark(desk, "second")
     assert versions(question(desk))["Remark"] == ("second", "first", True)
     change_as_another(server, path, severity=5, remark="first")  # meanwhile
     question(desk).get_by_role("button", name="Keep mine").click()
@@ -269,8 +286,9 @@ def a_question_that_is_overtaken_shows_the_newest_version_and_whose_it_is(
     expect_settled(desk)
     assert tag_of(server, path) == TAG | {"severity": 5, "remark": "first"}
     as_van = {"Authorization": f"Bearer {server.make_token('Van 2', 'operator')}"}
-    server.ask("PUT", f"{path}/observations/{ID}", TAG | {"severity": 1}, as_van)
-    rate(desk, 0)
+    with cut_off(desk):
+        server.ask("PUT", f"{path}/observations/{ID}", TAG | {"severity": 1}, as_van)
+        rate(desk, 0)
     expect(question(desk)).to_contain_text("By Van 2")
     decide(desk, "Take theirs")
 
