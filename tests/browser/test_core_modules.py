@@ -6,7 +6,7 @@ The others are tried in Node: `tests/javascript`.
 from __future__ import annotations
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 from steps import Server, log_in
 
 
@@ -55,7 +55,11 @@ def test_a_field_takes_a_key_only_while_it_is_shown(site: Page) -> None:
     assert run == [[], ["1"]]
 
 
-def test_a_fault_leaves_once_the_person_goes_on_or_the_server_answers_again(site: Page) -> None:
+def test_a_fault_leaves_once_the_person_goes_on_or_the_server_answers_again(
+    browser: Browser, server: Server
+) -> None:
+    site = browser.new_context().new_page()  # a clock is that of all pages of a window
+    log_in(site, server, "/healthz")
     site.clock.install(time=0)
     site.clock.pause_at(1)  # else it goes on while the test is slow
     site.evaluate(
@@ -80,6 +84,7 @@ def test_a_fault_leaves_once_the_person_goes_on_or_the_server_answers_again(site
         expect(shown).to_have_count(1)
         site.clock.fast_forward(6000)
         expect(shown).to_have_count(0)
+    site.context.close()
 
 
 TWO_DESKS = """async () => {
