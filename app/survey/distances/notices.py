@@ -102,7 +102,7 @@ def _notices(adjusted: Adjusted) -> Iterator[Notice]:
     if adjusted.waves_mm is not None and adjusted.rig.pipe.corrugation is None:
         yield Notice("waves_unstated", {"pitch_mm": round(adjusted.waves_mm, 1)})
     carried = adjusted.carried
-    if carried is not None and adjusted.is_read and adjusted.carrier == "counter":
+    if carried is not None and carried.is_whole and adjusted.carrier == "counter":
         by_counter = carried.scale or 1.0
         if abs(by_counter - 1) > OTHER_SCALE:
             yield Notice("counter_doubts_rig", {"scale": round(by_counter, 2)})

@@ -224,8 +224,8 @@ const restMarkup = (found) =>
     changed: count(found.changed),
   })}</span></p>${faultsMarkup(t('register.rest'), found)}`;
 
-/** Faults of which the server's sentence says more: the range and the unit of a field. */
-const DETAILED = new Set(['value', 'place']);
+/** Faults of which the server's sentence says more: what an id lacks, the range and the unit of a field. */
+const DETAILED = new Set(['id', 'value', 'place']);
 
 /** The rows that are left out, with their reasons. */
 function faultsMarkup(text, { faults, faulty, rows, columns }) {
