@@ -47,6 +47,13 @@ def png_of(tile: Tile) -> bytes:
     return png.tobytes()
 
 
+def tile_of(index: int, png: bytes) -> Tile:
+    """Decode what `png_of` has made."""
+    pixels = _decoded(png)
+    colour, weight = np.ascontiguousarray(pixels[..., :3]), pixels[..., 3] / np.float32(255)
+    return Tile(index, colour, np.asarray(weight, np.float32))
+
+
 def shift_of(
     rig: Rig, layout: Layout, seam: Seam, *, start: InitialPose, origin: InitialPose
 ) -> Shift:
