@@ -46,10 +46,15 @@ class RenderedFrame:
     roll_deg: float
 
 
-def render(scenario: Scenario) -> Iterator[RenderedFrame]:
-    """Render a scenario; equal scenarios give equal pictures."""
+def render(scenario: Scenario, wall: Wall | None = None) -> Iterator[RenderedFrame]:
+    """Render a scenario; equal scenarios give equal pictures.
+
+    Args:
+        scenario: The inspection.
+        wall: What it drives along, if that is not drawn for it: the wall of another inspection.
+    """
     trajectory = Trajectory(scenario)
-    scene = _Scene(scenario, trajectory)
+    scene = _Scene(scenario, trajectory, wall)
     recorder = Recorder(scenario, trajectory.frames)
     rate = scenario.camera_frames_per_s
 
@@ -100,7 +105,9 @@ class _Shot:
 class _Scene:
     """The light on the sensor: the wall, seen from the robot's pose and lit by its lamp."""
 
-    def __init__(self, scenario: Scenario, trajectory: Trajectory) -> None:
+    def __init__(
+        self, scenario: Scenario, trajectory: Trajectory, wall: Wall | None = None
+    ) -> None:
         self._scenario = scenario
         self._trajectory = trajectory
         self._caster = WallCaster(scenario.rendered_rig, scenario.silt)
@@ -111,8 +118,7 @@ class _Scene:
         lit = range_mm < REACH_MM
         finest_mm = float(np.percentile(pixel_mm[lit], 2))
         self._full_light_mm = np.float32(np.percentile(range_mm, 5))
-        self._texel_mm = max(_MIN_TEXEL_MM, 0.8 * finest_mm)
-        self._wall = self._visible_wall(self._texel_mm)
+        self._wall = wall or self._visible_wall(max(_MIN_TEXEL_MM, 0.8 * finest_mm))
         self._beam = _beam(scenario)
         self._nominal = self._shot(NOMINAL)
         self._ripples = _ripples(scenario) if scenario.water else None
@@ -141,7 +147,7 @@ class _Scene:
         return _Shot(
             light=_lamp(self._beam, range_mm, self._full_light_mm)
             * (_FULL_LIGHT_GREY * self._scenario.brightness),
-            level_weights=_level_weights(pixel_mm / self._texel_mm, len(self._wall.levels)),
+            level_weights=_level_weights(pixel_mm / self._wall.texel_x_mm, len(self._wall.levels)),
         )
 
     def _sample(self, shot: _Shot, t_s: float) -> FloatImage:
