@@ -32,6 +32,11 @@ from app.inspections.films.lenses import Lenses
 from app.inspections.films.recordings import Recordings
 from app.inspections.films.samples import Samples
 from app.inspections.films.uploads import Uploads
+from app.inspections.findings.detectors import CPU_S as DETECTOR_CPU_S
+from app.inspections.findings.detectors import Detectors
+from app.inspections.findings.findings import Findings
+from app.inspections.findings.pictures import FindingPictures
+from app.inspections.findings.search import FindingSearch
 from app.inspections.inspections import Inspections
 from app.inspections.picking import Picking
 from app.inspections.preferences import Preferences
@@ -64,6 +69,7 @@ from app.storage.index.work_list import WorkList
 from app.storage.records.access import AccessStore
 from app.storage.records.alerts import AlertStore
 from app.storage.records.assets import AssetStore
+from app.storage.records.detectors import DetectorStore
 from app.storage.records.imports import ImportStore
 from app.storage.records.labels import LabelStore
 from app.storage.records.preferences import PreferenceStore
@@ -134,6 +140,7 @@ def _started(settings: Settings, stored: Dialect | None, stack: ExitStack) -> Se
     building = _Building(settings, stored, stack)
     building.start_tracking()
     building.add_inspections()
+    building.start_findings()
     building.start_archive()
     building.start_connections()
     building.add_rest()
@@ -299,6 +306,33 @@ class _Building:
         services.add(Rigs(RigStore(storage.database)))
         services.add(Preferences(PreferenceStore(storage.database)))
         services.add(Presence())
+
+    def start_findings(self) -> None:
+        """Start the search of walls, and add what is done with its findings."""
+        records, services, live = self.records, self.services, self.live
+        detectors = services.add(
+            Detectors(
+                DetectorStore(self.storage.database),
+                services[Uploads],
+                self.storage.blobs,
+                self._limits(DETECTOR_CPU_S),
+            )
+        )
+        inspections, store = records.inspection_store, records.finding_store
+        search = FindingSearch(
+            inspections,
+            store,
+            records.observations,
+            (records.unrolled, self.storage.blobs),
+            detectors,
+            live,
+            limits=self._job_limits,
+            is_automatic=self.settings.find_defects,
+            has_others=RunStore(self.storage.database).are_queued,
+        )
+        self._run(services.add(search))
+        services.add(Findings(inspections, store, records.observations, records.packs, live))
+        services.add(FindingPictures(inspections, store, records.unrolled, services[Media]))
 
     def start_archive(self) -> None:
         """Start the index, the search in it, and the intake of many films."""

@@ -29,6 +29,7 @@ from app.storage.database.tables import Inspection
 from app.storage.folder.files import Places
 from app.storage.index.defect_index import DefectIndex
 from app.storage.records.corrections import CorrectionStore
+from app.storage.records.findings import FindingStore
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.observations import ObservationStore
 from app.storage.records.packs import PackStore
@@ -60,6 +61,7 @@ class Records:
         self.observations = Observations(
             self.inspection_store, self.observation_store, self.tracks, self.corrections, live
         )
+        self.finding_store = FindingStore(database, self.observation_store)
         self.attachments = Attachments(stored, self.observation_store, self.tracks, live)
         self.packs = Packs(PackStore(database))
         self.purpose = Purpose(blobs)

@@ -92,6 +92,26 @@ class BulkExportNotFound(AppError, status=404):
     """No bulk export has this id, or its archive is not made yet."""
 
 
+class FindingNotFound(AppError, status=404):
+    """The inspection has no finding with this id."""
+
+
+class FindingDecided(AppError, status=409):
+    """Somebody has decided otherwise about the finding."""
+
+
+class DetectorNotFound(AppError, status=404):
+    """No model of a user has this id."""
+
+
+class DetectorNameTaken(AppError, status=409):
+    """Another model has this name."""
+
+
+class InvalidDetector(AppError, status=422):
+    """The model, or its declaration, cannot be used; the text says what to do."""
+
+
 class TileNotFound(AppError, status=404):
     """The part of the wall was not seen."""
 

@@ -50,6 +50,7 @@ from app.web.routers.inspection import (
     attachments,
     corrections,
     counter,
+    findings,
     inspections,
     live,
     media,
@@ -64,6 +65,7 @@ from app.web.routers.library import (
     asset_map,
     bulk,
     catalogue,
+    detectors,
     imports,
     packs,
     register,
@@ -137,6 +139,7 @@ def _routes() -> list[BaseRoute]:
         inspections.router, observations.router, attachments.router, picking.router,
         corrections.router, counter.router, media.router, bulk.router, report_templates.router,
         catalogue.router, packs.router, rigs.router, register.router, reviews.router,
+        findings.router, detectors.router,
         imports.samples, archive.router, search.router, asset_map.router, work.router,
         tokens.router, unrolled.router, server.router, live.router, viewer.router, pages.router,
     ):  # fmt: skip

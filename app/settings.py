@@ -157,6 +157,11 @@ class Settings(BaseSettings):
     job_cpu_h: float = Field(
         default=24, gt=0, le=1000, description="Processor hours that tracking one video may take."
     )
+    find_defects: bool = Field(
+        default=True,
+        description="Search the unrolled wall for defects to propose while and after a film is "
+        "tracked; without it, only when somebody asks.",
+    )
 
     camera_networks: Annotated[tuple[IPv4Network | IPv6Network, ...], NoDecode] = Field(
         default=tuple(

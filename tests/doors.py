@@ -16,6 +16,7 @@ def example(parameter: str) -> str:
         "frame": "0",
         "kind": "csv",
         "observation_id": "00000000-0000-4000-8000-000000000000",
+        "finding_id": "00000000-0000-4000-8000-000000000000",
     }.get(parameter, "0" * 32)
 
 

@@ -94,6 +94,18 @@ class Observations:
             FrameOutsideVideo, PixelOutsidePicture: The film has no such frame or pixel.
             ChangedMeanwhile: The version is no longer `replaced`; nothing was stored.
         """
+        stated = self.checked(inspection_id, tag)
+        require = _required(stated.to_json(), replaced)
+        if self._store.put(inspection_id, observation_id, stated, who, require):
+            self._live.observations_changed(inspection_id)
+
+    def checked(self, inspection_id: str, tag: Tag) -> StatedTag:
+        """Return a tag as it is stored.
+
+        Raises:
+            InspectionNotFound: No inspection has this id.
+            FrameOutsideVideo, PixelOutsidePicture: The film has no such frame or pixel.
+        """
         inspection = self._inspections.get(inspection_id)
         track = self._tracks.get(inspection_id)
         check_frame(inspection, len(track), tag.frame)
@@ -103,10 +115,7 @@ class Observations:
             _check_points(inspection, len(track), measure)
         if tag.pixel and inspection.source_kind == IMPORTED and is_unmeasured(track):
             raise PixelOutsidePicture(f"{NO_FILM} Tag it without a pixel.")
-        stated = StatedTag.kept(tag.model_dump())
-        require = _required(stated.to_json(), replaced)
-        if self._store.put(inspection_id, observation_id, stated, who, require):
-            self._live.observations_changed(inspection_id)
+        return StatedTag.kept(tag.model_dump())
 
     def delete(
         self, inspection_id: str, observation_id: str, who: str, *, replaced: str | None = None
@@ -139,7 +148,7 @@ class Observations:
     def all(self, inspection_id: str) -> list[ObservationView]:
         """Return the observations in the order of their numbers."""
         self._inspections.get(inspection_id)
-        rows, trajectory = self._store.listed(inspection_id), self._trajectory(inspection_id)
+        rows, trajectory = self._store.listed(inspection_id), self.trajectory(inspection_id)
         places = places_of(trajectory, [row.tag for row in rows])
         return [
             ObservationView(row, place, figures_of(trajectory, row.tag))
@@ -151,7 +160,7 @@ class Observations:
         row = self._store.get(inspection_id, observation_id)
         if row.deleted_at is not None:
             raise ObservationNotFound("This observation was deleted; it can be restored.")
-        trajectory = self._trajectory(inspection_id)
+        trajectory = self.trajectory(inspection_id)
         return ObservationView(row, place_of(trajectory, row.tag), figures_of(trajectory, row.tag))
 
     def wall_at(self, inspection_id: str, frame: int, pixel: tuple[float, float]) -> WallUnder:
@@ -163,7 +172,7 @@ class Observations:
         """
         inspection = self._inspections.get(inspection_id)
         check_pixel(inspection, *pixel)
-        found = wall_under(self._trajectory(inspection_id), frame, pixel)
+        found = wall_under(self.trajectory(inspection_id), frame, pixel)
         if found is None:
             raise FrameNotFound(
                 f"Frame {frame} is not tracked yet, or shows no wall at this pixel."
@@ -178,7 +187,7 @@ class Observations:
             FrameNotFound: A frame is not tracked, or the picture cannot show this.
         """
         inspection = self._inspections.get(inspection_id)
-        trajectory = self._trajectory(inspection_id)
+        trajectory = self.trajectory(inspection_id)
         _check_points(inspection, len(trajectory.raw), measure)
         figure = figure_of(trajectory, measure)
         if figure is None:
@@ -209,8 +218,8 @@ class Observations:
         self._inspections.get(inspection_id)
         return self._inspections.events(inspection_id, observation_id)
 
-    def _trajectory(self, inspection_id: str) -> Trajectory:
-        """Return the current trajectory, from which places are derived."""
+    def trajectory(self, inspection_id: str) -> Trajectory:
+        """Return the current trajectory, from which places are derived; what it derives is kept."""
         adjusted = self._corrections.adjusted(inspection_id)
         raw = self._tracks.get(inspection_id)
         initial_pose = self._tracks.initial_pose(inspection_id)

@@ -19,7 +19,6 @@ from vo_core import Rig, Track
 from vo_core.geometry.rectify import Rectifier
 from vo_core.geometry.wall import Poses, enclose, robot_pixels, sight
 
-_STATUS_RANK = {"ok": 0, "weak": 1, "lost": 2}
 _MARGIN = 0.25
 """Margin around what a picture shows well: a robot that has turned sees a little further."""
 
@@ -117,39 +116,33 @@ def seen_best(trajectory: Trajectory, place: WallPlace, near_frame: int | None) 
     rig, raw, scale = trajectory.adjusted.rig, trajectory.raw, trajectory.adjusted.scale
     corrected = trajectory.adjusted.extended(raw)
     ahead_mm = (place.distance_mm - corrected.distance_mm) / scale
-    low_mm, high_mm = _well_seen_mm(rig)
-    margin_mm = _MARGIN * (high_mm - low_mm)
-    near = np.flatnonzero((ahead_mm > low_mm - margin_mm) & (ahead_mm < high_mm + margin_mm))
+    low_mm, high_mm = in_view_mm(rig)
+    near = np.flatnonzero((ahead_mm > low_mm) & (ahead_mm < high_mm))
     in_pipe = trajectory.initial_pose.added_to(raw)
-    pixels = _pixels(rig, in_pipe, near, ahead_mm[near], _raw_arc_mm(rig, place, scale))
-    camera = rig.camera
-    with np.errstate(invalid="ignore"):
-        inside = ((pixels > -0.5) & (pixels < [camera.width - 0.5, camera.height - 0.5])).all(1)
+    arc_mm = np.full(len(near), _raw_arc_mm(rig, place, scale))
+    pixels = pixels_of(rig, in_pipe, near, ahead_mm[near], arc_mm)
+    inside = are_inside(rig, pixels)
     frames, pixels = near[inside], pixels[inside]
     if not len(frames):
         return None
-    ranks = np.array([_STATUS_RANK[status] for status in raw.status[frames]])
+    ranks = ranks_of(raw, frames)
     wanted = ranks == ranks.min()
     if near_frame is not None:
         wanted &= _of_nearest_pass(frames, wanted, near_frame)
-    if rig.mount.view == "forward":
-        misses = np.abs(ahead_mm[frames] - (low_mm + high_mm) / 2)
-    else:
-        middle = np.array([camera.width - 1, camera.height - 1]) / 2
-        misses = np.linalg.norm(pixels - middle, axis=1)
+    misses = misses_of(rig, ahead_mm[frames], pixels)
     best = int(np.where(wanted, misses, np.inf).argmin())
     u, v = pixels[best]
     return SeenAt(int(frames[best]), (float(u), float(v)))
 
 
-def _pixels(
+def pixels_of(
     rig: Rig,
     track: Track,
     frames: NDArray[np.intp],
     ahead_mm: NDArray[np.float64],
-    arc_mm: float,
+    arc_mm: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the (N, 2) pixels of the place in the frames, inside the picture or not."""
+    """Return the (N, 2) pixels of N places, each in its frame, inside the picture or not."""
     poses = Poses(
         x_mm=np.zeros(len(frames)),
         y_mm=track.y_mm[frames],
@@ -158,8 +151,31 @@ def _pixels(
         pitch_rad=np.radians(track.pitch_deg[frames]),
         roll_rad=np.radians(track.roll_deg[frames]),
     )
-    wall = enclose(rig, np.column_stack([ahead_mm, np.full(len(frames), arc_mm)]))
+    wall = enclose(rig, np.column_stack([ahead_mm, arc_mm]))
     return np.asarray(robot_pixels(rig, sight(rig, poses, wall)))
+
+
+def are_inside(rig: Rig, pixels: NDArray[np.float64]) -> Flags:
+    """Return which of (..., 2) pixels the picture has."""
+    ends = [rig.camera.width - 0.5, rig.camera.height - 0.5]
+    with np.errstate(invalid="ignore"):
+        return np.asarray(((pixels > -0.5) & (pixels < ends)).all(-1))
+
+
+def ranks_of(raw: Track, frames: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return how well each frame was measured: 0 is best."""
+    status = raw.status[frames]
+    return np.asarray(np.select([status == "ok", status == "weak"], [0, 1], 2))
+
+
+def misses_of(
+    rig: Rig, ahead_mm: NDArray[np.float64], pixels: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return by how much each frame shows its place elsewhere than at its best."""
+    if rig.mount.view == "forward":
+        return np.asarray(np.abs(ahead_mm - sum(in_view_mm(rig)) / 2))
+    middle = np.array([rig.camera.width - 1, rig.camera.height - 1]) / 2
+    return np.asarray(np.linalg.norm(pixels - middle, axis=-1))
 
 
 def _raw_arc_mm(rig: Rig, place: WallPlace, scale: float) -> float:
@@ -179,9 +195,13 @@ def _of_nearest_pass(frames: NDArray[np.intp], wanted: Flags, near_frame: int) -
     return np.asarray(passes == passes[nearest])
 
 
-def _well_seen_mm(rig: Rig) -> tuple[float, float]:
-    """Return the range of wall before the camera, mm, that its picture shows well."""
-    return _well_seen_of(rig.model_dump_json())
+def in_view_mm(rig: Rig) -> tuple[float, float]:
+    """Return the range of wall before the camera, mm, that its picture shows well, with a margin
+    on either side.
+    """
+    low_mm, high_mm = _well_seen_of(rig.model_dump_json())
+    margin_mm = _MARGIN * (high_mm - low_mm)
+    return low_mm - margin_mm, high_mm + margin_mm
 
 
 @lru_cache(maxsize=32)

@@ -25,6 +25,7 @@ _REPORTED_CODES = {
     "NoWallInView": "no_wall_in_view",
     "InvalidImport": "invalid_import",
     "InvalidCalibration": "invalid_calibration",
+    "InvalidDetector": "invalid_detector",
 }
 
 

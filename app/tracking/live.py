@@ -86,7 +86,16 @@ class WallChanged:
     indices: tuple[int, ...]
 
 
-Event = Update | ObservationsChanged | DistancesCorrected | CounterRead | WallChanged
+@dataclass(frozen=True)
+class FindingsChanged:
+    """There are other findings, one was decided about, or their search has another state."""
+
+    inspection_id: str
+
+
+Event = (
+    Update | ObservationsChanged | DistancesCorrected | CounterRead | WallChanged | FindingsChanged
+)
 Listener = Callable[[Event], None]
 
 
@@ -116,6 +125,10 @@ class Live:
     def wall_changed(self, inspection_id: str, indices: tuple[int, ...]) -> None:
         """Notify the listeners that these tiles of the unrolled wall must be read again."""
         self._notify(WallChanged(inspection_id, indices))
+
+    def findings_changed(self, inspection_id: str) -> None:
+        """Notify the listeners that the findings must be read again."""
+        self._notify(FindingsChanged(inspection_id))
 
     def corrected(self, inspection_id: str) -> None:
         """Notify the listeners that published distances have changed."""

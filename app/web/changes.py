@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from app.tracking.live import DistancesCorrected, Event, ObservationsChanged
+from app.tracking.live import Event
 
 EVERY_S = 1.0
 """Least time between two notes of changes, and between two of people: reading the list of 2000 tags
@@ -14,13 +14,15 @@ again takes the server 0.15 s."""
 class Changes:
     """Whether something has changed since the last note, however often."""
 
-    def __init__(self) -> None:
+    def __init__(self, *kinds: type) -> None:
+        """Follow events of these kinds."""
+        self._kinds = kinds
         self._loop = asyncio.get_running_loop()
         self._are_due = asyncio.Event()
 
     def listen(self, event: Event) -> None:
         """Receive an event; called from any thread."""
-        if isinstance(event, ObservationsChanged | DistancesCorrected):
+        if isinstance(event, self._kinds):
             self._loop.call_soon_threadsafe(self._are_due.set)
 
     async def next(self) -> None:

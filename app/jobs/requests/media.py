@@ -24,6 +24,12 @@ _LOOKED_AT = (12, 36)
 none of them."""
 
 
+_SHOWN_PX, _MOST_ENLARGED = 800, 4.0
+"""Longest side of a piece of the wall, and the largest factor by which it is enlarged."""
+_NO_WALL = 44
+_CUT_JPEG_QUALITY = 85
+
+
 class ProbeRequest(msgspec.Struct, frozen=True, tag="probe"):
     """Answer with the `VideoInfo` of this file, whose first picture can be decoded."""
 
@@ -47,6 +53,21 @@ class ReduceRequest(msgspec.Struct, frozen=True, tag="reduce"):
     jpeg: bytes
     width: int
     jpeg_quality: int
+
+
+class CutRequest(msgspec.Struct, frozen=True, tag="cut"):
+    """Answer with a piece of the unrolled wall and a line on it, as JPEG."""
+
+    tiles: dict[int, bytes]
+    """JPEGs of the same size; a missing one is grey."""
+    tile_px: int
+    """Width of a tile: tile k begins at column k * `tile_px`."""
+    columns: tuple[int, int]
+    """First, and the one after the last; of rows likewise."""
+    rows: tuple[int, int]
+    line: list[tuple[float, float]]
+    """Column and row in the piece."""
+    is_closed: bool
 
 
 class AxisRequest(msgspec.Struct, frozen=True, tag="axis"):
@@ -74,7 +95,7 @@ class AxisFound(msgspec.Struct, frozen=True):
     sure: int
 
 
-MediaRequest = ProbeRequest | PictureRequest | AxisRequest | ReduceRequest
+MediaRequest = ProbeRequest | PictureRequest | AxisRequest | ReduceRequest | CutRequest
 
 
 def main() -> None:
@@ -109,6 +130,8 @@ def result_of(request: MediaRequest) -> VideoInfo | AxisFound | bytes:
         return _axis(request)
     if isinstance(request, ReduceRequest):
         return _reduced(request)
+    if isinstance(request, CutRequest):
+        return _cut(request)
     frame = _frame(request.video, request.t_s, may_begin_anew=request.may_begin_anew)
     return _jpeg(frame.to_square_bgr(), request.jpeg_quality)
 
@@ -136,6 +159,30 @@ def _reduced(request: ReduceRequest) -> bytes:
     size_wh = (request.width, max(round(height * request.width / width), 1))
     reduced = cv2.resize(picture, size_wh, interpolation=cv2.INTER_AREA)
     return _jpeg(reduced.astype(np.uint8), request.jpeg_quality)
+
+
+def _cut(request: CutRequest) -> bytes:
+    import cv2
+    import numpy as np
+
+    first, last = request.columns
+    top, bottom = request.rows
+    piece = np.full((bottom - top, last - first, 3), _NO_WALL, np.uint8)
+    for index, jpeg in request.tiles.items():
+        tile = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+        begin = index * request.tile_px
+        here = slice(max(first, begin), min(last, begin + request.tile_px))
+        if tile is None or here.start >= here.stop or tile.shape[1] != request.tile_px:
+            continue
+        part = tile[top:bottom, here.start - begin : here.stop - begin]
+        piece[: len(part), here.start - first : here.stop - first] = part
+    factor = min(_SHOWN_PX / max(piece.shape[:2]), _MOST_ENLARGED)
+    how = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    shown = cv2.resize(piece, None, fx=factor, fy=factor, interpolation=how)
+    points = np.rint(np.array(request.line) * factor).astype(np.int32)
+    for colour, width in (((0, 0, 0), 3), ((60, 220, 255), 1)):
+        cv2.polylines(shown, [points], request.is_closed, colour, width, cv2.LINE_AA)
+    return _jpeg(shown.astype(np.uint8), _CUT_JPEG_QUALITY)
 
 
 def _frame(video: str, t_s: float | None, *, may_begin_anew: bool) -> Frame:

@@ -8,6 +8,13 @@ SAMPLE = "sample/inspection"
 INTENDED_USE = "intended-use.json"
 """How wide the interval of a distance may be before it is of no use."""
 
+DETECTORS = "detectors"
+
+
+def detector(detector_id: str) -> str:
+    """Return the key of a user's model that finds defects."""
+    return f"{DETECTORS}/{detector_id}.onnx"
+
 
 def inspection(inspection_id: str) -> str:
     """Return the folder of an inspection."""

@@ -26,7 +26,10 @@ _RECORDS_KEPT = 20_000
 
 
 class ObservationStore(Store):
-    """Reads and writes observations; returned records are independent of the database."""
+    """Reads and writes observations; returned records are independent of the database.
+
+    What ends in `_within` is a part of a larger transaction.
+    """
 
     def __init__(self, database: Database, *, has_webhook: bool = False) -> None:
         """Store the database; with a webhook, severe observations are put into its outbox."""
@@ -79,8 +82,7 @@ class ObservationStore(Store):
         query = select(mark).where(ObservationRow.inspection_id == inspection_id, mark.is_not(None))
         return [found for found in session.scalars(query) if found]
 
-    @writing
-    def put(
+    def put_within(
         self,
         session: Session,
         inspection_id: str,
@@ -108,8 +110,9 @@ class ObservationStore(Store):
             note_emergency(session, row, before, was_deleted=was_deleted)
         return is_changed
 
-    @writing
-    def delete(
+    put = writing(put_within)
+
+    def delete_within(
         self,
         session: Session,
         inspection_id: str,
@@ -133,6 +136,8 @@ class ObservationStore(Store):
         row.deleted_at = datetime.now(UTC)
         _log(session, row, "deleted", who, row.fields)
         return True
+
+    delete = writing(delete_within)
 
     @writing
     def restore(self, session: Session, inspection_id: str, observation_id: str, who: str) -> bool:

@@ -16,6 +16,7 @@ from app.jobs.process import Child, ask_about_media
 from app.jobs.requests.media import (
     AxisFound,
     AxisRequest,
+    CutRequest,
     MediaRequest,
     PictureRequest,
     ProbeRequest,
@@ -96,6 +97,10 @@ class Media:
             UnreadableVideo: It cannot be decoded.
         """
         return self._ask(ReduceRequest(jpeg, width, jpeg_quality), bytes)
+
+    def cut(self, request: CutRequest) -> bytes:
+        """Return a piece of the unrolled wall with a line on it, as JPEG."""
+        return self._ask(request, bytes)
 
     def _ask(self, request: MediaRequest, kind: type[Result]) -> Result:
         with self._permits:

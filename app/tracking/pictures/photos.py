@@ -31,7 +31,7 @@ from app.storage.storage import Storage
 from app.survey.distances.track_rows import estimate_at
 from app.survey.observations.attachments import Attachment
 from app.survey.observations.records import Observation
-from app.tracking.live import Event, Live, Update, WallChanged
+from app.tracking.live import Event, FindingsChanged, Live, Update, WallChanged
 from app.tracking.pictures.film_files import FilmFiles
 from app.tracking.pictures.media import Media
 from app.tracking.pictures.videos import NO_FILM
@@ -101,7 +101,7 @@ class Photos(InspectionWorker):
 
     def on_event(self, event: Event) -> None:
         """Handle an event: a tag or the end of a track may allow more photos."""
-        if isinstance(event, WallChanged):
+        if isinstance(event, WallChanged | FindingsChanged):
             return
         if isinstance(event, Update) and event.state not in ENDED:
             return

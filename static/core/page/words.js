@@ -95,6 +95,7 @@ const WORDED_BY_THE_SERVER = new Set([
   'rig_video_mismatch',
   'unreadable_video',
   'invalid_pack',
+  'invalid_detector',
   'invalid_correction',
   'invalid_message',
   'shape_mismatch',

@@ -18,7 +18,14 @@ from app.inspections.inspections import Inspections
 from app.inspections.presence import Presence, Seat
 from app.reports.content.words import LANGUAGE
 from app.survey.distances.notices import Notice
-from app.tracking.live import Event, Live, Update
+from app.tracking.live import (
+    DistancesCorrected,
+    Event,
+    FindingsChanged,
+    Live,
+    ObservationsChanged,
+    Update,
+)
 from app.viewer.clicks import Click, Clicks
 from app.viewer.geometry import Cut
 from app.viewer.scenes import PageView, Scenes
@@ -163,11 +170,13 @@ async def live(
     except errors.InspectionNotFound as error:
         await _refuse(socket, error, CLOSE_NOT_FOUND)
         return
-    outbox, changes = _Outbox(), Changes()
+    outbox = _Outbox()
+    changes, findings = Changes(ObservationsChanged, DistancesCorrected), Changes(FindingsChanged)
     principal: Principal = socket.state.principal
     async with AsyncExitStack() as stack:
         stack.enter_context(live.listening(inspection_id, outbox.listen))
         stack.enter_context(live.listening(inspection_id, changes.listen))
+        stack.enter_context(live.listening(inspection_id, findings.listen))
         seat = stack.enter_context(presence.seat(inspection_id, principal))
         of_page = page_of(socket)
         own_clicks = stack.enter_context(clicks.listening(inspection_id, of_page))
@@ -179,7 +188,8 @@ async def live(
             asyncio.create_task(_receive(socket, outbox, view, seat)),
         }
         if page is not None:
-            tasks.add(asyncio.create_task(_send_changes(socket, changes)))
+            tasks.add(asyncio.create_task(_send_changes(socket, changes, "changed")))
+            tasks.add(asyncio.create_task(_send_changes(socket, findings, "findings")))
             tasks.add(asyncio.create_task(_send_people(socket, seat)))
         stack.push_async_callback(_end, tasks)
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -224,10 +234,10 @@ async def _send_clicks(socket: WebSocket, clicks: asyncio.Queue[Click]) -> None:
         await socket.send_json(click_message(await clicks.get()))
 
 
-async def _send_changes(socket: WebSocket, changes: Changes) -> None:
+async def _send_changes(socket: WebSocket, changes: Changes, kind: str) -> None:
     while True:
         await changes.next()
-        await socket.send_json({"type": "changed"})
+        await socket.send_json({"type": kind})
         await asyncio.sleep(EVERY_S)
 
 

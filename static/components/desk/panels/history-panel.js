@@ -40,6 +40,9 @@ const SIGNS = {
   settled: 'check',
   unsettled: 'help',
   withdrawn: 'trash',
+  finding_accepted: 'check',
+  finding_rejected: 'close',
+  finding_reopened: 'undo',
   reviewed: 'forward',
 };
 

@@ -24,11 +24,13 @@ from app.storage.folder.files import Places
 Command = Callable[..., Any]
 
 INSPECTION = 32 * "a"
+THIS = revisions.newest()
+NEW = f"{int(THIS) + 1:04}"
 NEXT = """
 from alembic import op
 from sqlalchemy import Column, Integer
 
-revision, down_revision = "0003", "0002"
+revision, down_revision = "{new}", "{this}"
 
 def upgrade():
     op.add_column("heartbeat", Column("next", Integer))
@@ -43,7 +45,8 @@ def next_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[s
     def set_up(statement: str) -> None:
         scripts = tmp_path / "migrations"
         shutil.copytree(revisions.SCRIPTS, scripts)
-        (scripts / "versions" / "0003_next.py").write_text(NEXT.format(statement=statement))
+        migration = NEXT.format(new=NEW, this=THIS, statement=statement)
+        (scripts / "versions" / f"{NEW}_next.py").write_text(migration)
         monkeypatch.setattr(revisions, "SCRIPTS", scripts)
 
     return set_up
@@ -65,8 +68,8 @@ def test_an_older_database_is_migrated_whole_after_a_copy(
     next_version("SELECT 1")
     with closing(Database(stored)) as database, database.read() as session:
         assert session.execute(text("SELECT id, next FROM heartbeat")).all() == [(1, None)]
-    copy = tmp_path / "chainage.db.before-0003"
-    assert (revision_of(copy), stored.revision()) == ("0002", "0003")
+    copy = tmp_path / f"chainage.db.before-{NEW}"
+    assert (revision_of(copy), stored.revision()) == (THIS, NEW)
     assert dump(Sqlite(copy), tmp_path) == before
 
 
@@ -79,7 +82,7 @@ def test_a_migration_that_fails_leaves_the_database_as_it_was(
     next_version("CREATE TABLE code_packs (x INTEGER)")
     with pytest.raises(Exception, match=r"code_packs.* already exists"):
         Database(stored)
-    assert stored.revision() == "0002"
+    assert stored.revision() == THIS
     assert tables_of(stored) == before
 
 

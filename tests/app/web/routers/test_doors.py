@@ -67,6 +67,8 @@ FOR_ADMINS = {
     ("DELETE", INSPECTION),
     ("POST", "/api/packs"),
     ("DELETE", "/api/packs/{pack_id}"),
+    ("POST", "/api/detectors"),
+    ("DELETE", "/api/detectors/{detector_id}"),
     ("POST", "/api/archive/films"),
     ("POST", "/api/archive/films/preview"),
     ("GET", "/api/archive/folders"),
