@@ -21,6 +21,9 @@ from app.inspections.brought_in.file_reader import CPU_S, FileReader
 from app.inspections.brought_in.imports import Imports
 from app.inspections.brought_in.keeping import Keeper
 from app.inspections.brought_in.moved import MovedInspections
+from app.inspections.compared.changes import CPU_S as COMPARE_CPU_S
+from app.inspections.compared.changes import Changes
+from app.inspections.compared.ruler import WallRuler
 from app.inspections.diagnosis import Diagnosis
 from app.inspections.films.aiming import Aiming
 from app.inspections.films.filmed import Filmed
@@ -301,6 +304,18 @@ class _Building:
         services.add(Diagnosis(inspections, tracks, records.corrections, services[Aiming]))
         services.add(Glances(services[Sources], self._limits(GLANCE_CPU_S)))
         services.add(Lenses(uploads, self._limits(LENS_CPU_S)))
+        changes = Changes(
+            records.inspection_store,
+            records.unrolled,
+            records.corrections,
+            storage.blobs,
+            self._limits(COMPARE_CPU_S),
+        )
+        self._run(services.add(changes))
+        assets = AssetIndex(storage.database)
+        services.add(
+            WallRuler(records.inspection_store, assets, tracks, records.corrections, changes)
+        )
         services.add(Picking(records.inspection_store, tracks, records.corrections))
         services.add(Reviews(records.inspection_store, ReviewStore(storage.database), self.live))
         services.add(Rigs(RigStore(storage.database)))

@@ -358,6 +358,10 @@ class NotRunning(AppError, status=409):
     """The inspection is not running, so there is nothing to stop."""
 
 
+class NothingToMeasureBy(AppError, status=409):
+    """The wall of an earlier survey offers no correction, or another one than the person saw."""
+
+
 class MediaTimeout(AppError, status=504):
     """The media process took too long over one picture."""
 

@@ -48,6 +48,7 @@ from app.web.middleware import Envelope, Guard
 from app.web.request_log import RequestLog
 from app.web.routers.inspection import (
     attachments,
+    changes,
     corrections,
     counter,
     findings,
@@ -139,7 +140,7 @@ def _routes() -> list[BaseRoute]:
         inspections.router, observations.router, attachments.router, picking.router,
         corrections.router, counter.router, media.router, bulk.router, report_templates.router,
         catalogue.router, packs.router, rigs.router, register.router, reviews.router,
-        findings.router, detectors.router,
+        findings.router, detectors.router, changes.router,
         imports.samples, archive.router, search.router, asset_map.router, work.router,
         tokens.router, unrolled.router, server.router, live.router, viewer.router, pages.router,
     ):  # fmt: skip

@@ -108,3 +108,13 @@ def clip(inspection_id: str, observation_id: str, frame: int, film_sha256: str) 
     """
     name = f"{observation_id}-{frame}-{film_sha256[:16]}.mp4"
     return f"{inspection(inspection_id)}/clips/{name}"
+
+
+def changes(inspection_id: str) -> str:
+    """Return the folder of the comparisons with earlier inspections; they can be made again."""
+    return f"{inspection(inspection_id)}/changes"
+
+
+def changes_since(inspection_id: str, earlier_id: str) -> str:
+    """Return the key of the comparison with an earlier inspection."""
+    return f"{changes(inspection_id)}/{earlier_id}.json"

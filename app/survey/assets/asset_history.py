@@ -3,8 +3,10 @@
 A defect of a later survey is the same as one of an earlier survey if it has the same main code and
 the same role in a stretch, lies at the same distance within their 95 % intervals and the tolerance
 of a click, and at most an hour of the clock away. The characters of a code may differ, because a
-crack that grows becomes a fracture. Surveys from the other end have other distances; a defect
-matches within its own direction only.
+crack that grows becomes a fracture. Where the walls of two surveys are aligned, its place on the
+wall counts instead of its distance: then only the interval of the alignment and the tolerance of a
+click separate two defects. Surveys from the other end have other distances; without an alignment a
+defect matches within its own direction only.
 
 A survey shows that a defect is gone, or that one is new, only if it covered the place: it reached
 beyond the whole interval in which the defect lies.
@@ -16,12 +18,13 @@ aligns by their joints or from both ends; a test compares both.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import date
 from math import hypot
 from typing import Literal, get_args
 
+from app.survey.assets.aligned import AlignedSurveys
 from app.survey.places.spans import SAME_M
 
 Change = Literal["first", "new", "grown", "unchanged", "gone"]
@@ -126,22 +129,28 @@ class Trace:
         return _growth(self.seen[:-1], self.seen[-1])
 
 
-def traces_of(surveys: Sequence[Survey]) -> list[Trace]:
+Alignments = Mapping[tuple[int, int], AlignedSurveys]
+"""By the places of the earlier and the later survey in the list of all surveys."""
+
+
+def traces_of(surveys: Sequence[Survey], alignments: Alignments | None = None) -> list[Trace]:
     """Follow every defect through the surveys.
 
     Args:
         surveys: Oldest first.
+        alignments: Of the surveys whose walls were aligned.
     Returns:
         Each defect of each survey in exactly one trace, in the order of their last distances.
     """
-    known: dict[tuple[str, str], list[Trace]] = {}
+    known: dict[str, list[Trace]] = {}
     for place, survey in enumerate(surveys):
         by_code: dict[str, list[Seen]] = {}
         for seen in survey.defects:
             by_code.setdefault(seen.code, []).append(seen)
         for code, defects in by_code.items():
-            traces = known.setdefault((survey.direction, code), [])
-            matched = _matched(traces, defects)
+            traces = known.setdefault(code, [])
+            nearby = [_before(trace, place, survey, alignments or {}) for trace in traces]
+            matched = _matched([each for each in nearby if each is not None], defects)
             for number, seen in enumerate(defects):
                 trace = matched.get(number)
                 if trace is None:
@@ -171,14 +180,15 @@ def changes_of(trace: Trace, surveys: Sequence[Survey]) -> list[Change | None]:
     was_looked_for = False
     for place, survey in enumerate(surveys):
         change: Change | None = None
-        if survey.direction == trace.direction:
-            seen = seen_in.get(place)
-            if seen is not None:
-                change = _change_of(before, seen, was_looked_for=was_looked_for)
-                before.append(seen)
-            elif survey.covers(before[-1] if before else trace.seen[0]):
-                was_looked_for = True
-                change = "gone" if before and state != "gone" else None
+        seen = seen_in.get(place)
+        if seen is not None:
+            change = _change_of(before, seen, was_looked_for=was_looked_for)
+            before.append(seen)
+        elif survey.direction == trace.direction and survey.covers(
+            before[-1] if before else trace.seen[0]
+        ):
+            was_looked_for = True
+            change = "gone" if before and state != "gone" else None
         state = change or state
         changes.append(change)
     return changes
@@ -204,11 +214,63 @@ def counted(changes: Sequence[Change | None]) -> dict[Change, int]:
     return {change: changes.count(change) for change in CHANGES}
 
 
-def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trace]:
+@dataclass(frozen=True)
+class _Before:
+    """The last sighting of a defect, as the survey that is compared would see it."""
+
+    trace: Trace
+    seen: Seen
+    is_aligned: bool
+
+    def reach_m(self, after: Seen) -> float:
+        """How far apart the two may lie: on aligned walls no absolute distance counts."""
+        apart_m = self.seen.reach_m if self.is_aligned else hypot(self.seen.reach_m, after.reach_m)
+        return _SPOT_M + apart_m + SAME_M
+
+    def is_same(self, after: Seen) -> bool:
+        """Whether the other sighting is one of this defect."""
+        seen = self.seen
+        if seen.role != after.role or abs(after.distance_m - seen.distance_m) > self.reach_m(after):
+            return False
+        if seen.clock is None or after.clock is None:
+            return True
+        return _hours_apart(_sector(seen, seen.clock), _sector(after, after.clock)) <= (
+            _CLOCK_REACH_H
+        )
+
+
+def _before(trace: Trace, place: int, survey: Survey, alignments: Alignments) -> _Before | None:
+    """Return the last sighting of a trace for the survey at a place; None if it says nothing."""
+    aligned = alignments.get((trace.surveys[-1], place))
+    moved = None if aligned is None else _moved(aligned, trace.seen[-1])
+    if moved is not None:
+        return _Before(trace, moved, is_aligned=True)
+    if trace.direction != survey.direction:
+        return None
+    return _Before(trace, trace.seen[-1], is_aligned=False)
+
+
+def _moved(aligned: AlignedSurveys, seen: Seen) -> Seen | None:
+    """Return a defect of the earlier survey as the later one would see it, with the interval of the
+    alignment.
+    """
+    tie = aligned.of_earlier(seen.distance_m)
+    if tie is None:
+        return None
+    hours = [seen.clock, seen.clock_to]
+    if aligned.is_opposite and None not in hours:  # clockwise is the other way round
+        hours.reverse()
+    clock, clock_to = (
+        None if hour is None else round(aligned.later_clock(hour, tie)) % 12 or 12 for hour in hours
+    )
+    return replace(seen, distance_m=tie.distance_m, u95_m=tie.u95_m, clock=clock, clock_to=clock_to)
+
+
+def _matched(before: Sequence[_Before], defects: Sequence[Seen]) -> dict[int, Trace]:
     """Match the defects, by their number, with traces: the nearest pairs first."""
-    by_place = sorted(traces, key=lambda trace: trace.seen[-1].distance_m)
-    places_m = [trace.seen[-1].distance_m for trace in by_place]
-    widest_m = max((trace.seen[-1].reach_m for trace in traces), default=0.0)
+    by_place = sorted(before, key=lambda each: each.seen.distance_m)
+    places_m = [each.seen.distance_m for each in by_place]
+    widest_m = max((each.seen.reach_m for each in before), default=0.0)
     pairs = []
     for number, seen in enumerate(defects):
         reach_m = _SPOT_M + hypot(seen.reach_m, widest_m) + SAME_M
@@ -217,26 +279,15 @@ def _matched(traces: Sequence[Trace], defects: Sequence[Seen]) -> dict[int, Trac
         pairs += [
             (abs(seen.distance_m - places_m[place]), number, place)
             for place in range(first, last)
-            if _is_same(by_place[place].seen[-1], seen)
+            if by_place[place].is_same(seen)
         ]
     matched: dict[int, Trace] = {}
     taken: set[int] = set()
     for _, number, place in sorted(pairs):
         if number not in matched and place not in taken:
-            matched[number] = by_place[place]
+            matched[number] = by_place[place].trace
             taken.add(place)
     return matched
-
-
-def _is_same(before: Seen, after: Seen) -> bool:
-    reach_m = _SPOT_M + hypot(before.reach_m, after.reach_m) + SAME_M
-    if before.role != after.role or abs(after.distance_m - before.distance_m) > reach_m:
-        return False
-    if before.clock is None or after.clock is None:
-        return True
-    return _hours_apart(_sector(before, before.clock), _sector(after, after.clock)) <= (
-        _CLOCK_REACH_H
-    )
 
 
 def _sector(seen: Seen, clock: int) -> tuple[int, int]:

@@ -1,0 +1,1 @@
+"""Two surveys of one asset: their walls in register, and what follows from it."""
