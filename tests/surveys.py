@@ -59,6 +59,7 @@ def another(survey: Survey, client: HasData, **changes: Any) -> str:
     tracked = store.get(survey.id)
     values = {column.key: getattr(tracked, column.key) for column in Inspection.__mapper__.columns}
     values |= {"id": uuid.uuid4().hex, "created_at": datetime.now(UTC)}
+    del values["project"]  # it follows the header
     made = Inspection(**values | changes)
     shutil.copytree(survey.folder, client.data / "inspections" / made.id)
     store.add(made, "server")

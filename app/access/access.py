@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 
 from app.errors import Busy, DiskFull, Forbidden, TooManyAttempts, Unauthenticated
+from app.storage.database.limits import Limit
 from app.storage.folder.tokens import Role, TokenFile
 from app.storage.records.access import AccessStore
 
@@ -46,6 +47,13 @@ class Principal:
     role: Role
     credential: str
     """Digest of the session or token; it distinguishes one browser from another."""
+    projects: frozenset[str] | None = None
+    """The only projects that it sees and changes; None: all of them."""
+
+    @property
+    def limit(self) -> Limit | None:
+        """What it is limited to."""
+        return None if self.projects is None else Limit(self.name, self.projects)
 
     def require(self, needed: Role) -> None:
         """Raise Forbidden unless the role is sufficient."""
@@ -193,17 +201,22 @@ class Access:
         if hmac.compare_digest(digest, self._server_digest):
             return Principal(SERVER, Role.ADMIN, digest)
         token = self._tokens.valid(digest)
-        return None if token is None else Principal(token.name, token.role, digest)
+        if token is None:
+            return None
+        return Principal(token.name, token.role, digest, token.projects)
 
 
-def create_token(tokens: TokenFile, name: str, role: Role) -> str:
-    """Make a named token and return its secret, which is stored nowhere.
+def create_token(
+    tokens: TokenFile, name: str, role: Role, projects: frozenset[str] | None = None
+) -> str:
+    """Make a named token, for some projects or for all of them, and return its secret, which is
+    stored nowhere.
 
     Raises:
         TokenNameTaken: Another valid token has this name.
     """
     secret = secrets.token_urlsafe(32)
-    tokens.add(name, role, _digest(secret))
+    tokens.add(name, role, _digest(secret), projects)
     return secret
 
 

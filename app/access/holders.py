@@ -27,6 +27,8 @@ class Holder:
     """Last use by a browser or a program, precise to some minutes; None before the first one."""
     sessions: int
     """Browsers that are logged in with it."""
+    projects: frozenset[str] | None
+    """The only projects that it sees and changes; None: all of them."""
 
     @property
     def is_server(self) -> bool:
@@ -50,7 +52,7 @@ class Holders:
             unused_since=now - SESSION_IDLE, begun_before=now - SESSION_LIFETIME
         )
         server = self._server_digest
-        own = Holder(SERVER, Role.ADMIN, None, None, uses.get(server), logins.get(server, 0))
+        own = Holder(SERVER, Role.ADMIN, None, None, uses.get(server), logins.get(server, 0), None)
         named = (
             Holder(
                 token.name,
@@ -59,18 +61,20 @@ class Holders:
                 token.revoked_at,
                 uses.get(token.digest),
                 0 if token.revoked_at else logins.get(token.digest, 0),
+                token.projects,
             )
             for token in self._tokens.all()
         )
         return [own, *named]
 
-    def create(self, name: str, role: Role, who: str) -> str:
-        """Make a token and return its secret, which is stored nowhere.
+    def create(self, name: str, role: Role, projects: frozenset[str] | None, who: str) -> str:
+        """Make a token, for some projects or for all of them, and return its secret, which is
+        stored nowhere.
 
         Raises:
             TokenNameTaken: Another valid token has this name.
         """
-        secret = create_token(self._tokens, name, role)
+        secret = create_token(self._tokens, name, role, projects)
         logger.info("Token %s (%s) made by %s.", name, role, who)
         return secret
 

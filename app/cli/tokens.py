@@ -34,6 +34,10 @@ def create_token(
             "admin: also deletes inspections and changes code packs."
         ),
     ],
+    project: Annotated[
+        list[str] | None,
+        typer.Option(help="Limit it to this project; may be given several times."),
+    ] = None,
     data: Data = None,
 ) -> None:
     """Make a token and print it once."""
@@ -44,7 +48,10 @@ def create_token(
     if fault := fault_of_name(name):
         raise typer.BadParameter(fault, param_hint="NAME")
     file = _token_file(data)
-    secret = create(file, name, Role(role))
+    projects = frozenset(name.strip() for name in project) if project else None
+    if projects is not None and "" in projects:
+        raise typer.BadParameter("names no project", param_hint="--project")
+    secret = create(file, name, Role(role), projects)
     err.print(f"Token {name} ({role}) for {file.folder}; it is not shown again:")
     out.print(secret)
 
@@ -52,9 +59,11 @@ def create_token(
 @commands.command("list")
 def list_tokens(data: Data = None) -> None:
     """List the named tokens, including revoked ones."""
-    table = Table("name", "role", "created", "revoked", box=None)
+    table = Table("name", "role", "projects", "created", "revoked", box=None)
     for token in _token_file(data).all():
-        table.add_row(token.name, token.role, _day(token.created_at), _day(token.revoked_at))
+        projects = "all" if token.projects is None else ", ".join(sorted(token.projects))
+        days = _day(token.created_at), _day(token.revoked_at)
+        table.add_row(token.name, token.role, projects, *days)
     out.print(table)
 
 

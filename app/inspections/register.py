@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from app.errors import AssetNotFound, InvalidRequest
+from app.storage.database.limits import require_project
 from app.storage.database.tables import RegisteredAsset
 from app.storage.records.assets import AssetStore, asset_of
 from app.storage.records.projects import ProjectStore
@@ -51,7 +52,12 @@ class Register:
         self._projects = projects
 
     def make_project(self, name: str, who: str) -> None:
-        """Make a project, to which nothing belongs yet; one that is known stays as it is."""
+        """Make a project, to which nothing belongs yet; one that is known stays as it is.
+
+        Raises:
+            Forbidden: The token is limited to other projects.
+        """
+        require_project(name)
         self._projects.make(name, who)
         logger.info("%s made the project %r.", who, name)
 

@@ -20,6 +20,7 @@ from app.errors import BulkExportNotFound, Busy
 from app.reports.bulk_archive import Made, Sources, Stopped, Wanted, Watcher, write
 from app.reports.report import failure
 from app.reports.reports import Reports
+from app.storage.database import limits
 from app.storage.folder.files import DataFolder, full_disk_reported
 from app.storage.records.inspections import InspectionStore
 from app.tracking.worker import Worker
@@ -48,6 +49,8 @@ class Order(Watcher):
         self.id = uuid.uuid4().hex
         self.wanted = wanted
         self.who = who
+        self.limit = limits.current()
+        """Of the one who waits for it: reports may show other inspections of an asset."""
         self.state: State = "waiting"
         self.is_cancelled = False
         self.file: IO[bytes] | None = None
@@ -140,7 +143,7 @@ class BulkExports(Worker):
             BulkExportNotFound: No order has this id.
         """
         found = self._orders.get(order_id)
-        if found is None:
+        if found is None or limits.is_foreign(found.who):
             raise BulkExportNotFound(
                 "There is no such export: the server was started again, or newer exports have "
                 "replaced it. Make it again."
@@ -224,7 +227,7 @@ class BulkExports(Worker):
             order.end("cancelled" if order.is_cancelled else state)
 
     def _write(self, order: Order) -> None:
-        with full_disk_reported():
+        with limits.limited(order.limit), full_disk_reported():
             # Not where temporary files usually go: that may be memory.
             order.file = tempfile.TemporaryFile(dir=self._sources.scratch)  # noqa: SIM115  (kept)
             made = write(order.wanted, self._sources, order.file, order)

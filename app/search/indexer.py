@@ -16,7 +16,13 @@ from app.errors import InspectionNotFound
 from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
-from app.storage.database.tables import ENDED, IndexedDefect, IndexedInspection, Inspection
+from app.storage.database.tables import (
+    ENDED,
+    LONGEST_NAME,
+    IndexedDefect,
+    IndexedInspection,
+    Inspection,
+)
 from app.storage.index.defect_index import STATED, DefectIndex, Token
 from app.storage.records.inspections import InspectionStore
 from app.survey.catalogue.table import CodeTable
@@ -37,7 +43,6 @@ _STOP_TIMEOUT_S = 10.0
 _LOOK_EVERY_S = 30.0
 """Longest time until a change is noticed that no event has announced."""
 _LEAST_PAUSE_S = 0.01
-_LONGEST_NAME = 500
 _AT_ONCE = 1000
 """Stale inspections that are read at a time."""
 
@@ -160,7 +165,7 @@ def _defect(view: ObservationView, table: CodeTable) -> IndexedDefect:
 
 def _named(text: str | None) -> str | None:
     """Return a name that a database can index: PostgreSQL refuses more than some 2,700 bytes."""
-    return None if text is None else storable(text)[:_LONGEST_NAME]
+    return None if text is None else storable(text)[:LONGEST_NAME]
 
 
 class IndexWorker(Worker):

@@ -7,14 +7,17 @@ from fastapi import Depends, Path, Request
 from starlette.requests import HTTPConnection
 
 from app.access.access import Principal
+from app.errors import Forbidden
 from app.services import Kind, Services
 from app.storage.folder.tokens import Role
-from app.web.middleware import is_public
+from app.web.middleware import is_public, require_seen
 
 Endpoint = TypeVar("Endpoint", bound=Callable[..., Any])
 
 _NEEDED: dict[Callable[..., Any], Role] = {}
 """The role that each endpoint declares."""
+_OF_PROJECTS: set[Callable[..., Any]] = set()
+"""Endpoints for tokens limited to projects, besides those that name an inspection."""
 
 
 def viewer(endpoint: Endpoint) -> Endpoint:
@@ -29,15 +32,39 @@ def operator(endpoint: Endpoint) -> Endpoint:
     return endpoint
 
 
+def of_projects(endpoint: Endpoint) -> Endpoint:
+    """Declare that tokens limited to projects may call an endpoint that names no inspection.
+
+    It may: what belongs to projects it reads from the database and writes there, where
+    `app.storage.database.limits` shows such a token its own ones only; or it asks `limits` itself.
+    """
+    _OF_PROJECTS.add(endpoint)
+    return endpoint
+
+
 async def enforce_role(connection: HTTPConnection) -> None:
-    """Check the role for every endpoint; one that declares none is for admins.
+    """Check role and projects for every endpoint; one that declares no role is for admins.
 
     Raises:
-        Forbidden: The role is not sufficient.
+        Forbidden: The role is not sufficient, or the token is limited to projects and the endpoint
+            does not declare `of_projects`.
+        InspectionNotFound: The inspection belongs to none of the projects of the token: it cannot
+            be told from one that does not exist.
     """
-    if not is_public(connection.scope["path"]):
-        principal: Principal = connection.state.principal
-        principal.require(_NEEDED.get(connection.scope["endpoint"], Role.ADMIN))
+    if is_public(connection.scope["path"]):
+        return
+    principal: Principal = connection.state.principal
+    endpoint = connection.scope["endpoint"]
+    principal.require(_NEEDED.get(endpoint, Role.ADMIN))
+    if principal.projects is None:
+        return
+    if "inspection_id" in connection.path_params:
+        await require_seen(connection)
+    elif endpoint not in _OF_PROJECTS:
+        raise Forbidden(
+            f"The token {principal.name!r} is limited to projects, and what this does concerns all "
+            "of them."
+        )
 
 
 if TYPE_CHECKING:

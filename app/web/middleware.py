@@ -18,7 +18,9 @@ from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.access.access import Access, Principal, network_of
-from app.errors import AppError, CrossOrigin, Unauthenticated, UnknownHost
+from app.errors import AppError, CrossOrigin, InspectionNotFound, Unauthenticated, UnknownHost
+from app.inspections.inspections import Inspections
+from app.storage.database import limits
 from app.web.answers import answer, body_of
 from app.web.languages import WORDS
 from app.web.turns import Shares, Turns
@@ -182,6 +184,8 @@ class Guard:
             except AppError as error:
                 await answer(error)(scope, receive, send)
             else:
+                principal: Principal | None = scope["state"].get("principal")
+                stack.enter_context(limits.limited(principal.limit if principal else None))
                 if scope["type"] == "websocket":
                     await self._serve_while_logged_in(connection, receive, send)
                 else:
@@ -202,7 +206,9 @@ class Guard:
     async def _serve_while_logged_in(
         self, connection: HTTPConnection, receive: Receive, send: Send
     ) -> None:
-        """Close a web socket when its session or token ends; requests are checked one by one."""
+        """Close a web socket when its session or token ends, or its inspection leaves the projects
+        of the token; requests are checked one by one.
+        """
         has_ended = False
 
         async def send_until_ended(message: Message) -> None:
@@ -221,13 +227,24 @@ class Guard:
         serving = asyncio.ensure_future(self._app(connection.scope, receive, send_until_ended))
         try:
             while not (await asyncio.wait({serving}, timeout=_LOOK_EVERY_S))[0]:
-                if not has_ended and await self._principal(connection) is None:
+                if not has_ended and not await self._may_stay(connection):
                     has_ended = True
                     await send({"type": "websocket.close", "code": CLOSE_SIGNED_OUT})
             await serving
         finally:
             serving.cancel()
             await asyncio.wait({serving})
+
+    async def _may_stay(self, connection: HTTPConnection) -> bool:
+        principal = await self._principal(connection)
+        if principal is None or principal.limit != limits.current():
+            return False
+        try:
+            if principal.projects is not None and "inspection_id" in connection.path_params:
+                await require_seen(connection)
+        except InspectionNotFound:
+            return False
+        return True
 
     async def _check(self, connection: HTTPConnection) -> None:
         scope = connection.scope
@@ -277,6 +294,12 @@ class Guard:
 def is_public(path: str) -> bool:
     """Return whether an address is open to anybody: the log-in page, with its words."""
     return path in _PUBLIC or WORDS.fullmatch(path.removeprefix("/static/")) is not None
+
+
+async def require_seen(connection: HTTPConnection) -> None:
+    """Raise InspectionNotFound unless the running request sees the inspection in its address."""
+    inspections: Inspections = connection.app.state.services[Inspections]
+    await asyncio.to_thread(inspections.row, connection.path_params["inspection_id"])
 
 
 def _is_foreign_failure(status: int, headers: MutableHeaders) -> bool:

@@ -12,7 +12,9 @@ from app.errors import DiskFull, NoLongerWanted, StoreUnavailable
 from app.inspections.register import Register
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
+from app.storage.database.limits import require_project
 from app.storage.database.tables import Inspection
+from app.survey.fields.header import project_of
 from vo_core import Rig
 from vo_core.geometry.rectify import require_wall_in_view
 
@@ -25,11 +27,17 @@ class NewInspections:
         self._register = register
 
     def new(self, name: str, rig: Rig, header: Mapping[str, Any], **source: Any) -> Inspection:
-        """Return a new inspection, whose header has what the register knows of its asset."""
+        """Return a new inspection, whose header has what the register knows of its asset.
+
+        Raises:
+            Forbidden: The token that makes it is limited to other projects.
+        """
+        completed = self._register.completed(header)
+        require_project(project_of(completed))
         return Inspection(
             name=name,
             rig=rig.model_dump(mode="json"),
-            header=self._register.completed(header),
+            header=completed,
             frames_done=0,
             created_at=datetime.now(UTC),
             queued_at=datetime.now(UTC),

@@ -26,8 +26,10 @@ from app.errors import (
     TooManyUploads,
     UploadBusy,
     UploadIncomplete,
+    UploadNotFound,
     UploadTooLarge,
 )
+from app.storage.database.limits import is_foreign
 from app.storage.folder.files import DataFolder, full_disk_reported
 from app.storage.folder.uploads import UploadInfo, UploadStore, sync, write_all
 
@@ -107,9 +109,15 @@ class Uploads:
         Raises:
             UploadNotFound: The id is unknown, expired, deleted, or already an inspection.
         """
-        info = self._store.info(upload_id)
+        info = self._info(upload_id)
         expires_at = self._store.touched_at(upload_id) + self._expiry_s
         return UploadState(info, self._store.offset(upload_id), expires_at)
+
+    def _info(self, upload_id: str) -> UploadInfo:
+        info = self._store.info(upload_id)
+        if is_foreign(info.owner):
+            raise UploadNotFound("There is no such upload of this token.")
+        return info
 
     async def append(
         self,
@@ -158,7 +166,7 @@ class Uploads:
     def delete(self, upload_id: str) -> None:
         """Delete an upload and its bytes."""
         with self._in_use(upload_id):
-            self._store.info(upload_id)
+            self._info(upload_id)
             self._store.delete(upload_id)
 
     @contextmanager

@@ -11,7 +11,6 @@ from sqlalchemy import case, func, select
 from sqlalchemy.orm import Session, defer
 
 from app.storage.archive.selection import (
-    FILMS,
     ROW,
     STATE,
     FilmRow,
@@ -20,6 +19,7 @@ from app.storage.archive.selection import (
     digest_of,
     ids_of,
     matching,
+    of_films,
     portions,
 )
 from app.storage.database.store import Store, reading
@@ -109,7 +109,7 @@ class ArchiveFilms(Store):
             .offset(offset)
             .limit(limit)
         )
-        count = select(func.count()).select_from(FILMS).where(*conditions)
+        count = of_films(func.count(ArchiveFilm.id)).where(*conditions)
         total = session.scalar(count) or 0
         return total, [FilmRow(*found) for found in session.execute(page)]
 
@@ -123,10 +123,8 @@ class ArchiveFilms(Store):
     @reading
     def running(self, session: Session, selection: Selection) -> dict[str, int]:
         """Return the stored number of frames done of each selected film that is running."""
-        query = (
-            select(ArchiveFilm.id, Inspection.frames_done)
-            .select_from(FILMS)
-            .where(*matching(selection), STATE == "running")
+        query = of_films(ArchiveFilm.id, Inspection.frames_done).where(
+            *matching(selection), STATE == "running"
         )
         return {film: frames for film, frames in session.execute(query)}  # noqa: C416
 
@@ -134,14 +132,13 @@ class ArchiveFilms(Store):
     def tallies(self, session: Session, selection: Selection) -> dict[FilmState, Tally]:
         """Return sums over the selected films of each state."""
         query = (
-            select(
+            of_films(
                 STATE.label("shown"),
                 func.count(),
                 func.sum(ArchiveFilm.size),
                 func.sum(Inspection.frames_done),
                 func.sum(_FRAMES_TOTAL),
             )
-            .select_from(FILMS)
             .where(*matching(selection))
             .group_by("shown")
         )
@@ -154,8 +151,7 @@ class ArchiveFilms(Store):
     def last_ended(self, session: Session, selection: Selection, limit: int) -> list[Ended]:
         """Return the films whose tracking ended last, the newest first."""
         query = (
-            select(Inspection.finished_at, ArchiveFilm.size, Inspection.frames_done)
-            .select_from(FILMS)
+            of_films(Inspection.finished_at, ArchiveFilm.size, Inspection.frames_done)
             .where(
                 *matching(selection),
                 Inspection.status.in_(("done", "failed")),
@@ -172,14 +168,13 @@ class ArchiveFilms(Store):
         """Return the selected films that failed or were refused, in the order of their paths."""
         is_refused = STATE == "refused"
         query = (
-            select(
+            of_films(
                 ArchiveFilm.id,
                 ArchiveFilm.name,
                 ArchiveFilm.path,
                 case((is_refused, ArchiveFilm.error_code), else_=Inspection.error_code),
                 case((is_refused, ArchiveFilm.error_detail), else_=Inspection.error_detail),
             )
-            .select_from(FILMS)
             .where(*matching(selection), STATE.in_(("failed", "refused")))
             .order_by(ArchiveFilm.path)
         )

@@ -8,10 +8,9 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 from sqlalchemy import ColumnElement, Select, and_, case, or_, select
-from sqlalchemy.orm import outerjoin
 
 from app.storage.database.tables import ArchiveFilm, Inspection, outdated
 
@@ -57,8 +56,13 @@ class FilmRow:
     inspection: Inspection | None
 
 
-FILMS = outerjoin(ArchiveFilm, Inspection, Inspection.id == ArchiveFilm.id)
-"""Each film, with its inspection if there is one."""
+def of_films(*columns: Any) -> Select[*tuple[Any, ...]]:
+    """Select from all films, each with its inspection if there is one."""
+    # Not `orm.outerjoin`: what limits the inspections of a token would limit the films too.
+    is_same = Inspection.id == ArchiveFilm.id
+    return select(*columns).select_from(ArchiveFilm).outerjoin(Inspection, is_same)
+
+
 _IS_NEW = Inspection.id.is_(None)
 STATE = case(
     (and_(_IS_NEW, ArchiveFilm.rig.is_(None)), "unassigned"),
@@ -68,13 +72,13 @@ STATE = case(
     (ArchiveFilm.state != "idle", ArchiveFilm.state),  # to be tracked again
     else_=Inspection.status,
 )
-"""The `FilmState` of a film of `FILMS`."""
-ROW = select(ArchiveFilm, STATE, ArchiveFilm.rig.is_not(None), Inspection).select_from(FILMS)
+"""The `FilmState` of a film of `of_films`."""
+ROW = of_films(ArchiveFilm, STATE, ArchiveFilm.rig.is_not(None), Inspection)
 """Columns of a `FilmRow`."""
 
 
 def matching(selection: Selection) -> list[ColumnElement[bool]]:
-    """Return the conditions of a selection, on a film of `FILMS`."""
+    """Return the conditions of a selection, on a film of `of_films`."""
     conditions: list[ColumnElement[bool]] = []
     if selection.ids is not None:
         conditions.append(ArchiveFilm.id.in_(selection.ids))
@@ -97,7 +101,7 @@ def ids_of(selection: Selection, *states: FilmState) -> Select[str]:
     """Select the ids of the selected films that are in one of the states; in any if none is
     given.
     """
-    query = select(ArchiveFilm.id).select_from(FILMS).where(*matching(selection))
+    query = of_films(ArchiveFilm.id).where(*matching(selection))
     return query.where(STATE.in_(states)) if states else query
 
 

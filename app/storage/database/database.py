@@ -20,7 +20,7 @@ from sqlalchemy import event
 from sqlalchemy.orm import Session
 
 from app.errors import Busy, UnusableDatabase
-from app.storage.database import revisions
+from app.storage.database import limits, revisions
 from app.storage.database.active import BEAT_S, SHOW_IT
 from app.storage.database.dialect import Dialect
 from app.storage.database.postgres import Postgres
@@ -38,6 +38,9 @@ FILE = "chainage.db"
 _WAITING_WRITES = 256
 _WRITE_TIMEOUT_S = 30.0
 _IDS_OF_QUERY = 1_000
+
+_Job = tuple[Callable[[Session], Any], dict[str, Any], Future[Any]]
+"""A change, the `info` of its session, and what becomes of it."""
 
 
 def stored_at(url: str | None, data: Path) -> Dialect:
@@ -98,9 +101,7 @@ class Database:
         """
         self.dialect: Dialect = Sqlite(where) if isinstance(where, Path) else where
         self._on_write = on_write
-        self._jobs: queue.Queue[tuple[Callable[[Session], Any], Future[Any]] | None] = queue.Queue(
-            _WAITING_WRITES
-        )
+        self._jobs: queue.Queue[_Job | None] = queue.Queue(_WAITING_WRITES)
         migrate(self.dialect)
         self._writer_engine = self.dialect.writer()
         self._reader_engine = self.dialect.reader()
@@ -124,7 +125,7 @@ class Database:
         """
         with (
             _translating(self.dialect),
-            Session(self._reader_engine, expire_on_commit=False) as session,
+            Session(self._reader_engine, expire_on_commit=False, info=limits.info()) as session,
         ):
             yield session
 
@@ -138,7 +139,7 @@ class Database:
         """
         future: Future[Result] = Future()
         try:
-            self._jobs.put((change, future), timeout=_WRITE_TIMEOUT_S)
+            self._jobs.put((change, limits.info(), future), timeout=_WRITE_TIMEOUT_S)
             return future.result(_WRITE_TIMEOUT_S)
         except (queue.Full, TimeoutError) as error:
             future.cancel()
@@ -177,12 +178,12 @@ class Database:
             return True
         if job is None:
             return False
-        change, future = job
+        change, info, future = job
         if not future.set_running_or_notify_cancel():
             return True
         began_s = time.perf_counter()
         try:
-            with Session(self._writer_engine, expire_on_commit=False) as session:
+            with Session(self._writer_engine, expire_on_commit=False, info=info) as session:
                 result = change(session)
                 session.commit()
         except BaseException as error:  # handed to the thread that waits for it

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from datetime import UTC, date, datetime
-from typing import Any
+from typing import Any, ClassVar
 
 from sqlalchemy import (
     JSON,
@@ -22,9 +22,11 @@ from sqlalchemy import (
     not_,
 )
 from sqlalchemy.engine import Dialect
-from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, validates
 from sqlalchemy.types import TypeDecorator
 
+from app.survey.fields.header import project_of
+from app.survey.folding import storable
 from app.survey.observations.records import Event, Observation
 from app.survey.observations.review import DRAFT
 from app.survey.observations.tag import StatedTag
@@ -36,6 +38,8 @@ _TRACKED = ("done", "cancelled")
 STATES = ("queued", "running", *ENDED)
 IMPORTED = "import"
 """Kind of a source: the survey file of another program, without its film."""
+LONGEST_NAME = 500
+"""Of a project or an asset: a database indexes no longer text."""
 ALERT_STATES = ("waiting", "told", "withdrawn", "given_up")
 
 
@@ -55,8 +59,16 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 class Base(DeclarativeBase):
-    """Registry of the tables."""
+    """Registry of the tables.
 
+    A token that is limited to projects sees the rows whose `inspection_id` or PROJECT leads to one
+    of them, and all rows of a table that has neither: see `limits`.
+    """
+
+    PROJECT: ClassVar[str | None] = None
+    """Column with the name of the project that a row belongs to."""
+    IS_SHARED_WITHOUT_PROJECT: ClassVar[bool] = False
+    """Whether a row without a project is for all of them."""
     type_annotation_map = {  # noqa: RUF012  (read by SQLAlchemy)
         datetime: UtcDateTime(),
         dict[str, Any]: JSON(none_as_null=True),
@@ -91,6 +103,7 @@ class TokenUse(Base):
 class Inspection(Base):
     """One survey of one culvert."""
 
+    PROJECT = "project"
     __tablename__ = "inspections"
     __table_args__ = (Index("ix_inspections_queue", "status", "priority", "queued_at"),)
 
@@ -100,6 +113,8 @@ class Inspection(Base):
     """queued, running, done, failed or cancelled."""
     rig: Mapped[dict[str, Any]]
     header: Mapped[dict[str, Any]]
+    project: Mapped[str | None] = mapped_column(Text, index=True)
+    """Follows the header."""
     source_kind: Mapped[str] = mapped_column(String(10))
     """Origin of the film: upload, live, or import of a survey without one."""
     source_filename: Mapped[str] = mapped_column(String(255))
@@ -141,6 +156,12 @@ class Inspection(Base):
     """One of `app.survey.observations.review.STATES`; who has set it, and when, follows."""
     reviewed_at: Mapped[datetime | None]
     reviewed_by: Mapped[str | None] = mapped_column(String(100))
+
+    @validates("header")
+    def _take_project(self, _key: str, header: dict[str, Any]) -> dict[str, Any]:
+        name = project_of(header)
+        self.project = name and storable(name)[:LONGEST_NAME]
+        return header
 
     @property
     def has_film(self) -> bool:
@@ -359,6 +380,7 @@ class LibraryRig(Base):
 class ArchiveFilm(Base):
     """A film of the archive: a file of this machine of which an inspection is made in its turn."""
 
+    PROJECT = "project"
     __tablename__ = "archive_films"
     __table_args__ = (Index("ix_archive_films_queue", "state", "priority", "wanted_at"),)
 
@@ -405,6 +427,8 @@ class ArchiveRules(Base):
 class ReportTemplateRow(Base):
     """How the reports of a project look; see `app.reports.template`."""
 
+    PROJECT = "project"
+    IS_SHARED_WITHOUT_PROJECT = True
     __tablename__ = "report_templates"
 
     project: Mapped[str] = mapped_column(String(200), primary_key=True)
@@ -426,6 +450,7 @@ class Heartbeat(Base):
 class RegisteredAsset(Base):
     """A culvert of the owner's register, inspected or not."""
 
+    PROJECT = "project"
     __tablename__ = "assets"
 
     asset_id: Mapped[str] = mapped_column(String(200), primary_key=True)
@@ -446,6 +471,7 @@ class RegisteredAsset(Base):
 class MadeProject(Base):
     """A project that a person made, so that it is there before anything belongs to it."""
 
+    PROJECT = "name"
     __tablename__ = "projects"
 
     name: Mapped[str] = mapped_column(String(200), primary_key=True)

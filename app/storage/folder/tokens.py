@@ -43,6 +43,8 @@ class NamedToken(msgspec.Struct, frozen=True):
     """SHA-256 of the secret, hexadecimal."""
     created_at: datetime
     revoked_at: datetime | None = None
+    projects: frozenset[str] | None = None
+    """The only projects that it sees and changes; None: all of them."""
 
 
 class _Content(msgspec.Struct, frozen=True):
@@ -79,8 +81,10 @@ class TokenFile:
         found = (token for token in self.all() if token.digest == digest)
         return next((token for token in found if token.revoked_at is None), None)
 
-    def add(self, name: str, role: Role, digest: str) -> None:
-        """Add a token and sync the file.
+    def add(
+        self, name: str, role: Role, digest: str, projects: frozenset[str] | None = None
+    ) -> None:
+        """Add a token, for some projects or for all of them, and sync the file.
 
         Raises:
             TokenNameTaken: Another valid token has this name.
@@ -91,7 +95,8 @@ class TokenFile:
                 raise TokenNameTaken(
                     f"There is a token {name!r} already; revoke it first, or take another name."
                 )
-            return (*tokens, NamedToken(name, role, digest, datetime.now(UTC)))
+            made = NamedToken(name, role, digest, datetime.now(UTC), projects=projects)
+            return (*tokens, made)
 
         self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._change(added)

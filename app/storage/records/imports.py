@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.storage.database.store import Store, reading, writing
+from app.storage.database.limits import limited
+from app.storage.database.store import Store, writing
 from app.storage.database.tables import Base, EventRow, Inspection, ObservationRow
 from app.storage.records.labels import labelled
 from app.survey.observations.records import Event, Observation
@@ -33,12 +34,14 @@ class Rows:
 class ImportStore(Store):
     """Adds imported inspections; after that they are treated like others."""
 
-    @reading
-    def has_known(self, session: Session, inspection_id: str) -> bool:
-        """Return whether an inspection of this id exists or ever existed: its events stay."""
+    def has_known(self, inspection_id: str) -> bool:
+        """Return whether an inspection of this id exists or ever existed, also in projects that
+        the running request does not see: its events stay.
+        """
         event = select(EventRow.id).where(EventRow.inspection_id == inspection_id).limit(1)
-        is_deleted = session.scalar(event) is not None
-        return is_deleted or session.get(Inspection, inspection_id) is not None
+        with limited(None), self.database.read() as session:
+            is_deleted = session.scalar(event) is not None
+            return is_deleted or session.get(Inspection, inspection_id) is not None
 
     @writing
     def add(self, session: Session, made: Sequence[Rows]) -> None:

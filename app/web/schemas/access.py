@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, StringConstraints, field_validator
 from app.access.access import fault_of_name
 from app.reports.content.words import Language
 from app.storage.folder.tokens import Role
-from app.survey.given import CodeName, Given, PackId
+from app.survey.given import CodeName, Given, Name, PackId
 from app.survey.observations.tag import Coded
 from app.web.schemas.out import Out
 
@@ -44,6 +44,9 @@ class TokenIn(RoleIn):
     """A token to be made."""
 
     name: str = Field(description="User of the token, as shown in the history.")
+    projects: Annotated[list[Name], Field(min_length=1, max_length=100)] | None = Field(
+        None, description="The only projects that it sees and changes; null: all of them."
+    )
 
     @field_validator("name")
     @classmethod
@@ -51,6 +54,10 @@ class TokenIn(RoleIn):
         if fault := fault_of_name(name):
             raise ValueError(fault)
         return name
+
+    def to_projects(self) -> frozenset[str] | None:
+        """Convert to the stored form."""
+        return None if self.projects is None else frozenset(self.projects)
 
 
 class TokenMadeOut(BaseModel):
@@ -72,8 +79,15 @@ class TokenOut(Out):
     """Last use, precise to some minutes."""
     sessions: int
     """Browsers that are logged in with it."""
+    projects: list[str] | None
+    """The only projects that it sees and changes, by name; null: all of them."""
     is_server: bool
     """Whether it is the server's own token, which cannot be changed here."""
+
+    @field_validator("projects", mode="before")
+    @classmethod
+    def _sorted(cls, projects: frozenset[str] | None) -> list[str] | None:
+        return None if projects is None else sorted(projects)
 
 
 class TokensOut(BaseModel):

@@ -24,7 +24,7 @@ from app.tracking.recorder import Recorder
 from app.tracking.tracks import Tracks
 from app.viewer.scenes import Scenes
 from app.web import columns
-from app.web.deps import InspectionId, PrincipalDep, Service, operator, viewer
+from app.web.deps import InspectionId, PrincipalDep, Service, of_projects, operator, viewer
 from app.web.queries import Descending, Name, NoProject, SeverityFrom
 from app.web.schemas.failures import content, failures
 from app.web.schemas.inspection.frames import track_columns
@@ -75,6 +75,7 @@ _MOST_IDS = 10_000
     ),
 )
 @operator
+@of_projects
 @slow
 def create(
     body: InspectionIn,
@@ -145,6 +146,7 @@ _PARAMETERS = signature(_wanted).parameters.keys() | {"sort", "descending", "off
 
 @router.get("")
 @viewer
+@of_projects
 @slow
 def list_some(
     request: Request,
@@ -169,6 +171,7 @@ def list_some(
 
 @router.get("/ids")
 @viewer
+@of_projects
 @slow
 def list_ids(
     inspections: Service[Inspections],
@@ -183,6 +186,7 @@ def list_ids(
 
 @router.post("/retry")
 @operator
+@of_projects
 @slow
 def retry_some(body: InspectionsMeant, tracking: Service[Tracking]) -> QueuedOut:
     """Track inspections again; those that are approved, running or without a film stay."""
@@ -191,6 +195,7 @@ def retry_some(body: InspectionsMeant, tracking: Service[Tracking]) -> QueuedOut
 
 @router.get("/labels")
 @viewer
+@of_projects
 def labels_in_use(inspections: Service[Inspections]) -> LabelsInUseOut:
     """Return all labels that are in use."""
     found = inspections.labels_in_use()

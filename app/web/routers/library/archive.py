@@ -9,7 +9,7 @@ from fastapi import APIRouter, Depends, Query, Response
 from app import errors
 from app.archive.archive import Archive, Where, version_of_rules
 from app.archive.rules import Rules
-from app.web.deps import PrincipalDep, Service, operator, viewer
+from app.web.deps import PrincipalDep, Service, of_projects, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.library.archive import (
     AdditionIn,
@@ -63,6 +63,7 @@ Filters = Annotated[Where, Depends(_where)]
 
 @router.get("/films")
 @viewer
+@of_projects
 def list_films(
     archive: Service[Archive],
     where: Filters,
@@ -199,6 +200,7 @@ def progress(archive: Service[Archive], where: Filters) -> ArchiveProgressOut:
 
 @router.get("/failures")
 @viewer
+@of_projects
 def list_failures(archive: Service[Archive], where: Filters) -> FailuresOut:
     """Return the films that failed or were refused, grouped by reason."""
     groups = archive.failures(where)

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Response
 
 from app.search.asset_map import AssetMaps, WantedAssets
 from app.search.search import Search
-from app.web.deps import Service, viewer
+from app.web.deps import Service, of_projects, viewer
 from app.web.queries import Name, SeverityFrom
 from app.web.schemas.library.asset_map import AssetMapOut
 from app.web.slow import heavy
@@ -16,6 +16,7 @@ router = APIRouter(tags=["search"])
 
 @router.get("/api/map", response_model=AssetMapOut)
 @viewer
+@of_projects
 @heavy
 def asset_map(
     asset_maps: Service[AssetMaps],

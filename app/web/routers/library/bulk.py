@@ -9,7 +9,7 @@ from starlette.responses import StreamingResponse
 
 from app import errors
 from app.reports.bulk import BulkExports
-from app.web.deps import PrincipalDep, Service, viewer
+from app.web.deps import PrincipalDep, Service, of_projects, viewer
 from app.web.downloads import attachment
 from app.web.schemas.failures import content, failures
 from app.web.schemas.library.bulk import BulkExportIn, BulkExportOut
@@ -22,6 +22,7 @@ BulkExportId = Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")]
 
 @router.post("", status_code=202, responses=failures(errors.Busy))
 @viewer
+@of_projects
 def order(
     body: BulkExportIn, bulk_exports: Service[BulkExports], principal: PrincipalDep
 ) -> BulkExportOut:
@@ -41,6 +42,7 @@ def order(
 
 @router.get("/{order_id}", responses=failures(errors.BulkExportNotFound))
 @viewer
+@of_projects
 def progress(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> BulkExportOut:
     """Return how far it is."""
     return BulkExportOut.of(bulk_exports.find(order_id))
@@ -52,6 +54,7 @@ def progress(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> Bulk
     responses=content(*MEDIA_TYPES) | failures(errors.BulkExportNotFound),
 )
 @viewer
+@of_projects
 def archive(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> StreamingResponse:
     """Return the archive; the PDF itself where nothing but a document was ordered."""
     blocks, size, made = bulk_exports.archive(order_id)
@@ -64,6 +67,7 @@ def archive(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> Strea
 
 @router.delete("/{order_id}", status_code=204, responses=failures(errors.BulkExportNotFound))
 @viewer
+@of_projects
 def cancel(order_id: BulkExportId, bulk_exports: Service[BulkExports]) -> None:
     """Stop it, and delete the archive."""
     bulk_exports.cancel(order_id)

@@ -11,7 +11,7 @@ from app.inspections.packs import Packs
 from app.survey.catalogue.presets import PRESETS
 from app.survey.fields.header import FIELDS
 from app.survey.given import PackId
-from app.web.deps import Service, viewer
+from app.web.deps import Service, of_projects, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.library.catalogue import (
     CodeOut,
@@ -26,6 +26,7 @@ router = APIRouter(prefix="/api", tags=["catalogue"])
 
 @router.get("/codes", responses=failures(errors.PackNotFound))
 @viewer
+@of_projects
 def all_codes(
     packs: Service[Packs],
     pack: Annotated[
@@ -38,6 +39,7 @@ def all_codes(
 
 @router.get("/header-fields")
 @viewer
+@of_projects
 def header_fields() -> HeaderFieldsOut:
     """Return the fields that describe an inspection, in the order of a form."""
     return HeaderFieldsOut(fields=[HeaderFieldOut.model_validate(field) for field in FIELDS])
@@ -45,6 +47,7 @@ def header_fields() -> HeaderFieldsOut:
 
 @router.get("/presets")
 @viewer
+@of_projects
 def presets() -> PresetsOut:
     """Return example rigs to start from."""
     return PresetsOut(

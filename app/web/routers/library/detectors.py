@@ -8,7 +8,7 @@ from fastapi import APIRouter, Path, Response
 
 from app import errors
 from app.inspections.findings.detectors import Detectors
-from app.web.deps import PrincipalDep, Service, viewer
+from app.web.deps import PrincipalDep, Service, of_projects, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.library.detectors import DetectorIn, DetectorOut, DetectorsOut
 from app.web.slow import slow
@@ -18,6 +18,7 @@ router = APIRouter(prefix="/api/detectors", tags=["catalogue"])
 
 @router.get("")
 @viewer
+@of_projects
 def list_all(detectors: Service[Detectors]) -> DetectorsOut:
     """Return the models, sorted by name; `classical` is always there beside them."""
     return DetectorsOut(detectors=[DetectorOut.of(view) for view in detectors.all()])

@@ -13,7 +13,7 @@ from app.inspections.films.samples import Samples
 from app.inspections.inspections import Inspections
 from app.reports.content.translator import Translator
 from app.reports.content.words import Language
-from app.web.deps import PrincipalDep, Service, operator, viewer
+from app.web.deps import PrincipalDep, Service, of_projects, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.inspection.inspections import ArchiveIn, ImportedOut, InspectionOut, SampleOut
 from app.web.slow import heavy
@@ -25,6 +25,7 @@ samples = APIRouter(prefix="/api/samples", tags=["inspections"])
 
 @router.post("", status_code=201, responses=failures(errors.InvalidImport))
 @operator
+@of_projects
 @heavy
 def add(
     filename: Annotated[str, Query(min_length=1, max_length=1000, description="Name of the file.")],
@@ -63,6 +64,7 @@ def add(
     ),
 )
 @operator
+@of_projects
 @heavy
 def add_archive(
     body: ArchiveIn,

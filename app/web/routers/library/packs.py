@@ -9,7 +9,7 @@ from fastapi import APIRouter, Body, Query, Response
 from app import errors
 from app.inspections.packs import Packs
 from app.survey.given import PackName
-from app.web.deps import CodePackId, PrincipalDep, Service, viewer
+from app.web.deps import CodePackId, PrincipalDep, Service, of_projects, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.library.catalogue import PackOut, PacksOut
 
@@ -18,6 +18,7 @@ router = APIRouter(prefix="/api/packs", tags=["catalogue"])
 
 @router.get("")
 @viewer
+@of_projects
 def list_all(packs: Service[Packs]) -> PacksOut:
     """Return the imported packs, sorted by name."""
     return PacksOut(packs=[PackOut.of(view) for view in packs.all()])

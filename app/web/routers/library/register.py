@@ -13,7 +13,7 @@ from app.inspections.register import Register, version_of_asset
 from app.survey.assets.register import LONGEST_ID
 from app.survey.assets.register_table import MEDIA_TYPE, MOST_COLUMNS, template
 from app.survey.given import LINE
-from app.web.deps import PrincipalDep, Service, operator, viewer
+from app.web.deps import PrincipalDep, Service, of_projects, operator, viewer
 from app.web.queries import Limit, Offset, Text
 from app.web.schemas.failures import content, failures
 from app.web.schemas.library.register import (
@@ -35,6 +35,7 @@ AssetId = Annotated[str, Path(min_length=1, max_length=LONGEST_ID, pattern=LINE)
 
 @router.get("/assets")
 @viewer
+@of_projects
 def page(
     register: Service[Register],
     search: Text = "",
@@ -48,6 +49,7 @@ def page(
 
 @router.get("/assets.csv", response_class=Response, responses=content(MEDIA_TYPE))
 @viewer
+@of_projects
 def export(register: Service[Register]) -> StreamingResponse:
     """Return the register as a table, which an import takes again."""
     pieces = (piece.encode() for piece in register.table())
@@ -56,6 +58,7 @@ def export(register: Service[Register]) -> StreamingResponse:
 
 @router.get("/template.csv", response_class=Response, responses=content(MEDIA_TYPE))
 @viewer
+@of_projects
 def template_of_imports() -> Response:
     """Return a table with an example, with all columns that the register has."""
     return Response(template(), media_type=MEDIA_TYPE, headers=_named("assets-template.csv"))
@@ -63,6 +66,7 @@ def template_of_imports() -> Response:
 
 @router.get("/like")
 @viewer
+@of_projects
 def like(
     register: Service[Register],
     asset_id: Annotated[str, Query(max_length=20_000, pattern=LINE)],
@@ -98,6 +102,7 @@ def import_table(
 
 @router.post("/projects", status_code=204)
 @operator
+@of_projects
 def make_project(body: ProjectIn, register: Service[Register], principal: PrincipalDep) -> None:
     """Make a project, to which nothing belongs yet; one that is known stays as it is."""
     register.make_project(body.name, principal.name)
@@ -105,6 +110,7 @@ def make_project(body: ProjectIn, register: Service[Register], principal: Princi
 
 @router.delete("/projects", status_code=204)
 @operator
+@of_projects
 def delete_project(
     project: Annotated[str, Query(min_length=1, max_length=200, pattern=LINE)],
     register: Service[Register],
@@ -116,6 +122,7 @@ def delete_project(
 
 @router.get("/assets/{asset_id:path}", responses=failures(errors.AssetNotFound))
 @viewer
+@of_projects
 def get(asset_id: AssetId, register: Service[Register], response: Response) -> RegisteredAssetOut:
     """Return an asset."""
     row = register.get(asset_id)
@@ -125,6 +132,7 @@ def get(asset_id: AssetId, register: Service[Register], response: Response) -> R
 
 @router.put("/assets/{asset_id:path}", responses=failures(errors.ChangedMeanwhile))
 @operator
+@of_projects
 def put(
     asset_id: AssetId,
     body: AssetIn,
@@ -145,6 +153,7 @@ def put(
     responses=failures(errors.AssetNotFound, errors.ChangedMeanwhile),
 )
 @operator
+@of_projects
 def delete(
     asset_id: AssetId, register: Service[Register], principal: PrincipalDep, replaced: Replaced
 ) -> None:

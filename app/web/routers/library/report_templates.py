@@ -10,7 +10,7 @@ from app import errors
 from app.reports.template import ReportTemplate
 from app.reports.templates import ReportTemplates
 from app.survey.given import LINE
-from app.web.deps import InspectionId, PrincipalDep, Service, operator, viewer
+from app.web.deps import InspectionId, PrincipalDep, Service, of_projects, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.library.report_templates import (
     ListedTemplateOut,
@@ -33,6 +33,7 @@ Project = Annotated[
 
 @router.get("/report-templates")
 @viewer
+@of_projects
 def every(report_templates: Service[ReportTemplates]) -> ReportTemplatesOut:
     """Return who has a template."""
     return ReportTemplatesOut(
@@ -47,6 +48,7 @@ def every(report_templates: Service[ReportTemplates]) -> ReportTemplatesOut:
 
 @router.get("/report-templates/{project:path}")
 @viewer
+@of_projects
 def get(
     project: Project, report_templates: Service[ReportTemplates], response: Response
 ) -> ReportTemplateOut:
@@ -60,6 +62,7 @@ def get(
 
 @router.put("/report-templates/{project:path}", responses=failures(errors.ChangedMeanwhile))
 @operator
+@of_projects
 def put(
     project: Project,
     body: ReportTemplate,
@@ -78,6 +81,7 @@ def put(
     "/report-templates/{project:path}", status_code=204, responses=failures(errors.ChangedMeanwhile)
 )
 @operator
+@of_projects
 def delete(
     project: Project,
     report_templates: Service[ReportTemplates],

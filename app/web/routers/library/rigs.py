@@ -6,7 +6,7 @@ from fastapi import APIRouter
 
 from app import errors
 from app.inspections.rigs import Rigs
-from app.web.deps import LibraryRigId, PrincipalDep, Service, operator, viewer
+from app.web.deps import LibraryRigId, PrincipalDep, Service, of_projects, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.library.rigs import LibraryOut, LibraryRigIn, LibraryRigOut
 from vo_core.errors import InvalidRig, NoWallInView
@@ -16,6 +16,7 @@ router = APIRouter(prefix="/api/rigs", tags=["catalogue"])
 
 @router.get("")
 @viewer
+@of_projects
 def list_all(rigs: Service[Rigs]) -> LibraryOut:
     """Return the rigs by name, each with the inspections whose header names it."""
     return LibraryOut(rigs=[LibraryRigOut.of(*each) for each in rigs.all()])

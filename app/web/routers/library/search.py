@@ -25,7 +25,7 @@ from app.survey.assets.search_terms import (
 )
 from app.survey.given import LINE
 from app.survey.places.clock_hours import hour_bits
-from app.web.deps import Service, viewer
+from app.web.deps import Service, of_projects, viewer
 from app.web.queries import Descending, Limit, Name, Offset, OfProject, SeverityFrom, Text
 from app.web.schemas.failures import content, failures
 from app.web.schemas.library.search import (
@@ -47,6 +47,7 @@ Distance = Annotated[float | None, Query(ge=-1e6, le=1e6, allow_inf_nan=False)]
 
 @router.get("/defects")
 @viewer
+@of_projects
 @slow
 def defects(
     index: Service[Search],
@@ -97,6 +98,7 @@ def defects(
 
 @router.get("/projects")
 @viewer
+@of_projects
 @slow
 def projects(
     index: Service[Search],
@@ -119,6 +121,7 @@ def projects(
 
 @router.get("/assets")
 @viewer
+@of_projects
 @slow
 def assets(
     index: Service[Search],
@@ -138,6 +141,7 @@ def assets(
 
 @router.get("/assets/{asset:path}")
 @viewer
+@of_projects
 @slow
 def asset_history(
     asset: Annotated[str, Path(min_length=1, max_length=20_000, pattern=LINE)],
@@ -153,6 +157,7 @@ def asset_history(
 
 @router.get("/quality")
 @viewer
+@of_projects
 @slow
 def quality(
     index: Service[Search],
@@ -177,6 +182,7 @@ def quality(
     responses=content(MEDIA_TYPE) | failures(errors.ExportNotAvailable),
 )
 @viewer
+@of_projects
 def export(
     archive_export: Service[ArchiveExport],
     person: PersonDep,

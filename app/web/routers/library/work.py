@@ -6,7 +6,7 @@ from fastapi import APIRouter
 
 from app.search.search import Search
 from app.survey.assets.search_terms import Page, WorkFilter, WorkSort, WorkState
-from app.web.deps import Service, viewer
+from app.web.deps import Service, of_projects, viewer
 from app.web.queries import Descending, Limit, Offset, OfProject, Text
 from app.web.schemas.library.work import WorkOut
 from app.web.slow import slow
@@ -16,6 +16,7 @@ router = APIRouter(tags=["work"])
 
 @router.get("/api/work")
 @viewer
+@of_projects
 @slow
 def work(
     index: Service[Search],

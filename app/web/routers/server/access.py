@@ -12,7 +12,7 @@ from starlette.responses import RedirectResponse
 from app import errors
 from app.access.access import SESSION_LIFETIME, Access
 from app.inspections.preferences import Preferences
-from app.web.deps import PrincipalDep, Service, viewer
+from app.web.deps import PrincipalDep, Service, of_projects, viewer
 from app.web.middleware import address_of, cookie_name, cookie_of, is_encrypted
 from app.web.routers.server.pages import login_page
 from app.web.schemas.access import LoginIn, MeOut, PreferencesIn, SessionOut
@@ -77,6 +77,7 @@ def _is_own_wish(request: Request) -> bool:
 
 @router.post("/api/logout", status_code=204)
 @viewer
+@of_projects
 def log_out(request: Request, response: Response, access: Service[Access]) -> None:
     """End the session of the cookie, if there is one."""
     cookie = cookie_of(request)
@@ -91,6 +92,7 @@ def log_out(request: Request, response: Response, access: Service[Access]) -> No
 
 @router.get("/api/session")
 @viewer
+@of_projects
 def session(principal: PrincipalDep) -> SessionOut:
     """Return who is logged in."""
     return SessionOut(name=principal.name, role=principal.role)
@@ -109,6 +111,7 @@ def _set_cookie(request: Request, response: Response, value: str) -> None:
 
 @person.get("")
 @viewer
+@of_projects
 def me(preferences: Service[Preferences], principal: PrincipalDep) -> MeOut:
     """Return name, role and preferences; people are distinguished by the names of their tokens."""
     chosen = PreferencesIn.model_validate(preferences.of(principal.name))
@@ -117,6 +120,7 @@ def me(preferences: Service[Preferences], principal: PrincipalDep) -> MeOut:
 
 @person.put("/preferences", responses=failures(errors.PackNotFound))
 @viewer
+@of_projects
 def choose(
     body: PreferencesIn, preferences: Service[Preferences], principal: PrincipalDep
 ) -> PreferencesIn:

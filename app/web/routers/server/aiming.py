@@ -11,7 +11,7 @@ from app.inspections.diagnosis import Diagnosis
 from app.inspections.films.aiming import Aiming, Film
 from app.inspections.films.glances import Glances
 from app.inspections.films.lenses import Lenses
-from app.web.deps import InspectionId, Service, operator, viewer
+from app.web.deps import InspectionId, Service, of_projects, operator, viewer
 from app.web.ranges import PRIVATE
 from app.web.schemas.aiming import AimIn, AimOut, AxisOut, DiagnosisOut, GlanceIn
 from app.web.schemas.failures import READING_A_FILM, content, failures
@@ -40,6 +40,7 @@ TimeS = Annotated[float | None, Query(ge=0, le=1e6, description="Presentation ti
     responses=content("image/jpeg") | _FAILURES,
 )
 @operator
+@of_projects
 @slow
 def picture(upload_id: str, aiming: Service[Aiming], time_s: TimeS = None) -> Response:
     """Return a picture of a complete upload, by default its first one."""
@@ -48,6 +49,7 @@ def picture(upload_id: str, aiming: Service[Aiming], time_s: TimeS = None) -> Re
 
 @router.get("/uploads/{upload_id}/axis", responses=_FAILURES)
 @operator
+@of_projects
 @slow
 def axis(upload_id: str, aiming: Service[Aiming], time_s: TimeS = None) -> AxisOut:
     """Find the axis of the pipe in a complete upload, by default where it shows best."""
@@ -89,6 +91,7 @@ def film_axis(
 
 @router.get("/uploads/{upload_id}/counter", responses=_FAILURES)
 @operator
+@of_projects
 @slow
 def counter(upload_id: str, aiming: Service[Aiming]) -> CounterFoundOut:
     """Find the burnt-in distance counter of a complete upload; it takes some seconds."""
@@ -102,6 +105,7 @@ def counter(upload_id: str, aiming: Service[Aiming]) -> CounterFoundOut:
     | failures(errors.LiveSourceRefused, errors.CameraUnreachable, errors.Busy),
 )
 @operator
+@of_projects
 @slow
 def glance(body: GlanceIn, glances: Service[Glances]) -> Response:
     """Return a picture of a camera, to be looked at before it is recorded; nothing is stored."""
@@ -111,6 +115,7 @@ def glance(body: GlanceIn, glances: Service[Glances]) -> Response:
 
 @router.post("/aim", responses=failures(InvalidRig, errors.PixelOutsidePicture))
 @operator
+@of_projects
 def aim(body: AimIn, aiming: Service[Aiming]) -> AimOut:
     """Aim a rig's camera by the pixel of the pipe's axis; nothing is stored."""
     axis_uv = None if body.axis is None else (body.axis[0], body.axis[1])
@@ -119,6 +124,7 @@ def aim(body: AimIn, aiming: Service[Aiming]) -> AimOut:
 
 @router.post("/rig/ruling", responses=failures(InvalidRig, NoWallInView))
 @operator
+@of_projects
 def ruling(body: RigIn, aiming: Service[Aiming]) -> RulingOut:
     """Rule the wall in the picture of a rig's camera; nothing is stored."""
     return RulingOut.of(aiming.ruling(body.rig))
@@ -126,6 +132,7 @@ def ruling(body: RigIn, aiming: Service[Aiming]) -> RulingOut:
 
 @router.post("/rig/advice", responses=failures(InvalidRig, NoWallInView))
 @operator
+@of_projects
 @slow
 def advice(body: RigIn, aiming: Service[Aiming]) -> AdviceOut:
     """Judge a rig before any drive, as `chainage advise` does; nothing is stored."""
@@ -145,6 +152,7 @@ def advice(body: RigIn, aiming: Service[Aiming]) -> AdviceOut:
     ),
 )
 @operator
+@of_projects
 @slow
 def lens(upload_id: str, body: BoardIn, lenses: Service[Lenses]) -> CalibratedOut:
     """Measure the camera by a complete upload that is the film of a board; takes up to a minute."""

@@ -24,7 +24,7 @@ from starlette.staticfiles import NotModifiedResponse, StaticFiles
 from starlette.types import Scope
 
 import app
-from app.web.deps import PrincipalDep, viewer
+from app.web.deps import PrincipalDep, of_projects, viewer
 from app.web.joined_files import script_of, style_of, with_joined_files
 from app.web.languages import WORDS, languages_of, with_languages
 from app.web.middleware import is_encrypted
@@ -153,6 +153,7 @@ def login_page(request: Request) -> Response:
 @router.get("/settings")
 @router.get("/settings/{part}")
 @viewer
+@of_projects
 def shell(request: Request, principal: PrincipalDep) -> Response:
     """Return the page; its script reads the address."""
     folder = static_folder()
@@ -168,6 +169,7 @@ def shell(request: Request, principal: PrincipalDep) -> Response:
 
 @router.get("/service-worker.js")
 @viewer
+@of_projects
 def service_worker() -> Response:
     """Return the worker that opens the page without the server; it stands here because a worker
     answers only for paths below its own.

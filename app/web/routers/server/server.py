@@ -14,7 +14,7 @@ from app.ops.health import Health
 from app.ops.metrics import Metrics
 from app.survey.distances.intended_use import IntendedUse
 from app.tracking.cameras import Sources
-from app.web.deps import Service, viewer
+from app.web.deps import Service, of_projects, viewer
 from app.web.schemas.server import (
     AliveOut,
     CheckOut,
@@ -29,6 +29,7 @@ router = APIRouter()
 
 @router.get("/api/sources", tags=["sources"])
 @viewer
+@of_projects
 def sources(sources: Service[Sources]) -> SourcesOut:
     """Return the sources that can be opened besides network cameras."""
     return SourcesOut.model_validate({"sources": sources.listed()})
@@ -36,6 +37,7 @@ def sources(sources: Service[Sources]) -> SourcesOut:
 
 @router.get("/api/meter-counter", tags=["sources"])
 @viewer
+@of_projects
 def connection(meter_counter: Service[MeterCounter]) -> MeterCounterOut:
     """Return the state of the connection."""
     return MeterCounterOut.model_validate(meter_counter.connection())
@@ -43,6 +45,7 @@ def connection(meter_counter: Service[MeterCounter]) -> MeterCounterOut:
 
 @router.get("/api/intended-use", tags=["inspections"])
 @viewer
+@of_projects
 def intended_use(purpose: Service[Purpose]) -> IntendedUseIn:
     """Return how wide the interval of a distance may be before it is of no use."""
     return IntendedUseIn.model_validate(asdict(purpose.get()))

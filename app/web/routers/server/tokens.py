@@ -26,7 +26,8 @@ def list_all(holders: Service[Holders]) -> TokensOut:
 @router.post("", status_code=201, responses=failures(errors.TokenNameTaken))
 def create(body: TokenIn, holders: Service[Holders], principal: PrincipalDep) -> TokenMadeOut:
     """Make a token; the answer is the only place where its secret is shown."""
-    return TokenMadeOut(secret=holders.create(body.name, body.to_role(), principal.name))
+    secret = holders.create(body.name, body.to_role(), body.to_projects(), principal.name)
+    return TokenMadeOut(secret=secret)
 
 
 @router.put("/{name:path}/role", status_code=204, responses=failures(errors.TokenNotFound))

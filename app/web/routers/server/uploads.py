@@ -17,7 +17,7 @@ from app.inspections.films.uploads import (
     UploadState,
     checksum_from,
 )
-from app.web.deps import PrincipalDep, Service, operator
+from app.web.deps import PrincipalDep, Service, of_projects, operator
 from app.web.schemas.failures import failures
 
 TUS_VERSION = "1.0.0"
@@ -39,6 +39,7 @@ _tus = Depends(_require_version)
 @router.options("", status_code=204)
 @router.options("/{upload_id}", status_code=204)
 @operator
+@of_projects
 def options(uploads: Service[Uploads]) -> Response:
     """Return the tus features of this server."""
     return Response(
@@ -65,6 +66,7 @@ def options(uploads: Service[Uploads]) -> Response:
     ),
 )
 @operator
+@of_projects
 def create(request: Request, uploads: Service[Uploads], principal: PrincipalDep) -> Response:
     """Announce a file: Upload-Length, and Upload-Metadata with its `filename`."""
     metadata = request.headers.get("upload-metadata", "")
@@ -87,6 +89,7 @@ def create(request: Request, uploads: Service[Uploads], principal: PrincipalDep)
     responses=failures(errors.UnsupportedTusVersion, errors.UploadNotFound),
 )
 @operator
+@of_projects
 def look_up(upload_id: str, uploads: Service[Uploads]) -> Response:
     """Return the number of bytes on the disk."""
     state = uploads.state(upload_id)
@@ -117,6 +120,7 @@ def look_up(upload_id: str, uploads: Service[Uploads]) -> Response:
     ),
 )
 @operator
+@of_projects
 async def append(upload_id: str, request: Request, uploads: Service[Uploads]) -> Response:
     """Append bytes at Upload-Offset; the answer comes when they are on the disk."""
     kind = request.headers.get("content-type")
@@ -141,6 +145,7 @@ async def append(upload_id: str, request: Request, uploads: Service[Uploads]) ->
     responses=failures(errors.UnsupportedTusVersion, errors.UploadNotFound, errors.UploadBusy),
 )
 @operator
+@of_projects
 def terminate(upload_id: str, uploads: Service[Uploads]) -> Response:
     """Delete an upload and its bytes."""
     uploads.delete(upload_id)

@@ -86,10 +86,11 @@ export class AccessPage extends Component {
 
 const pathOf = (name) => `/api/tokens/${encodeURIComponent(name)}`;
 
-function rowMarkup({ name, role, seen_at: seen, sessions, created_at: created, is_server: isServer, index }) {
+function rowMarkup({ name, role, projects, seen_at: seen, sessions, created_at: created, is_server: isServer, index }) {
   const isYou = name === preferences.person?.name;
   return html`<tr><th scope="row">${name} ${isYou && html`<span class="chip">${t('users.you')}</span>`}
-      ${isServer && html`<span class="dim users__note">${t('users.server')}</span>`}</th>
+      ${isServer && html`<span class="dim users__note">${t('users.server')}</span>`}
+      ${projects && html`<span class="dim users__note">${t('users.only', { projects: projects.join(', ') })}</span>`}</th>
     <td>${
       isServer
         ? wordFor('role', role)

@@ -1,6 +1,6 @@
 /** Dialogs about the access of a colleague: make one, show its link once, end one. */
 
-import { post } from '../../../core/server/api.js';
+import { get, post } from '../../../core/server/api.js';
 import { html } from '../../../core/page/html.js';
 import { ROLES } from '../../../core/page/rights.js';
 import { t, wordFor } from '../../../core/page/words.js';
@@ -12,6 +12,7 @@ import { icon } from '../../shared/icon/icon.js';
  * @returns {Promise<boolean>} whether one was made
  */
 export async function makeToken() {
+  const { projects } = await get('/api/archive/projects?limit=500');
   const opened = openDialog({
     title: t('users.add'),
     content: html`<form method="dialog" class="stack gap-4" data-part="form" novalidate>
@@ -25,6 +26,14 @@ export async function makeToken() {
           ) => html`<label class="switch row"><input type="radio" name="role" value="${role}" ${role === 'operator' && 'checked'} />
           <span><b>${wordFor('role', role)}</b> <span class="dim">${wordFor('role_help', role)}</span></span></label>`,
         )}</fieldset>
+      <fieldset class="users__roles stack gap-1" aria-describedby="token-projects"><legend class="label">${t('users.projects')}</legend>
+        <span class="help" id="token-projects">${t('users.projects_help')}</span>
+        <div class="users__projects stack gap-1">${projects
+          .filter(({ project }) => project !== null)
+          .map(
+            ({ project }) =>
+              html`<label class="switch row"><input type="checkbox" name="project" value="${project}" /><span>${project}</span></label>`,
+          )}</div></fieldset>
       ${formFoot(t('users.create'))}</form>`,
   });
   const { parts, closed } = opened;
@@ -32,7 +41,10 @@ export async function makeToken() {
   let made = null;
   closesWhenSent(opened, async () => {
     const name = parts.name.value.trim();
-    made = { name, ...(await post('/api/tokens', { name, role: new FormData(parts.form).get('role') })) };
+    const chosen = new FormData(parts.form);
+    const only = chosen.getAll('project');
+    const wanted = { name, role: chosen.get('role'), projects: only.length ? only : null };
+    made = { name, ...(await post('/api/tokens', wanted)) };
   });
   await closed;
   if (made) await showSecret(made);

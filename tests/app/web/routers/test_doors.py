@@ -6,7 +6,6 @@ import contextlib
 import os
 import re
 import ssl
-from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
@@ -14,11 +13,11 @@ from typing import NamedTuple
 import httpx
 import pytest
 from builders import PATIENCE_S, TOKEN, Client, LiveServer, assert_error
-from doors import example, log_in, refusal
+from doors import ask as asked
+from doors import bearer, example, log_in, refusal, routes_of
 from fastapi import FastAPI, WebSocket
 from forks import Fork
 from receivers import certificate
-from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
@@ -102,19 +101,7 @@ class Door(NamedTuple):
 
 def doors_of(app: FastAPI) -> list[Door]:
     """All that the server answers to, in the schema or not; files apart."""
-    return [door for route in app.routes for door in _doors(route)]
-
-
-def _doors(route: BaseRoute) -> Iterator[Door]:
-    if isinstance(route, WebSocketRoute):
-        yield Door("WS", route.path)
-    elif isinstance(route, Mount):
-        assert route.path == "/static"
-    elif isinstance(route, Route):
-        yield from (Door(method, route.path_format) for method in sorted(route.methods or ()))
-    else:
-        for inner in route.original_router.routes:  # type: ignore[attr-defined]  # FastAPI's own
-            yield from _doors(inner)
+    return [Door(method, path) for method, path, _ in routes_of(app.routes)]
 
 
 def make_token(data: Path, name: str, role: str) -> str:
@@ -131,29 +118,13 @@ def tokens(shared: Client) -> dict[str, str]:
     return made
 
 
-def bearer(token: str) -> dict[str, str]:
-    return {"Authorization": f"Bearer {token}"}
-
-
 def session(client: Client, cookie: str) -> dict[str, str]:
     return {"Cookie": f"{client.cookie_name}={cookie}"}
 
 
 def ask(client: Client, door: Door, headers: dict[str, str], query: str = "") -> httpx.Response:
     """As a program does; a web socket by the HTTP request that would open it."""
-    if door.method == "WS":
-        headers |= {
-            "Origin": client.server.url,
-            "Connection": "Upgrade",
-            "Upgrade": "websocket",
-            "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
-            "Sec-WebSocket-Version": "13",
-        }
-    method = "GET" if door.method == "WS" else door.method
-    with client.stream(method, door.url + query, headers=headers) as answer:
-        if answer.status_code != 101:
-            answer.read()
-    return answer
+    return asked(client, door.method, door.url + query, headers)
 
 
 def assert_shut(answer: httpx.Response, door: Door) -> None:
