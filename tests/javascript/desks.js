@@ -12,7 +12,7 @@ import { Desk } from '../../static/components/desk/page/desk.js';
 
 export const PATH = `/api/inspections/${process.env.CHAINAGE_INSPECTION}`;
 export const TAG = { frame: 4, pixel: [159.5, 119.5], code: 'BAB', severity: 2 };
-const UNSTATED = {
+export const UNSTATED = {
   zero: null, lengths: [], joints: { use: null, marked: [], left_out: [] }, rig_sigma: null, forced: null, remark: null,
 };
 const LOOK_AGAIN_MS = 5;

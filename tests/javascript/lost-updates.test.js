@@ -3,8 +3,9 @@
 import assert from 'node:assert/strict';
 import { afterEach, test } from 'node:test';
 import { line } from './browser.js';
-import { change, erase, opened, PATH, question, settled, stateZero, stored, tagged, until } from './desks.js';
+import { change, erase, opened, PATH, question, settled, stateZero, stored, tagged, UNSTATED, until } from './desks.js';
 import { Operations } from '../../static/core/server/operations.js';
+import { Corrections, withKnownLength } from '../../static/core/survey/corrections.js';
 
 afterEach(() => {
   line.meet = null;
@@ -320,4 +321,22 @@ test('a correction is undone', async (t) => {
   assert.equal(await storedZero(), 1);
   await desk.history.undo();
   assert.equal(await storedZero(), 0.25);
+});
+
+test('what is stated before the page has read what is stored is added to it', async (t) => {
+  await tagged();
+  const joints = { use: null, marked: [], left_out: [{ frame: 5 }] };
+  await line.ask('PUT', `${PATH}/corrections`, { ...UNSTATED, joints, zero: { frame: 2, offset_m: 0.1 } });
+  const end = new AbortController();
+  t.after(() => end.abort());
+  const corrections = new Corrections(process.env.CHAINAGE_INSPECTION, end.signal);
+  const reading = corrections.load();
+  const known = { first_frame: 2, last_frame: 9, length_m: 0.8, sigma_mm: 5 };
+  corrections.edit({ zero: { frame: 3, offset_m: 0.2 } });
+  corrections.edit(withKnownLength(corrections.draft.value, known));
+  await reading;
+  assert.deepEqual(corrections.draft.value, {
+    ...corrections.value.stated, joints, zero: { frame: 3, offset_m: 0.2 }, lengths: [{ ...known, kind: 'known' }],
+  });
+  assert.deepEqual([corrections.value.stated.zero.frame, corrections.isEdited], [2, true]);
 });

@@ -37,6 +37,22 @@ export function withKnownLength(stated, length) {
 /** The known length of a statement, or undefined. @param {{lengths: Length[]}} stated */
 export const knownLength = ({ lengths }) => lengths.find(({ kind }) => kind === 'known');
 
+/**
+ * Returns stored statements with those that a person made before the page had read them: these are added, and they
+ * count where both state one thing.
+ * @param {Stated} stored
+ * @param {Stated} early
+ */
+function withEarly(stored, early) {
+  /** @param {any} theirs @param {any} ours @returns {any} */
+  const both = (theirs, ours) => {
+    if (Array.isArray(ours)) return [...theirs, ...ours];
+    if (ours === null || typeof ours !== 'object' || theirs === null) return ours ?? theirs;
+    return Object.fromEntries(Object.keys(ours).map((name) => [name, both(theirs[name], ours[name])]));
+  };
+  return withKnownLength(both(stored, early), knownLength(early) ?? knownLength(stored) ?? null);
+}
+
 /** A store of the answer for the stored statements; null until it is loaded. @extends {Store<Answer|null>} */
 export class Corrections extends Store {
   /** The statements being edited. */
@@ -100,9 +116,12 @@ export class Corrections extends Store {
       await this.load(); // statements changed meanwhile: the answer is older than what is shown
       return;
     }
-    const hadDraft = this.value === null ? this.#waiting !== null : this.isEdited;
+    const isFirst = this.value === null;
+    const { value: early } = this.draft;
+    const hadDraft = isFirst ? this.#waiting !== null : this.isEdited;
     this.set(answer);
     if (!hadDraft || !this.isEdited) this.#begin();
+    if (isFirst && !hadDraft && early !== UNSTATED) this.draft.set(withEarly(answer.stated, early));
     this.#ask();
   }
 
