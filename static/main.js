@@ -26,6 +26,7 @@ import './components/inspections/inspection-list/inspection-list.js';
 import './components/intake/new-inspection/new-inspection.js';
 import './components/reports/report-template/report-template.js';
 import './components/settings/access-page/access-page.js';
+import './components/settings/detectors-page/detectors-page.js';
 import './components/settings/settings-page/settings-page.js';
 import './components/work/work-page/work-page.js';
 import './components/desk/page/inspection-page.js';
@@ -49,6 +50,7 @@ const PAGES = [
   [/^\/films\/quality$/, 'quality-page'],
   [/^\/settings$/, 'settings-page'],
   [/^\/settings\/access$/, 'access-page'],
+  [/^\/settings\/detectors$/, 'detectors-page'],
   [/^\/settings\/template$/, 'report-template'],
 ];
 

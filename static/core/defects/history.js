@@ -5,7 +5,8 @@
 
 /**
  * @typedef {object} Step
- * @property {string} what 'tag', 'edit', 'delete', 'stretch', 'header', 'restore', 'remark' or 'correction'
+ * @property {string} what 'tag', 'accept', 'reject', 'reopen', 'edit', 'delete', 'stretch', 'header', 'restore', 'remark' or
+ *     'correction'
  * @property {import('./observations.js').Observation|null} [item] the changed observation, in its earlier state
  * @property {any[]} [changes] the changes, for the name of the step
  * @property {object|null} [visit] of a text field: all letters typed in one visit are one step

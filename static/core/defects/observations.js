@@ -24,8 +24,8 @@ import { errorText } from '../page/words.js';
  *     & Omit<Partial<Api['ObservationOut']>, keyof Fields|'version'>} Observation
  *
  * @typedef {import('../server/stored-outbox.js').Refusal} Refusal
- * @typedef {(kind: 'save'|'delete', observation: string, fields?: Fields,
- *     made?: {before: Partial<Fields>|null, version: string|null}) => unknown} Queue
+ * @typedef {(kind: 'save'|'delete'|'reopen', observation: string, fields?: Fields,
+ *     made?: {before?: Partial<Fields>|null, version?: string|null, finding?: string}) => unknown} Queue
  */
 
 /** Fields that a person enters; the server derives all others. */
@@ -67,6 +67,7 @@ const fieldsOf = (observation) =>
  * @property {string} id of the observation
  * @property {Partial<Fields>|null} before the fields that change, null when it was not there
  * @property {Partial<Fields>|null} after
+ * @property {string} [finding] that it is made of
  */
 
 /**
@@ -117,9 +118,9 @@ export class Observations extends Store {
     /** @type {Map<string, any>} */
     const known = new Map(observations.map((item) => [item.id, { ...item, save: 'saved' }]));
     for (const { observation, kind, fields, refusal } of this.#outbox.openFor(this.#inspection)) {
-      if (kind === 'delete' && refusal && known.has(observation)) {
+      if (kind !== 'save' && refusal && known.has(observation)) {
         known.set(observation, undeleted(known.get(observation), refusal));
-      } else if (kind === 'delete') {
+      } else if (kind !== 'save') {
         known.delete(observation);
       } else {
         known.set(observation, {
@@ -160,6 +161,13 @@ export class Observations extends Store {
   create(fields) {
     const id = newId();
     this.#do('tag', [{ id, before: null, after: fieldsOf(fields) }]);
+    return this.find(id);
+  }
+
+  /** Makes an observation of a finding. @param {string} finding its id @param {Partial<Fields>} fields */
+  accept(finding, fields) {
+    const id = newId();
+    this.#do('accept', [{ id, before: null, after: fieldsOf(fields), finding }]);
     return this.find(id);
   }
 
@@ -315,10 +323,10 @@ export class Observations extends Store {
    * @param {Queue} [queue]
    */
   #apply(changes, isBack, seen, queue = (...operation) => this.#queue(...operation)) {
-    for (const { id, before, after } of changes) {
+    for (const { id, before, after, finding } of changes) {
       const [from, to] = isBack ? [after, before] : [before, after];
-      if (to === null) this.#remove(id);
-      else if (from === null) this.#bring(id, /** @type {Fields} */ (to));
+      if (to === null) this.#remove(id, finding);
+      else if (from === null) this.#bring(id, /** @type {Fields} */ (to), finding);
       else if (this.find(id)) this.#save(id, to, seen, queue);
     }
   }
@@ -373,19 +381,21 @@ export class Observations extends Store {
    * Shows an observation that was not there, or whose deletion was refused.
    * @param {string} id
    * @param {Fields} fields
+   * @param {string} [finding]
    */
-  #bring(id, fields) {
+  #bring(id, fields, finding) {
     const place = this.#placeOf(fields.frame, fields.pixel);
     this.#publish([...this.#without(id), { ...unsaved(id), ...place, ...fields, save: 'waiting' }]);
-    this.#queue('save', id, fields);
+    this.#queue('save', id, fields, finding ? { finding } : undefined);
   }
 
-  /** @param {string} id */
-  #remove(id) {
+  /** Removes an observation; one that was made of a finding by offering that again. @param {string} id @param {string} [finding] */
+  #remove(id, finding) {
     const item = this.find(id);
     if (!item) return; // deleted elsewhere meanwhile
     this.#publish(this.#without(id));
-    this.#queue('delete', id, undefined, madeOf(item));
+    if (finding) this.#queue('reopen', id, undefined, { ...madeOf(item), finding });
+    else this.#queue('delete', id, undefined, madeOf(item));
   }
 
   /** @param {string} id */
@@ -454,7 +464,7 @@ export class Observations extends Store {
   #refused({ operation, error }) {
     if (operation.inspection !== this.#inspection) return;
     const item = this.find(operation.observation);
-    if (operation.kind === 'delete') this.#showAgain(operation.observation, error);
+    if (operation.kind !== 'save') this.#showAgain(operation.observation, error);
     else if (item) this.#replace({ ...item, save: 'refused', refusal: errorText(error) });
   }
 

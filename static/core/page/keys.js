@@ -9,6 +9,7 @@ import { t } from './words.js';
  * @property {string} [label] what it does, for the help; none: the help does not list it
  * @property {string[]} [shown] the keys as the help writes them, if not all of `keys`
  * @property {(event: KeyboardEvent, key: string) => void} [run] none: the help alone lists it
+ * @property {() => boolean} [when] its scope: elsewhere the key belongs to a later binding
  */
 
 /**
@@ -58,6 +59,8 @@ export function withKey(what, key) {
   const own = key && ownKey(key);
   return own && isKeyOn(own) ? t('video.with_key', { what, key: own }) : what;
 }
+
+const always = () => true;
 
 /** Keys of a pedal, which no field needs. */
 const PEDAL = /^(F\d+|Pause)$/;
@@ -109,7 +112,7 @@ export function bindKeys(target, bindings, signal, except = new Set()) {
     (/** @type {any} */ event) => {
       const key = keyName(event);
       // Looked up each time: the person may have put it on another key meanwhile.
-      const binding = bindings.find(({ keys }) => keys.some((usual) => keyFor(usual) === key));
+      const binding = bindings.find(({ keys, when = always }) => keys.some((usual) => keyFor(usual) === key) && when());
       if (!binding || !isKeyOn(key) || event.altKey || except.has(key) || !isFree) return;
       event.preventDefault();
       binding.run(

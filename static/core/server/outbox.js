@@ -6,7 +6,7 @@
  * A change may also be based on this browser's previous change, whichever tab has sent that one.
  */
 
-import { put, remove } from './api.js';
+import { post, put, remove } from './api.js';
 import { Operations } from './operations.js';
 import { StoredOutbox } from './stored-outbox.js';
 
@@ -23,8 +23,9 @@ const TYPED_S = 0.8;
  * @typedef {import('./stored-outbox.js').Queued & Based} Operation
  *
  * @typedef {object} Based
- * @property {'save'|'delete'} kind
- * @property {Fields} [fields] of a save; a delete leaves none
+ * @property {'save'|'delete'|'reject'|'reopen'} kind the last two are decisions about a finding
+ * @property {Fields} [fields] of a save; all others leave none
+ * @property {string} [finding] what the observation is made of, or what is decided about
  * @property {Partial<Fields>|null} [before] fields that the change is based on, null when there was no observation
  * @property {string|null} [version] of `before`; null while this browser's previous change is unanswered
  */
@@ -78,7 +79,8 @@ export class Outbox extends StoredOutbox {
     // A refused operation is settled by its successor. Another tab may be sending the
     // replaced one just now, so its successor has its own id.
     const isReplaced = isUnseen || last?.refusal;
-    await this.put({ ...operation, ...(isReplaced && isOfLast && madeOf(last)) }, isReplaced ? [last] : []);
+    const kept = isReplaced && isOfLast && { ...madeOf(last), ...(last.finding && { finding: last.finding }) };
+    await this.put({ ...operation, ...kept }, isReplaced ? [last] : []);
   }
 
   /** Returns the overtaken operations of one inspection. @param {string} inspection */
@@ -108,9 +110,16 @@ export class Outbox extends StoredOutbox {
 
   /** @param {Operation} operation @param {AbortSignal} signal */
   async deliver(operation, signal) {
-    const { inspection, observation, fields } = operation;
-    const path = `/api/inspections/${inspection}/observations/${observation}`;
-    const answer = await this.#replace(path, operation, signal);
+    const { inspection, observation, fields, kind, finding, before } = operation;
+    const path = `/api/inspections/${inspection}`;
+    if (kind === 'reject' || kind === 'reopen') {
+      await post(`${path}/findings/${finding}/${kind}`, undefined, signal);
+      return null;
+    }
+    const answer =
+      finding && !before
+        ? await post(`${path}/findings/${finding}/accept`, { observation_id: observation, changes: fields }, signal)
+        : await this.#replace(`${path}/observations/${observation}`, operation, signal);
     if (answer) this.#taken.set(observation, { fields, version: answer.version });
     return answer;
   }
@@ -150,6 +159,9 @@ export class Outbox extends StoredOutbox {
     const isNothing = error.isOvertaken && isSame(fields, before);
     if (isPassed || isNothing) await this.settle(operation, new Event('elsewhere'));
     else await super.refuse(operation, error);
+    // A refused decision leaves nothing to decide: the finding is as it is stored.
+    if (['reject', 'reopen'].includes(operation.kind))
+      await this.discard(this.known.filter((other) => other.id === id));
   }
 }
 

@@ -32,6 +32,7 @@ import { u95FromSigma } from '../../../core/wall/units.js';
 import { Unrolled } from '../../../core/wall/unrolled.js';
 import { WallGrid } from '../../../core/wall/wall.js';
 import { t } from '../../../core/page/words.js';
+import { Findings } from '../../../core/defects/findings.js';
 import { followIn3d } from './in-3d.js';
 import { Large } from './large.js';
 import { Overtaken } from './overtaken.js';
@@ -143,6 +144,7 @@ export class Desk extends EventTarget {
       (frame, pixel) => this.#placeOf(frame, pixel),
       signal,
     );
+    this.findings = new Findings(inspection.id, outbox, this.history, this.observations, signal);
     this.attachments = new Attachments(inspection.id, attachmentOutbox, this.history, signal);
     this.attachments.loadPatiently();
     this.corrections = new Corrections(inspection.id, signal);
@@ -170,6 +172,7 @@ export class Desk extends EventTarget {
     this.observations.addEventListener('change', () => this.#dropLostSelection(), { signal });
     inspection.addEventListener('edited', ({ detail }) => this.history.add(detail), { signal });
     this.live.addEventListener('message', ({ detail }) => this.#compareRevision(detail.header), { signal });
+    this.live.addEventListener('findings', () => this.findings.loadPatiently(), { signal });
     listenTo([this.observations, this.inspection, this.corrections], 'change', signal, () => this.checks.loadSoon());
   }
 
@@ -180,7 +183,8 @@ export class Desk extends EventTarget {
 
   /** Reads again everything that follows from the track. */
   async readPlaces() {
-    await Promise.all([this.observations.load(), this.attachments.load(), this.corrections.load(), this.#loadWall()]);
+    const parts = [this.observations, this.attachments, this.corrections, this.findings];
+    await Promise.all([...parts.map((part) => part.load()), this.#loadWall()]);
   }
 
   /** Reads again what people state, and the distances if somebody has corrected them. */
@@ -391,6 +395,17 @@ export class Desk extends EventTarget {
   /** Resolves when nothing that was entered in this browser waits for the server, or when `signal` aborts. */
   async whenSent(signal) {
     for (const box of [this.outbox, this.attachmentOutbox]) await box.whenSent(this.inspection.id, signal);
+  }
+
+  /**
+   * Shows a finding in its panel and in the film; a live picture stays, unless that is what the person asks for.
+   * @param {import('../../../core/defects/findings.js').Finding} finding
+   */
+  lookAt({ id, frame }, isAsked = false) {
+    this.findings.current.set(id);
+    this.tab.set('findings');
+    const isThere = frame !== null && frame < this.track.length;
+    if (isThere && this.seek && (isAsked || !this.playhead.value.isLive)) this.seek(frame);
   }
 
   /** Selects an observation and shows its frame. */

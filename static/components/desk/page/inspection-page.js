@@ -98,7 +98,7 @@ export class InspectionPage extends Component {
     });
     this.listen(desk, 'done', ({ detail: { text, ...other } }) => this.#showDone(text, other));
     this.#showMessages();
-    for (const part of [desk.observations, desk.corrections, desk.review])
+    for (const part of [desk.observations, desk.corrections, desk.review, desk.findings])
       part.load().catch((error) => this.#fault(error));
     if (desk.inspection.isUnfinished) this.followCounter();
     this.#follow({ isOpening: true });
@@ -167,6 +167,9 @@ export class InspectionPage extends Component {
       desk.ask(detail);
     });
     this.listen(desk.review, 'change', () => this.#showQuestions());
+    this.listen(desk.findings, 'change', () =>
+      parts.side.note('findings', String(desk.findings.in('offered').length || '')),
+    );
     this.listen(desk.checks, 'change', () => parts.side.note('checks', String(desk.checks.value?.length || '')));
 
     const groups = keyMap(this);

@@ -25,10 +25,24 @@ const PAN = {
  */
 export function keyMap(page) {
   const isAllowed = (/** @type {any} */ { needs = 'viewer' }) => (needs === 'operator' ? mayEdit() : may(needs));
-  return [tagKeys(page), playKeys(page), defectKeys(page), stripKeys(page), helpKeys(page)]
+  return [findingKeys(page), tagKeys(page), playKeys(page), defectKeys(page), stripKeys(page), helpKeys(page)]
     .filter(isAllowed)
     .map(({ title, bindings }) => ({ title, bindings: bindings.filter(isAllowed) }));
 }
+
+/** While the findings are beside the film, these letters are theirs. */
+const findingKeys = (page, { desk } = page) => {
+  const when = () => desk.tab.value === 'findings' && !desk.large.value;
+  const run = (/** @type {'accept'|'reject'|'next'} */ what) => () => page.querySelector('finding-queue')[what]();
+  return {
+    title: t('keys.findings'),
+    bindings: [
+      { keys: ['a'], needs: 'operator', when, label: t('findings.accept'), run: run('accept') },
+      { keys: ['r'], needs: 'operator', when, label: t('findings.reject'), run: run('reject') },
+      { keys: ['n'], when, label: t('findings.next'), run: run('next') },
+    ],
+  };
+};
 
 const tagKeys = (page, { desk, video } = page) => ({
   title: t('keys.tag'),

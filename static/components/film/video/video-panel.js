@@ -20,6 +20,7 @@ import { paintOnPicture } from '../measure/on-picture.js';
 import { Marks } from './marks.js';
 import { MARK_PX, paintCentre, paintLabel, paintRing, placeOf } from './overlay-drawing.js';
 import './quick-buttons.js';
+import { paintFinding } from './finding-on-film.js';
 import { filmGestures } from './film-gestures.js';
 import { FilmView, layoutOf, transformOf } from './film-view.js';
 import './picture-age.js';
@@ -122,7 +123,9 @@ export class VideoPanel extends Component {
     this.listen(parts.overlay, 'pointermove', (event) => this.#point(event));
     this.listen(parts.overlay, 'pointerleave', () => this.#point(null));
     this.listen(parts.overlay, 'click', (event) => this.#click(event));
-    this.listen([desk.playhead, desk.selection, desk.observations, desk.measuring], 'change', () => this.repaint());
+    const { playhead, selection, observations, measuring, findings, tab } = desk;
+    const drawn = [playhead, selection, observations, measuring, findings, findings.current, tab];
+    this.listen(drawn, 'change', () => this.repaint());
     this.listen(desk.track, 'change', () => this.#tracked());
     this.listen(desk.inspection, 'change', () => this.#stateChanged());
     this.listen(desk.live, 'message', ({ detail }) => this.#ended(detail.header));
@@ -440,6 +443,7 @@ export class VideoPanel extends Component {
       labelled.add(room);
       paintLabel(context, mark.code, x, y + MARK_PX, layout, styles);
     }
+    paintFinding(context, desk, toStage, styles);
     const label = (text, x, y) => paintLabel(context, text, x, y, layout, styles);
     paintOnPicture(context, desk, { toStage, layout, cursor: this.#cursor, label, styles });
     if (this.#cursor && !desk.measuring.value) {

@@ -24,7 +24,9 @@ import {
   paintStretch,
 } from '../../distance/strip/paint.js';
 import { stripSettings } from '../../distance/strip/settings.js';
+import { titleOf } from '../../defects/finding-queue/words.js';
 import { Strip, markText, nearestMark } from '../../distance/strip/strip.js';
+import { OfferedFindings } from './offered-findings.js';
 import { Rows, arcAt, clockAt, cutAtCrown, rowMarks } from './rows.js';
 
 /** The grey of tile pixels that no frame has shown. */
@@ -83,6 +85,7 @@ export class WallStrip extends Strip {
     }
     this.listen(parts.track, 'keydown', (event) => this.#key(event));
     this.listen(parts.track, 'blur', () => this.#moveCursor(null));
+    this.offered = new OfferedFindings(desk);
     this.follow();
 
     this.listen(desk.inspection, 'change', () => {
@@ -91,6 +94,7 @@ export class WallStrip extends Strip {
     });
     this.listen(stripSettings, 'change', () => this.#showSettings());
     if (desk.windows) this.listen(desk.windows, 'change', () => this.#showSettings());
+    this.listen([desk.findings, desk.findings.current, desk.findings.filter], 'change', () => this.stale());
     this.listen(desk.measuring, 'change', () => this.repaint());
     this.listen([desk.unrolled, this.pictures, desk.track], 'change', () => this.stale());
     this.signal.addEventListener('abort', () => clearTimeout(this.#announceTimer));
@@ -133,7 +137,15 @@ export class WallStrip extends Strip {
   // Pointer and keys ------------------------------------------------------------------------
 
   tapBeside(x, y) {
-    if (this.rows) this.#act(this.plot.toMm(x), this.rows.toArc(y));
+    if (!this.rows) return;
+    const finding = this.#findingAt(x, y);
+    if (finding) this.desk.lookAt(finding);
+    else this.#act(this.plot.toMm(x), this.rows.toArc(y));
+  }
+
+  /** The finding on offer there; while a click is wanted for something else, there is none. */
+  #findingAt(x, y) {
+    return this.desk.picking.value ? null : this.offered.at(x, y);
   }
 
   /** Tags the place, or shows the frame that shows it best. */
@@ -269,6 +281,7 @@ export class WallStrip extends Strip {
     this.#paintRowLines(context, plot);
     this.#paintJoints(context, styles, plot, height);
     this.#paintStretches(context, styles, plot);
+    this.offered.paint(context, plot, this.rows, this.radius);
     const measured = this.desk.observations.value.filter((item) => item.measures);
     context.restore();
     paintOnWall(context, styles, plot, height, storedMeasures(this.desk, measured), this.#toPlace);
@@ -459,7 +472,12 @@ export class WallStrip extends Strip {
     context.lineTo(x + 9, Math.round(y) + 0.5);
     context.stroke();
     const mark = this.markAt(x, y);
-    const text = mark ? markText(mark) : this.#textOf({ mm: plot.toMm(x), arc: this.rows.toArc(y) });
+    const finding = mark ? null : this.#findingAt(x, y);
+    const text = mark
+      ? markText(mark)
+      : finding
+        ? titleOf(finding)
+        : this.#textOf({ mm: plot.toMm(x), arc: this.rows.toArc(y) });
     const above = y - PLATE_AWAY_PX;
     paintPlate(context, styles, text, x, above < 12 ? y + PLATE_AWAY_PX : above, [plot.left, plot.right]);
   }

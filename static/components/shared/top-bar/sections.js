@@ -45,7 +45,14 @@ export const SECTIONS = [
     sign: 'settings',
     parts: [
       ['/settings', t('nav.yours')],
-      ...(may('admin') ? [/** @type {[string, string]} */ (['/settings/access', t('users.title')])] : []),
+      .../** @type {[string, string][]} */ (
+        may('admin')
+          ? [
+              ['/settings/access', t('users.title')],
+              ['/settings/detectors', t('detectors.title')],
+            ]
+          : []
+      ),
       ['/settings/template', t('archive.template')],
     ],
   },
