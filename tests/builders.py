@@ -154,7 +154,8 @@ def serving(
     data: Path, *, http: type[PromptProtocol] = PromptProtocol, **settings: Any
 ) -> Iterator[Client]:
     """Run a server over a data folder; yield a client that has its token."""
-    settings = {"token": TOKEN, "disk_reserve_bytes": 0} | settings
+    # Each search of a wall is a process more; the tests of findings ask for it.
+    settings = {"token": TOKEN, "disk_reserve_bytes": 0, "find_defects": False} | settings
     server = LiveServer(create_app(Settings(data=data, **settings)), http)
     try:
         with Client(server, settings["token"]) as client:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -18,6 +19,9 @@ _GREY = 128
 _SEEN = 0.3
 """Share of a tile that must have been seen for the network to look at it."""
 _MOST_REPORTED = 200
+_NO_MEMORY = -4
+"""`cv2.Error.StsNoMem`."""
+_PLACE = re.compile(r"OpenCV\([^)]*\) \S+ error: \([^)]*\) ")
 
 
 @dataclass(frozen=True)
@@ -139,5 +143,8 @@ class Network:
 
 
 def _reason(error: cv2.error) -> str:
-    # Only OpenCV's own words: its message also has places in its source.
-    return (error.err or "OpenCV refuses it")[:_MOST_REPORTED]
+    if error.code == _NO_MEMORY:
+        return "it needs more memory than it may use."
+    # Only OpenCV's own words: its messages also name places in its source.
+    words = _PLACE.sub("", (error.err or "").replace("> ", "")).strip()
+    return f"OpenCV says {words[:_MOST_REPORTED]!r}."
