@@ -43,8 +43,10 @@ from app.storage.folder.signing_key import SigningKey
 from app.storage.records.assets import AssetStore
 from app.storage.records.assets import asset_of as registered_asset
 from app.storage.records.attachments import AttachmentStore
+from app.storage.records.findings import FindingStore
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.labels import LabelStore
+from app.storage.records.observations import ObservationStore
 from app.storage.records.reviews import ReviewStore
 from app.storage.storage import Stored
 from app.survey.assets.register import Line, one_line
@@ -148,6 +150,7 @@ class ReportBuilder:
         self._labels = LabelStore(stored.database)
         self._reviews = ReviewStore(stored.database)
         self._register = AssetStore(stored.database)
+        self._findings = FindingStore(stored.database, ObservationStore(stored.database))
         self._blobs = stored.blobs
         self._scratch = stored.folder.root
         self._measurements = measurements
@@ -171,6 +174,7 @@ class ReportBuilder:
             self._measurements.state(inspection_id),
             self._templates.of_inspection(inspection_id).version,
             self._register.state(),
+            self._findings.state(inspection_id),
         )
 
     def report(
@@ -206,6 +210,7 @@ class ReportBuilder:
             error=row.error_detail,
             review=cast("ReviewState", row.review_state),
             made_at=datetime.now(UTC),
+            proposals=self._findings.counts(inspection_id),
             labels=self._labels.of([inspection_id]).get(inspection_id, ()),
             pack=self._packs.table_of(row.header).name,
             rig=rig_of(row),
@@ -252,7 +257,9 @@ class ReportBuilder:
             for name, key_of in _BESIDE_THE_FILM.items()
         }
         remarks = tuple(self._reviews.remarks(row.id))
-        return Kept(tuple(attachments), remarks, files, self._packs.csv_of(row.header))
+        findings = tuple(self._findings.listed(row.id))
+        pack_table = self._packs.csv_of(row.header)
+        return Kept(tuple(attachments), remarks, files, pack_table, findings)
 
     def _line_of(self, header: Mapping[str, Any]) -> Line:
         asset_id = asset_of(header)

@@ -28,6 +28,7 @@ from app.survey.assets.register import Line
 from app.survey.catalogue.table import Code
 from app.survey.distances.corrected import Corrected
 from app.survey.distances.track_rows import is_unmeasured
+from app.survey.findings.records import DetectorCount, Finding
 from app.survey.observations.attachments import Attachment
 from app.survey.observations.checks import Issue
 from app.survey.observations.defects import is_defect
@@ -282,6 +283,8 @@ class Kept:
     """What else is known of the film, by the names of `app.imports.moved.archive_manifest`."""
     pack_table: str | None = None
     """The table of codes as CSV, if a person has added it."""
+    findings: tuple[Finding, ...] = ()
+    """What detectors proposed, with every decision."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -333,6 +336,8 @@ class Report(Measured):
     """Issues to resolve before the report is issued."""
     events: tuple[Event, ...]
     """Every change, the oldest first."""
+    proposals: tuple[DetectorCount, ...] = ()
+    """What became of the proposals of each detector."""
     labels: tuple[str, ...] = ()
     """The words by which people sort their inspections."""
     review: ReviewState = DRAFT

@@ -76,6 +76,7 @@ def read(content: bytes) -> WholeInspection:
         attachments=tuple(file.attachments),
         remarks=tuple(file.remarks),
         review=file.review,
+        findings=tuple(file.findings),
         code_pack=file.code_pack,
         report_template=file.report_template,
         files={path: _embedded(path, text) for path, text in file.media.items()},

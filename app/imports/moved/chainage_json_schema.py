@@ -17,6 +17,7 @@ from app.imports.moved.whole_inspection import (
     MediaPath,
     MovedAttachment,
     MovedEvent,
+    MovedFinding,
     MovedInspection,
     MovedRemark,
     MovedReview,
@@ -143,6 +144,7 @@ class Parts(Part):
     ]
     remarks: Annotated[list[MovedRemark], Field(max_length=_MOST_EVENTS, default_factory=list)]
     review: MovedReview = MovedReview()
+    findings: Annotated[list[MovedFinding], Field(max_length=_MOST_TAGS, default_factory=list)]
     code_pack: PackName | None = None
     report_template: dict[str, Any] | None = None
     """How its reports look, which `app.reports.template` checks."""
@@ -151,7 +153,7 @@ class Parts(Part):
 
     @model_validator(mode="after")
     def _rows_are_distinct(self) -> Self:
-        for kind in ("tags", "attachments", "remarks"):
+        for kind in ("tags", "attachments", "remarks", "findings"):
             for name in ("id", "seq") if kind == "tags" else ("id",):
                 found = [getattr(row, name) for row in getattr(self, kind)]
                 if len(set(found)) != len(found):

@@ -23,7 +23,9 @@ from pydantic import (
 
 from app.imports.moved.archive_manifest import VOICE
 from app.survey.distances.stated import Stated
-from app.survey.given import LINE, TEXT, Frame, Header
+from app.survey.findings.declaration import FindingCode, FindingKind
+from app.survey.findings.records import Direction, Finding, FindingState, Size
+from app.survey.given import LINE, TEXT, Frame, Header, PackName, Pixel
 from app.survey.labels import Labels
 from app.survey.observations.attachments import LONGEST_VOICE_S, MOST_VOICE_BYTES, Kind, Strokes
 from app.survey.observations.review import DRAFT, RemarkKind, ReviewState
@@ -187,6 +189,60 @@ class MovedRemark(Part):
     settled_at: _Instant | None = None
 
 
+_Mm = Annotated[float, Field(ge=-1e8, le=1e8)]
+_Sigma = Annotated[float, Field(ge=0, le=1e8)]
+
+
+class MovedSize(Part):
+    """A raw length with its standard uncertainty."""
+
+    mm: _Sigma
+    sigma_mm: _Sigma
+
+
+class MovedFinding(Part):
+    """A proposal on the wall, in raw coordinates, with what was decided about it."""
+
+    id: _ObservationId
+    kind: FindingKind
+    outline_mm: Annotated[
+        list[Annotated[list[_Mm], Field(min_length=2, max_length=2)]],
+        Field(min_length=1, max_length=1000),
+    ]
+    length: MovedSize | None
+    width: MovedSize | None
+    direction: Direction | None
+    score: Annotated[float, Field(ge=0, le=1)]
+    code: FindingCode | None
+    detector: PackName
+    version: Annotated[str, StringConstraints(max_length=20, pattern=LINE)]
+    frame: Frame | None
+    pixel: Pixel | None
+    found_at: _Instant
+    state: FindingState
+    decided_by: _Who | None = None
+    decided_at: _Instant | None = None
+    observation_id: _ObservationId | None = None
+
+    def finding(self, inspection_id: str) -> Finding:
+        """Return it as that of an inspection."""
+        values = {name: getattr(self, name) for name in type(self).model_fields}
+        sizes = {
+            name: None if size is None else Size(size.mm, size.sigma_mm)
+            for name, size in (("length", self.length), ("width", self.width))
+        }
+        return Finding(
+            **values
+            | sizes
+            | {
+                "inspection_id": inspection_id,
+                "outline_mm": tuple((x, y) for x, y in self.outline_mm),
+                "code": self.code and self.code.model_dump(exclude_none=True),
+                "pixel": None if self.pixel is None else (self.pixel[0], self.pixel[1]),
+            }
+        )
+
+
 class MovedReview(Part):
     """How far the review was."""
 
@@ -227,6 +283,7 @@ class WholeInspection:
     attachments: tuple[MovedAttachment, ...]
     remarks: tuple[MovedRemark, ...]
     review: MovedReview
+    findings: tuple[MovedFinding, ...] = ()
     report_template: Mapping[str, Any] | None = None
     """How its reports looked; None in an older file."""
     code_pack: str | None = None

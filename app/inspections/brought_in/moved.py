@@ -40,6 +40,7 @@ from app.storage.database.tables import ENDED, Base, CodePack, Inspection, Remar
 from app.storage.folder.files import full_disk_reported
 from app.storage.folder.tokens import Role
 from app.storage.records.attachments import AttachmentRow
+from app.storage.records.findings import FindingRow
 from app.storage.records.imports import Rows
 from app.storage.storage import Storage
 from app.survey.distances.stated import Stated
@@ -112,7 +113,7 @@ class MovedInspections:
             files = _Files(archive)
             film = self._put_film(moved, files)
             self._put_files(moved, files)
-            more: list[Base] = [*moved.attachments(), *moved.remarks()]
+            more: list[Base] = [*moved.attachments(), *moved.remarks(), *moved.findings()]
             header, pack = self._header(moved)
             if pack is not None:
                 more.append(pack)
@@ -379,6 +380,10 @@ class _Moved:
 
     def _remark(self, remark: MovedRemark) -> RemarkRow:
         return RemarkRow(inspection_id=self.id, **remark.model_dump())
+
+    def findings(self) -> list[FindingRow]:
+        """Return the rows of what detectors proposed."""
+        return [FindingRow.of(each.finding(self.id)) for each in self.whole.findings]
 
     def media_keys(self) -> Iterator[tuple[str, str]]:
         """Yield the key of each photo and voice note that came along, and its path in the file."""

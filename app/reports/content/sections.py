@@ -125,6 +125,16 @@ def checks(report: Report, t: Translator) -> dict[str, Any]:
         ),
         "statements": [
             f"{t('cover.review')}: {t.review(report)}.",
+            *(
+                t(
+                    "sign.proposals",
+                    detector=count.detector,
+                    total=count.total,
+                    accepted=count.accepted,
+                    rejected=count.rejected,
+                )
+                for count in report.proposals
+            ),
             t("sign.statement", report=report.id, revision=report.revision),
         ],
         "people": [

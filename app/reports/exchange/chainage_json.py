@@ -26,6 +26,7 @@ from app.imports.moved.chainage_json import FAMILY, VERSION
 from app.imports.moved.whole_inspection import (
     MovedAttachment,
     MovedEvent,
+    MovedFinding,
     MovedInspection,
     MovedRemark,
     MovedSource,
@@ -37,6 +38,7 @@ from app.reports.tables import table
 from app.reports.text.legible import iso
 from app.settings import MIB
 from app.survey.distances.corrected import result_of
+from app.survey.findings.records import Finding
 from app.survey.observations.records import BROUGHT_IN
 
 _SCHEMA = f"{FAMILY}/{VERSION}"
@@ -44,6 +46,7 @@ _SCHEMA = f"{FAMILY}/{VERSION}"
 _HEALTH_DECIMALS = 4
 _MOST_EMBEDDED_BYTES = 20 * MIB
 """Most bytes of photos and voice notes in the file: an import reads a file of 64 MiB."""
+_SIZES = ("length", "width")
 _HALF = re.compile("[\ud800-\udfff]")
 """A surrogate: a text of another program may contain it, UTF-8 cannot."""
 
@@ -75,6 +78,7 @@ def write(report: Report) -> Written:
             "by": report.reviewed_by,
             "at": _exactly(report.reviewed_at),
         },
+        "findings": [_finding(finding) for finding in report.kept.findings],
         "code_pack": report.pack if report.kept.pack_table is not None else None,
         "report_template": report.template_in_force.model_dump(mode="json"),
         "track": {"columns": json.loads(report.raw_track.to_json())["columns"]},
@@ -103,6 +107,12 @@ def _fields_of(
     return {
         name: at(value) if isinstance(value, datetime) else value for name, value in found.items()
     }
+
+
+def _finding(finding: Finding) -> Mapping[str, Any]:
+    fields = _fields_of(MovedFinding, finding, _exactly)
+    sizes = {name: size and asdict(size) for name, size in fields.items() if name in _SIZES}
+    return fields | sizes
 
 
 def _inspection(report: Report) -> Mapping[str, Any]:

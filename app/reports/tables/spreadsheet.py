@@ -169,6 +169,12 @@ def _header(report: Report) -> Iterable[Row]:
         ("distance_u95_m", report.u95_m, "m"),
         ("distance_raw_m", report.raw_distance_m, "m"),
         ("code_pack_name", report.pack, None),
+        *(
+            (f"proposals_{name}", sum(getattr(each, name) for each in report.proposals), None)
+            for name in ("total", "accepted", "rejected")
+            if report.proposals
+        ),
+        ("proposals_by", ", ".join(each.detector for each in report.proposals) or None, None),
         ("video_file", source.filename, None),
         ("video_size", source.size, "bytes"),
         ("video_sha256", source.sha256, None),

@@ -55,7 +55,8 @@ _GROWING = ("checkpoint", "journal", keys.RECORDING)
 _ROOT_FILES = (_TOKENS, signing_key.FILE)
 """Files beside the database, copied if they exist."""
 _NAME = re.compile(
-    r"chainage\.db|tokens\.json|signing-key\.pem|inspections/[0-9a-f]{32}(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*){1,2}"
+    r"chainage\.db|tokens\.json|signing-key\.pem|detectors/[0-9a-f]{32}\.onnx"
+    r"|inspections/[0-9a-f]{32}(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*){1,2}"
 )
 """All names that an archive may contain: no path leads out of the folder or to its lock."""
 _BLOCK = 2**20
@@ -215,6 +216,8 @@ def _members(data: Path, blobs: Blobs, snapshot: Path) -> dict[str, _Member]:
     members |= {name: _Member.of(folder, name) for name in _ROOT_FILES if folder.exists(name)}
     with closing(sqlite3.connect(snapshot)) as connection:
         ids = [str(row[0]) for row in connection.execute("SELECT id FROM inspections ORDER BY id")]
+    for blob in blobs.listed(keys.DETECTORS):
+        members[blob.key] = _Member(StoredBlob(blobs, blob.key), blob.size)
     for inspection_id in ids:
         # In the order of names: the checkpoint precedes the journal, which may be longer than the
         # checkpoint says.
@@ -239,7 +242,13 @@ def _named_by(database: Path) -> set[str]:
         attachments = connection.execute(
             "SELECT inspection_id, id, frame, media_type FROM attachments WHERE sha256 IS NOT NULL"
         ).fetchall()
-    names = {keys.photo(*row) for row in photos}
+        tables = connection.execute("SELECT name FROM sqlite_master").fetchall()
+        detectors = (
+            connection.execute("SELECT id FROM detectors").fetchall()
+            if ("detectors",) in tables  # of an older revision, there is none
+            else []
+        )
+    names = {keys.photo(*row) for row in photos} | {keys.detector(*row) for row in detectors}
     names |= {
         keys.photo(inspection_id, id_, frame)
         if media_type is None
@@ -338,6 +347,7 @@ def _filled(store: str | None, data: Path) -> Iterator[Blobs]:
         yield blobs
     except BaseException:
         blobs.delete_all(keys.INSPECTIONS)
+        blobs.delete_all(keys.DETECTORS)
         raise
 
 

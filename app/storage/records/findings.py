@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from typing import Any
@@ -123,14 +123,14 @@ class FindingStore(Store):
 
     @reading
     def listed(self, session: Session, inspection_id: str) -> list[Finding]:
-        """Return all findings in no special order.
+        """Return all findings.
 
         Raises:
             InspectionNotFound: No inspection has this id.
         """
         existing(session, inspection_id)
         query = select(FindingRow).where(FindingRow.inspection_id == inspection_id)
-        return [row.record() for row in session.scalars(query)]
+        return [row.record() for row in session.scalars(query.order_by(FindingRow.id))]
 
     @reading
     def get(self, session: Session, inspection_id: str, finding_id: str) -> Finding:
@@ -154,6 +154,17 @@ class FindingStore(Store):
         for detector, version, state, number in session.execute(query):
             found.setdefault(f"{detector} {version}", dict.fromkeys(STATES, 0))[state] = number
         return tuple(DetectorCount(name, **found[name]) for name in sorted(found))
+
+    @reading
+    def state(self, session: Session, inspection_id: str) -> Hashable:
+        """Return a value that differs after every search and every decision."""
+        query = (
+            select(FindingRow.state, func.count(), func.max(FindingRow.found_at))
+            .where(FindingRow.inspection_id == inspection_id)
+            .group_by(FindingRow.state)
+            .order_by(FindingRow.state)
+        )
+        return tuple(tuple(row) for row in session.execute(query))
 
     @writing
     def accept(

@@ -21,18 +21,26 @@ _Channels = Annotated[
 ]
 
 
-class DetectedClass(Given):
-    """A class of a model; without a kind it is the background, and proposes nothing."""
+FindingKind = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,39}$")]
 
-    kind: Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,39}$")] | None = Field(
-        None, description="crack, joint_open, joint_displaced, hole, spall, deposit, roots, water, "
-        "stain, or a kind of its own; null for the background",
-    )  # fmt: skip
+
+class FindingCode(Given):
+    """The code that a proposal starts from."""
+
     code: CodeName | None = Field(
         None, description="Code to start from; without it that of the kind"
     )
     char1: Letter | None = None
     char2: Letter | None = None
+
+
+class DetectedClass(FindingCode):
+    """A class of a model; without a kind it is the background, and proposes nothing."""
+
+    kind: FindingKind | None = Field(
+        None, description="crack, joint_open, joint_displaced, hole, spall, deposit, roots, water, "
+        "stain, or a kind of its own; null for the background",
+    )  # fmt: skip
 
 
 class Declaration(Given):

@@ -112,3 +112,8 @@ class DetectorCount:
     """Those that nobody has decided about."""
     accepted: int
     rejected: int
+
+    @property
+    def total(self) -> int:
+        """All that were offered, decided or not."""
+        return self.offered + self.accepted + self.rejected

@@ -18,6 +18,7 @@ import httpx
 import pytest
 from builders import Client, assert_error, frame_number, serving, wait_until
 from object_stores import ObjectStore
+from proposals import finding, settle
 from small_disk import small_disk
 from surveys import Survey
 
@@ -120,6 +121,9 @@ def source(
         client.put(f"{path}/labels", json={"labels": ["north"]})
         said = {"observation": tag, "kind": "comment", "text": "seen", "version": None}
         assert client.put(f"{path}/review/remarks/{uuid.uuid4()}", json=said).is_success
+        proposed = finding(done), finding(done, 120.0, length=None, code={"code": "SCR"})
+        settle(client, done, *proposed)
+        assert client.post(f"{path}/findings/{proposed[0].id}/reject").is_success
         wait_until(lambda: len(photos_of(client, done)) == 4)
         for state in ("submitted", "in_review", "approved"):
             assert client.post(f"{path}/review", json={"state": state, "reason": None}).is_success
@@ -164,6 +168,11 @@ def test_it_goes_to_another_server_whole_and_back_out_the_same(
             each.get(f"/api/inspections/{done}/review").json() for each in (other, client)
         )
         assert review["remarks"] == first["remarks"]
+        findings = [
+            each.get(f"/api/inspections/{done}/findings").json() for each in (other, client)
+        ]
+        assert findings[0]["findings"] == findings[1]["findings"]
+        assert findings[0]["counts"] == {"offered": 1, "accepted": 0, "rejected": 1}
         assert [step["state"] for step in review["steps"]] == [
             "submitted", "in_review", "approved",
         ]  # fmt: skip

@@ -6,8 +6,7 @@ import sqlite3
 import uuid
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, contextmanager
-from datetime import UTC, datetime
+from contextlib import closing
 from typing import Any
 
 import cv2
@@ -16,11 +15,9 @@ import numpy as np
 import onnx_files
 import pytest
 from builders import Client, assert_error, wait_until
+from proposals import WAITING, finding, findings_of, settle
 
-from app.storage.database.database import FILE, Database
-from app.storage.records.findings import FindingStore
-from app.storage.records.observations import ObservationStore
-from app.survey.findings.records import Finding, Point, SearchStatus, Size
+from app.storage.database.database import FILE
 
 FINDS_DARK = """
 name: Dark lines
@@ -34,7 +31,6 @@ classes: [{kind: crack}]
 """
 LINE_MM = ((20.0, -40.0), (100.0, -40.0))
 """Ends of a crack of 4 mm on the wall, axial and arc."""
-WAITING = SearchStatus("waiting", "classical")
 
 
 class Wall:
@@ -63,20 +59,6 @@ class Wall:
         found = self.all()
         return found if found["search"]["state"] in ("done", "failed") else None
 
-    @contextmanager
-    def store(self) -> Iterator[FindingStore]:
-        """What a search would write through."""
-        with closing(Database(self.client.data / FILE)) as database:
-            yield FindingStore(database, ObservationStore(database))
-
-    def settle(self, *found: Finding, places: dict[str, Point] | None = None) -> None:
-        with self.store() as store:
-            store.put_search(self.id, WAITING)
-            done = SearchStatus("done", "classical")
-            assert store.settle(
-                self.id, found, places or {}, before=WAITING, after=done, replaces="classical"
-            )
-
     def draw_line(self) -> None:
         """Draw the crack on the tiles, which are grey apart from it."""
         wall = self.client.get(f"/api/inspections/{self.id}/unrolled").json()
@@ -92,29 +74,11 @@ class Wall:
             cv2.imwrite(str(tile), picture)
 
 
-def finding(wall: Wall, axial_mm: float = 40.0, **changes: Any) -> Finding:
-    """A crack of 40 mm along the floor, which frame 10 shows."""
-    values: dict[str, Any] = {
-        "kind": "crack",
-        "outline_mm": ((axial_mm, -10.0), (axial_mm + 20, -10.0), (axial_mm + 40, -10.0)),
-        "length": Size(40.0, 2.0),
-        "width": Size(2.0, 0.5),
-        "direction": "along",
-        "score": 0.7,
-        "detector": "classical",
-        "version": "1",
-        "frame": 10,
-        "pixel": (100.0, 70.0),
-        "found_at": datetime.now(UTC),
-    }
-    return Finding(inspection_id=wall.id, id=str(uuid.uuid4()), **values | changes)
-
-
 @pytest.fixture
 def wall(shared: Client, own: str) -> Wall:
     """Two offered cracks."""
     wall = Wall(shared, own)
-    wall.settle(finding(wall), finding(wall, 120.0))
+    settle(shared, own, finding(own), finding(own, 120.0))
     return wall
 
 
@@ -170,9 +134,16 @@ def test_a_decision_is_made_once_and_can_be_undone(wall: Wall) -> None:
     assert wall.decide(second, "reject").status_code == 200
     assert_error(wall.decide(second, "accept", str(uuid.uuid4())), 409, "finding_decided")
     assert [each["id"] for each in wall.client.get(path).json()["observations"]] == [name]
-    assert wall.decide(first, "reopen").json()["state"] == "offered"
+    exports = f"/api/inspections/{wall.id}/exports"
+    assert (
+        "Proposals by classical 1: 2 offered, 1 accepted" in wall.client.get(f"{exports}/html").text
+    )
+    assert [wall.decide(each, "reopen").json()["state"] for each in (first, second)] == [
+        "offered",
+        "offered",
+    ]
     assert wall.client.get(path).json()["observations"] == []
-    assert wall.states() == ["offered", "offered"]
+    assert len(wall.client.get(f"{exports}/csv").text.splitlines()) == 1
     assert wall.decide(first, "accept", name).json()["seq"] == made.json()["seq"]
     events = wall.client.get(f"/api/inspections/{wall.id}/events").json()["events"]
     decisions = [each["action"] for each in events if each["action"].startswith("finding_")]
@@ -213,19 +184,19 @@ def test_an_approved_inspection_is_decided(wall: Wall) -> None:
 def test_what_was_decided_is_not_offered_again_when_the_track_has_moved(wall: Wall) -> None:
     first, second = (each["id"] for each in wall.all()["findings"])
     wall.decide(first, "reject")
-    with wall.store() as store:
+    with findings_of(wall.client) as store:
         known = {each.id: each for each in store.listed(wall.id)}
     # Another rig: the same pixels show wall that is 300 mm further on.
     places = {name: (each.middle_mm[0] + 300, -10.0) for name, each in known.items()}
-    again, other = finding(wall, 344.0), finding(wall, 423.0, score=0.9)
-    new = finding(wall, 700.0)
-    wall.settle(again, other, new, places=places)
+    again, other = finding(wall.id, 344.0), finding(wall.id, 423.0, score=0.9)
+    new = finding(wall.id, 700.0)
+    settle(wall.client, wall.id, again, other, new, places=places)
     after = {each["id"]: each for each in wall.all()["findings"]}
     assert {name: each["state"] for name, each in after.items()} == {
         first: "rejected", second: "offered", new.id: "offered",
     }  # fmt: skip
     assert after[second]["score"] == 0.9
-    wall.settle()  # nothing is found any more
+    settle(wall.client, wall.id)  # nothing is found any more
     assert wall.states() == ["rejected"]
 
 
@@ -242,7 +213,7 @@ def test_a_finding_belongs_to_its_inspection(wall: Wall, done: str) -> None:
 
 
 def test_a_search_that_waits_is_stopped(wall: Wall) -> None:
-    with wall.store() as store:
+    with findings_of(wall.client) as store:
         store.put_search(wall.id, WAITING)
     stopped = wall.client.delete(f"{wall.path}/search").json()
     assert (stopped["state"], stopped["detail"]) == ("none", "Stopped by server.")
