@@ -147,7 +147,7 @@ def test_a_decision_is_made_once_and_can_be_undone(wall: Wall) -> None:
     assert wall.decide(first, "accept", name).json()["seq"] == made.json()["seq"]
     events = wall.client.get(f"/api/inspections/{wall.id}/events").json()["events"]
     decisions = [each["action"] for each in events if each["action"].startswith("finding_")]
-    assert decisions == [
+    assert decisions[::-1] == [
         "finding_accepted", "finding_rejected", "finding_reopened", "finding_reopened",
         "finding_accepted",
     ]  # fmt: skip
