@@ -36,6 +36,7 @@ class Server:
     def __init__(self, data: Path, **settings: str) -> None:
         """Use a data folder; settings as in the environment, without their prefix."""
         self.data = data
+        settings = {"find_defects": "false"} | settings  # each search is a process more
         self._settings = {f"CHAINAGE_{name.upper()}": value for name, value in settings.items()}
         self._settings["CHAINAGE_TOKEN"] = TOKEN
         self._process: Fork | None = None
