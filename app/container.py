@@ -308,6 +308,7 @@ class _Building:
             records.inspection_store,
             records.unrolled,
             records.corrections,
+            records.finding_store,
             storage.blobs,
             self._limits(COMPARE_CPU_S),
         )

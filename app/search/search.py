@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 
 from app.inspections.purpose import Purpose
@@ -14,6 +14,7 @@ from app.storage.index.queries import FoundInspection
 from app.storage.index.work_list import Briefs, Work, WorkList
 from app.storage.records.labels import LabelStore
 from app.survey.assets.asset_history import (
+    Alignments,
     Change,
     Seen,
     Survey,
@@ -133,8 +134,13 @@ class Search:
         """Return the number of measured films, or of those with a problem, and a page of them."""
         return self._index.films(problem, page)
 
-    def history(self, asset: str) -> History:
-        """Return the inspections of an asset, none if there is no such asset."""
+    def history(self, asset: str, alignments: Callable[[Sequence[str]], Alignments]) -> History:
+        """Return the inspections of an asset, none if there is no such asset.
+
+        Args:
+            asset: Its id.
+            alignments: Returns which of these inspections, oldest first, are in register.
+        """
         total, inspections = self._assets.inspections_of(asset, _MOST_SURVEYS)
         ids = [found.row.inspection_id for found in inspections]
         labels = self._labels.of(ids)
@@ -143,7 +149,8 @@ class Search:
             by_id[defect.row.inspection_id].append(defect)
         surveys = [_survey(found, by_id[found.row.inspection_id]) for found in inspections]
         is_met = self._purpose.get().is_met
-        followed = [Followed(one, changes_of(one, surveys)) for one in traces_of(surveys)]
+        traces = traces_of(surveys, alignments(ids))
+        followed = [Followed(one, changes_of(one, surveys)) for one in traces]
         return History(
             total,
             [

@@ -17,6 +17,7 @@ SHORTEST = {
     "report": [],
     "resilience": ["--files", "20", "--rounds", "2", "--seconds", "8"],
     "screenshots": ["{out}"],
+    "walls": ["--culverts", "2", "--tracked", "0", "--length-mm", "2000"],
 }
 
 

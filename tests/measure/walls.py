@@ -8,15 +8,22 @@ dirt, and every second one comes from the other end. Most walls are unrolled alo
 an error of the scale and one that comes and goes; some films are tracked.
 """
 
+# ruff: noqa: T201
 from __future__ import annotations
 
+import argparse
+import pickle
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
-from wall_pairs import RIGS, Survey, culvert, dirtied, scenario, survey, turned
+from wall_pairs import RIGS, Survey, culvert, dirtied, scenario, survey, turned, wall_of
 
+from app.lab.markdown_figures import write_figures
 from vo_core.alignment.align import align
+from vo_core.alignment.wall_map import WallMap
 
 MARK = "walls"
 COMMAND = "python tests/measure walls --write docs/changes.md"
@@ -28,18 +35,19 @@ _FRAMES_PER_S = 25
 class Row:
     """One pair of surveys of the same culvert."""
 
-    rigs: str
-    is_tracked: bool
-    is_opposite: bool
     is_found: bool
-    end_mm: float | None
-    """Error of the last frame's place on the earlier wall; None where the map does not hold."""
+    """Whether it was recognised, and the direction is right."""
+    end_mm: float
+    """Error of the last frame's place on the earlier wall, by the map or, where that ends before,
+    by the camera from the last place of the map."""
     worst_mm: float
-    within: float
-    """Share of the nodes within their 95 % interval."""
+    """Largest error of a node."""
+    ratios: Sequence[float]
+    """Errors of the nodes over their sigmas."""
     holds: float
     """Share of the frames at which the map holds."""
     align_s: float
+    """Processor time."""
 
 
 def pair(seed: int, length_mm: float, *, is_tracked: bool) -> tuple[Survey, Survey, bool]:
@@ -75,27 +83,109 @@ def judged(earlier: Survey, later: Survey, *, is_opposite: bool, length_mm: floa
     took_s = time.process_time() - started_s
     true_mm = length_mm - later.true_mm if is_opposite else later.true_mm
     wanted_mm = np.interp(true_mm, earlier.true_mm, earlier.raw_mm)
-    errors, within, nodes = [], 0, 0
     order = np.argsort(later.raw_mm)
+    errors, ratios = [0.0], []
     for node in found.nodes:
-        if not later.raw_mm.min() <= node.axial_mm <= later.raw_mm.max():
-            continue
-        error_mm = node.earlier_mm - float(
-            np.interp(node.axial_mm, later.raw_mm[order], wanted_mm[order])
-        )
-        errors.append(abs(error_mm))
-        within += abs(error_mm) <= 1.96 * node.sigma_mm
-        nodes += 1
-    end = found.earlier(float(later.raw_mm[-1]))
-    held = np.mean([found.earlier(float(each)) is not None for each in later.raw_mm])
+        if later.raw_mm.min() <= node.axial_mm <= later.raw_mm.max():
+            true = np.interp(node.axial_mm, later.raw_mm[order], wanted_mm[order])
+            errors.append(float(node.earlier_mm - true))
+            ratios.append(errors[-1] / node.sigma_mm)
+    holds = [found.earlier(float(each)) is not None for each in later.raw_mm]
     return Row(
-        rigs="",
-        is_tracked=False,
-        is_opposite=is_opposite,
-        is_found=bool(found.nodes) and (found.direction == "opposite") == is_opposite,
-        end_mm=None if end is None else end.axial_mm - float(wanted_mm[-1]),
-        worst_mm=max(errors, default=0.0),
-        within=within / max(nodes, 1),
-        holds=float(held),
+        is_found=any(holds) and (found.direction == "opposite") == is_opposite,
+        end_mm=_end_mm(found, later, float(wanted_mm[-1])),
+        worst_mm=float(np.abs(errors).max()),
+        ratios=ratios,
+        holds=float(np.mean(holds)),
         align_s=took_s,
     )
+
+
+def _end_mm(found: WallMap, later: Survey, wanted_mm: float) -> float:
+    if not found.nodes:
+        return float("nan")
+    last_mm = float(later.raw_mm[-1])
+    end = found.earlier(last_mm)
+    if end is not None:
+        return end.axial_mm - wanted_mm
+    node = min(found.nodes, key=lambda each: abs(each.axial_mm - last_mm))
+    sign = 1 if found.direction == "same" else -1
+    return node.earlier_mm + sign * (last_mm - node.axial_mm) - wanted_mm
+
+
+def kept(seed: int, length_mm: float, *, is_tracked: bool) -> tuple[Survey, Survey, bool]:
+    """A pair as `pair` makes it, rendered once."""
+    name = f"{seed}-{length_mm:g}{'-tracked' if is_tracked else ''}.pkl"
+    file = Path(__file__).parents[2] / ".films" / "walls" / name
+    if not file.exists():
+        earlier, later, is_opposite = pair(seed, length_mm, is_tracked=is_tracked)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        both = [(each.rig, each.tiles, each.true_mm, each.raw_mm) for each in (earlier, later)]
+        file.write_bytes(pickle.dumps((*both, is_opposite)))
+    *both, is_opposite = pickle.loads(file.read_bytes())  # noqa: S301 - our own file
+    earlier, later = (
+        Survey(rig, tiles, wall_of(rig, tiles), true_mm, raw_mm)
+        for rig, tiles, true_mm, raw_mm in both
+    )
+    return earlier, later, is_opposite
+
+
+def table(rows: Sequence[tuple[str, Sequence[Row]]], false: tuple[int, int]) -> str:
+    """Write the figures as Markdown."""
+    lines = [
+        "| pairs of 6 m | recognised | end, mm: median, worst | worst node, mm | "
+        "nodes within 95 % | error / sigma, rms | map holds | processor time, s |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name, some in rows:
+        found = [row for row in some if row.is_found]
+        ratios = np.array([each for row in found for each in row.ratios])
+        ends = np.abs([row.end_mm for row in found])
+        lines.append(
+            f"| {name} | {len(found)} of {len(some)} | {np.median(ends):.2f}, {ends.max():.2f} | "
+            f"{max(row.worst_mm for row in found):.2f} | {np.mean(np.abs(ratios) < 1.96):.3f} | "
+            f"{np.sqrt(np.mean(ratios**2)):.2f} | {np.mean([row.holds for row in found]):.3f} | "
+            f"{np.median([row.align_s for row in found]):.1f} |"
+        )
+    lines += ["", f"Walls of different culverts: {false[1]} pairs, {false[0]} false locks."]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Measure, print, and write the figures if a file is named."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--culverts", type=int, default=20)
+    parser.add_argument("--tracked", type=int, default=3)
+    parser.add_argument("--length-mm", type=float, default=6000.0)
+    parser.add_argument("--write", type=Path)
+    options = parser.parse_args()
+    pairs = {
+        is_tracked: [
+            kept(seed, options.length_mm, is_tracked=is_tracked) for seed in range(1, count + 1)
+        ]
+        for is_tracked, count in ((False, options.culverts), (True, options.tracked))
+    }
+    rows = []
+    for name, is_tracked in (("true poses, scale and wave added", False), ("tracked", True)):
+        judgements = [
+            judged(*both, is_opposite=is_opposite, length_mm=options.length_mm)
+            for *both, is_opposite in pairs[is_tracked]
+        ]
+        if judgements:
+            rows.append((name, judgements))
+    walls = pairs[False]
+    others = [
+        (walls[i][0], walls[(i + step) % len(walls)][1])
+        for i in range(len(walls))
+        for step in (1, 5)
+        if step % len(walls)
+    ]
+    false = sum(bool(align(one.wall, other.wall).nodes) for one, other in others)
+    found = table(rows, (false, len(others)))
+    print(found)
+    if options.write:
+        write_figures(options.write, MARK, COMMAND, found)
+
+
+if __name__ == "__main__":
+    main()

@@ -24,6 +24,7 @@ from app.errors import (
     NotRunning,
     StillRunning,
 )
+from app.inspections.compared.differences import Difference, Searched, differences_of
 from app.inspections.corrections import Corrections
 from app.inspections.observations import rig_of
 from app.jobs.messages import Limits, Progress
@@ -32,6 +33,7 @@ from app.jobs.requests.comparer import CompareRequest, WallFiles
 from app.storage.blobs import keys
 from app.storage.blobs.blobs import Blobs
 from app.storage.database.tables import ENDED, Inspection
+from app.storage.records.findings import FindingStore
 from app.storage.records.inspections import InspectionStore
 from app.survey.assets.aligned import AlignedSurveys, Tie
 from app.tracking.unrolled import Unrolled
@@ -82,6 +84,7 @@ class Changes(Worker):
         inspections: InspectionStore,
         unrolled: Unrolled,
         corrections: Corrections,
+        findings: FindingStore,
         blobs: Blobs,
         limits: Limits,
     ) -> None:
@@ -89,6 +92,7 @@ class Changes(Worker):
         self._inspections = inspections
         self._unrolled = unrolled
         self._corrections = corrections
+        self._findings = findings
         self._blobs = blobs
         self._limits = limits
         self._due: list[tuple[str, str]] = []
@@ -200,6 +204,24 @@ class Changes(Worker):
 
         stretches = [[tie(node) for node in stretch] for stretch in found.stretches]
         return AlignedSurveys(found.direction == "opposite", stretches, found.reach_mm / 1000)
+
+    def differences(
+        self, later_id: str, earlier_id: str, found: WallMap
+    ) -> list[Difference] | None:
+        """Compare the findings of two walls; None unless the same detector has searched both."""
+        pair = (later_id, earlier_id)
+        searches = [self._findings.search(each) for each in pair]
+        detectors = {each.detector if each.state == "done" else None for each in searches}
+        if len(detectors) > 1 or detectors == {None}:
+            return None
+        later, earlier = (
+            Searched(
+                self._findings.listed(each),
+                self._unrolled.layout(rig_of(self._inspections.get(each))),
+            )
+            for each in pair
+        )
+        return differences_of(later, earlier, found)
 
     def _announce(self, pair: tuple[str, str]) -> None:
         with self._changed:

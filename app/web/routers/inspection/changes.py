@@ -17,6 +17,7 @@ from app.web.schemas.failures import failures
 from app.web.schemas.inspection.changes import (
     ChangesOut,
     ComparedDefectOut,
+    DifferenceOut,
     MapGapOut,
     RulerIn,
     RulerOut,
@@ -55,6 +56,9 @@ def changes(
     def metres(raw_mm: float) -> float:
         return round(corrections.chainage_mm(inspection_id, raw_mm) / 1000, 4)
 
+    differences = None
+    if found is not None:
+        differences = changes.differences(inspection_id, earlier_id, found)
     defects = compared_defects(coded(inspection_id), coded(earlier_id), aligned)
     return ChangesOut.of(
         comparison,
@@ -64,6 +68,7 @@ def changes(
             for gap in (found.gaps if found is not None else ())
         ],
         [ComparedDefectOut.read_from(one) for one in defects],
+        None if differences is None else [DifferenceOut.read_from(one) for one in differences],
     )
 
 
@@ -118,4 +123,4 @@ def accept(
 
 
 def _without_map(comparison: Comparison) -> ChangesOut:
-    return ChangesOut.of(comparison, None, [], [])
+    return ChangesOut.of(comparison, None, [], [], None)

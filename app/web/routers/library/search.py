@@ -11,6 +11,7 @@ from fastapi import APIRouter, Path, Query, Response
 from starlette.responses import StreamingResponse
 
 from app import errors
+from app.inspections.compared.changes import Changes
 from app.search.export import MEDIA_TYPE, ArchiveExport, Format
 from app.search.search import Search
 from app.survey.assets.search_terms import (
@@ -146,13 +147,16 @@ def assets(
 def asset_history(
     asset: Annotated[str, Path(min_length=1, max_length=20_000, pattern=LINE)],
     index: Service[Search],
+    changes: Service[Changes],
 ) -> HistoryOut:
     """Return the inspections of an asset, oldest first, and what became of its defects.
+
+    Surveys whose walls were compared are matched by the places on the wall.
 
     An asset that was never inspected has an empty history.
     """
     pending = index.pending()
-    return HistoryOut.of(asset, index.history(asset), pending)
+    return HistoryOut.of(asset, index.history(asset, changes.alignments), pending)
 
 
 @router.get("/quality")

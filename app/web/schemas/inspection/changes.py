@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel, Field
 
 from app.inspections.compared.changes import Comparison, Failure, State
+from app.inspections.compared.differences import Mark
 from app.inspections.compared.ruler import Offer
 from app.survey.assets.aligned import AlignedSurveys
 from app.survey.assets.asset_history import Change
@@ -52,6 +53,14 @@ class ComparedDefectOut(Out):
     offset_u95_m: Thousandths | None
 
 
+class DifferenceOut(Out):
+    """A finding that is new or has grown since the earlier survey, or is gone: ids of findings."""
+
+    mark: Mark
+    finding: str | None
+    earlier_finding: str | None
+
+
 class ChangesOut(BaseModel):
     """How far a comparison is, and what it shows."""
 
@@ -65,6 +74,8 @@ class ChangesOut(BaseModel):
     map: list[MapPointOut]
     gaps: list[MapGapOut]
     matched: list[ComparedDefectOut]
+    differences: list[DifferenceOut] | None
+    """Null unless the same detector has searched both walls."""
 
     @classmethod
     def of(
@@ -73,6 +84,7 @@ class ChangesOut(BaseModel):
         aligned: AlignedSurveys | None,
         gaps: list[MapGapOut],
         defects: list[ComparedDefectOut],
+        differences: list[DifferenceOut] | None,
     ) -> ChangesOut:
         """Convert the service's results."""
         found = comparison.map
@@ -103,6 +115,7 @@ class ChangesOut(BaseModel):
             map=points,
             gaps=gaps,
             matched=defects,
+            differences=differences,
         )
 
 

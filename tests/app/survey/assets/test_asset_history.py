@@ -6,6 +6,7 @@ from itertools import count
 import numpy as np
 import pytest
 
+from app.survey.assets.aligned import AlignedSurveys, Tie
 from app.survey.assets.asset_history import Growth, Seen, Survey, changes_of, counted, traces_of
 
 NUMBERS = count()
@@ -167,3 +168,44 @@ def test_the_changes_of_a_culvert_that_was_made_up_are_found():
     changes = [changes_of(trace, made) for trace in traces_of(made)]
     assert [counted(list(year)) for year in zip(*changes, strict=True)] == truth
     assert min(truth[3][kind] for kind in ("new", "grown", "unchanged", "gone")) > 3
+
+
+def aligned(*, is_opposite=False, turn_h=0.0):
+    """A later survey that counts from 2 m further on, or from the other end of 20 m of wall."""
+    earlier_m = [0.0, 20.0]
+    later_m = earlier_m[::-1] if is_opposite else [2.0, 22.0]
+    ties = [Tie(at, was, 5.0, turn_h) for at, was in zip(later_m, earlier_m, strict=True)]
+    return {(0, 1): AlignedSurveys(is_opposite, [ties], 0.15)}
+
+
+@pytest.mark.parametrize(
+    ("later", "is_same"),
+    [
+        (seen(5.0), True),
+        (seen(5.1), True),  # the tolerance of a click
+        (seen(5.15), False),  # not the intervals of the distances
+        (seen(3.0), False),  # not the distance
+        (seen(5.0, clock=2), False),
+    ],
+)
+def test_on_aligned_walls_the_place_counts_and_not_the_distance(later, is_same):
+    found = traces_of(surveys([seen(3.0)], [later]), aligned())
+    assert len(found) == (1 if is_same else 2)
+
+
+def test_where_the_alignment_does_not_hold_distances_count():
+    assert len(traces_of(surveys([seen(30.0)], [seen(30.1)]), aligned())) == 1
+
+
+def test_a_camera_that_turned_about_its_axis_sees_other_hours():
+    two = surveys([seen(3.0, clock=3)], [seen(5.0, clock=5)])
+    assert len(traces_of(two, aligned())) == 2
+    assert len(traces_of(two, aligned(turn_h=-2.0))) == 1
+
+
+def test_on_aligned_walls_a_survey_from_the_other_end_shows_the_same_defect():
+    before, after = seen(3.0, 2, clock=8, clock_to=10), seen(17.05, 4, clock=2, clock_to=4)
+    two = surveys([before], [after], directions=["with_flow", "against_flow"])
+    assert len(traces_of(two)) == 2
+    (trace,) = traces_of(two, aligned(is_opposite=True, turn_h=12.0))
+    assert changes_of(trace, two) == ["first", "grown"]

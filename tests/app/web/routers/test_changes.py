@@ -73,6 +73,7 @@ def test_the_map_leads_to_the_earlier_wall_and_defects_are_matched_on_it(
         assert answer.status_code == 200, answer.text
     found = compared(shared, later, earlier)
     assert (found["state"], found["direction"], found["gaps"]) == ("done", "same", [])
+    assert found["differences"] is None  # nobody has searched the walls
     for point in found["map"]:
         moved_mm = point["earlier_axial_mm"] - point["axial_mm"]
         assert moved_mm == pytest.approx(SHIFT_MM, abs=3 * point["sigma_mm"])
