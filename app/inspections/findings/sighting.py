@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -20,9 +21,7 @@ from app.survey.catalogue.table import CodeTable
 from app.survey.distances.interval import U95
 from app.survey.findings.records import Finding, Point, Proposal, Size
 from app.survey.findings.suggestions import Sector, suggested
-from app.survey.observations.tag import StatedTag, Tag
-from app.survey.places.place import Place, Trajectory, WallUnder, places_of
-from vo_core.geometry.wall import clock_of
+from app.survey.places.place import Place, Trajectory, WallUnder, places_at
 
 _LOOKS = 24
 """Frames of those that pass a place that are compared, evenly spread: one of them shows it within
@@ -45,8 +44,22 @@ class Figure:
         """Correct a raw size by the scale of the track."""
         if size is None:
             return None
-        half = U95 * size.sigma_mm
-        return cls(*(scale * mm for mm in (size.mm, max(size.mm - half, 0.0), size.mm + half)))
+        mm, half = scale * size.mm, scale * U95 * size.sigma_mm
+        return cls(mm, max(mm - half, 0.0), mm + half)
+
+
+@dataclass(frozen=True)
+class Where:
+    """The part of the wall that a finding covers."""
+
+    distance_mm: float
+    """Corrected distance of its middle, and of its ends."""
+    from_mm: float
+    to_mm: float
+    sector: Sector | None
+    """None on a floor."""
+    lateral_mm: float
+    """To the right of the axis."""
 
 
 @dataclass(frozen=True)
@@ -54,34 +67,38 @@ class FindingView:
     """A finding with what derives from the present trajectory."""
 
     finding: Finding
-    distance_mm: float
-    """Corrected distance of its middle, and of its ends."""
-    from_mm: float
-    to_mm: float
+    where: Where
     place: Place | None
-    """None where no frame shows it."""
+    """As that of its observation will be; None where no frame shows it."""
     seen: SeenAt | None
-    sector: Sector | None
-    """None on a floor."""
-    lateral_mm: float
-    """To the right of the axis."""
     length: Figure | None
     width: Figure | None
     suggested: dict[str, Any]
     """Fields of the tag to start from, without frame and pixel."""
+
+    @property
+    def distance_mm(self) -> float:
+        """Corrected distance of its middle."""
+        return self.place.distance_mm if self.place else self.where.distance_mm
 
 
 def views_of(
     trajectory: Trajectory, findings: Sequence[Finding], table: CodeTable
 ) -> list[FindingView]:
     """Derive where findings are, in their order along the pipe."""
+    if not findings:
+        return []
     seen = seen_best_of(trajectory, findings)
-    tags = [_tag(each.frame, each.pixel) for each in seen if each is not None]
-    places = iter(places_of(trajectory, tags))
-    views = [
-        _view(trajectory, finding, at, None if at is None else next(places), table)
-        for finding, at in zip(findings, seen, strict=True)
-    ]
+    anchors = [(each.frame, each.pixel) for each in seen if each is not None]
+    places = iter(places_at(trajectory, anchors))
+    named, scale = cache(table.named), trajectory.adjusted.scale
+    views = []
+    for finding, at, where in zip(findings, seen, _wheres(trajectory, findings), strict=True):
+        place = None if at is None else next(places)
+        width = Figure.of(finding.width, scale)
+        fields = suggested(finding, width.value if width else None, where.sector, named)
+        length = Figure.of(finding.length, scale)
+        views.append(FindingView(finding, where, place, at, length, width, fields))
     return sorted(views, key=lambda view: (view.distance_mm, view.finding.id))
 
 
@@ -97,7 +114,7 @@ def seen_best_of(trajectory: Trajectory, found: Sequence[Proposal]) -> list[Seen
     order = np.argsort(corrected.distance_mm, kind="stable")
     camera_mm = corrected.distance_mm[order]
     middles = np.array([each.middle_mm for each in found])
-    wall_mm = np.array([trajectory.adjusted.chainage_mm(axial) for axial in middles[:, 0]])
+    wall_mm = trajectory.adjusted.chainages_mm(middles[:, 0])
     scale, (low_mm, high_mm) = trajectory.adjusted.scale, in_view_mm(rig)
     first = np.searchsorted(camera_mm, wall_mm - scale * high_mm)
     last = np.searchsorted(camera_mm, wall_mm - scale * low_mm, side="right") - 1
@@ -125,14 +142,15 @@ def places_on_track(trajectory: Trajectory, findings: Sequence[Finding]) -> dict
     """Return where known findings are on the present track, raw, by the frame and pixel that showed
     them when they were found; without those that no tracked frame shows.
     """
-    tags = {
-        each.id: _tag(each.frame, each.pixel)
+    anchors = {
+        each.id: (each.frame, each.pixel)
         for each in findings
         if each.frame is not None and each.pixel is not None
     }
+    places = places_at(trajectory, list(anchors.values()))
     return {
         finding_id: (place.wall.raw_mm, _arc_mm(trajectory, place.wall))
-        for finding_id, place in zip(tags, places_of(trajectory, list(tags.values())), strict=True)
+        for finding_id, place in zip(anchors, places, strict=True)
         if place is not None and place.wall is not None
     }
 
@@ -144,45 +162,29 @@ def _arc_mm(trajectory: Trajectory, wall: WallUnder) -> float:
     return float(radius_mm * np.radians(180 - 30 * wall.clock_h))
 
 
-def _tag(frame: int, pixel: Point) -> Tag:
-    return StatedTag.kept({"frame": frame, "pixel": list(pixel)})
-
-
-def _view(
-    trajectory: Trajectory,
-    finding: Finding,
-    seen: SeenAt | None,
-    place: Place | None,
-    table: CodeTable,
-) -> FindingView:
-    adjusted = trajectory.adjusted
-    radius_mm, scale = adjusted.rig.pipe.radius_mm, adjusted.scale
-    first_mm, _, last_mm, _ = finding.box_mm
-    arc_mm = finding.middle_mm[1]
-    sector = _sector(finding, radius_mm)
-    width = Figure.of(finding.width, scale)
-    middle_mm = adjusted.chainage_mm(finding.middle_mm[0])
-    return FindingView(
-        finding,
-        place.distance_mm if place else middle_mm,
-        adjusted.chainage_mm(first_mm),
-        adjusted.chainage_mm(last_mm),
-        place,
-        seen,
-        sector,
-        scale * arc_mm if radius_mm is None else radius_mm * float(np.sin(arc_mm / radius_mm)),
-        Figure.of(finding.length, scale),
-        width,
-        suggested(finding, width.value if width else None, sector, table),
-    )
-
-
-def _sector(finding: Finding, radius_mm: float | None) -> Sector | None:
-    """Return the hours of a finding; along the arc they fall, from 6 at the invert to 3 right."""
+def _wheres(trajectory: Trajectory, findings: Sequence[Finding]) -> list[Where]:
+    radius_mm, scale = trajectory.adjusted.rig.pipe.radius_mm, trajectory.adjusted.scale
+    boxes = np.array([each.box_mm for each in findings])
+    middles = np.array([each.middle_mm for each in findings])
+    along = np.column_stack([middles[:, 0], boxes[:, 0], boxes[:, 2]])
+    distances = trajectory.adjusted.chainages_mm(along.ravel()).reshape(-1, 3)
+    arc_mm = middles[:, 1]
     if radius_mm is None:
-        return None
-    _, first_mm, _, last_mm = finding.box_mm
-    if (last_mm - first_mm) / radius_mm * 6 / np.pi > _ALL_ROUND_H:
-        return Sector(12, 12)
-    begin, end = (round(clock_of(arc_mm / radius_mm)) % 12 or 12 for arc_mm in (last_mm, first_mm))
-    return Sector(begin, None if begin == end else end)
+        sectors: list[Sector | None] = [None] * len(findings)
+        lateral_mm = scale * arc_mm
+    else:
+        # Along the arc the hours fall: from 6 at the invert to 3 on the right.
+        hours = 6 - boxes[:, [3, 1]] / radius_mm * 6 / np.pi
+        is_round = hours[:, 1] - hours[:, 0] > _ALL_ROUND_H
+        whole = ((np.rint(hours).astype(np.int64) - 1) % 12 + 1).tolist()
+        sectors = [
+            Sector(12, 12) if all_round else Sector(begin, None if begin == end else end)
+            for (begin, end), all_round in zip(whole, is_round.tolist(), strict=True)
+        ]
+        lateral_mm = radius_mm * np.sin(arc_mm / radius_mm)
+    return [
+        Where(middle, first, last, sector, lateral)
+        for (middle, first, last), sector, lateral in zip(
+            distances.tolist(), sectors, lateral_mm.tolist(), strict=True
+        )
+    ]

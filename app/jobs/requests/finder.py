@@ -147,7 +147,7 @@ def _tile(layout: Layout, paths: Mapping[int, str], index: int) -> Tile | None:
 
 
 def _told(finding: Finding) -> Found:
-    points = [(round(x, 2), round(y, 2)) for x, y in finding.outline_mm.tolist()]
+    points = [(round(x, 1), round(y, 1)) for x, y in finding.outline_mm.tolist()]
     step = -(-len(points) // (_MOST_POINTS - 1))
     kept = [*points[:-1:step], points[-1]]
     return Found(

@@ -165,11 +165,15 @@ class Adjusted:
         """Return the corrected distance of a raw one; the mean where the robot passed several
         times.
         """
+        return float(self.chainages_mm(np.array([raw_mm]))[0])
+
+    def chainages_mm(self, raw_mm: Matrix) -> Matrix:
+        """Return the same of many raw distances."""
         raw, corrected = self._by_distance
         if not len(raw):
             return raw_mm
-        nearest = min(max(raw_mm, float(raw[0])), float(raw[-1]))
-        return float(np.interp(nearest, raw, corrected)) + self.scale * (raw_mm - nearest)
+        nearest = np.clip(raw_mm, raw[0], raw[-1])
+        return np.asarray(np.interp(nearest, raw, corrected) + self.scale * (raw_mm - nearest))
 
     @cached_property
     def _by_distance(self) -> tuple[Matrix, Matrix]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.survey.catalogue.table import CodeTable
+from app.survey.catalogue.table import Code
 from app.survey.findings.records import Direction, Proposal
 from app.survey.places.clock_hours import ALL_ROUND, hour_bits
 
@@ -26,6 +26,8 @@ _CODES: Mapping[tuple[str, str | None], tuple[str, str | None, str | None]] = {
     ("stain", None): ("BBF", "A", None),
 }
 """By the built-in codes (EN 13508-2)."""
+
+Named = Callable[[str | None, str | None, str | None], Code | None]
 
 _WIDTH_IS_FIRST = ("crack", "joint_open")
 """Kinds whose first quantity is their width in mm."""
@@ -47,7 +49,7 @@ class Sector:
 
 
 def suggested(
-    found: Proposal, width_mm: float | None, sector: Sector | None, table: CodeTable
+    found: Proposal, width_mm: float | None, sector: Sector | None, named: Named
 ) -> dict[str, Any]:
     """Return the fields of a tag to start from, only those that are known.
 
@@ -55,10 +57,10 @@ def suggested(
         found: The proposal.
         width_mm: Its width, corrected.
         sector: Where it is around the pipe; None on a floor.
-        table: The codes of the inspection.
+        named: Returns the row of a code in the pack of the inspection, as `CodeTable.named`.
     """
-    fields: dict[str, Any] = coded(found, sector, table)
-    row = table.named(fields.get("code"), fields.get("char1"), fields.get("char2"))
+    fields: dict[str, Any] = coded(found, sector, named)
+    row = named(fields.get("code"), fields.get("char1"), fields.get("char2"))
     if row is not None and row.unit_q1 == "mm" and found.kind in _WIDTH_IS_FIRST and width_mm:
         fields["quant1"] = round(width_mm, 1)
     if sector is not None and (row is None or row.needs_clock != "no"):
@@ -66,8 +68,8 @@ def suggested(
     return {name: value for name, value in fields.items() if value is not None}
 
 
-def coded(found: Proposal, sector: Sector | None, table: CodeTable) -> dict[str, Any]:
-    """Return code and characters of a kind; none where the table of the inspection lacks them."""
+def coded(found: Proposal, sector: Sector | None, named: Named) -> dict[str, Any]:
+    """Return code and characters of a kind; none where the pack of the inspection lacks them."""
     if found.code is not None:
         code = tuple(found.code.get(name) for name in ("code", "char1", "char2"))
     else:
@@ -76,6 +78,6 @@ def coded(found: Proposal, sector: Sector | None, table: CodeTable) -> dict[str,
             where = "invert"
         known = _CODES.get((found.kind, where)) or _CODES.get((found.kind, None))
         code = known or (None, None, None)
-    if table.named(*code) is None:
+    if named(*code) is None:
         return {}
     return dict(zip(("code", "char1", "char2"), code, strict=True))

@@ -213,10 +213,16 @@ def place_of(trajectory: Trajectory, tag: Tag) -> Place | None:
 
 
 def places_of(trajectory: Trajectory, tags: Sequence[Tag]) -> list[Place | None]:
-    """Derive the places of many tags together; places that the trajectory knows are not computed
-    again.
+    """Derive the places of many tags together."""
+    return places_at(
+        trajectory, [(tag.frame, tuple(tag.pixel) if tag.pixel else None) for tag in tags]
+    )
+
+
+def places_at(trajectory: Trajectory, anchors: Sequence[Anchor]) -> list[Place | None]:
+    """Derive the places of many frames and pixels together; those that the trajectory knows are not
+    computed again.
     """
-    anchors = [(tag.frame, tuple(tag.pixel) if tag.pixel else None) for tag in tags]
     # Other requests may clear the shared places at any time.
     known = {anchor: place for anchor in anchors if (place := trajectory.places.get(anchor))}
     new = dict(_derived(trajectory, [anchor for anchor in anchors if anchor not in known]))

@@ -21,6 +21,7 @@ from app.web.schemas.inspection.findings import (
     FindingSearchIn,
     FindingSearchOut,
     FindingsOut,
+    findings_json,
 )
 from app.web.schemas.inspection.observations import ObservationOut
 from app.web.slow import slow
@@ -31,7 +32,7 @@ router = APIRouter(prefix="/api/inspections/{inspection_id}/findings", tags=["fi
 FindingId = Annotated[str, Path(pattern=OBSERVATION_ID)]
 
 
-@router.get("")
+@router.get("", response_model=FindingsOut)
 @viewer
 @slow
 def list_all(
@@ -39,10 +40,11 @@ def list_all(
     findings: Service[Findings],
     search: Service[FindingSearch],
     corrections: Service[Corrections],
-) -> FindingsOut:
+) -> Response:
     """Return all findings along the pipe, decided or not, and how far their search is."""
     status = _searched(inspection_id, search, corrections)
-    return FindingsOut.of(findings.all(inspection_id), status)
+    found = findings_json(findings.all(inspection_id), status)
+    return Response(found, media_type="application/json")
 
 
 @router.post("/search", responses=failures(errors.InspectionLocked, errors.DetectorNotFound))

@@ -63,19 +63,21 @@ def test_each_kind_starts_from_a_code_of_the_built_in_pack(
     kind: str, direction: Any, sector: Sector | None, expected: tuple[object, ...]
 ) -> None:
     found = finding((0, 0), (100, 0), kind=kind, direction=direction)
-    fields = suggested(found, 2.42, sector, built_in())
+    fields = suggested(found, 2.42, sector, built_in().named)
     names = ("code", "char1", "char2", "quant1", "clock_from", "clock_to")
     assert tuple(fields.get(name) for name in names) == expected
 
 
 def test_a_pack_without_the_code_leaves_it_to_the_person() -> None:
-    fields = suggested(finding((0, 0), kind="roots"), None, Sector(3, None), CodeTable("own", ()))
+    fields = suggested(
+        finding((0, 0), kind="roots"), None, Sector(3, None), CodeTable("own", ()).named
+    )
     assert fields == {"clock_from": 3}
 
 
 def test_a_model_may_name_its_own_code() -> None:
     found = finding((0, 0), kind="lost_shoe", code={"code": "BBE", "char1": "C"})
-    assert suggested(found, None, None, built_in()) == {"code": "BBE", "char1": "C"}
+    assert suggested(found, None, None, built_in().named) == {"code": "BBE", "char1": "C"}
 
 
 GOOD = "{name: A, task: segment, input: [64, 64], mm_per_px: 1, output: labels, classes: [%s]}"
