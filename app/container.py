@@ -17,6 +17,7 @@ from app.archive.inbox import Inbox
 from app.archive.intake import Intake
 from app.data_folder import Records, issuing
 from app.errors import DiskFull
+from app.inspections.acceptance import Acceptance
 from app.inspections.brought_in.file_reader import CPU_S, FileReader
 from app.inspections.brought_in.imports import Imports
 from app.inspections.brought_in.keeping import Keeper
@@ -49,6 +50,7 @@ from app.inspections.register import Register
 from app.inspections.reviews import Reviews
 from app.inspections.rigs import Rigs
 from app.inspections.scaling import Scaling
+from app.inspections.work_orders import OrderFollower, WorkOrders
 from app.jobs.messages import Limits
 from app.meter_counter.line import MeterCounter, Peer
 from app.ops.health import Health
@@ -69,17 +71,20 @@ from app.storage.folder.unfinished import Unfinished
 from app.storage.index.asset_index import AssetIndex
 from app.storage.index.asset_places import AssetPlaces
 from app.storage.index.work_list import WorkList
+from app.storage.records.acceptance import AcceptanceStore
 from app.storage.records.access import AccessStore
 from app.storage.records.alerts import AlertStore
 from app.storage.records.assets import AssetStore
 from app.storage.records.detectors import DetectorStore
 from app.storage.records.imports import ImportStore
 from app.storage.records.labels import LabelStore
+from app.storage.records.notices import NoticeStore
 from app.storage.records.preferences import PreferenceStore
 from app.storage.records.projects import ProjectStore
 from app.storage.records.reviews import ReviewStore
 from app.storage.records.rigs import RigStore
 from app.storage.records.runs import RunStore
+from app.storage.records.work_orders import WorkOrderStore
 from app.storage.storage import Storage
 from app.tracking.cameras import Sources
 from app.tracking.films.dask_engine import Cluster, DaskEngine, Store
@@ -318,7 +323,10 @@ class _Building:
             WallRuler(records.inspection_store, assets, tracks, records.corrections, changes)
         )
         services.add(Picking(records.inspection_store, tracks, records.corrections))
-        services.add(Reviews(records.inspection_store, ReviewStore(storage.database), self.live))
+        accepted = AcceptanceStore(storage.database, has_webhook=self.client is not None)
+        services.add(Acceptance(accepted, self.live))
+        reviews = ReviewStore(storage.database)
+        services.add(Reviews(records.inspection_store, reviews, accepted, self.live))
         services.add(Rigs(RigStore(storage.database)))
         services.add(Preferences(PreferenceStore(storage.database)))
         services.add(Presence())
@@ -354,9 +362,16 @@ class _Building:
         """Start the index, the search in it, and the intake of many films."""
         settings, database, records = self.settings, self.storage.database, self.records
         services, tracking = self.services, self.services[Tracking]
-        index_worker = IndexWorker(records.indexer)
+        orders = services.add(
+            WorkOrders(
+                WorkOrderStore(database, has_webhook=self.client is not None), self._tell_client
+            )
+        )
+        follower = OrderFollower(orders)
+        index_worker = IndexWorker(records.indexer, follower.wake)
         services[Recorder].start()
         self._run(index_worker)
+        self._run(follower)
         intake = Intake(
             self.storage,
             services[Inspections],
@@ -394,12 +409,22 @@ class _Building:
         services.add(AssetMaps(AssetPlaces(database), background))
         services.add(records.archive_export)
 
+    def _tell_client(self) -> None:
+        """Let the webhook look for messages, once it is there: what waits then it finds itself."""
+        if self.services.has(Webhook):
+            self.services[Webhook].wake()
+
     def start_connections(self) -> None:
         """Start what tells other software about inspections."""
         records, services = self.records, self.services
-        alerts = AlertStore(self.storage.database)
+        database = self.storage.database
         webhook = Webhook(
-            self.client, alerts, services[Inspections], records.observations, records.packs
+            self.client,
+            AlertStore(database),
+            NoticeStore(database),
+            services[Inspections],
+            records.observations,
+            records.packs,
         )
         self._run(services.add(webhook))
         self._run(services.add(MeterCounter(_peer(self.settings), records.corrections)))

@@ -354,6 +354,38 @@ class RemarkNotFound(AppError, status=404):
     """The inspection has no remark with this id."""
 
 
+class LinkNotFound(AppError, status=404):
+    """No valid link has this secret: it never had one, has expired, or was revoked."""
+
+
+class DeliveryChanged(AppError, status=409):
+    """The inspection is no longer as the client saw it."""
+
+
+class TooManyAnswers(AppError, status=409):
+    """A section has as many answers of one link as it may have."""
+
+
+class AnswerNotFound(AppError, status=404):
+    """The inspection has no answer of a client with this id."""
+
+
+class WorkOrderNotFound(AppError, status=404):
+    """No work order has this id."""
+
+
+class WorkOrderExists(AppError, status=409):
+    """Another work order has this number and this asset."""
+
+
+class WorkOrderEnded(AppError, status=409):
+    """The work order is closed or cancelled."""
+
+
+class IdempotencyKeyReused(AppError, status=422):
+    """Another request was sent with the same Idempotency-Key."""
+
+
 class NotRunning(AppError, status=409):
     """The inspection is not running, so there is nothing to stop."""
 

@@ -62,6 +62,7 @@ from app.web.routers.inspection import (
     viewer,
 )
 from app.web.routers.library import (
+    acceptance,
     archive,
     asset_map,
     bulk,
@@ -74,8 +75,9 @@ from app.web.routers.library import (
     rigs,
     search,
     work,
+    work_orders,
 )
-from app.web.routers.server import access, aiming, pages, server, tokens, uploads
+from app.web.routers.server import accept, access, aiming, pages, server, tokens, uploads
 from app.web.schemas.failures import describe, failures
 
 logger = logging.getLogger(__name__)
@@ -143,6 +145,7 @@ def _routes() -> list[BaseRoute]:
         findings.router, detectors.router, changes.router,
         imports.samples, archive.router, search.router, asset_map.router, work.router,
         tokens.router, unrolled.router, server.router, live.router, viewer.router, pages.router,
+        acceptance.router, accept.router, work_orders.router,
     ):  # fmt: skip
         every.include_router(part)
     return every.routes

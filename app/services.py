@@ -18,6 +18,10 @@ class Services:
         self._by_class[type(service)] = service
         return service
 
+    def has(self, kind: type) -> bool:
+        """Return whether the service of this class was added."""
+        return kind in self._by_class
+
     def __getitem__(self, kind: type[Kind]) -> Kind:
         """Return the service of this class."""
         return cast(Kind, self._by_class[kind])

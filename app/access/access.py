@@ -72,10 +72,10 @@ class Access:
         self._tokens = tokens
         self.server_token = server_token
         self._ticket_key = hashlib.sha256(f"3D view {server_token}".encode()).digest()
-        self._server_digest = _digest(server_token)
-        self._log_ins = _Attempts(counts_repeats=True)
+        self._server_digest = digest_of(server_token)
+        self._log_ins = Attempts(counts_repeats=True)
         # A program that keeps using a revoked token is not guessing.
-        self._guesses = _Attempts(counts_repeats=False)
+        self._guesses = Attempts(counts_repeats=False)
         self._guests = _Recent(_ADDRESSES)
         self._used_at: dict[str, datetime] = {}
         """By the digest of each valid token, when its use was last noted."""
@@ -95,11 +95,11 @@ class Access:
         """
         if self._presented_by(token, address, self._log_ins) is None:
             raise Unauthenticated("This token is not known to the server.")
-        digest = _digest(token)
+        digest = digest_of(token)
         cookie = secrets.token_urlsafe(32)
         now = datetime.now(UTC)
         self._store.add_login(
-            _digest(cookie),
+            digest_of(cookie),
             digest,
             unused_since=now - SESSION_IDLE,
             begun_before=now - SESSION_LIFETIME,
@@ -108,7 +108,7 @@ class Access:
 
     def log_out(self, cookie: str) -> None:
         """End a session."""
-        self._store.end_login(_digest(cookie))
+        self._store.end_login(digest_of(cookie))
 
     def by_token(self, token: str, address: str) -> Principal | None:
         """Return the holder of a token, or None.
@@ -121,7 +121,7 @@ class Access:
             self._note_token(principal.credential)
         return principal
 
-    def _presented_by(self, token: str, address: str, attempts: _Attempts) -> Principal | None:
+    def _presented_by(self, token: str, address: str, attempts: Attempts) -> Principal | None:
         """Return the holder of a token, or None for a wrong one, which is counted.
 
         Others at the same address, such as an office or a proxy, may guess meanwhile. That shuts
@@ -130,7 +130,7 @@ class Access:
         Raises:
             TooManyAttempts: This address sent too many wrong tokens within a minute.
         """
-        digest = _digest(token)
+        digest = digest_of(token)
         if len(token) < _WEAK_TOKEN_LENGTH and not self._guests.has((address, digest)):
             attempts.check(address)
         principal = self._holder(digest)
@@ -143,7 +143,7 @@ class Access:
 
     def by_cookie(self, cookie: str) -> Principal | None:
         """Return the holder of a session; None if it does not exist or has ended."""
-        return self._in_session(_digest(cookie))
+        return self._in_session(digest_of(cookie))
 
     def ticket(self, principal: Principal, inspection_id: str) -> str:
         """Make a ticket that admits the client of one 3D view to that view only.
@@ -216,7 +216,7 @@ def create_token(
         TokenNameTaken: Another valid token has this name.
     """
     secret = secrets.token_urlsafe(32)
-    tokens.add(name, role, _digest(secret), projects)
+    tokens.add(name, role, digest_of(secret), projects)
     return secret
 
 
@@ -257,8 +257,8 @@ class _Recent:
                 self._things.popitem(last=False)
 
 
-class _Attempts:
-    """A bounded count of wrong tokens for each address."""
+class Attempts:
+    """A bounded count of wrong tokens, or links, for each address."""
 
     def __init__(self, *, counts_repeats: bool) -> None:
         """Count a wrong token each time, or once."""
@@ -267,12 +267,15 @@ class _Attempts:
         self._failures: OrderedDict[str, deque[tuple[float, str]]] = OrderedDict()
 
     def check(self, address: str) -> None:
+        """Raise TooManyAttempts if this address has sent too many wrong ones within a minute."""
         with self._lock:
             failures = self._failures.get(network_of(address), deque())
             while failures and failures[0][0] < time.monotonic() - _FAILURES_WITHIN_S:
                 failures.popleft()
             if len(failures) >= _FAILURES:
-                raise TooManyAttempts("Too many wrong tokens; wait a minute, then try again.")
+                raise TooManyAttempts(
+                    "Too many wrong tokens or links; wait a minute, then try again."
+                )
 
     def failed(self, address: str, digest: str) -> None:
         """Count a wrong token."""
@@ -291,5 +294,6 @@ def _is_within(age: timedelta, most: timedelta) -> bool:
     return -_CLOCK_SLACK <= age <= most
 
 
-def _digest(secret: str) -> str:
+def digest_of(secret: str) -> str:
+    """Return the SHA-256 of a secret, which is all that is stored of it."""
     return hashlib.sha256(secret.encode()).hexdigest()

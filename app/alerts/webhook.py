@@ -29,8 +29,9 @@ from app.inspections.inspections import Inspections
 from app.inspections.observations import Observations
 from app.inspections.packs import Packs
 from app.logs import about
-from app.storage.database.tables import Alert, Inspection
+from app.storage.database.tables import Alert, Inspection, Notice
 from app.storage.records.alerts import EMERGENCY, AlertStore
+from app.storage.records.notices import NoticeStore
 from app.survey.observations.undelivered import Undelivered
 from app.survey.places.place import ObservationView
 from app.survey.rounding import metres
@@ -71,12 +72,13 @@ class Unsent(Exception):
 
 
 class Webhook(Worker):
-    """Sends the alerts of the outbox."""
+    """Sends the messages of the outboxes: alerts of observations, and notices of other things."""
 
     def __init__(
         self,
         client: Client | None,
         store: AlertStore,
+        notices: NoticeStore,
         inspections: Inspections,
         observations: Observations,
         packs: Packs,
@@ -84,6 +86,7 @@ class Webhook(Worker):
         super().__init__("webhook", stop_timeout_s=_STOP_TIMEOUT_S)
         self._client = client
         self._store = store
+        self._notices = notices
         self._inspections = inspections
         self._observations = observations
         self._packs = packs
@@ -123,52 +126,68 @@ class Webhook(Worker):
         return self._store.of(inspection_id)
 
     def _step(self) -> float | None:
-        alert = self._store.next_waiting()
-        if alert is None:
+        waiting = [self._store.next_waiting(), self._notices.next_waiting()]
+        due = min((one for one in waiting if one), key=lambda one: one.next_at, default=None)
+        if due is None:
             return None
-        pause_s = _seconds_until(alert.next_at)
+        pause_s = _seconds_until(due.next_at)
         if pause_s > 0:
             return pause_s
-        with about(alert.inspection_id):
-            self._deliver(alert)
+        if isinstance(due, Notice):
+            self._deliver(due, self._notices, f"event {due.event}")
+        else:
+            with about(due.inspection_id):
+                self._deliver(due, self._store, f"observation {due.observation_id}")
         return 0.0
 
-    def _deliver(self, alert: Alert) -> None:
-        """Try once to deliver an alert."""
+    def _deliver(self, due: Alert | Notice, store: AlertStore | NoticeStore, subject: str) -> None:
+        """Try once to deliver a message."""
         client = self._client
         assert client is not None  # noqa: S101  (the thread runs only with one)
         try:
-            body = self._body(alert, client.page_root)
+            body = self._body(due, client.page_root)
             if body is not None:
                 self._post(client, body)
         except HINDRANCES:
             raise
         except Unsent as failure:
-            self._failed(alert, failure)
+            self._failed(due, store, subject, failure)
         except Exception:  # it must not keep the others from being sent
-            logger.exception("The notification of %s cannot be made.", alert.observation_id)
-            self._failed(alert, Unsent("fault"))
+            logger.exception("The notification of %s cannot be made.", subject)
+            self._failed(due, store, subject, Unsent("fault"))
         else:
             if body is None:
-                self._store.withdraw(alert.id)
+                self._store.withdraw(due.id)
                 return
-            logger.info("The client was notified of observation %s.", alert.observation_id)
-            self._store.record_sent(alert.id)
+            logger.info("The client was notified of %s.", subject)
+            store.record_sent(due.id)
 
-    def _failed(self, alert: Alert, failure: Unsent) -> None:
+    def _failed(
+        self,
+        due: Alert | Notice,
+        store: AlertStore | NoticeStore,
+        subject: str,
+        failure: Unsent,
+    ) -> None:
         if self._stopping:
             return
-        next_at = next_try(alert, datetime.now(UTC))
+        next_at = next_try(due, datetime.now(UTC))
         logger.warning(
-            "The client could not be notified of observation %s, %s: %s",
-            alert.observation_id,
+            "The client could not be notified of %s, %s: %s",
+            subject,
             "another try follows" if next_at else "no other try follows",
             failure,
         )
-        self._store.record_failure(alert.id, str(failure), next_at)
+        store.record_failure(due.id, str(failure), next_at)
 
-    def _body(self, alert: Alert, page_root: str) -> bytes | None:
-        """Return the message as of now; None if no severe observation is left."""
+    def _body(self, due: Alert | Notice, page_root: str) -> bytes | None:
+        """Return the message; of an alert as of now, or None if no severe observation is left."""
+        if isinstance(due, Notice):
+            head = _head(due.event, due.id, f"{page_root}{due.path}")
+            return json.dumps({**head, **due.body}).encode()
+        return self._body_of_alert(due, page_root)
+
+    def _body_of_alert(self, alert: Alert, page_root: str) -> bytes | None:
         try:
             inspection = self._inspections.row(alert.inspection_id)
             view = self._observations.get(alert.inspection_id, alert.observation_id)
@@ -212,10 +231,7 @@ def message(
     """Build the body of the POST; docs/operating.md shows its form."""
     row, place = view.row, view.place
     return {
-        "event": EVENT,
-        "id": alert.id,
-        "sent_at": datetime.now(UTC).isoformat(timespec="seconds"),
-        "url": f"{page_root}/inspections/{inspection.id}",
+        **_head(EVENT, alert.id, f"{page_root}/inspections/{inspection.id}"),
         "inspection": {
             "id": inspection.id,
             "name": inspection.name,
@@ -234,6 +250,11 @@ def message(
             "tagged_at": row.created_at.isoformat(timespec="seconds"),
         },
     }
+
+
+def _head(event: str, message_id: str, url: str) -> dict[str, str]:
+    sent_at = datetime.now(UTC).isoformat(timespec="seconds")
+    return {"event": event, "id": message_id, "sent_at": sent_at, "url": url}
 
 
 def signature(secret: str, body: bytes, at: int) -> str:
@@ -337,7 +358,7 @@ def _seconds_until(instant: datetime) -> float:
     return (instant - datetime.now(UTC)).total_seconds()
 
 
-def next_try(alert: Alert, now: datetime) -> datetime | None:
+def next_try(due: Alert | Notice, now: datetime) -> datetime | None:
     """Return the time of the next try, after doubling pauses; None after a day."""
-    next_at = now + timedelta(seconds=_BACK_OFF.pause_s(alert.tries))
-    return next_at if next_at < alert.created_at + _GIVE_UP_AFTER else None
+    next_at = now + timedelta(seconds=_BACK_OFF.pause_s(due.tries))
+    return next_at if next_at < due.created_at + _GIVE_UP_AFTER else None

@@ -55,7 +55,7 @@ class InspectionView:
     """Those of its observations that are defects; a stretch is one."""
     worst_severity: int | None
     open_questions: int
-    """Questions of reviewers that are not settled."""
+    """Questions of reviewers and clients that are not settled."""
     labels: tuple[str, ...]
     camera: CameraStatus | None
     """State of the camera during a recording."""

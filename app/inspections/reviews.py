@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.access.access import Principal
-from app.storage.database.tables import Inspection, RemarkRow
+from app.storage.database.tables import AcceptanceAnswer, Inspection, RemarkRow
 from app.storage.folder.tokens import Role
+from app.storage.records.acceptance import AcceptanceStore
 from app.storage.records.inspections import InspectionStore
 from app.storage.records.reviews import ReviewStore
 from app.survey.observations.records import Event
@@ -27,14 +28,25 @@ class ReviewView:
     """Every change of the state, oldest first."""
     remarks: Sequence[RemarkRow]
     """On observations that are not deleted, oldest first."""
+    said: Sequence[tuple[AcceptanceAnswer, str]]
+    """By clients, oldest first, each with the note of its link."""
+    version: str
+    """Of what a client sees now."""
 
 
 class Reviews:
     """Moves inspections through their review."""
 
-    def __init__(self, inspections: InspectionStore, store: ReviewStore, live: Live) -> None:
+    def __init__(
+        self,
+        inspections: InspectionStore,
+        store: ReviewStore,
+        acceptance: AcceptanceStore,
+        live: Live,
+    ) -> None:
         self._inspections = inspections
         self._store = store
+        self._acceptance = acceptance
         self._live = live
 
     def get(self, inspection_id: str) -> ReviewView:
@@ -47,6 +59,8 @@ class Reviews:
             self._inspections.get(inspection_id),
             self._store.steps(inspection_id),
             self._store.remarks(inspection_id),
+            self._acceptance.said(inspection_id),
+            self._acceptance.version(inspection_id),
         )
 
     def move(

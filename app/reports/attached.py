@@ -24,6 +24,7 @@ class Attached:
         attachments: Sequence[Attachment],
         caption_of: Callable[[Entry, Taken | None], str] | None,
         taken_at: Callable[[int], Taken],
+        mark: str | None,
     ) -> None:
         """Sort the attachments by observation.
 
@@ -34,11 +35,13 @@ class Attached:
             caption_of: What is burnt into a photo of an entry, by where it was taken if that is
                 not the entry's frame; None for nothing.
             taken_at: Where the camera was in a frame.
+            mark: What is written across every photo; None for nothing.
         """
         self._blobs = blobs
         self._asset = asset
         self._caption_of = caption_of
         self._taken_at = taken_at
+        self._mark = mark
         self._of: dict[str, list[Attachment]] = defaultdict(list)
         for attachment in attachments:
             self._of[attachment.observation_id].append(attachment)
@@ -84,9 +87,9 @@ class Attached:
 
     def _marked(self, photo: Photo, strokes: Sequence[Stroke], entry: Entry) -> Photo:
         caption = self._caption_of(entry, photo.taken) if self._caption_of else None
-        if photo.original is None or not (strokes or caption):
+        if photo.original is None or not (strokes or caption or self._mark):
             return photo
-        return replace(photo, marked=MarkedPhoto(photo.original, strokes, caption))
+        return replace(photo, marked=MarkedPhoto(photo.original, strokes, caption, self._mark))
 
     def _photo(self, inspection_id: str, row_id: str, frame: int) -> Readable:
         return StoredBlob(self._blobs, keys.photo(inspection_id, row_id, frame))

@@ -196,12 +196,14 @@ class ReportBuilder:
         attachments = self._attachments.listed(inspection_id)
         template = self._templates.of_project(project_of(row.header)).template
         line = self._line_of(row.header)
+        words = Translator(language, units)
         attached = Attached(
             self._blobs,
             file_stem(str(row.header.get("asset_id") or row.name)),
             attachments,
-            Translator(language, units).burnt_in if extras.burnt_in else None,
+            words.burnt_in if extras.burnt_in else None,
             partial(_taken, measured),
+            words("acceptance.mark") if extras.for_acceptance else None,
         )
         alignment = alignment_of(row.header, line, measured.distance_m)
         return Report(

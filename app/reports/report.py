@@ -141,6 +141,8 @@ class Extras:
     photos: bool = False
     """Photos and voice notes, in the JSON report."""
     csv_style: CsvStyle = "standard"
+    for_acceptance: bool = False
+    """A mark on the pages and pictures of PDF and HTML, which then has no 3D view."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from datetime import date, datetime
 from typing import Any
 
@@ -171,9 +171,11 @@ def _named(text: str | None) -> str | None:
 class IndexWorker(Worker):
     """A thread that indexes what has changed, at most half of the time."""
 
-    def __init__(self, indexer: Indexer) -> None:
+    def __init__(self, indexer: Indexer, on_indexed: Callable[[], None]) -> None:
+        """Call `on_indexed` after each inspection."""
         super().__init__("search-index", stop_timeout_s=_STOP_TIMEOUT_S)
         self._indexer = indexer
+        self._on_indexed = on_indexed
 
     def on_event(self, event: Event) -> None:
         """Handle an event."""
@@ -185,6 +187,7 @@ class IndexWorker(Worker):
     def _step(self) -> float:
         began_s = time.monotonic()
         for _ in self._indexer.index_next():
+            self._on_indexed()
             took_s = time.monotonic() - began_s
             # People who use the server meanwhile get at least half of its time.
             if self._pause(max(took_s, _LEAST_PAUSE_S)):

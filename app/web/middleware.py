@@ -45,8 +45,9 @@ LARGER_BODIES = {
     "/api/archive/films": 64 * _MIB,
     "/api/archive/films/preview": 64 * _MIB,
     "/api/register/import": 16 * _MIB,
+    "/api/work-orders/import": 16 * _MIB,
 }
-"""Limits of files with old surveys, and of tables of films and of assets."""
+"""Limits of files with old surveys, and of tables of films, assets and work orders."""
 _LARGE = Turns("large bodies", most=3, each=1)
 """Each is held in memory, twice for a moment; who waits has not sent it yet."""
 BODY_PART_S = 60.0
@@ -74,6 +75,9 @@ _PUBLIC = frozenset(
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 _TICKETED = re.compile(r"/viewer/([0-9a-f]{32})/([^/]+)(?:/[0-9a-f]{32})?/?")
 """The client of a 3D view: its ticket is in the address, and its cookies are ignored."""
+
+_BY_LINK = "/accept/"
+"""Beginning of the pages that a secret in their address opens."""
 
 CLOSE_SIGNED_OUT = 4401
 MOST_SOCKETS = 128
@@ -108,7 +112,8 @@ class Envelope:
             if message["type"] == "http.response.start":
                 started = True
                 headers = MutableHeaders(scope=message)
-                replaced = _is_foreign_failure(message["status"], headers)
+                is_page = scope["path"].startswith(_BY_LINK)  # people read its failures
+                replaced = not is_page and _is_foreign_failure(message["status"], headers)
                 if replaced:  # such as Starlette's own answer to a range that does not exist
                     body = answer(HTTPException(message["status"])).body
                     headers["Content-Type"] = "application/json"
@@ -131,13 +136,13 @@ class Envelope:
                     limited = _in_turn(limited, HTTPConnection(scope), stack)
                 await self._app(scope, limited, send_with_headers)
         except (ClientDisconnect, ConnectionError):
-            logger.debug("A client went away during %s %s.", scope["method"], scope["path"])
+            logger.debug("A client went away during %s %s.", scope["method"], _logged(scope))
         except Exception as error:
             status, body = body_of(error)
             if status == 507:
-                logger.warning("%s %s: %s", scope["method"], scope["path"], body["detail"])
+                logger.warning("%s %s: %s", scope["method"], _logged(scope), body["detail"])
             else:
-                logger.exception("%s %s failed.", scope["method"], scope["path"])
+                logger.exception("%s %s failed.", scope["method"], _logged(scope))
             if started:
                 raise
             await answer(error)(scope, receive, send_with_headers)
@@ -256,6 +261,8 @@ class Guard:
                     "Log in, or send a valid token as `Authorization: Bearer ...`."
                 )
             connection.state.principal = principal
+        if scope["path"].startswith(_BY_LINK):
+            return  # cookies do not count there, and no other page knows the address
         if _TICKETED.fullmatch(scope["path"]):
             return  # cookies do not count there, and the origin of the page is opaque
         if scope["type"] == "websocket":
@@ -292,8 +299,17 @@ class Guard:
 
 
 def is_public(path: str) -> bool:
-    """Return whether an address is open to anybody: the log-in page, with its words."""
-    return path in _PUBLIC or WORDS.fullmatch(path.removeprefix("/static/")) is not None
+    """Return whether an address is open to anybody: the log-in page, with its words, and what a
+    secret in the address opens.
+    """
+    is_named = path in _PUBLIC or path.startswith(_BY_LINK)
+    return is_named or WORDS.fullmatch(path.removeprefix("/static/")) is not None
+
+
+def _logged(scope: Scope) -> str:
+    """Return the path of a request as the log may show it: without the secret of a link."""
+    path: str = scope["path"]
+    return f"{_BY_LINK}..." if path.startswith(_BY_LINK) else path
 
 
 async def require_seen(connection: HTTPConnection) -> None:
@@ -346,9 +362,11 @@ def address_of(connection: HTTPConnection) -> str:
 
 
 def person_of(connection: HTTPConnection) -> str:
-    """Return whose share of the server a request takes: several people may have one token."""
-    principal: Principal = connection.state.principal
-    return f"{principal.name} {network_of(address_of(connection))}"
+    """Return whose share of the server a request takes: several people may have one token, and
+    clients that come by a link have none.
+    """
+    principal: Principal | None = getattr(connection.state, "principal", None)
+    return f"{principal.name if principal else ''} {network_of(address_of(connection))}"
 
 
 def _host_name(host: str) -> str:

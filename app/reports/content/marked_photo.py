@@ -27,6 +27,9 @@ _HEAD_LINES, _HEAD_RAD = 6.0, math.radians(28)
 """Length of an arrow's head in widths of its line, and half of its angle."""
 _INK, _PAPER = "#ffffff", "#101418"
 """Of the caption."""
+_MARK_SHARE, _MARK_ROWS, _MARK_DEG, _MARK_INK = 1 / 16, 4, 25.0, "#5a5a5a"
+"""Of the text across: height of letters against the width of the picture, rows, turn, and how much
+of it is seen, as a grey."""
 _LEADING = 1.3
 """Distance of its lines in heights of letters."""
 
@@ -39,6 +42,8 @@ class MarkedPhoto:
     strokes: Sequence[Stroke]
     caption: str | None
     """Written below the picture, so that it hides nothing; it may have several lines."""
+    mark: str | None
+    """Written across the picture, which shows through."""
 
     @property
     def drawn(self) -> str:
@@ -68,6 +73,8 @@ class MarkedPhoto:
             return content
         for stroke in self.strokes:
             _draw(ImageDraw.Draw(picture), stroke, picture.width)
+        if self.mark:
+            picture = _marked_across(picture, self.mark)
         if self.caption:
             picture = _captioned(picture, self.caption)
         out = io.BytesIO()
@@ -111,6 +118,20 @@ def _head(
         for angle in (back - _HEAD_RAD, back + _HEAD_RAD)
     )
     return [left, tip, right]
+
+
+def _marked_across(picture: Image.Image, mark: str) -> Image.Image:
+    """Write a text across the picture, in rows from the lower left to the upper right."""
+    side = math.ceil(math.hypot(*picture.size))
+    rows, size = Image.new("L", (side, side)), picture.width * _MARK_SHARE
+    pen = ImageDraw.Draw(rows)
+    for row in range(_MARK_ROWS):
+        middle = side * (row + 0.5) / _MARK_ROWS
+        _write(pen, (side * 0.2, middle), f"{mark}   {mark}", size, _MARK_INK, anchor="lm")
+    turned = rows.rotate(_MARK_DEG)
+    left, top = (side - picture.width) // 2, (side - picture.height) // 2
+    over = turned.crop((left, top, left + picture.width, top + picture.height))
+    return Image.composite(Image.new("RGB", picture.size, _INK), picture, over)
 
 
 def _captioned(picture: Image.Image, caption: str) -> Image.Image:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from importlib import resources
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from app.reports.content import (
     condition,
@@ -43,7 +43,6 @@ _POLICY = (
     "style-src 'unsafe-inline'",
     "img-src data: blob:",
     "base-uri 'none'",
-    "form-action 'none'",
 )
 _SCENE_POLICY = (
     # A nested page inherits the policy of the outer one; viser's own is unpacked by inline scripts,
@@ -67,7 +66,7 @@ def _legible(value: object) -> object:
     return value if isinstance(value, Markup) else legible(str(value))
 
 
-_TEMPLATES = Environment(
+TEMPLATES = Environment(
     loader=PackageLoader("app.reports.html"),
     autoescape=True,
     finalize=_legible,
@@ -78,7 +77,7 @@ _TEMPLATES = Environment(
 )
 
 
-_TEMPLATES.globals |= {
+TEMPLATES.globals |= {
     module.__name__.rpartition(".")[2]: module
     for module in (
         condition, cover, measurement, pictures, summary,
@@ -93,7 +92,7 @@ def _base64(content: bytes) -> Markup:
     return Markup(base64.b64encode(content).decode())  # noqa: S704
 
 
-_TEMPLATES.globals |= {
+TEMPLATES.globals |= {
     "NOTHING": NOTHING,
     "content": sections,
     "ENOUGH_PX": ENOUGH_PX,
@@ -105,14 +104,16 @@ _TEMPLATES.globals |= {
 
 def write(report: Report) -> Written:
     """Write the report in its language and units."""
-    t, chosen = Translator.of(report), report.template.sections
+    t, is_marked = Translator.of(report), report.extras.for_acceptance
+    chosen = [one for one in report.template.sections if not (is_marked and one == "scene")]
     scene, losses = _scene(report) if "scene" in chosen else (None, ())
     shown = shown_photos.shown_photos(report) if "photos" in chosen else []
-    page = _TEMPLATES.get_template("web_page.html").render(
+    page = TEMPLATES.get_template("web_page.html").render(
         report=report,
         t=t,
-        policy="; ".join(_POLICY if scene is None else (*_POLICY, *_SCENE_POLICY)),
-        style=_asset("web_page.css"),
+        policy=_policy(has_scene=scene is not None, has_form=is_marked),
+        mark=mark_over(t) if is_marked else None,
+        style=style(),
         script=_asset("web_page.js"),
         sections=[(section, t(_TITLES.get(section, f"{section}.title"))) for section in chosen],
         wall=_wall(report, t) if "wall" in chosen else None,
@@ -125,9 +126,29 @@ def write(report: Report) -> Written:
     return Written(page.encode(), losses)
 
 
+def mark_over(t: Translator) -> Markup:
+    """Return the picture, in base64, that repeats "for acceptance" over a page."""
+    text = escape(t("acceptance.mark"))
+    return _base64(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="420" height="300"><text x="30" y="230" '
+        'transform="rotate(-25 210 150)" font-family="sans-serif" font-size="34" '
+        f'font-weight="600" fill="#17212b" fill-opacity=".09">{text}</text></svg>'.encode()
+    )
+
+
+def _policy(*, has_scene: bool, has_form: bool) -> str:
+    form = "form-action 'self'" if has_form else "form-action 'none'"
+    return "; ".join((*_POLICY, form, *(_SCENE_POLICY if has_scene else ())))
+
+
 def losses(report: Report) -> tuple[Loss, ...]:
     """Return what the page lacks, without writing it."""
     return _scene(report)[1] if "scene" in report.template.sections else ()
+
+
+def style() -> Markup:
+    """Return the style sheet of the page."""
+    return _asset("web_page.css")
 
 
 def _asset(name: str) -> Markup:

@@ -108,15 +108,17 @@ def running(report: Report, t: Translator, title: str) -> Data:
         report=report.id,
         revision=report.revision,
     )
-    return running_data(report.company, f"{title} · {report.asset}", foot)
+    mark = t("acceptance.mark") if report.extras.for_acceptance else ""
+    return running_data(report.company, f"{title} · {report.asset}", foot, mark)
 
 
-def running_data(company: Company, title: str, foot: str) -> Data:
-    """Return head and foot of pages that are of no single report."""
+def running_data(company: Company, title: str, foot: str, mark: str = "") -> Data:
+    """Return head and foot of pages that are of no single report, and what is written across."""
     return {
         "company": one_line(company.name or "")[:200],
         "title": one_line(title)[:200],
         "foot": one_line(foot)[:300],
+        "mark": mark,
     }
 
 

@@ -18,10 +18,11 @@ from sqlalchemy import ColumnElement, event, func, inspect, or_, select
 from sqlalchemy.orm import ORMExecuteState, Session, with_loader_criteria
 
 from app.errors import Forbidden
-from app.storage.database.tables import Base, Inspection
+from app.storage.database.tables import Base, Inspection, RegisteredAsset
 
 _LIMIT = "limit"
 """Key of a session's limit in its `info`."""
+_ASSETS = Base.metadata.tables[RegisteredAsset.__tablename__]
 _INSPECTIONS = Base.metadata.tables[Inspection.__tablename__]
 
 
@@ -107,7 +108,11 @@ def _criteria(projects: frozenset[str]) -> tuple[Any, ...]:
     for mapper in Base.registry.mappers:
         table = mapper.class_
         condition: ColumnElement[bool]
-        if "inspection_id" in table.__table__.columns:
+        if table.ASSET is not None:
+            condition = getattr(table, table.ASSET).in_(
+                select(_ASSETS.c.asset_id).where(_ASSETS.c.project.in_(projects))
+            )
+        elif "inspection_id" in table.__table__.columns:
             condition = table.inspection_id.in_(own)
         elif table.PROJECT is not None:
             column = getattr(table, table.PROJECT)

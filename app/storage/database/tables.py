@@ -17,6 +17,7 @@ from sqlalchemy import (
     Integer,
     String,
     Text,
+    UniqueConstraint,
     and_,
     func,
     not_,
@@ -61,12 +62,14 @@ class UtcDateTime(TypeDecorator[datetime]):
 class Base(DeclarativeBase):
     """Registry of the tables.
 
-    A token that is limited to projects sees the rows whose `inspection_id` or PROJECT leads to one
-    of them, and all rows of a table that has neither: see `limits`.
+    A token that is limited to projects sees the rows whose ASSET, `inspection_id` or PROJECT leads
+    to one of them, and all rows of a table that has none of these: see `limits`.
     """
 
     PROJECT: ClassVar[str | None] = None
     """Column with the name of the project that a row belongs to."""
+    ASSET: ClassVar[str | None] = None
+    """Column with the id of the registered asset that a row belongs to."""
     IS_SHARED_WITHOUT_PROJECT: ClassVar[bool] = False
     """Whether a row without a project is for all of them."""
     type_annotation_map = {  # noqa: RUF012  (read by SQLAlchemy)
@@ -339,6 +342,133 @@ class Alert(Base):
     told_at: Mapped[datetime | None]
     error: Mapped[str | None] = mapped_column(Text)
     """A sentence that says why the last try failed."""
+
+
+class Notice(Base):
+    """A message of the webhook that is about no single observation; its body is kept as it was."""
+
+    __tablename__ = "notices"
+
+    id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    """UUID repeated by every try, so that the client can drop duplicates."""
+    event: Mapped[str] = mapped_column(String(40))
+    path: Mapped[str] = mapped_column(Text)
+    """Of the page about it."""
+    body: Mapped[dict[str, Any]]
+    state: Mapped[str] = mapped_column(String(10), index=True)
+    """One of ALERT_STATES."""
+    tries: Mapped[int]
+    created_at: Mapped[datetime]
+    next_at: Mapped[datetime]
+    """Earliest time of the next try."""
+    told_at: Mapped[datetime | None]
+    error: Mapped[str | None] = mapped_column(Text)
+    """A sentence that says why the last try failed."""
+
+
+class AcceptanceLink(Base):
+    """A link by which a client without an account sees some inspections; only the SHA-256 of its
+    secret is kept.
+    """
+
+    __tablename__ = "acceptance_links"
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    digest: Mapped[str] = mapped_column(String(64), unique=True)
+    note: Mapped[str] = mapped_column(String(200))
+    """For whom or what it is; the client sees it."""
+    made_at: Mapped[datetime] = mapped_column(index=True)
+    made_by: Mapped[str] = mapped_column(String(100))
+    expires_at: Mapped[datetime]
+    revoked_at: Mapped[datetime | None]
+    revoked_by: Mapped[str | None] = mapped_column(String(100))
+    opened: Mapped[int] = mapped_column(default=0)
+    """How often its page was opened, and when last."""
+    opened_at: Mapped[datetime | None]
+
+
+class AcceptanceSection(Base):
+    """An inspection that a link shows."""
+
+    __tablename__ = "acceptance_sections"
+
+    link_id: Mapped[str] = mapped_column(
+        ForeignKey("acceptance_links.id", ondelete="CASCADE"), primary_key=True
+    )
+    place: Mapped[int] = mapped_column(primary_key=True)
+    """1, 2, ... in the order of the page; part of its address."""
+    inspection_id: Mapped[str] = mapped_column(String(32), index=True)
+    """No reference: the inspection may be deleted, which the page then says."""
+    name: Mapped[str] = mapped_column(String(200))
+    """Of the inspection when the link was made."""
+    version: Mapped[str] = mapped_column(String(40))
+    """Of what people stated when the link was made: see `acceptance.versions_of`."""
+
+
+class AcceptanceAnswer(Base):
+    """What a client said about a section, and what was replied; it is never changed or deleted."""
+
+    __tablename__ = "acceptance_answers"
+
+    id: Mapped[str] = mapped_column(String(36), primary_key=True)
+    """UUID in the form, so that one that is sent again is the same answer."""
+    link_id: Mapped[str] = mapped_column(
+        ForeignKey("acceptance_links.id", ondelete="CASCADE"), index=True
+    )
+    place: Mapped[int]
+    inspection_id: Mapped[str] = mapped_column(String(32), index=True)
+    kind: Mapped[str] = mapped_column(String(10))
+    """accepted or question."""
+    person: Mapped[str] = mapped_column(String(100))
+    """The name that the client typed; nobody has checked it."""
+    text: Mapped[str] = mapped_column(Text)
+    version: Mapped[str] = mapped_column(String(40))
+    """Of what the client saw."""
+    at: Mapped[datetime]
+    reply: Mapped[str | None] = mapped_column(Text)
+    replied_at: Mapped[datetime | None]
+    replied_by: Mapped[str | None] = mapped_column(String(100))
+
+
+class WorkOrder(Base):
+    """An asset of the register that an office wants inspected, with its reason and day."""
+
+    ASSET = "asset_id"
+    __tablename__ = "work_orders"
+    __table_args__ = (UniqueConstraint("number", "asset_id"),)
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    number: Mapped[str] = mapped_column(String(100))
+    """The office's own; one order may have many assets, each a row of its own."""
+    asset_id: Mapped[str] = mapped_column(String(200), index=True)
+    reason: Mapped[str] = mapped_column(Text)
+    due_on: Mapped[date | None]
+    note: Mapped[str] = mapped_column(Text)
+    ordered_at: Mapped[datetime]
+    """Inspections that are made later count for it."""
+    ordered_by: Mapped[str] = mapped_column(String(100))
+    state: Mapped[str] = mapped_column(String(12), index=True)
+    """One of `app.survey.assets.work_orders.STATES`: derived from the inspections of the asset
+    until the order has ended."""
+    inspection_id: Mapped[str | None] = mapped_column(String(32))
+    """The inspection that the state is of."""
+    changed: Mapped[int] = mapped_column(index=True)
+    """Rises with every change of any order, so that a program can ask for what is newer."""
+    changed_at: Mapped[datetime]
+    ended_by: Mapped[str | None] = mapped_column(String(100))
+    """Who closed or cancelled it."""
+
+
+class IdempotentRequest(Base):
+    """A request that was answered under a key of its sender, so that it can be sent again."""
+
+    __tablename__ = "idempotent_requests"
+
+    who: Mapped[str] = mapped_column(String(100), primary_key=True)
+    key: Mapped[str] = mapped_column(String(200), primary_key=True)
+    body_sha256: Mapped[str] = mapped_column(String(64))
+    answer: Mapped[dict[str, Any]]
+    at: Mapped[datetime] = mapped_column(index=True)
 
 
 class Preference(Base):

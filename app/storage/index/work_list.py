@@ -2,28 +2,47 @@
 
 Nothing of it is stored.  The state of a section is that of its newest inspection of the present
 round: one under another project than the register's is of another round, so a list that is
-imported under a new project begins with everything to do.
+imported under a new project begins with everything to do.  A work order begins a round of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import date, datetime
+from datetime import UTC, date, datetime
 from typing import Any
 
 from sqlalchemy import ColumnElement, Subquery, and_, case, func, literal, or_, select
 from sqlalchemy.orm import Session
 
 from app.storage.database.store import Store, reading
-from app.storage.database.tables import ENDED, IndexedInspection, Inspection, RegisteredAsset
+from app.storage.database.tables import (
+    ENDED,
+    IndexedInspection,
+    Inspection,
+    RegisteredAsset,
+    WorkOrder,
+)
 from app.storage.index.queries import NEWEST_LAST, a_page, of_project, unknown_last, with_words
 from app.survey.assets.search_terms import WORK_STATES, Page, WorkFilter, WorkSort, WorkState
+from app.survey.assets.work_orders import ENDS, State
 from app.survey.distances.intended_use import IntendedUse
 from app.survey.observations.review import APPROVED, DRAFT, REOPENED
 
 _SHOWN = 5
 """Inspections of each kind beside the list."""
+
+
+@dataclass(frozen=True)
+class Ordered:
+    """The open work order of a section that is due first."""
+
+    id: str
+    number: str
+    reason: str
+    due_on: date | None
+    is_overdue: bool
+    """Whether its day is past, and nothing was inspected yet."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +63,7 @@ class Section:
     distance_u95_m: float | None
     is_useful: bool | None
     """Whether that interval is of use; None if nobody measured it."""
+    order: Ordered | None
 
 
 @dataclass(frozen=True)
@@ -86,8 +106,8 @@ class WorkList(Store):
         self, session: Session, wanted: WorkFilter, page: Page[WorkSort], use: IntendedUse
     ) -> Work:
         """Return the sections that fit, and the number in each state."""
-        rows = _SECTIONS
-        narrowed = tuple(_narrowed(rows, wanted))
+        rows, today = _SECTIONS, datetime.now(UTC).date()
+        narrowed = tuple(_narrowed(rows, wanted, today))
         by_state = select(rows.c.state, func.count()).where(*narrowed).group_by(rows.c.state)
         numbers = {rank: number for rank, number in session.execute(by_state)}  # noqa: C416
         query = select(rows).where(*narrowed)
@@ -108,8 +128,9 @@ class WorkList(Store):
                     of,
                     u95,
                     use.is_met(m, u95),
+                    _ordered(order, today),
                 )
-                for asset, project, header, rank, at, worst, of, m, u95 in found
+                for asset, project, header, rank, at, worst, of, m, u95, *order in found
             ],
             {state: numbers.get(rank, 0) for rank, state in enumerate(WORK_STATES)},
         )
@@ -126,6 +147,7 @@ class WorkList(Store):
         )
 
 
+_NOT_INSPECTED: tuple[State, ...] = ("ordered", "in_progress")
 _IS_LIVE = and_(Inspection.source_kind == "live", Inspection.status.not_in(ENDED))
 
 
@@ -156,6 +178,33 @@ def _briefs(session: Session, use: IntendedUse, condition: ColumnElement[bool]) 
     )
 
 
+def _due() -> Subquery:
+    """Return the open work orders, the one of each asset that is due first as place 1."""
+    by_day = (WorkOrder.due_on.asc().nulls_last(), WorkOrder.ordered_at, WorkOrder.id)
+    return (
+        select(
+            WorkOrder.id.label("order_id"),
+            WorkOrder.asset_id,
+            WorkOrder.number,
+            WorkOrder.reason,
+            WorkOrder.due_on,
+            WorkOrder.state.label("order_state"),
+            WorkOrder.ordered_at,
+            func.row_number().over(partition_by=WorkOrder.asset_id, order_by=by_day).label("place"),
+        )
+        .where(WorkOrder.state.not_in(ENDS))
+        .subquery()
+    )
+
+
+def _ordered(found: Sequence[Any], today: date) -> Ordered | None:
+    order_id, number, reason, due_on, state = found
+    if order_id is None:
+        return None
+    is_overdue = due_on is not None and due_on < today and state in _NOT_INSPECTED
+    return Ordered(order_id, number, reason, due_on, is_overdue)
+
+
 def _state_of_review() -> ColumnElement[int]:
     """Return the place of an inspection's state in WORK_STATES."""
     return case(
@@ -168,12 +217,20 @@ def _state_of_review() -> ColumnElement[int]:
 
 def _sections() -> Subquery:
     """Return every section of the register once; the columns are the fields of `Section`, with the
-    place of the state in WORK_STATES, and the end in place of whether it is of use.
+    place of the state in WORK_STATES, the end in place of whether it is of use, and the order.
     """
+    due = _due()
+    is_first = and_(due.c.asset_id == RegisteredAsset.asset_id, due.c.place == 1)
     is_of_round = or_(
-        RegisteredAsset.project.is_(None),
-        IndexedInspection.project.is_(None),
-        IndexedInspection.project == RegisteredAsset.project,
+        and_(due.c.ordered_at.is_not(None), Inspection.created_at >= due.c.ordered_at),
+        and_(
+            due.c.ordered_at.is_(None),
+            or_(
+                RegisteredAsset.project.is_(None),
+                IndexedInspection.project.is_(None),
+                IndexedInspection.project == RegisteredAsset.project,
+            ),
+        ),
     )
     state = _state_of_review()
     by_day = (IndexedInspection.surveyed_on.desc(), Inspection.created_at.desc(), Inspection.id)
@@ -202,6 +259,7 @@ def _sections() -> Subquery:
         )
         .join(IndexedInspection, IndexedInspection.asset == RegisteredAsset.asset_id)
         .join(Inspection, Inspection.id == IndexedInspection.inspection_id)
+        .outerjoin(due, is_first)
         .subquery()
     )
     is_newest, is_present = surveys.c.rank == 1, and_(surveys.c.is_of_round, surveys.c.place == 1)
@@ -230,8 +288,14 @@ def _sections() -> Subquery:
             inspected.c.inspection_id,
             inspected.c.distance_m,
             inspected.c.distance_u95_m,
+            due.c.order_id,
+            due.c.number,
+            due.c.reason,
+            due.c.due_on,
+            due.c.order_state,
         )
         .outerjoin(inspected, inspected.c.asset == RegisteredAsset.asset_id)
+        .outerjoin(due, is_first)
         .subquery()
     )
 
@@ -239,8 +303,12 @@ def _sections() -> Subquery:
 _SECTIONS = _sections()
 
 
-def _narrowed(rows: Subquery, wanted: WorkFilter) -> Iterator[ColumnElement[bool]]:
+def _narrowed(rows: Subquery, wanted: WorkFilter, today: date) -> Iterator[ColumnElement[bool]]:
     if wanted.text:
         in_register = with_words(RegisteredAsset.folded, wanted.text)
         yield rows.c.asset.in_(select(RegisteredAsset.asset_id).where(*in_register))
     yield from of_project(rows.c.project, wanted.of)
+    if wanted.orders is not None:
+        yield rows.c.order_id.is_not(None)
+    if wanted.orders == "overdue":
+        yield and_(rows.c.due_on < today, rows.c.order_state.in_(_NOT_INSPECTED))

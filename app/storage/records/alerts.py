@@ -18,8 +18,8 @@ EMERGENCY = 5
 """The severity that is notified at once."""
 SENDER = "Chainage"
 """Author of its entries in the history."""
-_WAITING_AT_MOST = 1000
-_TOO_MANY = Undelivered("too_many", {"n": str(_WAITING_AT_MOST)})
+WAITING_AT_MOST = 1000
+TOO_MANY = Undelivered("too_many", {"n": str(WAITING_AT_MOST)})
 
 
 def note_emergency(
@@ -45,7 +45,7 @@ def note_emergency(
     if not is_new or last == "waiting":  # its message reports the latest state
         return
     waiting = select(func.count()).where(Alert.state == "waiting")
-    is_full = (session.scalar(waiting) or 0) >= _WAITING_AT_MOST
+    is_full = (session.scalar(waiting) or 0) >= WAITING_AT_MOST
     now = datetime.now(UTC)
     session.add(
         Alert(
@@ -56,7 +56,7 @@ def note_emergency(
             tries=0,
             created_at=now,
             next_at=now,
-            error=_TOO_MANY.sentence if is_full else None,
+            error=TOO_MANY.sentence if is_full else None,
         )
     )
 

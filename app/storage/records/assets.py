@@ -75,7 +75,7 @@ class AssetStore(Store):
         """
         row = session.get(RegisteredAsset, asset.asset_id)
         require(None if row is None else asset_of(row))
-        return session.merge(RegisteredAsset(**_columns(asset, who, datetime.now(UTC))))
+        return session.merge(RegisteredAsset(**columns_of(asset, who, datetime.now(UTC))))
 
     @writing
     def delete(self, session: Session, asset_id: str, require: Require) -> None:
@@ -108,7 +108,7 @@ class AssetStore(Store):
                 state, done = _state(session), steps(stated, _known(session, stated))
             now = datetime.now(UTC)
             added, changed = (
-                [_columns(step.asset, who, now) for step in done if step.action == action]
+                [columns_of(step.asset, who, now) for step in done if step.action == action]
                 for action in ("add", "change")
             )
             if self.database.write(partial(_applied, state, added, changed)):
@@ -140,7 +140,8 @@ def asset_of(row: RegisteredAsset) -> Asset:
     return Asset(row.asset_id, row.project, row.header, line)
 
 
-def _columns(asset: Asset, who: str, now: datetime) -> dict[str, Any]:
+def columns_of(asset: Asset, who: str, now: datetime) -> dict[str, Any]:
+    """Return the row of an asset."""
     normalised = normalised_id(asset.asset_id)
     return {
         "asset_id": asset.asset_id,

@@ -4,14 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from typing import Any
 
-from sqlalchemy import Integer, Select, and_, cast, func, or_, select
+from sqlalchemy import ColumnElement, Integer, and_, cast, func, or_, select
 from sqlalchemy.orm import InstrumentedAttribute, Session, aliased
 
 from app.errors import InspectionLocked, InspectionNotFound
 from app.storage.database.store import Store, reading, writing
-from app.storage.database.tables import ENDED, EventRow, Inspection, ObservationRow, RemarkRow
+from app.storage.database.tables import (
+    ENDED,
+    AcceptanceAnswer,
+    EventRow,
+    Inspection,
+    ObservationRow,
+    RemarkRow,
+)
 from app.storage.records.packs import require_pack_of
 from app.survey.fields.header import project_of
 from app.survey.observations.defects import NO_DEFECTS
@@ -30,7 +39,7 @@ class Summary:
     """Those of its observations that are defects; a stretch is one."""
     worst_severity: int | None
     open_questions: int
-    """Questions of reviewers that are not settled."""
+    """Questions of reviewers and clients that are not settled."""
 
 
 class InspectionStore(Store):
@@ -177,10 +186,12 @@ class InspectionStore(Store):
         session.add(EventRow.now(row, "finished", who, before, row.editable()))
 
 
-def open_questions(inspection_id: str | InstrumentedAttribute[str]) -> Select[int]:
-    """Count the unsettled questions about observations of an inspection that are not deleted."""
+def open_questions(inspection_id: str | InstrumentedAttribute[str]) -> ColumnElement[int]:
+    """Count the unsettled questions about observations of an inspection that are not deleted, and
+    those of clients that nobody has answered.
+    """
     asked_about = aliased(ObservationRow)
-    return (
+    of_reviewers = (
         select(func.count())
         .select_from(RemarkRow)
         .join(
@@ -197,12 +208,19 @@ def open_questions(inspection_id: str | InstrumentedAttribute[str]) -> Select[in
             RemarkRow.settled_at.is_(None),
         )
     )
+    of_clients = select(func.count(AcceptanceAnswer.id)).where(
+        AcceptanceAnswer.inspection_id == inspection_id,
+        AcceptanceAnswer.kind == "question",
+        AcceptanceAnswer.reply.is_(None),
+    )
+    both = (query.correlate(Inspection).scalar_subquery() for query in (of_reviewers, of_clients))
+    return reduce(add, both)
 
 
 _NOT_FOUND = "There is no such inspection."
 SEVERITY = cast(ObservationRow.fields["severity"].as_string(), Integer)
 """Of an observation."""
-_QUESTIONS = open_questions(Inspection.id).correlate(Inspection).scalar_subquery()
+_QUESTIONS = open_questions(Inspection.id)
 _CODE, _CONTINUOUS = (
     func.coalesce(ObservationRow.fields[name].as_string(), "") for name in ("code", "continuous")
 )

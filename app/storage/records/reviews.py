@@ -208,7 +208,7 @@ def _require_step(session: Session, row: Inspection, state: ReviewState) -> None
         )
     if row.status not in ENDED:
         raise StillRunning(f"The inspection is {row.status}; it can be reviewed when it has ended.")
-    if state == APPROVED and (number := session.scalar(open_questions(row.id))):
+    if state == APPROVED and (number := session.scalar(select(open_questions(row.id)))):
         raise OpenQuestions(f"Questions that are not settled: {number}.")
 
 

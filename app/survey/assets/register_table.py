@@ -173,7 +173,7 @@ def read_table(content: bytes, stated: Sequence[Column | None] | None = None) ->
     Raises:
         InvalidTable: It is no such table, has other columns than stated, or is too long.
     """
-    text = _decoded(content)
+    text = decoded(content)
     found = records(text, InvalidTable, has_comments=False, most_rows=MOST_ROWS)
     head_line, head = next(found, (1, []))
     if not head:
@@ -185,7 +185,7 @@ def read_table(content: bytes, stated: Sequence[Column | None] | None = None) ->
     widest = max((_filled(row) for _, row in first), default=0)
     while first and _filled(head) < 2 <= widest:  # a title above the table
         (_, head), *first = first
-    cells = [[_cell(cell) for cell in row] for _, row in first]
+    cells = [[cell_of(cell) for cell in row] for _, row in first]
     columns = stated or guessed(head, cells, has_decimal_commas=has_decimal_commas)
     if len(columns) != len(head):
         raise InvalidTable(f"{len(columns)} columns are stated, the table has {len(head)}.")
@@ -223,7 +223,7 @@ class _Reader:
 
     def take(self, line: int, row: Sequence[str]) -> None:
         """Read one row."""
-        cells = dict(zip(self._names, map(_cell, row), strict=False))
+        cells = dict(zip(self._names, map(cell_of, row), strict=False))
         asset_id = cells.get(KEY, "") if KEY in self._names else _between_nodes(cells)
         self.rows.append((line, asset_id[:LONGEST_ID]))
         faults = list(self._faults_of_row(line, asset_id, len(row)))
@@ -379,11 +379,12 @@ def _table(columns: Sequence[str], rows: Iterable[Sequence[Value]]) -> Iterator[
     yield out.getvalue()
 
 
-def _cell(text: str) -> str:
+def cell_of(text: str) -> str:
+    """Return the text of a cell, in one line and without what guards against formulas."""
     return one_line(unquoted(text.strip()))
 
 
-def _decoded(content: bytes) -> str:
+def decoded(content: bytes) -> str:
     """Decode UTF-8 and UTF-16, or else Windows-1252, in which spreadsheets of Windows save."""
     try:
         is_wide = content.startswith((BOM_UTF16_LE, BOM_UTF16_BE))

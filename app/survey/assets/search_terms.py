@@ -28,7 +28,9 @@ InspectionSort = Literal[
 WorkState = Literal["to_do", "live", "recorded", "in_review", "issued"]
 WORK_STATES: tuple[WorkState, ...] = ("to_do", "live", "recorded", "in_review", "issued")
 """How far the inspection of a section is, in the order of the job."""
-WorkSort = Literal["state", "asset", "project", "last_on", "worst_severity"]
+WorkSort = Literal["state", "asset", "project", "last_on", "worst_severity", "due_on"]
+OrderFilter = Literal["open", "overdue"]
+"""Sections with a work order that has not ended; those of them whose day is past."""
 Sort = TypeVar("Sort")
 
 
@@ -92,6 +94,7 @@ class WorkFilter:
     """Words that all occur in what the register says of it."""
     of: ProjectFilter = ProjectFilter()
     state: WorkState | None = None
+    orders: OrderFilter | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,6 +29,14 @@ NOT_NOTIFIED = "not_told"
 BROUGHT_IN = "imported"
 """Action of an event: the inspection was imported from another server, unchanged."""
 
+DELIVERED = "delivered"
+"""Action of an event: a link was made by which a client sees the inspection."""
+CLIENT_ACCEPTED = "client_accepted"
+CLIENT_ASKED = "client_asked"
+"""Actions of events: what a client said by such a link."""
+CLIENT_ANSWERED = "client_answered"
+"""Action of an event: a question of a client was answered."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Observation:

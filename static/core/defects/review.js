@@ -36,6 +36,9 @@ export const isForAdmins = (state, wanted) => state === 'approved' || wanted ===
 /** Whether a remark is a question that waits for an answer. @param {Remark} remark */
 export const isOpen = ({ kind, settled_at: settled }) => kind === 'question' && !settled;
 
+/** Whether a client waits for a reply. @param {Api['ClientAnswerOut']} answer */
+export const isAsked = ({ kind, reply }) => kind === 'question' && reply === null;
+
 /**
  * Holds the answer of the server, null until it is read.
  * @extends {Store<Api['ReviewOut']|null>}
@@ -78,6 +81,11 @@ export class Review extends Store {
     return (this.value?.remarks ?? []).filter(isOpen);
   }
 
+  /** Number of questions that wait, of reviewers and of clients. */
+  get waiting() {
+    return this.questions.length + (this.value?.said ?? []).filter(isAsked).length;
+  }
+
   /** Whether an observation was accepted as it is now. @param {{id: string, version?: string|null}} observation */
   isAccepted({ id, version }) {
     return this.about(id).some((remark) => remark.kind === 'accepted' && remark.version === version);
@@ -99,6 +107,11 @@ export class Review extends Store {
   /** @param {string} id @param {boolean} settled */
   settle(id, settled) {
     return this.#inTurn(() => put(`${this.#path}/remarks/${id}/settled`, { settled }));
+  }
+
+  /** Answers a client. @param {string} id @param {string} reply */
+  reply(id, reply) {
+    return this.#inTurn(() => put(`${this.#path}/said/${id}`, { reply }));
   }
 
   /** @param {string} id */

@@ -7,10 +7,11 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 
 from app import errors
+from app.inspections.acceptance import Acceptance
 from app.inspections.reviews import Reviews
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
-from app.web.schemas.inspection.reviews import RemarkIn, ReviewIn, ReviewOut, SettledIn
+from app.web.schemas.inspection.reviews import RemarkIn, ReplyIn, ReviewIn, ReviewOut, SettledIn
 
 router = APIRouter(prefix="/api/inspections/{inspection_id}/review", tags=["review"])
 
@@ -78,6 +79,23 @@ def settle(
 ) -> ReviewOut:
     """Settle a question, or open it again."""
     reviews.settle(inspection_id, remark_id, principal.name, is_settled=body.settled)
+    return ReviewOut.whole(reviews.get(inspection_id))
+
+
+@router.put("/said/{answer_id}", responses=failures(errors.AnswerNotFound))
+@operator
+def reply(
+    inspection_id: InspectionId,
+    answer_id: RemarkId,
+    body: ReplyIn,
+    reviews: Service[Reviews],
+    acceptance: Service[Acceptance],
+    principal: PrincipalDep,
+) -> ReviewOut:
+    """Answer what a client said by a link, who sees it there; also where the inspection is
+    approved, because it changes nothing of it.
+    """
+    acceptance.reply(inspection_id, answer_id, body.reply, principal.name)
     return ReviewOut.whole(reviews.get(inspection_id))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from app.search.search import Search
-from app.survey.assets.search_terms import Page, WorkFilter, WorkSort, WorkState
+from app.survey.assets.search_terms import OrderFilter, Page, WorkFilter, WorkSort, WorkState
 from app.web.deps import Service, of_projects, viewer
 from app.web.queries import Descending, Limit, Offset, OfProject, Text
 from app.web.schemas.library.work import WorkOut
@@ -23,6 +23,7 @@ def work(
     of: OfProject,
     search: Text = "",
     state: WorkState | None = None,
+    orders: OrderFilter | None = None,
     sort: WorkSort = "state",
     descending: Descending = False,
     offset: Offset = 0,
@@ -36,7 +37,7 @@ def work(
     """
     page = Page(sort=sort, descending=descending, offset=offset, limit=limit)
     pending = index.pending()
-    found = index.work(WorkFilter(text=search, of=of, state=state), page)
+    found = index.work(WorkFilter(text=search, of=of, state=state, orders=orders), page)
     live, review, past = index.around_the_work()
     return WorkOut(
         total=found.total,

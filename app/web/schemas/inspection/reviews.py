@@ -8,8 +8,9 @@ from typing import Annotated, Any, Self
 from pydantic import Field, StringConstraints, model_validator
 
 from app.inspections.reviews import ReviewView
-from app.storage.database.tables import Inspection, RemarkRow
+from app.storage.database.tables import AcceptanceAnswer, Inspection, RemarkRow
 from app.survey.given import TEXT, Given
+from app.survey.observations.acceptance import AnswerKind
 from app.survey.observations.records import Event
 from app.survey.observations.review import REOPENED, RemarkKind, ReviewState
 from app.web.deps import OBSERVATION_ID
@@ -106,6 +107,35 @@ class RemarkOut(Out):
         return cls.read_from(row, observation=row.observation_id, at=row.made_at, by=row.made_by)
 
 
+class ReplyIn(Given):
+    """An answer to a client."""
+
+    reply: Annotated[Sentence, StringConstraints(min_length=1)]
+
+
+class ClientAnswerOut(Out):
+    """What a client said by a link, and what was replied."""
+
+    id: str
+    link: str
+    """What the link is called; may be empty."""
+    kind: AnswerKind
+    person: str
+    """The name that the client typed; nobody has checked it."""
+    text: str
+    at: datetime
+    is_changed: bool
+    """Whether the inspection is no longer what the client saw."""
+    reply: str | None
+    replied_at: datetime | None
+    replied_by: str | None
+
+    @classmethod
+    def of(cls, answer: AcceptanceAnswer, note: str, version: str | None) -> Self:
+        """Convert the stored row."""
+        return cls.read_from(answer, link=note, is_changed=answer.version != version)
+
+
 class ReviewOut(ReviewStateOut):
     """A review with everything said in it."""
 
@@ -113,6 +143,8 @@ class ReviewOut(ReviewStateOut):
     """Every change of the state, oldest first."""
     remarks: list[RemarkOut]
     """On observations that are not deleted, oldest first."""
+    said: list[ClientAnswerOut]
+    """By clients, oldest first."""
 
     @classmethod
     def whole(cls, view: ReviewView) -> ReviewOut:
@@ -121,4 +153,5 @@ class ReviewOut(ReviewStateOut):
             view.row,
             steps=[StepOut.of(step) for step in view.steps],
             remarks=[RemarkOut.of(row) for row in view.remarks],
+            said=[ClientAnswerOut.of(row, note, view.version) for row, note in view.said],
         )

@@ -366,7 +366,7 @@ export class InspectionPage extends Component {
   // What changes on the page ------------------------------------------------------------------
 
   #showQuestions() {
-    this.parts.side.note('review', String(this.desk.review.questions.length || ''));
+    this.parts.side.note('review', String(this.desk.review.waiting || ''));
   }
 
   #showMessages(trouble = null) {

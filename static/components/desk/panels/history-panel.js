@@ -44,6 +44,10 @@ const SIGNS = {
   finding_rejected: 'close',
   finding_reopened: 'undo',
   reviewed: 'forward',
+  delivered: 'link',
+  client_accepted: 'check',
+  client_asked: 'help',
+  client_answered: 'forward',
 };
 
 /** Events that replaced a version of what people state; it can be restored. */

@@ -11,6 +11,8 @@ import { nameOf } from '../../defects/defect-list/names.js';
 import { icon } from '../../shared/icon/icon.js';
 import { reviewChip } from '../../shared/status-chip/status-chip.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
+import { openAcceptance } from '../../reports/acceptance/acceptance.js';
+import { clientSection, replyTo } from './client-answers.js';
 import { goToQuestion, pressed, remarkRow } from './remarks.js';
 import { askStep } from './steps.js';
 
@@ -20,9 +22,16 @@ export class ReviewPanel extends Component {
     const { desk } = this;
     this.classList.add('review');
     this.listen(this, 'click', (event) => {
-      const { move, next } = event.target.closest('[data-move], [data-next]')?.dataset ?? {};
+      const found = event.target.closest('[data-move], [data-next], [data-reply], [data-client]')?.dataset ?? {};
+      const { move, next, reply, client } = found;
       orToast(async () => {
         if (move) await this.#move(move);
+        else if (reply)
+          await replyTo(
+            desk.review,
+            desk.review.value.said.find(({ id }) => id === reply),
+          );
+        else if (client !== undefined) await openAcceptance([desk.inspection.id], desk.inspection.id);
         else if (next !== undefined) goToQuestion(desk);
         else await pressed(desk, event);
       });
@@ -51,7 +60,7 @@ export class ReviewPanel extends Component {
     const { value: review } = desk.review;
     if (review === null) return;
     const { value: defects } = desk.observations;
-    const { questions } = desk.review;
+    const { questions, waiting } = desk.review;
     const accepted = defects.filter((item) => desk.review.isAccepted(item)).length;
     renderNew(
       this,
@@ -60,11 +69,12 @@ export class ReviewPanel extends Component {
           ${this.#stepsMarkup(review.state)}
         </div>
         <section class="stack gap-3 pad-head line-below" aria-label="${t('remark.question')}">
-          <p class="row wrap gap-row"><b>${questions.length ? t('reviewing.questions', { n: questions.length }) : t('reviewing.no_questions')}</b>
+          <p class="row wrap gap-row"><b>${waiting ? t('reviewing.questions', { n: waiting }) : t('reviewing.no_questions')}</b>
             <span class="dim">${t('reviewing.progress', { accepted, all: defects.length })}</span>
             ${questions.length > 0 && html`<button type="button" class="button button--small" data-next>${t('reviewing.next')}<kbd>${ownKey('Q')}</kbd></button>`}</p>
           <ul>${questions.map((remark) => remarkRow(remark, { name: this.#nameOf(remark) }))}</ul>
         </section>
+        ${clientSection(review)}
         <section class="stack gap-3 pad-head line-below">
           <h3>${t('reviewing.steps')}</h3>
           ${review.steps.length === 0 && html`<p class="dim">${t('reviewing.no_steps')}</p>`}

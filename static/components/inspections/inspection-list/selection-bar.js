@@ -8,6 +8,7 @@ import { count } from '../../../core/wall/units.js';
 import { t } from '../../../core/page/words.js';
 import { selectRows, showSelected } from '../../shared/page-frame/selecting.js';
 import { openBulkExport } from '../bulk-export/bulk-export.js';
+import { openAcceptance } from '../../reports/acceptance/acceptance.js';
 import { icon } from '../../shared/icon/icon.js';
 import { orToast, toast } from '../../shared/toast-stack/toast-stack.js';
 import { FILTERS } from './list-filters.js';
@@ -28,6 +29,7 @@ export class SelectionBar extends Component {
         <button class="button button--small" data-part="all"></button>
         <button class="button button--small button--quiet" data-part="none">${t('archive.select_none')}</button>
         <button class="button button--small" data-part="again" data-needs="operator">${icon('retry')}${t('desk.retry')}</button>
+        <button class="button button--small" data-part="accept" data-needs="operator">${icon('link')}${t('acceptance.title')}</button>
         <button class="button button--small button--primary" data-part="export">${icon('download')}${t('list.export')}</button>
       </div>`,
     );
@@ -48,6 +50,7 @@ export class SelectionBar extends Component {
       (event) => event.shiftKey && event.target.closest('.inspection__mark') && event.preventDefault(),
     );
     this.listen(this.parts.export, 'click', () => orToast(() => this.#export()));
+    this.listen(this.parts.accept, 'click', () => orToast(async () => openAcceptance(await this.#ids())));
     this.listen(this.parts.again, 'click', () => orToast(() => this.#trackAgain()));
     this.listen(this.#selection, 'change', () => this.show());
   }

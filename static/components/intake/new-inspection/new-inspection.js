@@ -136,8 +136,10 @@ export class NewInspection extends Component {
     this.#recall();
     this.#showFilms();
     this.#showWizard();
-    const asset = new URLSearchParams(location.search).get('asset');
+    const asked = new URLSearchParams(location.search);
+    const [asset, order] = [asked.get('asset'), asked.get('order')];
     if (asset) this.#begin(asset);
+    if (order) this.parts.header.enter('client_job_ref', order);
   }
 
   /** Begins with a section of the register: its id fills in what is known of it. */

@@ -5,7 +5,7 @@ import { html } from '../../../core/page/html.js';
 import { ROLES } from '../../../core/page/rights.js';
 import { t, wordFor } from '../../../core/page/words.js';
 import { ask, closesWhenSent, formFoot, openDialog } from '../../shared/dialog/dialog.js';
-import { icon } from '../../shared/icon/icon.js';
+import { showOnce } from '../../shared/dialog/show-once.js';
 
 /**
  * Makes an access and shows its link, which the server keeps nowhere.
@@ -51,31 +51,14 @@ export async function makeToken() {
   return made !== null;
 }
 
-async function showSecret({ name, secret }) {
-  const { parts, closed } = openDialog({
+const showSecret = ({ name, secret }) =>
+  showOnce({
     title: t('users.secret_title', { name }),
-    content: html`<form method="dialog" class="stack gap-4">
-      <p class="message message--warning">${icon('alert')}<span>${t('users.secret_text')}</span></p>
-      <div class="field"><label for="token-secret">${t('users.secret')}</label>
-        <input class="input mono" id="token-secret" readonly value="${linkOf(secret)}" data-part="secret" /></div>
-      <p class="dim" role="status" data-part="note"></p>
-      <div class="dialog__buttons"><button type="button" class="button button--primary" data-part="copy">${icon('link')}${t('users.copy')}</button>
-        <button class="button">${t('page.close')}</button></div></form>`,
+    text: t('users.secret_text'),
+    label: t('users.secret'),
+    address: linkOf(secret),
+    copied: secret,
   });
-  parts.secret.select();
-  parts.copy.focus();
-  parts.copy.addEventListener('click', async () => {
-    try {
-      await navigator.clipboard.writeText(secret);
-      parts.note.textContent = t('users.copied');
-    } catch {
-      // refused, or over plain http, where there is no clipboard
-      parts.secret.select();
-      parts.note.textContent = t('users.not_copied');
-    }
-  });
-  await closed;
-}
 
 /** The address that logs in with an access; the server takes the secret out of it at once. */
 const linkOf = (secret) => `${location.origin}/login?${new URLSearchParams({ token: secret })}`;

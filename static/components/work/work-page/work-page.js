@@ -1,6 +1,7 @@
 /** The start page: the sections to inspect, and what is live, waits for a reviewer, or has ended. */
 
 import { html, render, renderNew } from '../../../core/page/html.js';
+import { may } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
 import { chainage, count, day, plusMinus } from '../../../core/wall/units.js';
 import { t, wordFor } from '../../../core/page/words.js';
@@ -13,6 +14,7 @@ import { framedPage, likeButton } from '../../shared/page-frame/page-frame.js';
 import { GRAVEST, worstMarkup } from '../../shared/severity-mark/severity-mark.js';
 import { reviewChip, statusChip } from '../../shared/status-chip/status-chip.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
+import { endOrder, importOrders } from './orders.js';
 import './sample-button.js';
 
 const POLL_S = 5;
@@ -33,13 +35,15 @@ export class WorkPage extends Component {
       this,
       framedPage({
         title: t('work.title'),
-        ways: html`<a class="button" href="/assets/register" data-needs="operator">${icon('upload')}${t('work.import')}</a>
+        ways: html`<button class="button" data-needs="operator" data-part="orders">${icon('upload')}${t('orders.import')}</button>
+          <input type="file" accept=".csv,.txt,.tsv,text/csv" aria-label="${t('orders.import')}" data-part="file" hidden />
+          <a class="button" href="/assets/register" data-needs="operator">${icon('upload')}${t('work.import')}</a>
           <a class="button button--primary" href="/new" data-needs="operator">${icon('plus')}${t('list.new')}</a>`,
         content: html`<div class="work">
           <section aria-labelledby="work-sections">
             <h2 class="visually-hidden" id="work-sections">${t('work.sections')}</h2>
             <div class="choices flow gap-1 pad-1 work__states" role="group" aria-label="${t('work.by_state')}" data-part="states"></div>
-            ${searchMarkup(t('work.search'))}${tableMarkup('work__table', '')}
+            ${searchMarkup(t('work.search'), filterButtons())}${tableMarkup('work__table', '')}
           </section>
           <div class="work__around stack packed" data-part="around"></div>
         </div>`,
@@ -48,19 +52,33 @@ export class WorkPage extends Component {
     const { states } = this.parts;
     const list = followList(this, {
       path: '/api/work',
-      filters: ['search', 'state', 'project'],
+      filters: ['search', 'state', 'project', 'orders'],
       rows: 'sections',
       caption: t('work.sections'),
       columns: columns(),
       keyOf: ({ asset }) => asset,
       usual: { sort: 'state', descending: 'false' },
-      chosen: ({ project }) => [['project', t('archive.project'), project]],
+      chosen: ({ project, orders }) => [
+        ['project', t('archive.project'), project],
+        ['orders', t('orders.title'), orders && wordFor('orders.filter', orders)],
+      ],
       show: (answer) => this.#show(answer, list),
       pauseAfter: () => POLL_S,
     });
     this.listen(states, 'click', ({ target }) => {
       const button = target.closest('[data-state]');
       if (button) orToast(() => list.want({ state: button.dataset.state }));
+    });
+    const { orders, file } = this.parts;
+    this.listen(orders, 'click', () => file.click());
+    this.listen(file, 'change', async () => {
+      const [chosen] = file.files;
+      file.value = ''; // so that the repaired file can be chosen again
+      if (chosen && (await importOrders(chosen))) await orToast(() => list.again());
+    });
+    this.listen(this, 'click', ({ target }) => {
+      const { end, number } = target.closest('[data-end]')?.dataset ?? {};
+      if (end) orToast(async () => (await endOrder(end, number)) && list.again());
     });
   }
 
@@ -83,6 +101,12 @@ export class WorkPage extends Component {
     );
   }
 }
+
+const filterButtons = () =>
+  html`${['open', 'overdue'].map(
+    (which) =>
+      html`<button class="button button--small" data-filter="orders" data-value="${which}">${wordFor('orders.filter', which)}</button>`,
+  )}`;
 
 const stateButton = (state, name, n, chosen) =>
   html`<button class="button button--small" data-state="${state}" aria-pressed="${String(state === chosen)}">
@@ -127,6 +151,7 @@ const columns = () => [
   column('pipe', t('work.pipe'), ({ header }) => html`${sectionOf(header)}<small>${lengthOf(header)}</small>`),
   column('project', t('archive.project'), ({ project }) => likeButton('project', project), 'project'),
   column('state', t('list.status'), stateMarkup, 'state'),
+  column('order', t('orders.title'), orderMarkup, 'due_on'),
   figures('last', t('assets.last'), ({ last_at: at }) => at && day(at), 'last_on'),
   figures('worst', t('list.worst'), ({ worst_severity: worst }) => worstMarkup(worst), 'worst_severity'),
   column('start', html`<span class="visually-hidden">${t('work.start')}</span>`, startMarkup),
@@ -143,11 +168,24 @@ function stateMarkup({ state, inspection_id: id, is_useful: isUseful, distance_u
   return id === null ? chip : html`<a class="plain" href="/inspections/${id}">${chip}</a>`;
 }
 
-function startMarkup({ asset, state, inspection_id: id }) {
+/** Why and until when a section is to be inspected. */
+function orderMarkup({ order }) {
+  if (!order) return '';
+  const { id, number, reason, due_on: due, is_overdue: isOverdue } = order;
+  return html`<span class="row gap-1"><b>${number}</b>${
+    may('operator') &&
+    html`<button class="button button--small button--quiet button--icon" data-end="${id}" data-number="${number}"
+      aria-label="${t('orders.end_named', { number })}" title="${t('orders.end_named', { number })}">${icon('close')}</button>`
+  }</span>
+    ${due && (isOverdue ? html`<span class="chip chip--failed">${icon('alert')}<span class="visually-hidden">${t('orders.overdue')}</span>${day(due)}</span>` : html`<small>${t('orders.due', { day: day(due) })}</small>`)}
+    ${reason && html`<small class="breaks">${reason}</small>`}`;
+}
+
+function startMarkup({ asset, state, inspection_id: id, order }) {
   if (state === 'live')
     return html`<a class="button button--small button--primary" href="/inspections/${id}">${icon('live')}${t('work.watch')}</a>`;
   return html`<a class="button button--small ${state === 'to_do' && 'button--primary'}" data-needs="operator"
-    href="/new?${new URLSearchParams({ asset })}" aria-label="${t('work.start_named', { asset })}">${icon('plus')}${t('work.start')}</a>`;
+    href="/new?${new URLSearchParams(order ? { asset, order: order.number } : { asset })}" aria-label="${t('work.start_named', { asset })}">${icon('plus')}${t('work.begin')}</a>`;
 }
 
 customElements.define('work-page', WorkPage);

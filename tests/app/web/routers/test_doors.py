@@ -33,6 +33,11 @@ PUBLIC = {
     ("GET", "/login"),
     ("POST", "/api/login"),
     ("GET", "/favicon.ico"),
+    # the secret in the address admits
+    ("GET", "/accept/{secret}/"),
+    ("GET", "/accept/{secret}/{place}"),
+    ("POST", "/accept/{secret}/{place}"),
+    ("GET", "/accept/{secret}/{place}/report.pdf"),
 }
 PUBLIC_FILES = {
     "icon.svg",
