@@ -48,7 +48,7 @@ EVENT = "acceptance.answered"
 """Of the webhook."""
 _NO_CONTENT = (
     REVIEWED, LABELLED, NOT_NOTIFIED, DELIVERED, CLIENT_ACCEPTED, CLIENT_ASKED, CLIENT_ANSWERED,
-    "told", "accepted", "question", "comment", "settled", "unsettled", "withdrawn",
+    "finding_rejected", "finding_reopened", "told", "accepted", "question", "comment", "settled", "unsettled", "withdrawn",
 )  # fmt: skip
 """Actions that change nothing of what a client sees."""
 _MOST_LISTED = 500
