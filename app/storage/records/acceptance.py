@@ -48,7 +48,8 @@ EVENT = "acceptance.answered"
 """Of the webhook."""
 _NO_CONTENT = (
     REVIEWED, LABELLED, NOT_NOTIFIED, DELIVERED, CLIENT_ACCEPTED, CLIENT_ASKED, CLIENT_ANSWERED,
-    "finding_rejected", "finding_reopened", "told", "accepted", "question", "comment", "settled", "unsettled", "withdrawn",
+    "finding_rejected", "finding_reopened", "told", "accepted", "question", "comment", "settled",
+    "unsettled", "withdrawn",
 )  # fmt: skip
 """Actions that change nothing of what a client sees."""
 _MOST_LISTED = 500
@@ -145,7 +146,8 @@ class AcceptanceStore(Store):
             LinkNotFound: No link has this id.
         """
         row = session.get(AcceptanceLink, link_id)
-        if row is None:
+        sections = select(AcceptanceSection.place).where(AcceptanceSection.link_id == link_id)
+        if row is None or session.scalar(sections.limit(1)) is None:  # it sees none of them
             raise LinkNotFound("There is no such link.")
         if row.revoked_at is None:
             row.revoked_at, row.revoked_by = datetime.now(UTC), who
@@ -154,11 +156,11 @@ class AcceptanceStore(Store):
     def links(self, session: Session, inspection_id: str | None = None) -> list[LinkView]:
         """Return the newest links, those that show one inspection or all."""
         query = select(AcceptanceLink).order_by(AcceptanceLink.made_at.desc(), AcceptanceLink.id)
+        shows = select(AcceptanceSection.link_id)
         if inspection_id is not None:
-            shows = select(AcceptanceSection.link_id).where(
-                AcceptanceSection.inspection_id == inspection_id
-            )
-            query = query.where(AcceptanceLink.id.in_(shows))
+            shows = shows.where(AcceptanceSection.inspection_id == inspection_id)
+        # Without any section that it sees, a token that is limited to projects sees no link.
+        query = query.where(AcceptanceLink.id.in_(shows))
         return _views(session, list(session.scalars(query.limit(_MOST_LISTED))))
 
     @reading

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Path, Query
 
 from app import errors
 from app.inspections.acceptance import Acceptance
-from app.web.deps import PrincipalDep, Service, operator, viewer
+from app.web.deps import PrincipalDep, Service, of_projects, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.library.acceptance import LinkIn, LinkMadeOut, LinkOut, LinksOut
 
@@ -19,6 +19,7 @@ router = APIRouter(prefix="/api/acceptance-links", tags=["acceptance"])
     "", status_code=201, responses=failures(errors.InspectionNotFound, errors.StillRunning)
 )
 @operator
+@of_projects
 def make(body: LinkIn, acceptance: Service[Acceptance], principal: PrincipalDep) -> LinkMadeOut:
     """Make a link to inspections for a client without an account; the answer is the only place
     where its address is shown.
@@ -30,6 +31,7 @@ def make(body: LinkIn, acceptance: Service[Acceptance], principal: PrincipalDep)
 
 @router.get("")
 @viewer
+@of_projects
 def links(
     acceptance: Service[Acceptance],
     inspection: Annotated[str | None, Query(pattern=r"^[0-9a-f]{32}$")] = None,
@@ -40,6 +42,7 @@ def links(
 
 @router.delete("/{link_id}", status_code=204, responses=failures(errors.LinkNotFound))
 @operator
+@of_projects
 def revoke(
     link_id: Annotated[str, Path(pattern=r"^[0-9a-f]{32}$")],
     acceptance: Service[Acceptance],

@@ -12,7 +12,7 @@ from app.inspections.work_orders import WorkOrders
 from app.survey.assets.register_table import MOST_COLUMNS
 from app.survey.assets.work_orders import State
 from app.survey.given import LINE
-from app.web.deps import PrincipalDep, Service, operator, viewer
+from app.web.deps import PrincipalDep, Service, of_projects, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.library.work_orders import (
     EndIn,
@@ -44,6 +44,7 @@ Key = Annotated[
     responses=failures(errors.AssetNotFound, errors.WorkOrderExists, errors.IdempotencyKeyReused),
 )
 @operator
+@of_projects
 def add(
     body: WorkOrderIn, orders: Service[WorkOrders], principal: PrincipalDep, key: Key = None
 ) -> WorkOrderOut:
@@ -86,6 +87,7 @@ def import_table(
 
 @router.get("")
 @viewer
+@of_projects
 def listed(
     orders: Service[WorkOrders],
     state: State | None = None,
@@ -99,19 +101,21 @@ def listed(
     return WorkOrdersOut.of(orders.listed(state, number, since, limit))
 
 
-@router.get("/{order_id}", responses=failures(errors.WorkOrderNotFound))
+@router.get("/{work_order_id}", responses=failures(errors.WorkOrderNotFound))
 @viewer
-def get(order_id: OrderId, orders: Service[WorkOrders]) -> WorkOrderOut:
+@of_projects
+def get(work_order_id: OrderId, orders: Service[WorkOrders]) -> WorkOrderOut:
     """Return an order."""
-    return WorkOrderOut.of(orders.get(order_id))
+    return WorkOrderOut.of(orders.get(work_order_id))
 
 
 @router.put(
-    "/{order_id}/state", responses=failures(errors.WorkOrderNotFound, errors.WorkOrderEnded)
+    "/{work_order_id}/state", responses=failures(errors.WorkOrderNotFound, errors.WorkOrderEnded)
 )
 @operator
+@of_projects
 def end(
-    order_id: OrderId, body: EndIn, orders: Service[WorkOrders], principal: PrincipalDep
+    work_order_id: OrderId, body: EndIn, orders: Service[WorkOrders], principal: PrincipalDep
 ) -> WorkOrderOut:
     """Close or cancel an order; its other states are derived. May be repeated."""
-    return WorkOrderOut.of(orders.end(order_id, body.state, principal.name))
+    return WorkOrderOut.of(orders.end(work_order_id, body.state, principal.name))

@@ -31,9 +31,9 @@ OWN, OTHER = "Ost", f"{SECRET} project"
 TAG = "7d444840-9dc0-4d2a-8a6a-000000000001"
 SHARED = {
     "sessions", "token_uses", "preferences", "code_packs", "rigs", "archive_rules", "heartbeat",
-    "detectors",
+    "detectors", "notices", "acceptance_links", "idempotent_requests",
 }  # fmt: skip
-"""Tables of which no row belongs to a project."""
+"""Tables of which no row belongs to a project by itself: a link does by its sections."""
 NAMES_NO_PROJECT = {"/api/openapi.json"}
 
 
@@ -61,6 +61,8 @@ def foreign(shared: Client, survey: Survey, own: str) -> Foreign:
     shared.put(f"/api/inspections/{theirs}/labels", json={"labels": [SECRET]}).raise_for_status()
     shared.put(f"/api/register/assets/{SECRET}-1", json={"project": OTHER}).raise_for_status()
     shared.post("/api/register/projects", json={"name": f"{SECRET} made"}).raise_for_status()
+    link = shared.post("/api/acceptance-links", json={"inspections": [theirs], "note": SECRET})
+    ordered = {"number": SECRET, "asset_id": f"{SECRET}-1", "reason": SECRET}
     template = shared.get("/api/report-templates/").json()["template"]
     shared.put(f"/api/report-templates/{OTHER}", json=template).raise_for_status()
     add(shared.data, film(SECRET, OTHER))
@@ -72,6 +74,8 @@ def foreign(shared: Client, survey: Survey, own: str) -> Foreign:
             "observation_id": TAG,
             "upload_id": shared.upload(b"film", f"{SECRET}.mp4"),
             "order_id": order.json()["id"],
+            "link_id": link.json()["link"]["id"],
+            "work_order_id": shared.post("/api/work-orders", json=ordered).json()["id"],
             "asset_id": f"{SECRET}-1",
             "asset": f"{SECRET}-1",
             "project": OTHER,
@@ -255,7 +259,7 @@ def test_an_open_socket_ends_with_the_token_and_when_its_inspection_leaves_the_p
 def test_every_table_says_how_its_rows_belong_to_projects() -> None:
     for mapper in Base.registry.mappers:
         table = mapper.class_
-        belongs = "inspection_id" in table.__table__.columns or table.PROJECT is not None
+        belongs = "inspection_id" in table.__table__.columns or (table.PROJECT or table.ASSET)
         assert belongs or table.__tablename__ in SHARED or table is Inspection, (
             f"A token that is limited to projects sees every row of {table.__tablename__}: give "
             "the table a PROJECT, or name it in SHARED."
