@@ -36,8 +36,11 @@ _ANCHOR_FACTOR = 2
 _SCALES = (1.0, 0.985, 1.015)
 """Scales at which an anchor is looked for: rigs are off by a percent, seldom by two."""
 MOST_ANCHORS = 48
-"""An anchor on a wall of 500 m takes seconds, so their number is bounded."""
+_LEAST_ANCHORS = 8
 _BLOCK_MM = 12_000.0
+_MOST_BLOCKS = 600
+"""An anchor on a wall of 500 m takes seconds, so there are fewer of them on long walls: so many
+times a block of wall is searched for one."""
 
 SURE = 12.0
 """Least log odds of an anchor: once in a hundred thousand searches one is found by chance; then
@@ -91,50 +94,59 @@ def align(
     """
     one, other = rasters(earlier, later)
     coarse = one.coarser(_ANCHOR_FACTOR)
-    ways: list[tuple[Direction, Raster]] = [("same", other), ("opposite", other.turned())]
-    best: tuple[float, Direction, list[list[_Found]]] = (0.0, "same", [])
-    for direction, way in ways:
-        stretches = _stretches(one, coarse, way, on_progress)
-        odds = sum(found.odds for stretch in stretches for found in stretch)
-        if odds > best[0]:
-            best = (odds, direction, stretches)
-    _, direction, stretches = best
-    sign = 1.0 if direction == "same" else -1.0
-    nodes = sorted(
-        (
-            _nodes(part, sign)
-            for stretch in stretches
-            for part in _parts(_without_outliers(stretch))
-        ),
-        key=lambda stretch: stretch[0].axial_mm,
-    )
-    return WallMap(direction, nodes, _gaps(other, nodes), PATCH_MM / 2, earlier.girth_mm)
-
-
-def _stretches(
-    one: Raster, coarse: Raster, other: Raster, on_progress: Callable[[float], None]
-) -> list[list[_Found]]:
-    """Find anchors where nothing is known yet, and follow them."""
+    ways = [_Way("same", other), _Way("opposite", other.turned())]
     length_mm = other.end_mm - other.axial_mm
-    every_mm = max(ANCHOR_MM, length_mm / MOST_ANCHORS)
-    stretches: list[list[_Found]] = []
-    rough = other.coarser(_ANCHOR_FACTOR)
+    blocks = (one.end_mm - one.axial_mm) / _BLOCK_MM
+    most = round(min(max(_MOST_BLOCKS / blocks, _LEAST_ANCHORS), MOST_ANCHORS))
+    every_mm = max(ANCHOR_MM, length_mm / most)
     count = max(1, floor((length_mm - ANCHOR_MM) / every_mm) + 1)
     for number in range(count):
-        from_mm = other.axial_mm + number * every_mm
         on_progress(number / count)
-        if any(s[0].at_mm <= from_mm + ANCHOR_MM / 2 <= s[-1].at_mm for s in stretches):
-            continue
-        anchor = _anchored(coarse, rough, from_mm, min(from_mm + ANCHOR_MM, other.end_mm))
+        for way in ways:
+            way.look_at(one, coarse, number * every_mm)
+        ways = next(([way] for way in ways if way.stretches), ways)
+    return _map_of(ways[0], other, earlier.girth_mm)
+
+
+class _Way:
+    """The later wall in one direction, and what was recognised of it."""
+
+    def __init__(self, direction: Direction, other: Raster) -> None:
+        self.direction: Direction = direction
+        self.stretches: list[list[_Found]] = []
+        self._other, self._rough = other, other.coarser(_ANCHOR_FACTOR)
+
+    def look_at(self, one: Raster, coarse: Raster, way_mm: float) -> None:
+        """Look for an anchor `way_mm` from the beginning, unless it is known; follow it."""
+        other, known = self._other, self.stretches
+        from_mm = other.axial_mm + way_mm
+        middle_mm = from_mm + ANCHOR_MM / 2
+        if any(stretch[0].at_mm <= middle_mm <= stretch[-1].at_mm for stretch in known):
+            return
+        anchor = _anchored(coarse, self._rough, from_mm, min(from_mm + ANCHOR_MM, other.end_mm))
         if anchor is None:
-            continue
+            return
         stretch = [
             *_followed(one, other, anchor, -STEP_MM)[::-1],
             *_followed(one, other, anchor, STEP_MM)[1:],
         ]
         if len(stretch) >= LEAST_NODES:
-            stretches.append(_apart(stretch, stretches))
-    return [stretch for stretch in stretches if len(stretch) >= LEAST_NODES]
+            stretch = _apart(stretch, known)
+            if len(stretch) >= LEAST_NODES:
+                known.append(stretch)
+
+
+def _map_of(way: _Way, other: Raster, girth_mm: float | None) -> WallMap:
+    sign = 1.0 if way.direction == "same" else -1.0
+    nodes = sorted(
+        (
+            _nodes(part, sign)
+            for stretch in way.stretches
+            for part in _parts(_without_outliers(stretch))
+        ),
+        key=lambda stretch: stretch[0].axial_mm,
+    )
+    return WallMap(way.direction, nodes, _gaps(other, nodes), PATCH_MM / 2, girth_mm)
 
 
 def _apart(stretch: list[_Found], others: list[list[_Found]]) -> list[_Found]:

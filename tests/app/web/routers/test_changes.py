@@ -8,6 +8,8 @@ import pytest
 from builders import Client, assert_error, wait_until
 from surveys import Survey, another
 
+from app.access.access import create_token
+from app.storage.folder.tokens import Role, TokenFile
 from vo_core import Rig
 from vo_core.mosaic.layout import Layout
 
@@ -148,3 +150,16 @@ def test_what_cannot_be_compared_is_refused_in_words(
     assert compared(shared, bare, earlier)["code"] == "no_wall"
     assert shared.delete(f"/api/inspections/{bare}").status_code == 204
     assert_error(shared.get(url(bare, earlier)), 404, "inspection_not_found")
+
+
+def test_a_token_of_one_project_cannot_compare_with_another_project(
+    shared: Client, survey: Survey, pair: tuple[str, str]
+) -> None:
+    own = another(survey, shared, header={"asset_id": "O-1", "project": "Ost"})
+    token = create_token(TokenFile(shared.data), "ost", Role.OPERATOR, frozenset({"Ost"}))
+    limited = {"Authorization": f"Bearer {token}"}
+    for method in ("GET", "POST", "DELETE"):
+        answer = shared.request(method, url(own, pair[1]), headers=limited)
+        assert_error(answer, 404, "inspection_not_found")
+        answer = shared.request(method, url(pair[0], own), headers=limited)
+        assert_error(answer, 404, "inspection_not_found")
