@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import secrets
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -28,6 +29,9 @@ FINDER = "app.jobs.requests.finder"
 CPU_S = 60
 """Processor time of a check, which runs the model once."""
 _STALL_S = 90.0
+_TOO_SLOW = (
+    f"The model takes more than {CPU_S} s of processor time for one picture, so it was stopped."
+)
 MOST_BYTES = 256 * 2**20
 
 
@@ -125,14 +129,11 @@ class Detectors:
             with Child(FINDER) as child:
                 child.ask(request, str, stall_s=_STALL_S)
         except Stalled as error:
-            raise InvalidDetector(
-                f"The model took more than {_STALL_S:g} s for one picture and was stopped."
-            ) from error
+            raise InvalidDetector(_TOO_SLOW) from error
         except Died as death:
-            raise InvalidDetector(
-                f"The model ended the process that tried it out: {death}. It may need more memory "
-                "than it may use."
-            ) from death
+            if death.exit_code == -signal.SIGXCPU:
+                raise InvalidDetector(_TOO_SLOW) from death
+            raise InvalidDetector(f"The process that tried out the model died: {death}.") from death
         except Refused as refusal:
             refusal.log("A model")
             raise InvalidDetector(str(refusal)) from refusal

@@ -40,7 +40,7 @@ MOST = 5000
 """Findings of one search that are kept, the surest first."""
 _BLOCK_TILES = 2
 """As in `vo_core.findings.patches`, which loads OpenCV; a test compares them."""
-_LEAST_BLOCKS = 4
+_LEAST_BLOCKS = 2
 """Blocks that are searched at a time while the robot drives: to start a process takes a second."""
 _STOP_TIMEOUT_S = 10.0
 _STALL_S = 120.0

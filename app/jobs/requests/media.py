@@ -26,6 +26,7 @@ none of them."""
 
 _SHOWN_PX, _MOST_ENLARGED = 800, 4.0
 """Longest side of a piece of the wall, and the largest factor by which it is enlarged."""
+_AROUND_LINE_PX = 31
 _NO_WALL = 44
 _CUT_JPEG_QUALITY = 85
 
@@ -179,9 +180,14 @@ def _cut(request: CutRequest) -> bytes:
     factor = min(_SHOWN_PX / max(piece.shape[:2]), _MOST_ENLARGED)
     how = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
     shown = cv2.resize(piece, None, fx=factor, fy=factor, interpolation=how)
-    points = np.rint(np.array(request.line) * factor).astype(np.int32)
+    outlines = [np.rint(np.array(request.line) * factor).astype(np.int32)]
+    if not request.is_closed:  # around a line, which is to be seen itself
+        mask = np.zeros(shown.shape[:2], np.uint8)
+        cv2.polylines(mask, outlines, isClosed=False, color=1, thickness=_AROUND_LINE_PX)
+        found, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+        outlines = [each.astype(np.int32) for each in found]
     for colour, width in (((0, 0, 0), 3), ((60, 220, 255), 1)):
-        cv2.polylines(shown, [points], request.is_closed, colour, width, cv2.LINE_AA)
+        cv2.polylines(shown, outlines, isClosed=True, color=colour, thickness=width)
     return _jpeg(shown.astype(np.uint8), _CUT_JPEG_QUALITY)
 
 
