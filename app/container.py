@@ -38,6 +38,7 @@ from app.inspections.films.samples import Samples
 from app.inspections.films.uploads import Uploads
 from app.inspections.findings.detectors import CPU_S as DETECTOR_CPU_S
 from app.inspections.findings.detectors import Detectors
+from app.inspections.findings.finder import Finder
 from app.inspections.findings.findings import Findings
 from app.inspections.findings.pictures import FindingPictures
 from app.inspections.findings.search import FindingSearch
@@ -347,10 +348,8 @@ class _Building:
             inspections,
             store,
             records.observations,
-            (records.unrolled, self.storage.blobs),
-            detectors,
+            Finder(records.unrolled, self.storage.blobs, detectors, self._job_limits),
             live,
-            limits=self._job_limits,
             is_automatic=self.settings.find_defects,
             has_others=RunStore(self.storage.database).are_queued,
         )

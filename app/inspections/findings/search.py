@@ -9,28 +9,19 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
-from app.errors import BlobNotFound, InspectionNotFound, NotRunning
-from app.inspections.findings.detectors import FINDER, Detectors
+from app.errors import InspectionNotFound, NotRunning
+from app.inspections.findings.finder import BLOCK_TILES, Finder, Found
 from app.inspections.findings.sighting import places_on_track, seen_best_of
 from app.inspections.observations import Observations
-from app.jobs.messages import Limits
-from app.jobs.process import Child, ask_about_media
-from app.jobs.requests.finder import FinderRequest, Found, FoundSize, Searched
-from app.storage.blobs import keys
-from app.storage.blobs.blobs import Blobs
 from app.storage.database.tables import ENDED, Inspection
 from app.storage.records.findings import FindingStore, new_finding
 from app.storage.records.inspections import InspectionStore, require_unlocked
-from app.survey.findings.declaration import DetectedClass
-from app.survey.findings.records import CLASSICAL, Proposal, SearchStatus, Size
+from app.survey.findings.records import CLASSICAL, SearchStatus
 from app.survey.observations.review import APPROVED
-from app.tracking.films.work import polling
 from app.tracking.live import Event, Live, Update, WallChanged
-from app.tracking.unrolled import Unrolled
 from app.tracking.worker import HINDRANCES, InspectionWorker
 from vo_core.errors import ChainageError
 
@@ -38,13 +29,9 @@ logger = logging.getLogger(__name__)
 
 MOST = 5000
 """Findings of one search that are kept, the surest first."""
-_BLOCK_TILES = 2
-"""As in `vo_core.findings.patches`, which loads OpenCV; a test compares them."""
 _LEAST_BLOCKS = 2
 """Blocks that are searched at a time while the robot drives: to start a process takes a second."""
 _STOP_TIMEOUT_S = 10.0
-_STALL_S = 120.0
-"""Processor time without a block that counts as a stall."""
 
 
 @dataclass
@@ -65,19 +52,9 @@ class _Wall:
 
     def due(self) -> list[int]:
         """Return the blocks that are complete and not searched; none while they are few."""
-        near = {tile // _BLOCK_TILES for each in self.newest for tile in (each - 1, each, each + 1)}
-        blocks = {tile // _BLOCK_TILES for tile in self.painted} - near - self.searched
+        near = {tile // BLOCK_TILES for each in self.newest for tile in (each - 1, each, each + 1)}
+        blocks = {tile // BLOCK_TILES for tile in self.painted} - near - self.searched
         return sorted(blocks) if len(blocks) >= _LEAST_BLOCKS else []
-
-
-@dataclass(frozen=True)
-class _Result:
-    """What a child has found."""
-
-    proposals: list[Proposal]
-    detector: tuple[str, str]
-    """Name and version."""
-    to_mm: float
 
 
 class FindingSearch(InspectionWorker):
@@ -88,21 +65,18 @@ class FindingSearch(InspectionWorker):
         inspections: InspectionStore,
         store: FindingStore,
         observations: Observations,
-        walls: tuple[Unrolled, Blobs],
-        detectors: Detectors,
+        finder: Finder,
         live: Live,
         *,
-        limits: Limits,
         is_automatic: bool,
         has_others: Callable[[], bool],
     ) -> None:
         """Prepare the thread.
 
         Args:
-            inspections, store, observations, detectors: What is searched, with what.
-            walls: The tiles.
+            inspections, store, observations: What is searched, and what is known.
+            finder: Searches one wall.
             live: Told about findings.
-            limits: Of each child.
             is_automatic: Whether walls are searched that nobody has asked for.
             has_others: Whether films wait to be tracked.
         """
@@ -110,10 +84,8 @@ class FindingSearch(InspectionWorker):
         self._inspections = inspections
         self._store = store
         self._observations = observations
-        self._unrolled, self._blobs = walls
-        self._detectors = detectors
+        self._finder = finder
         self._live = live
-        self._limits = limits
         self._is_automatic = is_automatic
         self._has_others = has_others
         self._inherits = True
@@ -176,8 +148,7 @@ class FindingSearch(InspectionWorker):
             DetectorNotFound: There is no such model.
         """
         require_unlocked(self._inspections.get(inspection_id))
-        if detector != CLASSICAL:
-            self._detectors.get(detector)
+        self._finder.require(detector)
         self._put(inspection_id, SearchStatus("waiting", detector))
         self.announce(inspection_id, is_asked=True)
 
@@ -262,7 +233,9 @@ class FindingSearch(InspectionWorker):
             self._is_stopped.clear()
         self._live.findings_changed(row.id)
         try:
-            result = self._found(row, status.detector or CLASSICAL, blocks)
+            result = self._finder.search(
+                row, status.detector or CLASSICAL, blocks, self._is_stopped.is_set, self._note
+            )
             self._keep(row.id, status, result, is_whole=blocks is None)
         except (*HINDRANCES, InspectionNotFound):
             raise
@@ -276,47 +249,12 @@ class FindingSearch(InspectionWorker):
                 self._searching = None
         self._live.findings_changed(row.id)
 
-    def _found(self, row: Inspection, detector: str, blocks: list[int] | None) -> _Result:
-        """Have a child search, and return what it has found.
-
-        Raises:
-            MediaFailed, MediaTimeout: It died, failed, was stopped, or took too long.
-            DetectorNotFound, BlobNotFound: The model was deleted.
-        """
-        found: list[Found] = []
-        to_mm = 0.0
-
-        def take(part: Searched) -> None:
-            nonlocal to_mm
-            found.extend(part.found)
-            to_mm = part.to_mm
-            with self._changed:
-                self._searched_to_mm = to_mm
-
-        with ExitStack() as stack:
-            tiles: dict[int, str] = {}
-            for tile in self._unrolled.tiles(row.id):
-                with suppress(BlobNotFound):  # it is deleted, or tracked again
-                    key = keys.tile(row.id, tile.index)
-                    tiles[tile.index] = str(stack.enter_context(self._blobs.local(key)))
-            model = None
-            name, codes = CLASSICAL, {}
-            if detector != CLASSICAL:
-                view, model = stack.enter_context(self._detectors.opened(detector))
-                name = view.row.name
-                codes = {each.kind: _code_of(each) for each in view.declared.classes}
-            wanted = sorted({tile // _BLOCK_TILES for tile in tiles}) if blocks is None else blocks
-            request = FinderRequest(self._limits, row.rig, tiles, wanted, model)
-            child = stack.enter_context(Child(FINDER))
-            stack.enter_context(polling(self._is_stopped.is_set, child.terminate))
-            version = ask_about_media(
-                child, request, str, work="Searching the wall", stall_s=_STALL_S,
-                part=Searched, on_part=take,
-            )  # fmt: skip
-        return _Result([_proposal(each, codes) for each in found], (name, version), to_mm)
+    def _note(self, to_mm: float) -> None:
+        with self._changed:
+            self._searched_to_mm = to_mm
 
     def _keep(
-        self, inspection_id: str, status: SearchStatus, result: _Result, *, is_whole: bool
+        self, inspection_id: str, status: SearchStatus, result: Found, *, is_whole: bool
     ) -> None:
         kept = sorted(result.proposals, key=lambda each: -each.score)[:MOST]
         detail = None
@@ -339,24 +277,3 @@ class FindingSearch(InspectionWorker):
             after=replace(after, state="done") if is_whole else after,
             replaces=result.detector[0] if is_whole else None,
         )
-
-
-def _proposal(found: Found, codes: Mapping[str | None, Mapping[str, str] | None]) -> Proposal:
-    return Proposal(
-        kind=found.kind,
-        outline_mm=tuple(found.outline_mm),
-        length=_size(found.length),
-        width=_size(found.width),
-        direction=found.direction,
-        score=found.score,
-        code=codes.get(found.kind),
-    )
-
-
-def _size(size: FoundSize | None) -> Size | None:
-    return None if size is None else Size(size.mm, size.sigma_mm)
-
-
-def _code_of(declared: DetectedClass) -> Mapping[str, str] | None:
-    """Return the code that a model's class names; None if that of its kind is suggested."""
-    return declared.model_dump(exclude={"kind"}, exclude_none=True) or None

@@ -7,8 +7,10 @@ import onnx_files as onnx
 import pytest
 
 from app.errors import InvalidDetector
+from app.inspections.findings import finder
 from app.jobs.detect.user_model import UserModel
 from app.survey.findings.declaration import Declaration, read_declaration
+from vo_core.findings import patches
 from vo_core.findings.patches import WallPatch
 
 X, Y = [("x", (1, 1, 128, 128))], [("y", (1, 1, 128, 128))]
@@ -93,6 +95,10 @@ def test_boxes_become_findings_once_and_background_does_not() -> None:
     assert crack.outline_mm.tolist() == [[1044, -236], [1064, -236], [1084, -236]]
     assert (crack.length and crack.length.mm, crack.width) == (40, None)
     assert [size and size.mm for size in (hole.length, hole.width)] == [10, 30]
+
+
+def test_the_server_counts_blocks_as_the_search_does() -> None:
+    assert finder.BLOCK_TILES == patches.BLOCK_TILES
 
 
 HOSTILE = {
