@@ -7,12 +7,17 @@ import re
 import uuid
 from collections.abc import Iterator, Mapping
 
+import cv2
+import numpy as np
 import pytest
 from clip_surveys import SHORT_FRAMES, ids_of
 from looks import expect_no_fault
 from playwright.sync_api import Page, expect
 from steps import Server, log_in
 from surveys import Survey
+
+from vo_core import Rig
+from vo_core.mosaic.layout import Layout
 
 # The number that the blocks of a shown picture spell.
 DRAWN = """(side) => {
@@ -22,6 +27,17 @@ DRAWN = """(side) => {
   for (let bit = 0; bit < 16; bit += 1) if (data[4 * (16 * bit + 8)] > 128) drawn |= 1 << bit;
   return drawn;
 }"""
+
+# The grey of points of the walls, without the edge, and whether it varies, as that of a wall does.
+MIDDLE_OF_THE_WALLS = """() => {
+  const canvas = document.querySelector('wall-register canvas');
+  const [x, y, wide] = [0.2 * canvas.width, 0.3 * canvas.height, 0.6 * canvas.width];
+  const { data } = canvas.getContext('2d').getImageData(x, y, wide, 1);
+  return JSON.stringify(Array.from({ length: data.length / 4 }, (_, i) => data[4 * i]));
+}"""
+SHOWS_A_WALL = f"() => new Set(JSON.parse(({MIDDLE_OF_THE_WALLS})())).size > 20"
+LIKE = 0.8
+"""Correlation of one wall that was painted twice; of two walls it is about 0."""
 
 
 @pytest.fixture(scope="module")
@@ -92,6 +108,45 @@ def test_two_runs_are_chosen_matched_and_driven_along_side_by_side(
     page.get_by_label("Length of the culvert").blur()
     page.keyboard.press("Home")
     expect(page.locator(".compare__run").nth(1)).to_contain_text(f"frame {SHORT_FRAMES - 1}")
+
+
+def test_the_walls_of_two_runs_lie_one_over_the_other(
+    page: Page, server: Server, runs: tuple[str, str]
+) -> None:
+    for run, shift_mm in zip(runs, (0.0, 40.0), strict=True):
+        _paint(server, run, shift_mm)
+    a, b = runs
+    log_in(page, server, f"/compare?a={a}&b={b}")
+    page.get_by_role("button", name="Bring the walls into register").click()
+    expect(page.get_by_text("Aligned by what both walls show.")).to_be_visible()
+    walls = page.locator("wall-register")
+    edge = walls.get_by_role("slider", name="Edge between the runs")
+    edge.focus()
+    page.keyboard.press("Home")
+    page.wait_for_function(SHOWS_A_WALL)
+    earlier = page.evaluate(MIDDLE_OF_THE_WALLS)
+    page.keyboard.press("End")
+    page.wait_for_function(f"before => ({MIDDLE_OF_THE_WALLS})() !== before", arg=earlier)
+    # In register they look alike, though the later one begins elsewhere.
+    later = page.evaluate(MIDDLE_OF_THE_WALLS)
+    assert np.corrcoef(json.loads(earlier), json.loads(later))[0, 1] > LIKE
+    walls.get_by_role("button", name="Blink").click()
+    expect(walls.get_by_role("button", name="Blink")).to_have_attribute("aria-pressed", "true")
+    expect_no_fault(page, within="wall-comparison")
+
+
+def _paint(server: Server, inspection: str, shift_mm: float) -> None:
+    """Give an inspection a wall of its own, as if it had been driven for a metre."""
+    folder = server.data / "inspections" / inspection
+    layout = Layout.of(Rig.parse(json.loads((folder / "rig.json").read_text())))
+    noise = np.random.default_rng(1).standard_normal((layout.height_px, 5 * layout.width_px))
+    sigma = 3.0 / layout.mm_per_px
+    grey = np.clip(118 + 60 * sigma * cv2.GaussianBlur(noise, (0, 0), sigma), 50, 255)
+    first = round(shift_mm / layout.mm_per_px)
+    (folder / "wall").mkdir(exist_ok=True)
+    for index in range(-1, 3):
+        tile = grey[:, first + (index + 1) * layout.width_px :][:, : layout.width_px]
+        cv2.imwrite(str(folder / "wall" / f"{index}.jpg"), tile.astype(np.uint8))
 
 
 def _expect_frames(page: Page, a: int, b: int) -> None:

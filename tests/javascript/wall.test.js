@@ -8,7 +8,8 @@ import { PATH, tagged } from './desks.js';
 import { measured, quantityOf } from '../../static/core/wall/measure.js';
 import { lacking } from '../../static/core/survey/register.js';
 import { WallGrid } from '../../static/core/wall/wall.js';
-import { align } from '../../static/components/desk/compare/alignment.js';
+import { WallMap } from '../../static/core/wall/wall-map.js';
+import { byWalls } from '../../static/components/desk/compare/alignment.js';
 import { match } from '../../static/components/desk/compare/matching.js';
 import { arcAt, cutAtCrown } from '../../static/components/film/views/rows.js';
 
@@ -101,20 +102,25 @@ test('a header is filled from the register as the server does', () => {
   }
 });
 
-test('joints take the stretching out of a run', () => {
-  const joints = (mm, ...numbers) => numbers.map((number) => ({ number, mm: mm * number }));
-  const cases = [
-    [false, joints(1000, 1, 2, 4), joints(1020, 1, 2, 3, 4), [[1020, 1000], [1530, 1500], [4180, 4100]]],
-    // From the other end they are counted from this one.
-    [true, joints(1000, 1, 2, 3, 4), joints(990, 1, 2, 3, 4), [[990, 4000], [2475, 2500]]],
-  ];
-  for (const [isReversed, jointsA, jointsB, places] of cases) {
-    const { toA, toB, joints } = align({ isReversed, jointsA, jointsB, lengthMm: 5000, byJoints: true });
-    assert.deepEqual(joints.map(({ number }) => number), jointsA.map(({ number }) => number));
-    for (const [b, a] of places) {
-      near(toA(b), a, 1e-6, `${b} in A`);
-      near(toB(toA(b)), b, 1e-6, `${b} and back`);
+test('walls in register take the stretching out of a run, and say where they are not', () => {
+  const gaps = [{ from_m: 2.2, to_m: 3, reason: 'unlike' }];
+  const laters = [[0, 0], [0, 1.02], [0, 2.04], [1, 3.06], [1, 4.08]];
+  // From the other end what comes later lies before.
+  for (const [direction, earlierOf] of [['same', (m) => m / 1.02], ['opposite', (m) => 5 - m / 1.02]]) {
+    const map = laters.map(([stretch, m]) => ({
+      distance_m: m, earlier_distance_m: earlierOf(m), arc_mm: 0, sigma_mm: 1, stretch,
+    }));
+    const walls = new WallMap({ direction, map, gaps });
+    const { toA, toB } = byWalls(walls);
+    for (const mm of [510, 1020, 2500, 3900]) {
+      near(toA(mm), 1000 * earlierOf(mm / 1000), 1e-6, `${mm} in A`);
+      near(toB(toA(mm)), mm, 1e-6, `${mm} and back`);
     }
+    const ends = [0, 4.08].map((m) => 1000 * earlierOf(m)).sort((one, other) => one - other);
+    const [gap, ...others] = walls.gapsWithin(...ends);
+    assert.deepEqual([others, gap.reason], [[], 'unlike']);
+    // The stretches go on to the gap by the scale of neither run.
+    near(gap.to - gap.from, 800 / 1.02, 10, 'length of the gap');
   }
 });
 

@@ -24,11 +24,12 @@ import { showKeys } from '../actions/key-help.js';
 import { drawSeverity, severityMark } from '../../shared/severity-mark/severity-mark.js';
 import { topBar } from '../../shared/top-bar/top-bar.js';
 import { BlankPlayer, FilePlayer, StillPlayer } from '../../film/video/players.js';
-import { align } from './alignment.js';
-import { KINDS, growth, isAllRound, match, mirrored, sectorOf } from './matching.js';
+import { byDistance, byWalls } from './alignment.js';
+import { KINDS, growth, isAllRound, match, mirrored, pairsOf, sectorOf } from './matching.js';
 import { Run } from './run.js';
 import './compare-strip.js';
 import './run-choice.js';
+import './wall-comparison.js';
 
 const STEP_MM = 10;
 const LEAP_MM = 500;
@@ -48,7 +49,8 @@ export class ComparePage extends Component {
   #scene = null;
   #place = 0;
   #isReversed = false;
-  #byJoints = false;
+  /** {map, matched} of the server once it has the walls in register. */
+  #walls = null;
   #lengthM = 0;
   #kind = 'all';
   #selected = null;
@@ -115,17 +117,13 @@ export class ComparePage extends Component {
       render(
         body,
         html`<div class="compare__settings row wrap">
-          <div class="field"><span class="label" id="compare-align">${t('compare.align')}</span>
-            <div class="row wrap" role="group" aria-labelledby="compare-align">
-              <button class="button button--small" data-part="distance">${t('compare.by_distance')}</button>
-              <button class="button button--small" data-part="joints">${t('compare.by_joints')}</button>
-            </div></div>
-          <label class="switch row"><input type="checkbox" data-part="reversed" />${t('compare.reversed')}</label>
+          <p class="help compare__aligned" data-part="aligned" role="status"></p>
+          <label class="switch row" data-part="reversedBox"><input type="checkbox" data-part="reversed" />${t('compare.reversed')}</label>
           <div class="field compare__length" data-part="lengthBox"><label for="compare-length">${t('compare.length')}</label>
             <span class="input-with-unit"><input class="input" id="compare-length" inputmode="decimal" autocomplete="off"
               data-part="length" /><span class="unit">${lengthUnit}</span></span></div>
-          <p class="help compare__joints" data-part="jointsText" role="status"></p>
         </div>
+        <wall-comparison class="compare__walls" data-part="walls"></wall-comparison>
         <div class="compare__pictures stack gap-3 halves">${SIDES.map((side) => pictureMarkup(side, this.#runs[side]))}</div>
         <div class="panel compare__strip">
           <compare-strip data-part="strip"></compare-strip>
@@ -150,8 +148,8 @@ export class ComparePage extends Component {
       ),
     );
     const { parts } = this;
-    this.listen(parts.distance, 'click', () => this.#setting(() => (this.#byJoints = false)));
-    this.listen(parts.joints, 'click', () => this.#setting(() => (this.#byJoints = true)));
+    this.listen(parts.walls, 'aligned', ({ detail }) => this.#setting(() => (this.#walls = detail)));
+    this.listen(parts.walls, 'place', ({ detail }) => this.#goTo(detail));
     this.listen(parts.reversed, 'change', () => this.#setting(() => (this.#isReversed = parts.reversed.checked)));
     this.listen(parts.length, 'change', () => this.#typedLength());
     this.listen(parts.strip, 'place', ({ detail }) => this.#goTo(detail));
@@ -169,9 +167,9 @@ export class ComparePage extends Component {
     for (const side of SIDES) this.#play(side, this.#runs[side].inspection.video.playable);
     this.signal.addEventListener('abort', () => SIDES.forEach((side) => this.#players[side]?.close()));
     this.#bindKeys();
-    this.#byJoints = this.#runs.a.joints.length > 0 && this.#runs.b.joints.length > 0;
     this.#align();
     this.#goTo(this.#scene.low);
+    parts.walls.show(this.#runs.a, this.#runs.b);
   }
 
   #bindKeys() {
@@ -280,26 +278,17 @@ export class ComparePage extends Component {
   #align() {
     const { a, b } = this.#runs;
     const { parts } = this;
-    const alignment = align({
-      isReversed: this.#isReversed,
-      lengthMm: 1000 * this.#lengthM,
-      jointsA: a.joints,
-      jointsB: b.joints,
-      byJoints: this.#byJoints,
-    });
+    const walls = this.#walls;
+    if (walls) this.#isReversed = walls.map.sign < 0;
+    const alignment = walls ? byWalls(walls.map) : byDistance(this.#isReversed, 1000 * this.#lengthM);
     const ends = [a.low, a.high, alignment.toA(b.low), alignment.toA(b.high)];
-    const pairs = match(a, b, alignment, this.#isReversed);
+    const pairs = walls ? pairsOf(a, b, walls.matched, alignment) : match(a, b, alignment, this.#isReversed);
     this.#scene = { low: Math.min(...ends), high: Math.max(...ends), a, b, alignment, pairs };
     parts.strip.scene = this.#scene;
-    const isByJoints = this.#byJoints && alignment.joints.length > 0;
-    parts.distance.setAttribute('aria-pressed', String(!isByJoints));
-    parts.joints.setAttribute('aria-pressed', String(isByJoints));
-    parts.joints.disabled = alignment.joints.length === 0;
-    parts.jointsText.textContent = alignment.joints.length
-      ? t('compare.joints_common', { n: alignment.joints.length })
-      : t('compare.joints_few');
+    parts.aligned.textContent = walls ? t('compare.by_walls') : t('compare.by_distance');
     parts.reversed.checked = this.#isReversed;
-    parts.lengthBox.hidden = !this.#isReversed;
+    parts.reversedBox.hidden = walls !== null;
+    parts.lengthBox.hidden = !this.#isReversed || walls !== null;
     parts.length.value = String(rounded(toShown(this.#lengthM), 3));
     this.#showPairs();
   }
@@ -345,6 +334,7 @@ export class ComparePage extends Component {
   /** Moves both runs to a pair; each to the frame in which its own defect was tagged, if it has one. */
   #select(pair) {
     this.#goTo(pair.mm);
+    this.parts.walls.reveal(pair.mm);
     for (const side of SIDES) {
       if (pair[side] && pair[side].frame < this.#runs[side].track.length) this.#players[side].seek(pair[side].frame);
     }

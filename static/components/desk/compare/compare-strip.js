@@ -1,4 +1,4 @@
-/** Both runs along the culvert, in one lane each, with their joints and defects and one play head. */
+/** Both runs along the culvert, in one lane each, with their defects and one play head. */
 
 import { Plot } from '../../../core/wall/axis.js';
 import { html, render } from '../../../core/page/html.js';
@@ -90,7 +90,6 @@ export class CompareStrip extends Component {
     context.font = `500 12px ${colour('--sans')}`;
     this.#paintLanes(context, colour);
     paintAxis(context, colour, this.#plot, this.#scene, LANES.axis);
-    this.#paintJoints(context, colour);
     this.#paintPairs(context, colour, styles);
     this.#paintPlace(context, colour);
     this.#describe();
@@ -116,24 +115,6 @@ export class CompareStrip extends Component {
       context.fillStyle = colour('--text');
       context.fillText(name, 10, y);
     }
-  }
-
-  /** Draws the same joint in both runs as one line, slanted where the runs disagree. */
-  #paintJoints(context, colour) {
-    const { alignment } = this.#scene;
-    const plot = this.#plot;
-    context.strokeStyle = colour('--text-dim');
-    context.fillStyle = colour('--text-dim');
-    context.setLineDash([3, 3]);
-    context.beginPath();
-    for (const { number, a, b } of alignment.joints) {
-      const top = plot.toX(a);
-      context.moveTo(top, LANES.a + BAR);
-      context.lineTo(plot.toX(alignment.toA(b)), LANES.b - BAR);
-      context.fillText(String(number), top, LANES.a - 14);
-    }
-    context.stroke();
-    context.setLineDash([]);
   }
 
   #paintPairs(context, colour, styles) {

@@ -1,6 +1,7 @@
 /**
  * Matches the defects of two runs, and says what became of each from A to B. The history of an asset has the
- * same rules (`app/survey/assets/asset_history.py`); here the runs may also be aligned by joints, or come from both ends.
+ * same rules (`app/survey/assets/asset_history.py`); here the runs may also come from both ends.
+ * Where the server has their walls in register, it says itself what became of each.
  */
 
 import { ROUNDING_MM, isWithin } from '../../../core/wall/spans.js';
@@ -65,6 +66,41 @@ export function match(a, b, alignment, isReversed) {
     pairs.push({ kind: covers(a, item, mm) ? 'new' : 'uncovered', a: null, b: item, mm });
   }
   return pairs.sort((one, other) => one.mm - other.mm);
+}
+
+/**
+ * Returns what the server says became of each defect; what it says nothing about, the other run has not seen.
+ * @param {Seen} a
+ * @param {Seen} b
+ * @param {Api['ComparedDefectOut'][]} matched
+ * @param {import('./alignment.js').Alignment} alignment
+ * @returns {Pair[]} along the culvert
+ */
+export function pairsOf(a, b, matched, alignment) {
+  const placed = ({ observations }) =>
+    observations.filter((item) => item.code !== null && isDefect(item) && item.distance_m !== null);
+  const left = [a, b].map((run) => new Map(placed(run).map((item) => [item.id, item])));
+  const take = (side, id) => {
+    const item = left[side].get(id) ?? null;
+    left[side].delete(id);
+    return item;
+  };
+  const found = matched.map(({ observation, earlier_observation: earlier, change }) => ({
+    kind: /** @type {Pair['kind']} */ (change === 'first' ? 'uncovered' : change),
+    a: take(0, earlier),
+    b: take(1, observation),
+  }));
+  const others = left.flatMap((items, side) =>
+    [...items.values()].map((item) => ({
+      kind: /** @type {Pair['kind']} */ ('uncovered'),
+      a: side ? null : item,
+      b: side ? item : null,
+    })),
+  );
+  return [...found, ...others]
+    .filter((pair) => pair.a || pair.b)
+    .map((pair) => ({ ...pair, mm: pair.a ? 1000 * pair.a.distance_m : alignment.toA(1000 * pair.b.distance_m) }))
+    .sort((one, other) => one.mm - other.mm);
 }
 
 /** Whether a run would have shown a defect of the other one, which lies at `mm` in it. */

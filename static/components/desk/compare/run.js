@@ -2,7 +2,6 @@
 
 import { get } from '../../../core/server/api.js';
 import { Catalogue } from '../../../core/defects/codes.js';
-import { Corrections } from '../../../core/survey/corrections.js';
 import { Track } from '../../../core/survey/track.js';
 import { WallGrid } from '../../../core/wall/wall.js';
 
@@ -11,28 +10,23 @@ export class Run {
   static async load(id, signal) {
     const path = `/api/inspections/${id}`;
     const track = new Track(id);
-    const corrections = new Corrections(id, signal);
     const [inspection, { observations }, wall] = await Promise.all([
       get(path, signal),
       get(`${path}/observations`, signal),
       WallGrid.load(id, signal),
       track.extend(signal),
-      corrections.load(),
     ]);
     const catalogue = await Catalogue.load(signal, inspection.header.code_pack);
-    const joints = seenJoints(corrections.value.result);
-    return new Run({ inspection, track, observations, catalogue, joints, wall });
+    return new Run({ inspection, track, observations, catalogue, wall });
   }
 
-  constructor({ inspection, track, observations, catalogue, joints, wall }) {
+  constructor({ inspection, track, observations, catalogue, wall }) {
     this.id = inspection.id;
     this.path = `/api/inspections/${inspection.id}`;
     this.inspection = inspection;
     this.track = track;
     this.observations = observations;
     this.catalogue = catalogue;
-    /** @type {import('./alignment.js').Mark[]} */
-    this.joints = joints;
     this.wall = wall;
     const distances = track.column('distance_mm');
     this.low = distances.reduce((least, mm) => Math.min(least, mm), Infinity);
@@ -57,12 +51,3 @@ export class Run {
     });
   }
 }
-
-/** Returns the joints that the run has seen: each number once, at its mean place. */
-const seenJoints = (result) =>
-  [...Map.groupBy(result?.joints.filter(({ number }) => number !== null) ?? [], ({ number }) => number)].map(
-    ([number, seen]) => ({
-      number,
-      mm: seen.reduce((sum, { distance_m: m }) => sum + 1000 * m, 0) / seen.length,
-    }),
-  );
