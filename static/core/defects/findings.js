@@ -18,7 +18,7 @@ const STATES = { save: 'accepted', reject: 'rejected', reopen: 'offered' };
 const LOAD_PAUSE_MS = 3000;
 
 /** @param {Finding} a @param {Finding} b */
-const alongPipe = (a, b) => (a.distance_m ?? Infinity) - (b.distance_m ?? Infinity) || (a.id < b.id ? -1 : 1);
+const alongPipe = (a, b) => a.distance_m - b.distance_m || Number(a.id > b.id) - Number(a.id < b.id);
 
 /**
  * Returns the outline of a finding as [corrected distance, arc] in mm: the server states it on the raw wall.

@@ -19,7 +19,7 @@ export function paintFinding(context, { findings, playhead, tab, wall }, toStage
     .map(([mm, arc]) => ({ distance_m: mm / 1000, right_mm: arc, clock_h: radius ? clockAt(arc, radius) : null }))
     .map((point) => wall?.pixel(point, row) ?? null)
     .filter((pixel) => pixel !== null);
-  if (frame === shown.frame && shown.pixel) paintRing(context, ...toStage(shown.pixel), styles);
+  if (frame === shown.frame && shown.pixel) paintRing(context, ...toStage(/** @type {any} */ (shown.pixel)), styles);
   if (seen.length < 2) return;
   context.beginPath();
   for (const pixel of seen) context.lineTo(...toStage(pixel));
