@@ -22,6 +22,7 @@ from app.inspections.brought_in.file_reader import CPU_S, FileReader
 from app.inspections.brought_in.imports import Imports
 from app.inspections.brought_in.keeping import Keeper
 from app.inspections.brought_in.moved import MovedInspections
+from app.inspections.brought_in.pack_files import PackFiles
 from app.inspections.compared.changes import CPU_S as COMPARE_CPU_S
 from app.inspections.compared.changes import Changes
 from app.inspections.compared.ruler import WallRuler
@@ -303,7 +304,9 @@ class _Building:
         moved = MovedInspections(
             storage, keeper, media, records.packs, records.report_templates, self.live
         )
-        services.add(Imports(FileReader(self._limits(CPU_S)), keeper, moved, uploads))
+        reader = FileReader(self._limits(CPU_S))
+        services.add(Imports(reader, keeper, moved, uploads))
+        services.add(PackFiles(reader, records.packs))
         samples = Samples(storage.folder, storage.blobs, inspections, films, records.observations)
         self.stack.callback(services.add(samples).stop)
         services.add(Aiming(uploads, services[Filmed], media, services[CounterQueue]))

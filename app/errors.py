@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import errno
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vo_core.errors import (
@@ -296,6 +296,11 @@ class PackNotFound(AppError, status=404):
 
 class InvalidPack(AppError, status=422):
     """The file is not a table of codes; the text says what is wrong in which line."""
+
+    def __init__(self, text: str, faults: Sequence[str] = ()) -> None:
+        super().__init__(text)
+        self.faults = tuple(faults) or (text,)
+        """All that is wrong, where the text names the first."""
 
 
 class PackNameTaken(AppError, status=409):

@@ -24,6 +24,7 @@ _REPORTED_CODES = {
     "InvalidRig": "invalid_rig",
     "NoWallInView": "no_wall_in_view",
     "InvalidImport": "invalid_import",
+    "InvalidPack": "invalid_pack",
     "InvalidCalibration": "invalid_calibration",
     "InvalidDetector": "invalid_detector",
 }

@@ -206,6 +206,7 @@ class ReportBuilder:
             words("acceptance.mark") if extras.for_acceptance else None,
         )
         alignment = alignment_of(row.header, line, measured.distance_m)
+        table = self._packs.table_of(row.header)
         return Report(
             **{name: getattr(row, name) for name in _OF_ROW},
             **vars(measured),
@@ -214,7 +215,8 @@ class ReportBuilder:
             made_at=datetime.now(UTC),
             proposals=self._findings.counts(inspection_id),
             labels=self._labels.of([inspection_id]).get(inspection_id, ()),
-            pack=self._packs.table_of(row.header).name,
+            pack=table.name,
+            ratings=table.ratings,
             rig=rig_of(row),
             source=Source(
                 row.source_kind, row.source_filename, row.source_size, row.source_sha256, row.video

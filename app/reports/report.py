@@ -25,6 +25,7 @@ from app.survey.adjustment.adjusted_track import BY_CAMERA, Adjusted
 from app.survey.adjustment.adjusted_track import Source as DistanceSource
 from app.survey.adjustment.joints import ExpectedJoint, FittedJoint
 from app.survey.assets.register import Line
+from app.survey.catalogue.ratings import Rating
 from app.survey.catalogue.table import Code
 from app.survey.distances.corrected import Corrected
 from app.survey.distances.track_rows import is_unmeasured
@@ -330,6 +331,8 @@ class Report(Measured):
     """Values by the names of `app.survey.fields.header.FIELDS`; other names may occur too."""
     pack: str
     """Name of the table of codes."""
+    ratings: tuple[Rating, ...] = ()
+    """How that table grades an asset; empty: by the rule of the template."""
     rig: Rig
     source: Source
     entries: tuple[Entry, ...]

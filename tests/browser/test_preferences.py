@@ -1,11 +1,10 @@
-"""Language, units, quick codes and code packs: chosen once, the same on every device."""
+"""Language, units and quick codes: chosen once, the same on every device."""
 
 from __future__ import annotations
 
 import json
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from desks import WITHOUT_WEBGL, expect_frame, expect_read
@@ -267,28 +266,6 @@ def test_letters_can_be_switched_off_as_keys(page: Page, server: Server, inspect
     page.keyboard.press("Escape")
     page.get_by_role("tab", name="History").click()
     expect(page.locator("history-panel kbd")).to_have_text("Ctrl + Z")
-
-
-def test_a_code_pack_is_imported_chosen_and_deleted(
-    page: Page, server: Server, tmp_path: Path
-) -> None:
-    head = (
-        "code,char1,char2,label,group,needs_clock,needs_q1,unit_q1,needs_q2,unit_q2,"
-        "continuous_allowed\n"
-    )
-    wrong, right = tmp_path / "wrong.csv", tmp_path / "road.csv"
-    wrong.write_text(head + "ROA,,,Scour,X,no,no,,no,,no\n")
-    right.write_text(head + "ROA,,,Scour at the outlet,O,no,no,,no,,no\n")
-    log_in(page, server, "/settings")
-    file = page.locator("settings-page input[type=file]")
-    file.set_input_files(wrong)
-    expect(page.locator(".settings__message")).to_contain_text("line 2")
-    file.set_input_files(right)
-    expect(page.locator(".settings__message")).to_have_text("Imported road")
-    page.get_by_label("Pack in use").select_option("road")
-    page.get_by_role("button", name="Delete this pack").click()
-    expect(page.locator(".settings__message")).to_have_text("Deleted road")
-    expect(page.get_by_label("Pack in use")).to_have_value("")
 
 
 def test_a_key_is_changed_beside_its_action_unless_another_one_has_it(

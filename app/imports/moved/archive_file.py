@@ -37,7 +37,7 @@ from app.imports.moved.archive_manifest import (
 from app.imports.moved.moved_media import require_media
 from app.imports.moved.whole_inspection import MovedFile, WholeInspection
 from app.imports.moved.zips import members_of
-from app.survey.catalogue.table import read_table
+from app.survey.catalogue.read import read_table
 
 MIB = 2**20
 MOST_FILES = 100_000

@@ -4,24 +4,29 @@ from __future__ import annotations
 
 import logging
 import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
 
-from app.errors import InvalidImport
+from app.errors import InvalidImport, InvalidPack
 from app.imports import wire
 from app.imports.moved.whole_inspection import WholeInspection
 from app.imports.surveys.survey import ImportedFile
+from app.imports.workbook import Sheets
 from app.jobs.messages import Limits
 from app.jobs.permits import Permits
-from app.jobs.process import Child, Died, Refused, Stalled
+from app.jobs.process import Child, Died, Refused, Result, Stalled
 from app.jobs.requests.importer import ImportRequest
+from app.jobs.requests.workbook import WorkbookRequest
 
 logger = logging.getLogger(__name__)
 
 CPU_S = 120
 """Processor time limit; the largest export takes some 15 s."""
 _ANSWER_TIMEOUT_S = 240.0
+_WORKBOOK_CPU_S, _WORKBOOK_TIMEOUT_S = 20, 60.0
+"""A workbook with as many codes as a pack may have takes 2 s."""
 _MOST_ARCHIVES = 2
 """Archive files that are read at once; each may be as large as a film, and others wait."""
 _BYTES_A_CPU_S, _BYTES_A_S = 50_000_000, 10_000_000
@@ -54,6 +59,24 @@ class FileReader:
         with self._permits:
             return _read(ImportRequest(self._limits, content), _ANSWER_TIMEOUT_S)
 
+    def read_workbook(self, content: bytes) -> Sheets:
+        """Return the sheets of a code pack.
+
+        Raises:
+            InvalidPack: The file cannot be read within the limits.
+            Busy: Other files are being read.
+        """
+        limits = msgspec.structs.replace(self._limits, cpu_s=_WORKBOOK_CPU_S)
+        request = WorkbookRequest(limits, content)
+        with self._permits:
+            try:
+                return _asked(
+                    "app.jobs.requests.workbook",
+                    lambda child: child.ask(request, Sheets, stall_s=_WORKBOOK_TIMEOUT_S),
+                )
+            except InvalidImport as refused:
+                raise InvalidPack(str(refused)) from refused
+
     def read_archive(self, path: Path) -> WholeInspection:
         """Return the inspection of an archive file, and where its files are in it.
 
@@ -72,9 +95,17 @@ class FileReader:
 
 
 def _read(request: ImportRequest, patience_s: float) -> ImportedFile | WholeInspection:
+    return _asked(
+        "app.jobs.requests.importer",
+        lambda child: wire.unpack(child.ask(request, bytes, stall_s=patience_s)),
+    )
+
+
+def _asked(module: str, ask: Callable[[Child], Result]) -> Result:
+    """Return the answer of a child, or say as an InvalidImport why there is none."""
     try:
-        with Child("app.jobs.requests.importer") as child:
-            return wire.unpack(child.ask(request, bytes, stall_s=patience_s))
+        with Child(module) as child:
+            return ask(child)
     except Stalled as error:
         raise InvalidImport(_TOO_LONG) from error
     except Died as death:

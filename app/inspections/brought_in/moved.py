@@ -130,16 +130,16 @@ class MovedInspections:
         """Return the header and the code pack to add, if this server lacks that of the header."""
         header = dict(moved.whole.about.header)
         try:
-            self._packs.require(header)
+            if pack_id := str(header.get("code_pack") or ""):
+                self._packs.table(pack_id)
         except PackNotFound:
-            pack_id = str(header["code_pack"])
             table = moved.whole.files.get(PACK)
             if table is not None and table.content is not None and moved.who.role.may(Role.ADMIN):
-                name = self._packs.free_name(moved.whole.code_pack or pack_id)
-                moved.warn("pack_added", name=name)
+                place = self._packs.brought(moved.whole.code_pack or pack_id, project_of(header))
+                moved.warn("pack_added", name=place["name"])
                 return header, CodePack(
                     id=pack_id,
-                    name=name,
+                    **place,
                     table=table.content.decode(),
                     created_at=datetime.now(UTC),
                     created_by=moved.who.name,

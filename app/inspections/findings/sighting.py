@@ -96,7 +96,8 @@ def views_of(
     for finding, at, where in zip(findings, seen, _wheres(trajectory, findings), strict=True):
         place = None if at is None else next(places)
         width = Figure.of(finding.width, scale)
-        fields = suggested(finding, width.value if width else None, where.sector, named)
+        width_mm = width.value if width else None
+        fields = suggested(finding, width_mm, where.sector, table, named)
         length = Figure.of(finding.length, scale)
         views.append(FindingView(finding, where, place, at, length, width, fields))
     return sorted(views, key=lambda view: (view.distance_mm, view.finding.id))

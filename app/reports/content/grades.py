@@ -1,4 +1,5 @@
-"""The grade of an asset by the rule that its template chooses, with everything it follows from.
+"""The grade of an asset by the ratings that its code pack declares, else by the rule that its
+template chooses, with everything it follows from.
 
 None of the rules is a PACP, MSCC or DWA grade, and every report that shows a grade says so.
 
@@ -12,15 +13,17 @@ have no row. DWA-M 149-3 itself is licensed; nothing here is taken from it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Literal
 
 from app.reports.content.condition import CLEANED_AWAY, condition_of, is_defect, overall_of
 from app.reports.report import Entry, Report
+from app.survey.catalogue.ratings import GROUPS, Rated, grade_from, rate
 from app.survey.fields.lists import MATERIALS
 
-Rule = Literal["own", "structural"]
+Rule = Literal["own", "structural", "pack"]
 
 
 _FLEXIBLE = ("AL", "AM", "AN", "AO", "AP", "AV", "AW", "AX")
@@ -83,13 +86,16 @@ class Input:
     """One defect that a grade follows from, or that has no class."""
 
     entry: Entry
-    value: int | None
-    """Its class on the scale of the grade; None where it has none."""
+    value: float | None
+    """Its class on the scale of the grade, a whole number but for grades that a pack states; None
+    where it has none."""
     threshold: str = ""
     """The severity, or the range of the quantity such as `5–10 mm`, that makes it this class;
     empty: any quantity."""
     reason: str | None = None
-    """Why it has no class: cleaned, unrated, no_rule, no_quantity or no_material."""
+    """Why it has no class: cleaned, unrated, no_rule, not_in_pack, no_quantity or no_material."""
+    by_group: Mapping[str, float] = field(default_factory=dict)
+    """By a pack: its grade as a defect of the structure (S), of the operation (O)."""
 
     @property
     def why(self) -> str:
@@ -103,14 +109,18 @@ class Grade:
 
     rule: Rule
     grade: int | None
-    """own: 1 excellent to 4 severe; structural: 0 no defect, 1 slight to 5 act at once; None
-    where it cannot be graded."""
+    """own: 1 excellent to 4 severe; structural: 0 no defect, 1 slight to 5 act at once; pack: 0 to
+    5, the worst; None where it cannot be graded."""
     worst: Entry | None
     """The first defect along the pipe that decides."""
     inputs: tuple[Input, ...]
     """Defects with a class, the worst first; a stretch counts once."""
     unclassified: tuple[Input, ...]
     """Defects without a class, along the pipe."""
+    rated: tuple[Rated, ...] = ()
+    """What each rating of a pack makes of the asset; the grade is that of the last."""
+    pack: str = ""
+    """Name of the pack that grades."""
 
     @property
     def source(self) -> str:
@@ -122,7 +132,8 @@ class Grade:
         """The key of the word for the grade."""
         if self.rule == "own":
             return f"overall.{self.grade or 0}"
-        return f"structural.{'none' if self.grade is None else self.grade}"
+        grade = "none" if self.grade is None else self.grade
+        return f"declared.{grade}" if self.rule == "pack" else f"structural.{grade}"
 
     def decides(self, found: Input) -> bool:
         """Return whether the grade follows from this defect."""
@@ -130,9 +141,13 @@ class Grade:
 
 
 def grade_of(report: Report) -> Grade | None:
-    """Return the grade by the rule of the report's template; None where it wants no grade."""
+    """Return the grade by the ratings of the report's pack, else by the rule of its template; None
+    where that wants no grade.
+    """
     if report.template.grade == "none":
         return None
+    if report.ratings:
+        return _by_pack(report)
     return _structural(report) if report.template.grade == "structural" else _own(report)
 
 
@@ -154,22 +169,61 @@ def _rated(entry: Entry) -> Input:
 
 def _structural(report: Report) -> Grade:
     flexible = _is_flexible(report.header.get("material"))
-    worst: dict[str, Input] = {}
-    """Every entry with its class; of a stretch the part with the highest class."""
-    for entry in report.entries:
-        one = _classed(entry, flexible)
-        known = worst.setdefault(entry.counted_as, one)
-        if (one.value or 0) > (known.value or 0):
-            worst[entry.counted_as] = one
-    inputs, without = _sorted([*worst.values()], report.entries, lambda one: one.value or 0)
+    inputs, without = _worst(report, partial(_classed, flexible=flexible))
     if inputs:
-        return Grade("structural", inputs[0].value, inputs[0].entry, inputs, without)
+        return Grade("structural", int(inputs[0].value or 0), inputs[0].entry, inputs, without)
     is_sound = bool(report.entries) and not without
     return Grade("structural", 0 if is_sound else None, None, (), without)
 
 
+def _by_pack(report: Report) -> Grade:
+    inputs, without = _worst(report, _graded_by_pack)
+    by_group = {group: [one.by_group.get(group, 0.0) for one in inputs] for group in GROUPS}
+    rated = tuple(rate(report.ratings, by_group, report.distance_m))
+    grade = rated[-1].grade
+    if grade is None and all(one.value is None for one in rated):
+        grade = 0 if report.entries and not without else None
+    worst = inputs[0].entry if inputs and inputs[0].value == grade else None
+    return Grade("pack", grade, worst, inputs, without, rated, report.pack)
+
+
+def _graded_by_pack(entry: Entry) -> Input:
+    """Return the grade of an entry as its pack declares it."""
+    kind = entry.kind
+    if kind is None:
+        return Input(entry, None, reason="not_in_pack")
+    if kind.grade_by is None:
+        stated = zip(GROUPS, (kind.grade_s, kind.grade_o), strict=True)
+        fixed = {group: grade for group, grade in stated if grade is not None}
+        reason = None if fixed else "not_in_pack"
+        return Input(entry, max(fixed.values(), default=None), reason=reason, by_group=fixed)
+    size = entry.tag.quant1 if kind.grade_by == "q1" else entry.tag.quant2
+    unit = kind.unit_q1 if kind.grade_by == "q1" else kind.unit_q2
+    if size is None:
+        return Input(entry, None, reason="no_quantity")
+    limits = [limit for limit in kind.grades if limit is not None]
+    grade = grade_from(size, kind.grades)
+    extent = _range(limits, sum(size >= limit for limit in limits), unit)
+    return Input(entry, grade, extent, by_group={kind.group: float(grade)})
+
+
+def _worst(
+    report: Report, rated: Callable[[Entry], Input]
+) -> tuple[tuple[Input, ...], tuple[Input, ...]]:
+    """Return the entries with a class, the worst first, and the defects without one; of a stretch
+    the part with the highest class.
+    """
+    worst: dict[str, Input] = {}
+    for entry in report.entries:
+        one = rated(entry)
+        known = worst.setdefault(entry.counted_as, one)
+        if (one.value or 0) > (known.value or 0):
+            worst[entry.counted_as] = one
+    return _sorted([*worst.values()], report.entries, lambda one: one.value or 0)
+
+
 def _sorted(
-    found: Sequence[Input], entries: Sequence[Entry], badness: Callable[[Input], int]
+    found: Sequence[Input], entries: Sequence[Entry], badness: Callable[[Input], float]
 ) -> tuple[tuple[Input, ...], tuple[Input, ...]]:
     """Return those with a class, the worst first, and the defects among the others."""
     order = {entry.id: number for number, entry in enumerate(entries)}
@@ -201,12 +255,14 @@ def _classed(entry: Entry, flexible: bool | None) -> Input:
     if size < row.least:
         return Input(entry, None, reason="no_rule")
     number = sum(size >= limit for limit in row.limits)
-    return Input(entry, row.classes[number], _range(row, number))
+    extent = _range(row.limits, number, row.unit, row.least)
+    return Input(entry, row.classes[number], extent)
 
 
-def _range(row: Threshold, number: int) -> str:
-    low = (row.least, *row.limits)[number]
-    if number == len(row.limits):
-        return f"≥ {low:g} {row.unit}"
-    high = f"{row.limits[number]:g} {row.unit}"
+def _range(limits: Sequence[float], number: int, unit: str | None, least: float = 0.0) -> str:
+    """Return the values of a range: below the first limit it has number 0."""
+    low = (least, *limits)[number]
+    if number == len(limits):
+        return f"≥ {low:g} {unit or ''}".rstrip()
+    high = f"{limits[number]:g} {unit or ''}".rstrip()
     return f"{low:g}–{high}" if low else f"< {high}"

@@ -9,7 +9,7 @@ from collections import Counter
 from typing import Any
 
 from app.reports.content.condition import condition_of
-from app.reports.content.grade_words import SHOWN, class_of, rule_of, threshold_of
+from app.reports.content.grade_words import SHOWN, class_of, name_of, rule_of, threshold_of
 from app.reports.content.grades import Grade, Input, grade_of
 from app.reports.content.recommendations import (
     costs_of,
@@ -59,7 +59,7 @@ def _graded(report: Report, grade: Grade, t: Translator) -> dict[str, Any]:
 
     more, unclassified = len(grade.inputs) - SHOWN, len(grade.unclassified) - SHOWN
     return {
-        "name": t("condition.overall") if grade.rule == "own" else t("grade.structural"),
+        "name": name_of(grade, t),
         "word": t(grade.word),
         "deciding": None if worst is None else order[worst.id],
         "place": "" if worst is None else f"{t.place(worst)} · {t.code(worst)}",

@@ -16,6 +16,7 @@ from app.reports.exchange.losses import only_bundle_holds, rounded_figures
 from app.reports.exchange.names import film, film_name, film_names
 from app.reports.report import Entry, Loss, Report, says_source
 from app.reports.text.ascii import one_line, transliterate
+from app.survey.catalogue import built_in
 from app.survey.distances.interval import half_width_text
 from app.survey.fields.declaration import Family
 from app.survey.fields.observation import codes_of
@@ -142,18 +143,25 @@ def _row(
     tag = entry.tag
     said: list[str] = [one_line(tag.remark or "")]
     losses: list[Loss] = []
-    code, char1, char2 = (one_line(part or "") for part in (tag.code, tag.char1, tag.char2))
+    own = [one_line(part or "") for part in (tag.code, tag.char1, tag.char2)]
+    code, char1, char2 = (entry.kind and entry.kind.en13508) or own
+    coded = " ".join(part for part in ("coded", *own) if part)
+    quantities = (tag.quant1, tag.quant2)
+    if [code, char1, char2] != own:
+        said.append(coded)
+        quantities = _held(quantities, code, char1, char2)
     if not code:
         said.append("tag without a code")
         losses.append(Loss("no_code", entry, code=REMARK))
     elif not codes.fullmatch(code):
-        said.append(" ".join(part for part in ("coded", code, char1, char2) if part))
+        said.append(coded)
         losses.append(Loss("foreign_code", entry, code=code, written=REMARK))
     if not codes.fullmatch(code):
         code, char1, char2 = REMARK, "", ""
     if code == REMARK:
+        quantities = (None, None)
+    if quantities != (tag.quant1, tag.quant2):
         said += _quantities(entry)
-    quantities = (None, None) if code == REMARK else (entry.tag.quant1, entry.tag.quant2)
     stretch = None
     if entry.cont_id is not None and entry.cont_role is not None:
         stretch = (_LETTERS[entry.cont_role], entry.cont_id)
@@ -190,6 +198,18 @@ def _row(
         photo=entry.photo.name if entry.photo else None,
     )
     return row, losses
+
+
+def _held(
+    quantities: tuple[float | None, float | None], *code: str
+) -> tuple[float | None, float | None]:
+    """Return the quantities of a pack's code that the code written for it has, too."""
+    row = built_in().find(*code)
+    first, second = quantities
+    return (
+        first if row and row.unit_q1 else None,
+        second if row and row.unit_q2 else None,
+    )
 
 
 def _quantities(entry: Entry) -> Iterable[str]:

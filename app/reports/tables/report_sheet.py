@@ -163,6 +163,9 @@ def _facts(report: Report, t: Translator) -> Sequence[Sequence[tuple[str, str]]]
 
 
 def _note(report: Report, t: Translator) -> str:
+    grade = grade_of(report)
+    if grade is not None and grade.rule == "pack":
+        return t(grade.source)
     if report.template.grade == "structural":
         return t("grade.structural_not")
     return t("condition.not_a_grade")

@@ -482,14 +482,22 @@ class Preference(Base):
 
 
 class CodePack(Base):
-    """A table of codes that a person added beside the built-in one."""
+    """One version of a table of codes that a person added beside the built-in one."""
 
+    PROJECT = "project"
+    IS_SHARED_WITHOUT_PROJECT = True
     __tablename__ = "code_packs"
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     name: Mapped[str] = mapped_column(String(100), unique=True)
+    """As reports print it: the title, with the version from the second on."""
     table: Mapped[str] = mapped_column(Text)
     """The CSV as accepted."""
+    title: Mapped[str] = mapped_column(String(100), server_default="")
+    """What all its versions are called."""
+    version: Mapped[int] = mapped_column(server_default="1")
+    project: Mapped[str | None] = mapped_column(String(200))
+    """The only project whose inspections may be coded with it; None: all."""
     created_at: Mapped[datetime]
     created_by: Mapped[str] = mapped_column(String(100))
 

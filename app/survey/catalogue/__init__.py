@@ -13,7 +13,8 @@ from dataclasses import replace
 from functools import cache
 from importlib import resources
 
-from app.survey.catalogue.table import LABEL_LANGUAGES, CodeTable, read_table, title_of
+from app.survey.catalogue.read import STANDARD_CODES, read_table
+from app.survey.catalogue.table import LABEL_LANGUAGES, CodeTable, title_of
 from vo_core.csv_rows import records
 
 CODE_PACK = "EN 13508-2:2003+A1:2011"
@@ -26,7 +27,7 @@ _BETWEEN_PHRASES = re.compile(r"((?:: |, )(?![^()]*\)))")
 def built_in() -> CodeTable:
     """Return the codes of the standard, in its order."""
     folder = resources.files(__name__)
-    table = read_table(CODE_PACK, folder.joinpath("en13508_2_2003.csv").read_bytes())
+    table = read_table(CODE_PACK, folder.joinpath(STANDARD_CODES).read_bytes())
     phrases = {language: _phrases(language) for language in LABEL_LANGUAGES}
     rows = (
         replace(row, labels={name: translated(row.label, words) for name, words in phrases.items()})
@@ -41,6 +42,11 @@ def labels_of(label: str | None) -> Mapping[str, str]:
     A label of an imported pack has none.
     """
     return _labels().get(label or "", {})
+
+
+def example_pack() -> bytes:
+    """Return the table of a made-up pack, as an example and for tests."""
+    return resources.files(__name__).joinpath("example_pack.csv").read_bytes()
 
 
 @cache

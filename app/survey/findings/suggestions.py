@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.survey.catalogue.table import Code
+from app.survey.catalogue.table import Code, CodeTable
 from app.survey.findings.records import Direction, Proposal
 from app.survey.places.clock_hours import ALL_ROUND, hour_bits
 
@@ -25,7 +25,7 @@ _CODES: Mapping[tuple[str, str | None], tuple[str, str | None, str | None]] = {
     ("water", None): ("BBF", "C", None),
     ("stain", None): ("BBF", "A", None),
 }
-"""By the built-in codes (EN 13508-2)."""
+"""By the built-in codes (EN 13508-2); what a code pack says of a kind goes before."""
 
 Named = Callable[[str | None, str | None, str | None], Code | None]
 
@@ -49,7 +49,11 @@ class Sector:
 
 
 def suggested(
-    found: Proposal, width_mm: float | None, sector: Sector | None, named: Named
+    found: Proposal,
+    width_mm: float | None,
+    sector: Sector | None,
+    table: CodeTable,
+    named: Named,
 ) -> dict[str, Any]:
     """Return the fields of a tag to start from, only those that are known.
 
@@ -57,9 +61,10 @@ def suggested(
         found: The proposal.
         width_mm: Its width, corrected.
         sector: Where it is around the pipe; None on a floor.
-        named: Returns the row of a code in the pack of the inspection, as `CodeTable.named`.
+        table: The codes of the inspection.
+        named: Returns the row of a code, as its `named`.
     """
-    fields: dict[str, Any] = coded(found, sector, named)
+    fields: dict[str, Any] = coded(found, sector, table, named)
     row = named(fields.get("code"), fields.get("char1"), fields.get("char2"))
     if row is not None and row.unit_q1 == "mm" and found.kind in _WIDTH_IS_FIRST and width_mm:
         fields["quant1"] = round(width_mm, 1)
@@ -68,7 +73,7 @@ def suggested(
     return {name: value for name, value in fields.items() if value is not None}
 
 
-def coded(found: Proposal, sector: Sector | None, named: Named) -> dict[str, Any]:
+def coded(found: Proposal, sector: Sector | None, table: CodeTable, named: Named) -> dict[str, Any]:
     """Return code and characters of a kind; none where the pack of the inspection lacks them."""
     if found.code is not None:
         code = tuple(found.code.get(name) for name in ("code", "char1", "char2"))
@@ -76,8 +81,9 @@ def coded(found: Proposal, sector: Sector | None, named: Named) -> dict[str, Any
         where: Direction | str | None = found.direction
         if found.kind == "deposit" and sector is not None and sector.is_invert:
             where = "invert"
+        own = table.of_finding(found.kind, where)
         known = _CODES.get((found.kind, where)) or _CODES.get((found.kind, None))
-        code = known or (None, None, None)
+        code = tuple(part or None for part in own.key) if own else known or (None, None, None)
     if named(*code) is None:
         return {}
     return dict(zip(("code", "char1", "char2"), code, strict=True))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations
 from typing import Any, Literal
@@ -213,6 +213,12 @@ def codes(case: Case) -> Iterator[Issue]:
             yield from _needs(view, case.table)
 
 
+def no_longer_fit(case: Case, table: CodeTable) -> list[Issue]:
+    """Return what the codes would lack with another table that they do not lack with their own."""
+    known = [*codes(case)]
+    return [issue for issue in codes(replace(case, table=table)) if issue not in known]
+
+
 def _characters(view: ObservationView, rows: list[Code]) -> Iterator[Issue]:
     tag = view.row.tag
     char1, char2 = tag.char1 or "", tag.char2 or ""
@@ -236,9 +242,16 @@ def _needs(view: ObservationView, table: CodeTable) -> Iterator[Issue]:
         return  # the finish of a stretch repeats its start
     if row.needs_clock == "yes" and view.clock is None:
         yield _missing(view, "clock_from")
-    for name, need in (("quant1", row.needs_q1), ("quant2", row.needs_q2)):
-        if need == "yes" and getattr(tag, name) is None:
+    for name, need, (least, most) in zip(
+        ("quant1", "quant2"), (row.needs_q1, row.needs_q2), row.bounds, strict=True
+    ):
+        value = getattr(tag, name)
+        if need == "yes" and value is None:
             yield _missing(view, name)
+        if value is not None and least is not None and value < least:
+            yield _about(view, "block", "too_small", field=name, value=value, bound=least)
+        if value is not None and most is not None and value > most:
+            yield _about(view, "block", "too_large", field=name, value=value, bound=most)
 
 
 def _missing(view: ObservationView, name: str) -> Issue:

@@ -35,11 +35,13 @@ export class Catalogue {
         // Y means "not stated" in converted data; nobody who sees the wall needs it.
         isOffered: pack !== null || ![row.char1, row.char2].some((char) => /^Y/.test(char)),
       })),
+      pack ?? null,
     );
   }
 
-  /** @param {FullRow[]} rows */
-  constructor(rows) {
+  /** @param {FullRow[]} rows @param {string|null} [pack] its id; null: the built-in one */
+  constructor(rows, pack = null) {
+    this.pack = pack;
     this.#rows = rows;
     this.#byCode = Map.groupBy(rows, (row) => row.code);
   }
@@ -141,6 +143,30 @@ export class Catalogue {
     if (rules.needs_q1 === 'yes' && (item.quant1 ?? null) === null) lacks.push('quant1');
     if (rules.needs_q2 === 'yes' && (item.quant2 ?? null) === null) lacks.push('quant2');
     return lacks;
+  }
+
+  get isBuiltIn() {
+    return this.pack === null;
+  }
+
+  /** Returns the row that the pack gives to a key. @param {string} key */
+  keyed(key) {
+    return this.#rows.find((row) => row.hotkey === key) ?? null;
+  }
+
+  /**
+   * Returns the grade that the pack declares for an observation, 0 below all thresholds; null without one. Reports have
+   * the same rule.
+   * @param {Partial<import('./observations.js').Observation>} item
+   */
+  grade({ code, char1, char2, quant1 = null, quant2 = null }) {
+    const letters = `${code ?? ''}${char1 ?? ''}${char2 ?? ''}`;
+    const row = this.#rows.find((one) => one.letters === letters && one.code === code);
+    if (!row) return null;
+    if (!row.grade_by) return row.grade_s ?? row.grade_o;
+    const size = row.grade_by === 'q1' ? quant1 : quant2;
+    if (size === null) return null;
+    return row.grades.findLastIndex((from) => from !== null && size >= from) + 1;
   }
 
   /** Returns the row of a typed code with its characters, 'bab b a' or 'BABBA', or null. @param {string} text */

@@ -5,7 +5,9 @@ from pydantic import TypeAdapter
 
 from app.errors import InvalidPack
 from app.survey.catalogue import built_in
-from app.survey.catalogue.table import LABEL_LANGUAGES, MAX_BYTES, MAX_ROWS, NEEDED, read_table
+from app.survey.catalogue.columns import NEEDED
+from app.survey.catalogue.read import MAX_BYTES, MAX_ROWS, read_table
+from app.survey.catalogue.table import LABEL_LANGUAGES
 from app.survey.given import CodeName, Letter
 
 HEADER = ",".join(NEEDED)

@@ -13,6 +13,8 @@ from app.inspections.corrections import Corrections
 from app.inspections.observations import Observations
 from app.reports.content.translator import Translator
 from app.survey.distances.stated import Stated
+from app.survey.given import PackId
+from app.survey.observations.checks import Issue
 from app.web.deps import OBSERVATION_ID, InspectionId, PrincipalDep, Service, operator, viewer
 from app.web.schemas.failures import failures
 from app.web.schemas.inspection.corrections import CorrectionsIn, CorrectionsOut, IntervalOut
@@ -87,7 +89,26 @@ def interval(
 @viewer
 def checks(inspection_id: InspectionId, checks: Service[Checks]) -> IssuesOut:
     """Return the issues to resolve before a report is issued."""
-    t, found = Translator("en", "m"), checks.run(inspection_id)
+    return _said(checks.run(inspection_id))
+
+
+@router.get("/checks/with-pack", responses=failures(errors.PackNotFound))
+@viewer
+def checks_with_pack(
+    inspection_id: InspectionId,
+    checks: Service[Checks],
+    pack: Annotated[
+        PackId | None, Query(description="Id of an imported pack; the built-in one without it.")
+    ] = None,
+) -> IssuesOut:
+    """Return what would no longer fit if the inspection were coded with another pack, or with
+    another version of its own.
+    """
+    return _said(checks.with_pack(inspection_id, pack))
+
+
+def _said(found: list[Issue]) -> IssuesOut:
+    t = Translator("en", "m")
     return IssuesOut(checks=[IssueOut.read_from(one, detail=t.issue(one, {})) for one in found])
 
 

@@ -32,25 +32,58 @@ class CodeOut(Out):
     grade_o: float | None
     hotkey: str | None
     icon: str | None
+    bounds: list[list[float | None]]
+    """Least and greatest value of both quantities; null: none."""
+    grade_by: Literal["q1", "q2"] | None
+    """The quantity that grades the defect, if `grade_s` and `grade_o` do not."""
+    grades: list[float | None]
+    """From which value on it has grade 1 to 5; null where the pack leaves a grade out."""
+    en13508: list[str] | None
+    """Code and characters of EN 13508-2 that stand for it in exchange files."""
+    finding: str | None
+    """Kind of an automatic finding that begins as this code."""
 
 
 class PackOut(Out):
-    """An imported code pack."""
+    """A version of an imported code pack."""
 
     id: str
     name: str
+    """As reports print it: the title, with the version from the second on."""
+    title: str
+    version: int
+    project: str | None
+    """The only project whose inspections may be coded with it; null: all."""
     codes: int
+    ratings: int
+    inspections: int
+    """How many are coded with it."""
     created_at: datetime
     created_by: str
 
     @classmethod
     def of(cls, view: PackView) -> Self:
         """Convert the service's view."""
-        return cls.read_from(view.row, codes=view.codes)
+        counts = {name: getattr(view, name) for name in ("codes", "ratings", "inspections")}
+        return cls.read_from(view.row, **counts)
+
+
+class PackPreviewOut(BaseModel):
+    """What an import of a pack would add; nothing if there are faults."""
+
+    faults: list[str]
+    """All that is wrong, with line or sheet and row; at most 200."""
+    codes: list[CodeOut]
+    """The first codes, at most 8."""
+    count: int
+    ratings: list[str]
+    """Labels of the ratings of sections."""
 
 
 class PacksOut(BaseModel):
-    """The imported code packs, sorted by name; the built-in one has no id and is not listed."""
+    """The imported code packs by title, the newest version first; the built-in one has no id and
+    is not listed.
+    """
 
     packs: list[PackOut]
 

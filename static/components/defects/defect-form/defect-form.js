@@ -80,6 +80,7 @@ export class DefectForm extends Component {
               placeholder="${t('form.code_hint')}" data-part="code" />
             <span class="small strong weak" id="needs-code" data-part="codeNeeded" hidden>${t('form.needed')}</span>
             <span class="help grow shrinks" id="defect-code-label" data-part="label"></span>
+            <span class="chip unless-empty" role="status" data-part="grade"></span>
             <ul class="code-search__list panel" id="defect-codes" role="listbox" aria-label="${t('form.codes')}" data-part="codes" hidden></ul>
           </div>
           <code-questions class="stack" data-part="questions"></code-questions>
@@ -310,6 +311,8 @@ export class DefectForm extends Component {
     parts.refusal.textContent = item.save === 'refused' ? t('defects.refused', { reason: item.refusal }) : '';
     this.#put('code', parts.code, item.code, isDiscarded);
     parts.label.textContent = item.code ? catalogue.label(item.code, item.char1, item.char2) : t('form.no_code');
+    const grade = catalogue.grade(item);
+    setText(parts.grade, grade === null ? '' : t('settings.pack_graded', { grade }));
     parts.codeNeeded.hidden = Boolean(item.code) && catalogue.has(item.code);
     parts.quickKey.show(item);
     for (const name of [...TEXTS, ...NUMBERS]) this.#put(name, elements.namedItem(name), item[name], isDiscarded);

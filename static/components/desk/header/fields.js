@@ -40,15 +40,12 @@ export function read({ kind, unit }, text) {
   return unit === 'm' ? rounded(number, 4) : number;
 }
 
-/**
- * @param {Field} field
- * @param {{id: string, name: string}[]} [packs] imported code packs
- */
-export function fieldMarkup(field, packs = []) {
+/** @param {Field} field */
+export function fieldMarkup(field) {
   const { name, unit } = field;
   const id = `header-${name}`;
   const label = wordFor('header', name) ?? name;
-  const control = controlMarkup(field, id, packs);
+  const control = controlMarkup(field, id);
   return html`<div class="field${LONG.has(name) && ' whole-row'}">
     <label for="${id}">${label} <span class="required" aria-hidden="true" hidden>*</span></label>
     ${unit ? html`<span class="input-with-unit">${control}<span class="unit">${unit === 'm' ? lengthUnit : unit}</span></span>` : control}
@@ -57,9 +54,8 @@ export function fieldMarkup(field, packs = []) {
 }
 
 /** The choices of a field, and the word for none of them; null where anything may be typed. */
-function choicesOf({ name, kind, choices }, packs) {
-  if (name === 'code_pack')
-    return { none: t('settings.pack_built_in'), choices: packs.map((pack) => [pack.id, pack.name]) };
+function choicesOf({ name, kind, choices }) {
+  if (name === 'code_pack') return { none: t('settings.pack_built_in'), choices: [] }; // they depend on the project
   if (kind === 'choice') {
     return { none: t('header.choose'), choices: choices.map((one) => [one, wordFor('header.choice', one) ?? one]) };
   }
@@ -67,9 +63,9 @@ function choicesOf({ name, kind, choices }, packs) {
   return { none: t('page.not_stated'), choices: Object.entries({ true: t('page.yes'), false: t('page.no') }) };
 }
 
-function controlMarkup(field, id, packs) {
+function controlMarkup(field, id) {
   const { name, kind } = field;
-  const offered = choicesOf(field, packs);
+  const offered = choicesOf(field);
   if (offered) {
     return html`<select class="input" id="${id}" data-field="${name}" aria-describedby="${id}-fault">
     <option value="">${offered.none}</option>

@@ -8,7 +8,8 @@
  */
 
 import { get, refusalIn } from '../../../core/server/api.js';
-import { html, render, setText } from '../../../core/page/html.js';
+import { offered, projectOf } from '../../../core/defects/packs.js';
+import { html, render, renderNew, setText } from '../../../core/page/html.js';
 import { Component } from '../../../core/page/store.js';
 import { errorText, t, wordFor } from '../../../core/page/words.js';
 import '../../assets/asset-note/asset-note.js';
@@ -37,6 +38,8 @@ export class HeaderForm extends Component {
   without = new Set();
 
   #fields = [];
+  /** Versions of code packs. */
+  #packs = [];
   #built = Promise.resolve();
   #values = {};
   /** Values written by `suggest`: a later suggestion may replace them, but not a person's entry. */
@@ -157,11 +160,10 @@ export class HeaderForm extends Component {
   }
 
   async #build() {
-    let packs = [];
     try {
       const parts = ['header-fields', 'packs'].map((part) => get(`/api/${part}`, this.signal));
       const [{ fields }, known] = await Promise.all(parts);
-      packs = known.packs;
+      this.#packs = known.packs;
       this.#fields = fields.filter(({ name }) => !this.without.has(name));
     } catch (error) {
       const refusal = refusalIn(error);
@@ -173,7 +175,7 @@ export class HeaderForm extends Component {
       html`<div class="header-form__grid stack gap-4">${this.#fields
         .filter((field) => field.group === name && !isBeside(field))
         .flatMap((field) => [field, ...this.#fields.filter((other) => other.name === BESIDE[field.name])])
-        .map((field) => fieldMarkup(field, packs))}</div>`;
+        .map((field) => fieldMarkup(field))}</div>`;
     /** @type {Parts<'header/header-form'>} */
     this.parts = render(
       this,
@@ -241,6 +243,20 @@ export class HeaderForm extends Component {
     this.dispatchEvent(new CustomEvent('field', { detail: { name: field.name, value, before } }));
   }
 
+  /** Offers the code packs of the project. */
+  #offerPacks() {
+    const select = this.#input('code_pack');
+    if (!select) return;
+    const { code_pack: kept } = this.#values;
+    const packs = offered(this.#packs, projectOf(this.#values), kept);
+    renderNew(
+      select,
+      html`<option value="">${t('settings.pack_built_in')}</option>
+        ${packs.map(({ id, name }) => html`<option value="${id}">${name}</option>`)}`,
+    );
+    select.value = kept ?? '';
+  }
+
   #isNeeded({ name, group }) {
     return NEEDED_IF[name]?.(this.#values) ?? group === 'required';
   }
@@ -249,6 +265,7 @@ export class HeaderForm extends Component {
   #count() {
     if (!this.parts) return;
     this.#showProposals();
+    this.#offerPacks();
     const missing = [];
     for (const field of this.#fields) {
       const isNeeded = this.#isNeeded(field);

@@ -13,6 +13,8 @@ import { errorText, t } from '../../../core/page/words.js';
 import { assetPath } from '../../assets/assets-page/asset-table.js';
 import './header-form.js';
 import { icon } from '../../shared/icon/icon.js';
+import { toastError } from '../../shared/toast-stack/toast-stack.js';
+import { askMove } from '../dialogs/move-pack.js';
 import { openTurn } from '../dialogs/run-again.js';
 
 const PAUSE_S = 3;
@@ -95,12 +97,27 @@ export class HeaderPanel extends Component {
     return kept?.own ?? [before];
   }
 
-  #left({ name, value, before }) {
+  async #left({ name, value, before }) {
+    if (name === 'code_pack' && !(await this.#mayMove(value))) {
+      this.parts.form.value = { ...this.parts.form.all, code_pack: before };
+      return;
+    }
     const own = this.#ownOf(name, before);
     this.#refused.delete(name);
     this.#overtaken.delete(name);
     this.#enter(name, { value, own });
     this.#send();
+  }
+
+  /** Asks whether the inspection shall be coded with another pack. */
+  async #mayMove(pack) {
+    const select = this.querySelector('[data-field="code_pack"]');
+    try {
+      return await askMove(this.desk, pack, select.selectedOptions[0].text);
+    } catch (error) {
+      toastError(error);
+      return false;
+    }
   }
 
   #enter(name, entry) {

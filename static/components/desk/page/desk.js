@@ -130,6 +130,9 @@ export class Desk extends EventTarget {
     this.outbox = outbox;
     this.attachmentOutbox = attachmentOutbox;
     this.catalogue = catalogue;
+    // Keys, questions and checks are all those of the pack.
+    const onPack = () => (inspection.value.header.code_pack ?? null) !== catalogue.pack && location.reload();
+    inspection.addEventListener('change', onPack, { signal });
     /** null if the camera sees no wall, or nobody knows what it saw */
     this.wall = isUnmeasured(inspection.value) ? null : wall;
     this.track = new Track(inspection.id);

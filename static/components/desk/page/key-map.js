@@ -1,6 +1,5 @@
 /** Every key of the inspection page, in the groups of the help. */
 
-import { preferences } from '../../../core/page/preferences.js';
 import { may, mayEdit } from '../../../core/page/rights.js';
 import { chainage } from '../../../core/wall/units.js';
 import { t, withinSentence } from '../../../core/page/words.js';
@@ -57,7 +56,7 @@ const tagKeys = (page, { desk, video } = page) => ({
     ...quickCodes(desk.catalogue).map(({ tag, label }, i) => ({
       keys: [String(i + 1)],
       label: t('keys.tag_as', { code: tag.code, label: withinSentence(label) }),
-      run: () => desk.tagAs(preferences.value.quick_codes[i]),
+      run: () => desk.tagAs(quickCodes(desk.catalogue)[i].tag),
     })),
     { keys: ['b'], shown: ['B … B A B'], label: t('keys.chain'), run: () => video.typeCode('b') },
     { keys: ['a'], shown: ['A … A E D'], label: t('keys.chain_changes'), run: () => video.typeCode('a') },

@@ -19,6 +19,8 @@ const OF_FORM = new Set([
   'unknown_code',
   'unknown_character',
   'attribute_missing',
+  'too_small',
+  'too_large',
   'other_without_remark',
   'no_joint_near',
   'severe_without_photo',

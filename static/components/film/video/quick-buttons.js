@@ -30,7 +30,7 @@ export class QuickButtons extends Component {
     if (!button) return;
     const { quick } = button.dataset;
     if (quick === undefined) this.desk.tagCentre();
-    else this.desk.tagAs(preferences.value.quick_codes[quick]);
+    else this.desk.tagAs(quickCodes(this.desk.catalogue)[quick].tag);
   }
 }
 

@@ -4,6 +4,7 @@
  */
 
 import { ApiError, get, poll, post, refusalIn, remove, session, takePicture } from '../../../core/server/api.js';
+import { newestOf, offered, projectOf } from '../../../core/defects/packs.js';
 import { html, render, setText } from '../../../core/page/html.js';
 import { preferences } from '../../../core/page/preferences.js';
 import { recall, remember } from '../../../core/page/remembered.js';
@@ -33,7 +34,6 @@ const OF_PEOPLE = [
   'method',
   'standard',
   'edition',
-  'code_pack',
 ];
 /** Equipment, which comes back with its camera. */
 const OF_THE_CAMERA = ['calibration_id', 'camera', 'lens', 'camera_offset_m', 'tether'];
@@ -370,7 +370,7 @@ export class NewInspection extends Component {
   }
 
   #remember(header, title) {
-    remember(REMEMBERED, only(OF_PEOPLE, header));
+    remember(REMEMBERED, only([...OF_PEOPLE, 'code_pack'], header));
     this.parts.rig.remember(title, only(OF_THE_CAMERA, header));
   }
 
@@ -384,10 +384,24 @@ export class NewInspection extends Component {
       ...STANDARD,
       date: `${now.getFullYear()}-${digits(now.getMonth() + 1)}-${digits(now.getDate())}`,
       time: `${digits(now.getHours())}:${digits(now.getMinutes())}`,
-      code_pack: preferences.value.pack ?? undefined,
       ...only(OF_PEOPLE, recall(REMEMBERED, {})),
     });
     rig.offerLast();
+    this.#suggestPack();
+  }
+
+  /** Suggests the newest version of the pack of the last inspection, else of the settings. */
+  async #suggestPack() {
+    try {
+      const { packs } = await get('/api/packs');
+      const { header } = this.parts;
+      /** @type {{code_pack?: string}} */
+      const last = recall(REMEMBERED, {});
+      const newest = newestOf(packs, last.code_pack ?? preferences.value.pack);
+      if (newest && offered(packs, projectOf(header.all)).includes(newest)) header.suggest({ code_pack: newest.id });
+    } catch (error) {
+      refusalIn(error); // without the list the built-in codes are offered
+    }
   }
 
   /** Gives the rig the pipe of the header. */

@@ -1,16 +1,15 @@
 /** Language, units, the codes on the digit keys and the code pack; stored on the server for each person. */
 
-import { ApiError, get, remove, send } from '../../../core/server/api.js';
+import { ApiError } from '../../../core/server/api.js';
 import { Catalogue } from '../../../core/defects/codes.js';
 import { html, render } from '../../../core/page/html.js';
 import { USUAL_CODES, preferences, quickCodesWith } from '../../../core/page/preferences.js';
-import { may } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
 import { LANGUAGES, errorText, t } from '../../../core/page/words.js';
 import { codeSearch } from '../../defects/code-search/code-search.js';
-import { icon } from '../../shared/icon/icon.js';
 import { framedPage } from '../../shared/page-frame/page-frame.js';
 import { bindKeysSection, keysMarkup } from './keys-section.js';
+import { bindPacksSection, packsMarkup } from './packs-section.js';
 import { choiceOfRedraw, redrawWith } from './redraw.js';
 import { bindUseSection, useMarkup } from './use-section.js';
 
@@ -34,19 +33,16 @@ export class SettingsPage extends Component {
       await save({ quick_codes: USUAL_CODES });
       await showQuickCodes(parts, save, report);
     });
-    this.listen(parts.pack, 'change', async () => {
-      await save({ pack: parts.pack.value || null });
-      showPackButtons(parts);
-      await attempt(() => showQuickCodes(parts, save, report), report);
-    });
-    parts.pick.disabled = !may('admin');
-    this.listen(parts.pick, 'click', () => parts.file.click());
-    this.listen(parts.file, 'change', () => attempt(() => importPack(parts, report), report));
-    this.listen(parts.remove, 'click', () => attempt(() => deletePack(parts, report), report));
+    const loadPacks = bindPacksSection(
+      parts,
+      (run) => attempt(run, report),
+      report,
+      () => showQuickCodes(parts, save, report),
+    );
     bindUseSection(parts, (run) => attempt(run, report));
     parts[choiceOfRedraw() ?? 'none']?.focus();
     attempt(async () => {
-      await showPacks(parts);
+      await loadPacks();
       await showQuickCodes(parts, save, report);
     }, report);
   }
@@ -78,19 +74,7 @@ const content =
   </section>
   ${keysMarkup()}
   ${useMarkup()}
-  <section class="settings stack gap-3" aria-labelledby="settings-packs">
-    <h2 id="settings-packs">${t('settings.packs')}</h2>
-    <div class="settings__pair stack gap-3 at-bottom">
-      <div class="field"><label for="settings-pack">${t('settings.pack')}</label>
-        <select class="input" id="settings-pack" data-part="pack"></select></div>
-      <div class="settings__buttons">
-        <button type="button" class="button" data-part="pick">${icon('upload')}${t('settings.pack_import')}</button>
-        <button type="button" class="button" data-part="remove">${icon('trash')}${t('settings.pack_delete')}</button>
-        <input type="file" accept=".csv,text/csv" data-part="file" hidden />
-      </div>
-    </div>
-    <p class="help">${may('admin') ? t('settings.packs_help') : t('rights.admin')}</p>
-  </section>
+  ${packsMarkup()}
   <p class="settings__message" role="status" data-part="message"></p></div>`;
 
 /** Runs a request to the server and shows at the foot of the page why it failed. */
@@ -102,47 +86,6 @@ async function attempt(run, report) {
     if (!(error instanceof ApiError)) throw error;
     report(errorText(error), true);
   }
-}
-
-/** @param {Record<string, any>} parts of the page */
-async function showPacks(parts) {
-  const { pack } = parts;
-  const { packs } = await get('/api/packs');
-  render(
-    pack,
-    html`<option value="">${t('settings.pack_built_in')}</option>
-      ${packs.map(({ id, name }) => html`<option value="${id}">${name}</option>`)}`,
-  );
-  pack.value = preferences.value.pack ?? '';
-  showPackButtons(parts);
-}
-
-/** @param {Record<string, any>} parts of the page */
-function showPackButtons({ pack, remove: button }) {
-  button.disabled = pack.value === '' || !may('admin');
-}
-
-async function importPack(parts, report) {
-  const [file] = parts.file.files;
-  parts.file.value = '';
-  if (!file) return;
-  const name = file.name.replace(/\.[^.]+$/, '');
-  await send('POST', `/api/packs?name=${encodeURIComponent(name)}`, {
-    headers: { 'Content-Type': 'text/csv' },
-    body: file,
-  });
-  await showPacks(parts);
-  report(t('settings.pack_imported', { name }));
-}
-
-async function deletePack(parts, report) {
-  const { value: id, selectedOptions } = parts.pack;
-  const name = selectedOptions[0].text;
-  await remove(`/api/packs/${id}`);
-  if (preferences.value.pack === id) await preferences.save({ pack: null });
-  await showPacks(parts);
-  parts.pack.focus();
-  report(t('settings.pack_deleted', { name }));
 }
 
 /**

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from app.errors import InvalidDetector
-from app.survey.catalogue import built_in
+from app.survey.catalogue import built_in, example_pack
+from app.survey.catalogue.read import read_table
 from app.survey.catalogue.table import CodeTable
 from app.survey.findings.declaration import read_declaration
 from app.survey.findings.matching import Places
@@ -21,6 +22,12 @@ def finding(*outline: tuple[float, float], kind: str = "crack", **more: Any) -> 
     values |= {"inspection_id": "i", "id": "f", "detector": "classical", "version": "1"}
     values |= {"frame": None, "pixel": None, "found_at": datetime(2026, 1, 1, tzinfo=UTC)}
     return Finding(kind=kind, outline_mm=outline, **values | more)
+
+
+def started(
+    found: Finding, width_mm: float | None, sector: Sector | None, table: CodeTable
+) -> dict[str, Any]:
+    return suggested(found, width_mm, sector, table, table.named)
 
 
 @pytest.mark.parametrize(
@@ -63,21 +70,25 @@ def test_each_kind_starts_from_a_code_of_the_built_in_pack(
     kind: str, direction: Any, sector: Sector | None, expected: tuple[object, ...]
 ) -> None:
     found = finding((0, 0), (100, 0), kind=kind, direction=direction)
-    fields = suggested(found, 2.42, sector, built_in().named)
+    fields = started(found, 2.42, sector, built_in())
     names = ("code", "char1", "char2", "quant1", "clock_from", "clock_to")
     assert tuple(fields.get(name) for name in names) == expected
 
 
 def test_a_pack_without_the_code_leaves_it_to_the_person() -> None:
-    fields = suggested(
-        finding((0, 0), kind="roots"), None, Sector(3, None), CodeTable("own", ()).named
-    )
+    fields = started(finding((0, 0), kind="roots"), None, Sector(3, None), CodeTable("own", ()))
     assert fields == {"clock_from": 3}
+
+
+def test_a_pack_says_of_which_code_a_kind_begins() -> None:
+    found = finding((0, 0), direction="along")
+    fields = started(found, None, None, read_table("Invented", example_pack()))
+    assert fields == {"code": "SPL", "char1": "T", "char2": "L"}
 
 
 def test_a_model_may_name_its_own_code() -> None:
     found = finding((0, 0), kind="lost_shoe", code={"code": "BBE", "char1": "C"})
-    assert suggested(found, None, None, built_in().named) == {"code": "BBE", "char1": "C"}
+    assert started(found, None, None, built_in()) == {"code": "BBE", "char1": "C"}
 
 
 GOOD = "{name: A, task: segment, input: [64, 64], mm_per_px: 1, output: labels, classes: [%s]}"

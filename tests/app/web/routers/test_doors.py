@@ -70,6 +70,7 @@ FOR_VIEWERS = {
 FOR_ADMINS = {
     ("DELETE", INSPECTION),
     ("POST", "/api/packs"),
+    ("POST", "/api/packs/preview"),
     ("DELETE", "/api/packs/{pack_id}"),
     ("POST", "/api/detectors"),
     ("DELETE", "/api/detectors/{detector_id}"),

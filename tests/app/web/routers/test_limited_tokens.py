@@ -22,6 +22,7 @@ from app.access.access import create_token
 from app.storage.database.database import FILE, Database
 from app.storage.database.tables import ArchiveFilm, Base, Inspection
 from app.storage.folder.tokens import Role, TokenFile
+from app.survey.catalogue import example_pack
 from app.web.deps import _OF_PROJECTS
 from app.web.middleware import is_public
 
@@ -30,7 +31,7 @@ SECRET = "zzsecret"  # noqa: S105
 OWN, OTHER = "Ost", f"{SECRET} project"
 TAG = "7d444840-9dc0-4d2a-8a6a-000000000001"
 SHARED = {
-    "sessions", "token_uses", "preferences", "code_packs", "rigs", "archive_rules", "heartbeat",
+    "sessions", "token_uses", "preferences", "rigs", "archive_rules", "heartbeat",
     "detectors", "notices", "acceptance_links", "idempotent_requests",
 }  # fmt: skip
 """Tables of which no row belongs to a project by itself: a link does by its sections."""
@@ -65,6 +66,8 @@ def foreign(shared: Client, survey: Survey, own: str) -> Foreign:
     ordered = {"number": SECRET, "asset_id": f"{SECRET}-1", "reason": SECRET}
     template = shared.get("/api/report-templates/").json()["template"]
     shared.put(f"/api/report-templates/{OTHER}", json=template).raise_for_status()
+    pack = {"name": SECRET, "project": OTHER}
+    shared.post("/api/packs", params=pack, content=example_pack()).raise_for_status()
     add(shared.data, film(SECRET, OTHER))
     order = shared.post("/api/bulk-exports", json={"inspections": [theirs], "formats": ["csv"]})
     wait_until(lambda: shared.get("/api/archive/defects").json()["pending"] == 0)
@@ -135,6 +138,10 @@ def test_no_route_shows_or_changes_anything_of_another_project(
             f"{which} tells a token limited to {OWN!r} about {OTHER!r}: it declares `of_projects` "
             "and shows what it has not read from the database."
         )
+    (pack,) = shared.get("/api/packs").json()["packs"]
+    for client, status in ((shared, 200), (limited, 404)):  # the first reads it into the memory
+        answer = client.get("/api/codes", params={"pack": pack["id"]})
+        assert answer.status_code == status
     after = shared.get(f"/api/inspections/{foreign.ids['inspection_id']}").json()
     assert after == before
     assert shared.get(f"/api/register/assets/{SECRET}-1").status_code == 200

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import openpyxl
 import pytest
 from builders import Client, assert_error
 
@@ -18,10 +19,9 @@ TABLE = (
 )
 
 
-def add(client: Client, name: str, table: str = TABLE) -> httpx.Response:
-    return client.post(
-        "/api/packs", params={"name": name}, content=table, headers={"Content-Type": "text/csv"}
-    )
+def add(client: Client, name: str, table: str = TABLE, **more: str) -> httpx.Response:
+    headers = {"Content-Type": "text/csv"}
+    return client.post("/api/packs", params={"name": name, **more}, content=table, headers=headers)
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def test_faults_are_reported_and_nothing_is_kept(shared: Client) -> None:
 
 
 @pytest.mark.usefixtures("pack")
-def test_a_name_is_within_bounds_and_can_be_had_once(shared: Client) -> None:
+def test_a_name_is_within_bounds_and_a_table_can_be_had_once(shared: Client) -> None:
     for name in ("", "  ", "a\nb", "x" * 101):
         assert_error(add(shared, name), 422, "invalid_request")
     assert_error(add(shared, " Road agency "), 409, "pack_name_taken")
@@ -104,3 +104,61 @@ def test_an_inspection_with_a_pack_that_is_not_there_is_refused_and_the_upload_s
     assert list((shared.data / "uploads").glob("*.bin"))
     answer = shared.patch(f"/api/inspections/{own}", json={"header": header})
     assert_error(answer, 404, "pack_not_found")
+
+
+def test_the_template_is_a_workbook_that_can_be_imported(shared: Client) -> None:
+    template = shared.get("/api/packs/template.xlsx").content
+    found = shared.post("/api/packs/preview", params={"name": "Invented"}, content=template).json()
+    assert (found["faults"], found["count"], len(found["ratings"])) == ([], 26, 5)
+    assert found["codes"][1]["labels"]["ms"] == "Belahan: halus, memanjang"
+    assert shared.get("/api/packs").json() == {"packs": []}, "a preview keeps nothing"
+
+
+def test_a_preview_names_all_faults_of_a_workbook_with_sheet_and_row(shared: Client) -> None:
+    book = openpyxl.load_workbook(io.BytesIO(shared.get("/api/packs/template.xlsx").content))
+    book["codes"]["A3"], book["ratings"]["F2"] = "x", "guess"
+    out = io.BytesIO()
+    book.save(out)
+    asked = {"params": {"name": "Faulty"}, "content": out.getvalue()}
+    faults = shared.post("/api/packs/preview", **asked).json()["faults"]
+    assert [fault[:22] for fault in faults] == [
+        "sheet codes, row 3: co", "sheet ratings, row 2: ",
+    ]  # fmt: skip
+    assert "sheet codes, row 3" in assert_error(
+        shared.post("/api/packs", **asked), 422, "invalid_pack"
+    )
+
+
+def test_an_inspection_keeps_its_version_until_a_person_moves_it(
+    shared: Client, pack: dict[str, Any], own: str
+) -> None:
+    path = f"/api/inspections/{own}"
+    shared.patch(path, json={"header": {"code_pack": pack["id"]}}).raise_for_status()
+    scour = shared.tag(own, code="SCR", quant1=3.0).json()
+    newer = add(shared, "Road agency", TABLE.replace("SCR", "SCO")).json()
+    assert (newer["name"], newer["title"], newer["version"]) == ("Road agency v2", "Road agency", 2)
+    listed = shared.get("/api/packs").json()["packs"]
+    assert [(one["version"], one["inspections"]) for one in listed] == [(2, 0), (1, 1)]
+    lost = shared.get(f"{path}/checks/with-pack", params={"pack": newer["id"]}).json()["checks"]
+    assert [(one["code"], one["observation_id"]) for one in lost] == [("unknown_code", scour["id"])]
+    assert shared.get(path).json()["header"]["code_pack"] == pack["id"]
+    assert_error(shared.delete(f"/api/packs/{pack['id']}"), 409, "pack_in_use")
+    shared.patch(path, json={"header": {"code_pack": newer["id"]}}).raise_for_status()
+    assert [one["inspections"] for one in shared.get("/api/packs").json()["packs"]] == [1, 0]
+    shared.delete(path)
+    shared.delete(f"/api/packs/{newer['id']}").raise_for_status()
+
+
+def test_a_pack_of_a_project_is_for_its_inspections_alone(shared: Client, own: str) -> None:
+    made = add(shared, "Licensed", project="Hill roads").json()
+    path, pack = f"/api/inspections/{own}", {"code_pack": made["id"]}
+    answer = shared.patch(path, json={"header": pack})
+    assert "belongs to the project 'Hill roads'" in assert_error(answer, 404, "pack_not_found")
+    asked = shared.get(f"{path}/checks/with-pack", params={"pack": made["id"]})
+    assert_error(asked, 404, "pack_not_found")
+    header = {**pack, "project": "Hill roads"}
+    assert shared.patch(path, json={"header": header}).json()["header"] == header
+    answer = add(shared, "Licensed", TABLE.replace("SCR", "SCO"))
+    assert "for the project 'Hill roads'" in assert_error(answer, 409, "pack_name_taken")
+    shared.delete(path)
+    shared.delete(f"/api/packs/{made['id']}").raise_for_status()
