@@ -15,7 +15,9 @@ import argparse
 import pickle
 import time
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +31,7 @@ MARK = "walls"
 COMMAND = "python tests/measure walls --write docs/changes.md"
 DIRT = 0.2
 _FRAMES_PER_S = 25
+_PROCESSES = 2
 
 
 @dataclass(frozen=True)
@@ -151,6 +154,20 @@ def table(rows: Sequence[tuple[str, Sequence[Row]]], false: tuple[int, int]) -> 
     return "\n".join(lines) + "\n"
 
 
+def _judged(task: tuple[int, float, bool]) -> Row:
+    seed, length_mm, is_tracked = task
+    earlier, later, is_opposite = kept(seed, length_mm, is_tracked=is_tracked)
+    return judged(earlier, later, is_opposite=is_opposite, length_mm=length_mm)
+
+
+def _is_false(task: tuple[int, int, float]) -> bool:
+    """Whether the wall of one culvert is recognised on that of another one."""
+    one, other, length_mm = task
+    earlier, *_ = kept(one, length_mm, is_tracked=False)
+    _, later, _ = kept(other, length_mm, is_tracked=False)
+    return bool(align(earlier.wall, later.wall).nodes)
+
+
 def main() -> None:
     """Measure, print, and write the figures if a file is named."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -159,29 +176,18 @@ def main() -> None:
     parser.add_argument("--length-mm", type=float, default=6000.0)
     parser.add_argument("--write", type=Path)
     options = parser.parse_args()
-    pairs = {
-        is_tracked: [
-            kept(seed, options.length_mm, is_tracked=is_tracked) for seed in range(1, count + 1)
-        ]
-        for is_tracked, count in ((False, options.culverts), (True, options.tracked))
-    }
-    rows = []
-    for name, is_tracked in (("true poses, scale and wave added", False), ("tracked", True)):
-        judgements = [
-            judged(*both, is_opposite=is_opposite, length_mm=options.length_mm)
-            for *both, is_opposite in pairs[is_tracked]
-        ]
-        if judgements:
-            rows.append((name, judgements))
-    walls = pairs[False]
-    others = [
-        (walls[i][0], walls[(i + step) % len(walls)][1])
-        for i in range(len(walls))
-        for step in (1, 5)
-        if step % len(walls)
-    ]
-    false = sum(bool(align(one.wall, other.wall).nodes) for one, other in others)
-    found = table(rows, (false, len(others)))
+    length_mm, seeds = options.length_mm, range(1, options.culverts + 1)
+    with ProcessPoolExecutor(_PROCESSES, mp_context=get_context("spawn")) as workers:
+        posed = workers.map(_judged, [(seed, length_mm, False) for seed in seeds])
+        tracked = workers.map(
+            _judged, [(seed, length_mm, True) for seed in range(1, options.tracked + 1)]
+        )
+        others = [(seed, seed % len(seeds) + 1, length_mm) for seed in seeds]
+        false = workers.map(_is_false, others)
+        rows = [("true poses, scale and wave added", list(posed)), ("tracked", list(tracked))]
+        locks = sum(false)
+    rows = [row for row in rows if row[1]]
+    found = table(rows, (locks, len(others)))
     print(found)
     if options.write:
         write_figures(options.write, MARK, COMMAND, found)
