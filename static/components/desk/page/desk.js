@@ -232,6 +232,24 @@ export class Desk extends EventTarget {
       this.#overtaken.stateDraft();
       return false;
     }
+    this.#noteCorrection(before, remark);
+    return true;
+  }
+
+  /**
+   * Has the server state what it offers, and reads the distances again; it can be undone.
+   * @param {() => Promise<unknown>} send
+   * @param {string|null} remark why, for the history
+   */
+  async correctBy(send, remark) {
+    if (!this.corrections.value) await this.corrections.load();
+    const before = this.corrections.value.stated;
+    await send();
+    await this.readAgain();
+    this.#noteCorrection(before, remark);
+  }
+
+  #noteCorrection(before, remark) {
     const after = this.corrections.value.stated;
     this.history.add({
       what: 'correction',
@@ -241,7 +259,6 @@ export class Desk extends EventTarget {
         return JSON.stringify(this.corrections.value.stated) !== JSON.stringify(isBack ? after : before);
       },
     });
-    return true;
   }
 
   async #state(stated, remark, replaced = this.corrections.value.version) {

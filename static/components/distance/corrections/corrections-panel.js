@@ -17,6 +17,7 @@ import './outcome.js';
 import './rig-doubt.js';
 import './taped-lengths.js';
 import './typed-section.js';
+import './wall-ruler.js';
 import './zero-section.js';
 
 export class CorrectionsPanel extends Component {
@@ -29,6 +30,7 @@ export class CorrectionsPanel extends Component {
       html`<div class="fix__body scrolls grow holds">
           <correction-outcome class="fix stack gap-3 packed one-column pad-4 line-above"></correction-outcome>
           <fieldset class="locked" ${!mayEdit() && 'disabled'}><div class="fix__columns one-column">
+            <wall-ruler class="fix stack gap-3 packed one-column pad-4 line-above" hidden></wall-ruler>
             <zero-section class="fix stack gap-3 packed one-column pad-4 line-above"></zero-section>
             <counter-section class="fix stack gap-3 packed one-column pad-4 line-above"></counter-section>
             <known-length class="fix stack gap-3 packed one-column pad-4 line-above"></known-length>
