@@ -94,6 +94,8 @@ class Finder:
                 name = view.row.name
                 codes = {each.kind: _code_of(each) for each in view.declared.classes}
             wanted = sorted({tile // BLOCK_TILES for tile in tiles}) if blocks is None else blocks
+            if not wanted:  # nothing was painted
+                return Found([], (name, ""), to_mm)
             request = FinderRequest(self.limits, row.rig, tiles, wanted, model)
             child = stack.enter_context(Child(FINDER))
             stack.enter_context(polling(is_stopped, child.terminate))

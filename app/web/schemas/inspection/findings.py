@@ -19,7 +19,7 @@ from app.survey.findings.records import (
     SearchState,
     SearchStatus,
 )
-from app.survey.given import Frame, Given
+from app.survey.given import Frame, Given, Pixel
 from app.survey.observations.tag import Tag
 from app.web.deps import OBSERVATION_ID
 from app.web.schemas.out import Out, metres
@@ -108,8 +108,8 @@ class FindingOut(Out):
     suggested: SuggestedOut
     frame: int | None
     """The frame that shows it best, and the pixel; null if none does."""
-    pixel: tuple[float, float] | None
-    outline: list[tuple[float, float]]
+    pixel: Pixel | None
+    outline: list[Annotated[list[float], Field(min_length=2, max_length=2)]]
     """[distance in mm, arc in mm] on the raw wall, as the rows and columns of /unrolled: the centre
     line of a crack, otherwise a closed polygon."""
     decided_by: str | None
@@ -167,8 +167,8 @@ def _values_of(view: FindingView) -> dict[str, Any]:
         "direction": finding.direction,
         "suggested": _NOTHING_SUGGESTED | view.suggested,
         "frame": seen.frame if seen else None,
-        "pixel": seen.pixel if seen else None,
-        "outline": finding.outline_mm,
+        "pixel": list(seen.pixel) if seen else None,
+        "outline": [list(point) for point in finding.outline_mm],
         "decided_by": finding.decided_by,
         "decided_at": finding.decided_at,
         "observation_id": finding.observation_id,
