@@ -23,6 +23,9 @@ KINDS = (
 )
 """Kinds of the classical detector; a user's model has the names of its own classes."""
 
+AREAS = frozenset(KINDS[KINDS.index("hole") :])
+"""Kinds that are areas of the wall."""
+
 Direction = Literal["along", "across", "oblique"]
 """Along the pipe (axial), across it (around the wall), or neither."""
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from vo_core.findings.finding import Finding, Size
+from vo_core.findings.finding import AREAS, Finding, Size
 from vo_core.findings.patches import OVERLAP_MM, WallPatch
 from vo_core.types import ByteImage, Matrix
 
@@ -108,8 +108,10 @@ def turned(finding: Finding, girth_mm: float | None, arc_mm: float) -> Finding:
 
 
 def is_same(one: Finding, other: Finding) -> bool:
-    """Whether two findings of one kind lie on each other."""
-    if one.kind != other.kind:
+    """Whether two findings lie on each other that are of one kind, or areas that a person would
+    not tell apart where the end of a patch cuts one of them.
+    """
+    if one.kind != other.kind and not {one.kind, other.kind} <= AREAS:
         return False
     low = np.maximum(one.outline_mm.min(0), other.outline_mm.min(0)) - LINE_CELLS * CELL_MM
     high = np.minimum(one.outline_mm.max(0), other.outline_mm.max(0)) + LINE_CELLS * CELL_MM

@@ -23,7 +23,7 @@ _WET_SHARE = 0.45
 class Defect:
     """A defect that an inspector would tag."""
 
-    kind: Literal["crack", "roots", "leak", "silt", "mud"]
+    kind: Literal["crack", "roots", "leak", "silt", "mud", "hole", "stain"]
     x_mm: float
     """Axial position of its centre; `arc_mm` is its position along the wall, 0 at the invert."""
     arc_mm: float
@@ -144,7 +144,37 @@ def _mud(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
     _cover(window, cover.astype(np.float32), shades.astype(np.float32))
 
 
-_DRAW = {"crack": _crack, "roots": _roots, "leak": _leak, "silt": _silt, "mud": _mud}
+def _hole(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
+    """Break a hole into the wall, with a ragged edge; behind it is darkness."""
+    _cover(window, _ragged(window.shape, texel_mm, rng, edge_mm=0.7), np.float32(0.04))
+
+
+def _stain(window: _Image, texel_mm: float, rng: np.random.Generator) -> None:
+    """Darken the wall, whose texture stays."""
+    window *= 1 - 0.4 * _ragged(window.shape, texel_mm, rng, edge_mm=6.0)
+
+
+def _ragged(
+    shape: tuple[int, int], texel_mm: float, rng: np.random.Generator, *, edge_mm: float
+) -> _Image:
+    """An ellipse that fills most of the window, 1 inside, with an uneven edge."""
+    rows, columns = shape
+    across = np.linspace(-1, 1, rows, dtype=np.float32)[:, None]
+    along = np.linspace(-1, 1, columns, dtype=np.float32)[None, :]
+    away = np.hypot(across, along) + 0.06 * _noise(rng, shape, 10 / texel_mm)
+    steep = min(rows, columns) * texel_mm / (2 * edge_mm)
+    return np.asarray(1 / (1 + np.exp(np.clip((away - 0.85) * steep, -30, 30))), np.float32)
+
+
+_DRAW = {
+    "crack": _crack,
+    "roots": _roots,
+    "leak": _leak,
+    "silt": _silt,
+    "mud": _mud,
+    "hole": _hole,
+    "stain": _stain,
+}
 
 
 def _line(
