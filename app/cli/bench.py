@@ -43,10 +43,29 @@ def bench(
             "--forward", help="The forward view as crews have it, beside its peers: half an hour."
         ),
     ] = False,
+    findings: Annotated[
+        bool,
+        typer.Option(
+            "--findings",
+            help="What the search of the wall finds, on painted walls, on films and, with "
+            "--pictures, on photographs: a quarter of an hour.",
+        ),
+    ] = False,
+    pictures: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            file_okay=False,
+            exists=True,
+            help="With --findings: a folder of photographs NAME.jpg with masks NAME_mask.png.",
+        ),
+    ] = None,
     seed: Annotated[
         int | None,
         typer.Option(
-            min=1, help="With --forward: the seed of lenses, mounts and walls.  [default: 1]"
+            min=1,
+            help="With --forward or --findings: the seed of lenses, mounts and walls.  "
+            "[default: 1]",
         ),
     ] = None,
     metres: Annotated[
@@ -72,7 +91,7 @@ def bench(
             metavar="FILE.md",
             help="Also replace the figures in this file, between <!-- bench:begin --> and "
             "<!-- bench:end --> (bench-field with --field, bench-forward with --forward, "
-            "bench-intervals with --calibration).",
+            "bench-findings with --findings, bench-intervals with --calibration).",
         ),
     ] = None,
 ) -> None:
@@ -80,14 +99,18 @@ def bench(
     from app.lab import markdown_figures as figures
     from app.lab.bench.choices import CHOICES
 
-    kinds = {"--quick": quick, "--field": field, "--forward": forward}
+    kinds = {"--quick": quick, "--field": field, "--forward": forward, "--findings": findings}
     chosen = [option for option, is_chosen in kinds.items() if is_chosen]
-    if len(chosen) > 1 or (calibration is not None and (field or forward)):
+    if len(chosen) > 1 or (calibration is not None and (field or forward or findings)):
         raise typer.BadParameter(
             "cannot be combined with another choice of scenarios", param_hint=chosen[-1]
         )
-    if seed is not None and not forward:
-        raise typer.BadParameter("is for --forward only", param_hint="--seed")
+    if seed is not None and not (forward or findings):
+        raise typer.BadParameter("is for --forward and --findings only", param_hint="--seed")
+    if pictures is not None and not findings:
+        raise typer.BadParameter("is for --findings only", param_hint="--pictures")
+    if metres is not None and findings:
+        raise typer.BadParameter("has walls of its own", param_hint="--findings")
     is_guard = quick and calibration is None
     if record and not is_guard:
         raise typer.BadParameter("is for --quick only", param_hint="--record")
@@ -96,13 +119,15 @@ def bench(
             raise typer.BadParameter("has its own paths and files", param_hint="--quick")
         _guard(record=record)
         return
-    mark = "bench-intervals" if calibration is not None else CHOICES["".join(chosen)].mark
+    mark = _mark("".join(chosen), is_calibration=calibration is not None)
     if write is not None:
         _require_markers(write, mark)
 
     with _progress() as report:
         if calibration is not None:
             markdown = _calibrate_interval(calibration, report, quick=quick)
+        elif findings:
+            markdown = _measure_findings(pictures, seed or 1, report)
         else:
             length_mm = None if metres is None else 1000 * metres
             markdown = CHOICES["".join(chosen)].measure(length_mm, seed or 1, report)
@@ -111,6 +136,7 @@ def bench(
         words = ["chainage bench"]
         words += [] if calibration is None else [f"--calibration {calibration}"]
         words += chosen
+        words += [] if pictures is None else ["--pictures DIR"]
         words += [] if seed is None else [f"--seed {seed}"]
         words += [] if metres is None else [f"--metres {metres:g}"]
         figures.write_figures(write, mark, " ".join(words), markdown)
@@ -146,6 +172,25 @@ def _guard(*, record: bool) -> None:
         quick.keep(now)
     elif any(change.fails for change in changed):
         raise typer.Exit(1)
+
+
+def _mark(chosen: str, *, is_calibration: bool) -> str:
+    """Name of the markers between which the figures stand."""
+    from app.lab.bench.choices import CHOICES
+
+    if is_calibration:
+        return "bench-intervals"
+    return "bench-findings" if chosen == "--findings" else CHOICES[chosen].mark
+
+
+def _measure_findings(pictures: Path | None, seed: int, report: Progress) -> str:
+    from app.lab.findings.bench import measure
+    from app.lab.findings.photographs import NoPictures
+
+    try:
+        return measure(pictures, seed, report)
+    except NoPictures as error:
+        raise typer.BadParameter(str(error), param_hint="--pictures") from error
 
 
 def _require_markers(file: Path, name: str) -> None:

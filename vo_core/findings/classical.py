@@ -7,7 +7,7 @@ import numpy as np
 from vo_core.findings.areas import apart, areas
 from vo_core.findings.finding import Finding
 from vo_core.findings.joints import gaps, odd_joints, without
-from vo_core.findings.measuring import direction_of, length_of, smoothed, width_of
+from vo_core.findings.measuring import direction_of, length_of, measured, smoothed
 from vo_core.findings.patches import WallPatch
 from vo_core.findings.ridges import LEAST_MM, STRONG, components, crests, main_line, ridges
 from vo_core.findings.surface import Surface
@@ -37,12 +37,10 @@ def cracks(surface: Surface, crest: GrayImage, wide: list[Finding]) -> list[Find
     found = []
     step_mm = float(surface.step_mm.mean())
     for pixels in components(crest, step_mm):
-        line_px = smoothed(main_line(pixels, step_mm), step_mm)
+        line_px, width = measured(surface, smoothed(main_line(pixels, step_mm), step_mm))
         line_mm = surface.to_mm(line_px)
         length = length_of(line_mm)
-        if length.mm < LEAST_MM or not apart(line_mm, wide):
-            continue
-        if (width := width_of(surface, line_px)).mm < LEAST_WIDTH_MM:
+        if length.mm < LEAST_MM or width.mm < LEAST_WIDTH_MM or not apart(line_mm, wide):
             continue
         columns, rows = pixels.T
         mean = float(crest[rows, columns].mean())

@@ -139,10 +139,11 @@ def _measured(surface: Surface, at_px: float) -> Gap | None:
     smooth = cv2.GaussianBlur(profiles, (0, 0), 2.0 / column_mm, sigmaY=0.01)
     darkest = smooth.argmax(axis=1)
     depth = smooth.max(axis=1)
-    off_mm = np.abs(darkest - np.median(darkest)) * column_mm
-    widths = np.array([_half_width(row, at) for row, at in zip(profiles, darkest, strict=True)])
+    edges = np.array([_edges(row, at) for row, at in zip(profiles, darkest, strict=True)])
+    at, widths = edges.mean(axis=1), np.ptp(edges, axis=1)
+    off_mm = np.abs(at - np.median(at)) * column_mm
     middles = np.array([np.median(rows[sector]) for sector in sectors])
-    axial = surface.to_mm(np.array([[left + np.median(darkest), 0.0]]))[0, 0]
+    axial = surface.to_mm(np.array([[left + np.median(at), 0.0]]))[0, 0]
     arcs = surface.to_mm(np.stack([middles, middles], 1))[:, 1]
     gap = Gap(float(axial), arcs, widths * column_mm)
     is_long = float(np.ptp(arcs)) > LEAST_ARC_MM or gap.width.mm > GAP_OF_JOINT_MM
@@ -157,8 +158,8 @@ def _against_wall(log: GrayImage) -> GrayImage:
     return np.asarray(log - np.median(sides, axis=1, keepdims=True), np.float32)
 
 
-def _half_width(profile: Matrix, at: int) -> float:
-    """Width (px) of a dark profile at half of its depth, around its darkest place."""
+def _edges(profile: Matrix, at: int) -> tuple[float, float]:
+    """Edges (px) of a dark profile at half of its depth, around its darkest place."""
     half = float(profile[at]) / 2
     low = high = at
     while low > 0 and profile[low - 1] > half:
@@ -173,4 +174,4 @@ def _half_width(profile: Matrix, at: int) -> float:
         fall = float(profile[inner] - profile[outer])
         return float(np.clip((profile[inner] - half) / fall, 0, 1)) if fall > 0 else 0.0
 
-    return high - low + part(low, low - 1) + part(high, high + 1)
+    return low - part(low, low - 1), high + part(high, high + 1)

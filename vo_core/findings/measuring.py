@@ -62,12 +62,10 @@ def direction_of(line_mm: Matrix) -> Direction:
     return "across" if degrees > 90 - OBLIQUE_DEG else "oblique"
 
 
-def width_of(surface: Surface, line_px: Matrix) -> Size:
-    """Width of a crack by the light that its profile lacks.
+def measured(surface: Surface, line_px: Matrix) -> tuple[Matrix, Size]:
+    """The part of a line that is dark, and the width of the crack there.
 
-    A gap of width w that lacks the share d of the wall's light lacks w d in all, however blurred
-    the picture is. Blurred with sigma s, its darkest place lacks d erf(w / (2 sqrt(2) s)); where
-    the gap is wide enough, this tells d, otherwise d is what gaps usually have.
+    A filter answers beyond the end of a crack; the line ends where half of the darkness does.
 
     Args:
         surface: The wall.
@@ -75,18 +73,27 @@ def width_of(surface: Surface, line_px: Matrix) -> Size:
     """
     step_mm = float(surface.step_mm.mean())
     profiles, offsets_mm = _profiles(surface, line_px)
-    wall = np.median(profiles[:, np.abs(offsets_mm) > REACH_MM / 2], axis=1, keepdims=True)
-    lack = 1 - profiles / np.maximum(wall, 1)
     core = np.abs(offsets_mm) <= REACH_MM / 2
-    areas = lack[:, core].sum(axis=1) * (offsets_mm[1] - offsets_mm[0])
-    area, area_sigma = float(np.median(areas)), _scatter(areas)
-    darkest = float(np.median(lack[:, core].max(axis=1)))
-    sigma_mm = hypot(SHARPNESS_PX * surface.patch.mm_per_px, step_mm * 12**-0.5)
-    return gap_of(max(area, 0.0), area_sigma, darkest, sigma_mm)
+    wall = np.median(profiles[:, ~core], axis=1, keepdims=True)
+    lack = (1 - profiles / np.maximum(wall, 1))[:, core]
+    areas = lack.sum(axis=1) * (offsets_mm[1] - offsets_mm[0])
+    dark = np.flatnonzero(cv2.blur(areas, (1, 3))[:, 0] > np.median(areas) / 2)
+    if len(dark) > 1:
+        kept = slice(int(dark[0]), int(dark[-1]) + 1)
+        line_px, lack, areas = line_px[kept], lack[kept], areas[kept]
+    darkest = float(np.median(lack.max(axis=1)))
+    blur_mm = hypot(SHARPNESS_PX * surface.patch.mm_per_px, step_mm * 12**-0.5)
+    area = max(float(np.median(areas)), 0.0)
+    return line_px, gap_of(area, _scatter(areas), darkest, blur_mm)
 
 
 def gap_of(area_mm: float, area_sigma_mm: float, darkest: float, blur_mm: float) -> Size:
-    """Width of a gap that lacks `area_mm` of light in all, and `darkest` where it is darkest."""
+    """Width of a gap that lacks `area_mm` of light in all, and `darkest` where it is darkest.
+
+    A gap of width w that lacks the share d of the wall's light lacks w d in all, however blurred
+    the picture is. Blurred with sigma s, its darkest place lacks d erf(w / (2 sqrt(2) s)); where
+    the gap is wide enough, this tells d, otherwise d is what gaps usually have.
+    """
     depth, sigma = GAP_DEPTH, DEPTH_SIGMA
     for _ in range(8):
         resolved = erf(area_mm / depth / (8**0.5 * blur_mm))

@@ -27,7 +27,7 @@ from vo_core.types import Matrix
 TILES = 8
 """Tiles of a painted wall: four metres, of which each has about one crack."""
 
-TEXEL_MM = 0.25
+TEXEL_MM = 0.4
 GAP_REFLECTANCE = (0.03, 0.12)
 SEAM_MM = 30.0
 """Cracks stay as far from the joints and from the end of the view."""
@@ -133,7 +133,7 @@ def _drawn_defects(
             truth.append(Truth("crack", line, length_mm, width_mm))
             continue
         along, around = rng.uniform(60, 180), min(rng.uniform(60, 180), 1.2 * high_mm)
-        defect = Defect(kind, *middle_mm.tolist(), length_mm=along, width_mm=around)
+        defect = Defect(kind, float(middle_mm[0]), float(middle_mm[1]), along, around)
         draw_defects(
             sheet,
             (defect,),

@@ -69,9 +69,10 @@ def _truth(defect: Defect) -> Truth:
 def _is_visible(wall: PaintedWall, truth: Truth) -> bool:
     """Whether a run has seen most of a defect."""
     layout = wall.layout
-    axial = np.linspace(*truth.outline_mm[[0, 1], 0], 20)
+    low, high = truth.outline_mm.min(axis=0).tolist(), truth.outline_mm.max(axis=0).tolist()
+    axial = np.linspace(low[0], high[0], 20)
     row_mm = (layout.arc_to_mm - layout.arc_from_mm) / layout.height_px
-    rows = (np.linspace(*truth.outline_mm[[0, 2], 1], 20) - layout.arc_from_mm) / row_mm
+    rows = (np.linspace(low[1], high[1], 20) - layout.arc_from_mm) / row_mm
     inside = rows[(rows >= 0) & (rows < layout.height_px)].astype(int)
     seen = 0.0
     for x_mm in axial.tolist():
