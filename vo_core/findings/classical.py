@@ -13,6 +13,9 @@ from vo_core.findings.ridges import LEAST_MM, STRONG, components, crests, main_l
 from vo_core.findings.surface import Surface
 from vo_core.types import GrayImage
 
+VERSION = "1"
+"""Another one whenever it proposes something else."""
+
 LEAST_WIDTH_MM = 0.6
 """Narrower lines are hair cracks of the surface."""
 

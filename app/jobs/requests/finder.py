@@ -109,9 +109,9 @@ def _find(request: FinderRequest, parent: Parent) -> str:
 def _detector(request: FinderRequest) -> tuple[Detector, str]:
     """Return the detector, and its version."""
     if request.model is None:
-        from app.errors import InvalidDetector
+        from vo_core.findings.classical import VERSION, Classical
 
-        raise InvalidDetector("The built-in detector is not part of this version yet.")
+        return Classical(), VERSION
     import hashlib
 
     from app.jobs.detect.user_model import UserModel
