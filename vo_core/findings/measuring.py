@@ -20,8 +20,8 @@ GAP_DEPTH, DEPTH_SIGMA = 0.85, 0.1
 SHARPNESS_PX = 0.8
 """Blur of the wall by lens, painting and coding, sigma in its own pixels."""
 
-SMOOTH_MM = 3.0
-"""Sigma along which the steps of pixels are taken out of a line."""
+SMOOTH_MM, SMOOTH_PX = 4.0, 3.0
+"""Least sigma along which the steps of pixels are taken out of a line: they would lengthen it."""
 
 END_MM = 3.0
 """Standard uncertainty of where a line ends."""
@@ -35,7 +35,7 @@ OBLIQUE_DEG = 30.0
 
 def smoothed(line: Matrix, step_mm: float) -> Matrix:
     """Take the steps of the raster out of a line (n, 2); its ends stay."""
-    sigma = SMOOTH_MM / step_mm
+    sigma = max(SMOOTH_MM / step_mm, SMOOTH_PX)
     reach = min(int(3 * sigma), len(line) - 1)
     if reach < 1:
         return line
