@@ -77,7 +77,7 @@ def measured(surface: Surface, line_px: Matrix) -> tuple[Matrix, Size]:
     wall = np.median(profiles[:, ~core], axis=1, keepdims=True)
     lack = (1 - profiles / np.maximum(wall, 1))[:, core]
     areas = lack.sum(axis=1) * (offsets_mm[1] - offsets_mm[0])
-    dark = np.flatnonzero(cv2.blur(areas, (1, 3))[:, 0] > np.median(areas) / 2)
+    dark = np.flatnonzero(np.convolve(areas, [1 / 3] * 3, "same") > np.median(areas) / 2)
     if len(dark) > 1:
         kept = slice(int(dark[0]), int(dark[-1]) + 1)
         line_px, lack, areas = line_px[kept], lack[kept], areas[kept]

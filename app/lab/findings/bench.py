@@ -22,7 +22,7 @@ from vo_core.findings.finding import Size
 from vo_core.findings.search import propose
 from vo_core.findings.surface import Surface
 
-WALLS = 16
+WALLS = 10
 """Painted walls, of four metres each."""
 
 TARGET_RECALL, TARGET_FALSE = 0.95, 3.0

@@ -25,7 +25,7 @@ from vo_core.mosaic.mosaic import Tile
 from vo_core.types import Matrix
 
 TILES = 8
-"""Tiles of a painted wall: four metres, of which each has about one crack."""
+"""Tiles of a painted wall: four metres, with six defects."""
 
 TEXEL_MM = 0.4
 GAP_REFLECTANCE = (0.03, 0.12)
@@ -117,12 +117,12 @@ def _layout(rng: np.random.Generator) -> tuple[Layout, float | None]:
 def _drawn_defects(
     sheet: _Image, layout: Layout, first_joint_mm: float, rng: np.random.Generator
 ) -> list[Truth]:
-    """Draw a crack or an area in each 0.8 m, between the joints; return what was drawn."""
+    """Draw a crack or an area in each 0.6 m, cracks off the joints; return what was drawn."""
     truth: list[Truth] = []
     high_mm = layout.arc_to_mm - 15.0
-    for from_mm in np.arange(250.0, TILES * layout.tile_mm - 600.0, 700.0).tolist():
+    for from_mm in np.arange(250.0, TILES * layout.tile_mm - 500.0, 600.0).tolist():
         kind = rng.choice(["crack", "crack", "crack", "leak", "roots", "silt", "hole", "stain"])
-        middle_mm = np.array([from_mm + rng.uniform(0, 300), rng.uniform(-0.6, 0.6) * high_mm])
+        middle_mm = np.array([from_mm + rng.uniform(0, 150), rng.uniform(-0.6, 0.6) * high_mm])
         if kind == "crack":
             line = _crack_line(middle_mm, high_mm, first_joint_mm, rng)
             if line is None:

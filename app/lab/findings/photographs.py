@@ -19,7 +19,7 @@ from vo_core.findings.surface import Mask, Surface
 from vo_core.types import ByteImage, GrayImage
 
 TOLERANCES_PX = (5, 2)
-THRESHOLDS = 40
+THRESHOLDS = 16
 """Thresholds among which a filter of scikit-image has its best one."""
 
 Filter = Callable[..., GrayImage]

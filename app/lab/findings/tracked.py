@@ -14,8 +14,8 @@ from vo_core import Odometry
 from vo_core.findings.patches import girth_of
 from vo_core.mosaic.mosaic import LEAST_WEIGHT, Mosaic, Tile
 
-NAMES = ("nominal", "wide_lens", "dirty_lens", "spot_light", "forward")
-"""Scenarios: a view down, a fisheye, dirt on the glass, uneven light, a view along the pipe."""
+NAMES = ("nominal", "wide_lens", "forward")
+"""Scenarios: a view down, a fisheye, a view along the pipe."""
 
 LENGTH_MM = 3000.0
 VISIBLE = 0.8

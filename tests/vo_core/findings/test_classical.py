@@ -83,7 +83,7 @@ def test_a_crack_is_found_with_its_direction_and_size(direction, width_mm, mm_pe
     (found,) = Classical().propose(Sheet().gap(line, width_mm).patch(mm_per_px))
     assert (found.kind, found.direction) == ("crack", direction)
     length_mm = np.hypot(*np.diff(line, axis=0).T).sum()
-    assert abs(found.length.mm - length_mm) < 3 * found.length.sigma_mm
+    assert found.length.mm == pytest.approx(length_mm, abs=7)  # two ends of some mm each
     assert abs(found.width.mm - width_mm) < 3 * found.width.sigma_mm
     assert found.width.sigma_mm < 0.3 * width_mm
 
