@@ -1,5 +1,7 @@
 """What a code pack declares: bounds, grades, ratings, mapping; and what is said of a faulty one."""
 
+from pathlib import Path
+
 import pytest
 from reports import ENGLISH, entry, report
 
@@ -8,7 +10,7 @@ from app.reports.content.grade_words import rule_of
 from app.reports.content.grades import grade_of
 from app.reports.exchange.rows import rows_of
 from app.survey.catalogue import built_in, example_pack
-from app.survey.catalogue.columns import NEEDED
+from app.survey.catalogue.columns import NEEDED, OPTIONAL, RATING_NEEDED, THRESHOLDS
 from app.survey.catalogue.ratings import Rating, rate
 from app.survey.catalogue.read import read_table
 
@@ -38,6 +40,12 @@ def made_by_pack(*entries):
 def declared(seq, code, char1=None, char2=None, **stated):
     kind = PACK.named(code, char1, char2)
     return entry(seq, kind=kind, code=code, char1=char1, char2=char2, **stated)
+
+
+def test_every_column_is_explained_where_a_licence_holder_looks():
+    page = (Path(__file__).parents[3] / "docs" / "code_packs.md").read_text("utf-8")
+    columns = {*NEEDED, *OPTIONAL, *RATING_NEEDED} - set(THRESHOLDS)
+    assert {name for name in columns if f"`{name}`" not in page} == set()
 
 
 def test_the_example_says_what_a_pack_can_say():
