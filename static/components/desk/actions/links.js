@@ -1,5 +1,5 @@
 /**
- * Addresses of places in an inspection: ?defect=ID, ?t=12.3 (s), ?frame=123, ?d=12.40 (m). The address of
+ * Addresses of places in an inspection: ?defect=ID, ?finding=ID, ?t=12.3 (s), ?frame=123, ?d=12.40 (m). The address of
  * the page follows the selection, so that it can be shared at any time.
  */
 
@@ -32,7 +32,7 @@ export function followLinks(desk, signal) {
   };
   // A person who goes elsewhere meanwhile does not want to be brought back.
   for (const type of ['keydown', 'pointerdown']) addEventListener(type, () => found.abort(), until);
-  for (const source of [desk.track, desk.observations, desk.inspection]) {
+  for (const source of [desk.track, desk.observations, desk.findings, desk.inspection]) {
     source.addEventListener('change', look, until);
   }
   look();
@@ -73,13 +73,21 @@ function placeIn(address, desk) {
   const { track, observations, inspection, selection } = desk;
   const last = () => track.length - 1;
   const isWhole = () => track.length > 0 && !inspection.isUnfinished;
-  const defect = address.get('defect');
+  const [defect, finding] = [address.get('defect'), address.get('finding')];
   const [seconds, frame, metres] = [number('t'), number('frame'), number('d')];
   if (defect) {
     return () => {
       const item = observations.find(defect);
       if (item) selection.set(defect);
       return item && item.frame <= last() ? item.frame : null;
+    };
+  }
+  if (finding) {
+    return () => {
+      const item = desk.findings.find(finding);
+      if (!item || (item.frame ?? 0) > last()) return null;
+      desk.lookAt(item);
+      return item.frame;
     };
   }
   if (frame !== null) return () => (frame <= last() || isWhole() ? Math.max(0, Math.round(frame)) : null);

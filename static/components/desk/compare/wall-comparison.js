@@ -4,7 +4,7 @@
  */
 
 import { get, poll, post, refusalIn, remove } from '../../../core/server/api.js';
-import { html, renderNew } from '../../../core/page/html.js';
+import { html, render, renderNew } from '../../../core/page/html.js';
 import { may } from '../../../core/page/rights.js';
 import { Component } from '../../../core/page/store.js';
 import { WallMap } from '../../../core/wall/wall-map.js';
@@ -13,6 +13,7 @@ import { errorText, t, wordFor } from '../../../core/page/words.js';
 import { icon } from '../../shared/icon/icon.js';
 import { message } from '../../shared/message/message.js';
 import { orToast } from '../../shared/toast-stack/toast-stack.js';
+import { differencesMarkup } from './wall-differences.js';
 import './wall-register.js';
 
 const POLL_S = 1.5;
@@ -71,6 +72,8 @@ export class WallComparison extends Component {
     if (!isThere) return;
     const map = new WallMap(changes);
     await this.querySelector('wall-register').show(this.#earlier, this.later, map);
+    const list = await differencesMarkup(changes.differences, this.#earlier, this.later, this.signal);
+    render(this.querySelector('[data-part=differences]'), list);
     this.dispatchEvent(new CustomEvent('aligned', { detail: { map, matched: changes.matched } }));
   }
 
@@ -94,6 +97,7 @@ export class WallComparison extends Component {
 
 /** The walls, and in words where they are not in register. @param {Api['ChangesOut']} changes */
 const shownMarkup = ({ gaps }) => html`<wall-register></wall-register>
+  <div data-part="differences"></div>
   ${
     gaps.length > 0 &&
     html`<details class="more pad-3"><summary>${t('walls.gaps', { n: gaps.length })}</summary>
