@@ -72,6 +72,7 @@ from app.storage.folder.tokens import TokenFile
 from app.storage.folder.unfinished import Unfinished
 from app.storage.index.asset_index import AssetIndex
 from app.storage.index.asset_places import AssetPlaces
+from app.storage.index.features import FeatureIndex
 from app.storage.index.work_list import WorkList
 from app.storage.records.acceptance import AcceptanceStore
 from app.storage.records.access import AccessStore
@@ -409,6 +410,7 @@ class _Building:
         )
         background = Background(settings.map_tiles, settings.map_attribution)
         services.add(AssetMaps(AssetPlaces(database), background))
+        services.add(FeatureIndex(database))
         services.add(records.archive_export)
 
     def _tell_client(self) -> None:

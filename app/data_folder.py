@@ -28,6 +28,7 @@ from app.storage.database.database import Database, stored_at
 from app.storage.database.tables import Inspection
 from app.storage.folder.files import Places
 from app.storage.index.defect_index import DefectIndex
+from app.storage.records.assets import AssetStore
 from app.storage.records.corrections import CorrectionStore
 from app.storage.records.findings import FindingStore
 from app.storage.records.inspections import InspectionStore
@@ -76,6 +77,7 @@ class Records:
             self.corrections,
             self.tracks,
             self.packs,
+            AssetStore(database),
         )
         self.archive_export = ArchiveExport(
             self.defect_index, Rows(self.defect_index, self.corrections, self.tracks)

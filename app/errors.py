@@ -92,6 +92,14 @@ class BulkExportNotFound(AppError, status=404):
     """No bulk export has this id, or its archive is not made yet."""
 
 
+class FeatureNotFound(AppError, status=404):
+    """There is no such collection or feature of OGC API Features; the text says which."""
+
+
+class InvalidQuery(AppError, status=400):
+    """A parameter of OGC API Features is unknown or not understood; the text says which."""
+
+
 class FindingNotFound(AppError, status=404):
     """The inspection has no finding with this id."""
 

@@ -77,6 +77,7 @@ from app.web.routers.library import (
     work,
     work_orders,
 )
+from app.web.routers.ogc import routes as ogc
 from app.web.routers.server import accept, access, aiming, pages, server, tokens, uploads
 from app.web.schemas.failures import describe, failures
 
@@ -144,8 +145,8 @@ def _routes() -> list[BaseRoute]:
         catalogue.router, packs.router, rigs.router, register.router, reviews.router,
         findings.router, detectors.router, changes.router,
         imports.samples, archive.router, search.router, asset_map.router, work.router,
-        tokens.router, unrolled.router, server.router, live.router, viewer.router, pages.router,
-        acceptance.router, accept.router, work_orders.router,
+        tokens.router, ogc.router, unrolled.router, server.router, live.router, viewer.router,
+        pages.router, acceptance.router, accept.router, work_orders.router,
     ):  # fmt: skip
         every.include_router(part)
     return every.routes

@@ -13,6 +13,7 @@ from sqlalchemy import insert
 
 from app.storage.database.database import Database
 from app.storage.database.tables import Base, Inspection, ObservationRow, RegisteredAsset
+from app.survey.assets.box import box_around
 from app.survey.folding import folded, normalised_id
 
 MADE_AT = datetime(2026, 1, 1, tzinfo=UTC)
@@ -68,7 +69,8 @@ def registered_row(asset: Registered) -> dict[str, Any]:
     return {
         "asset_id": asset.asset, "normalised_id": normalised_id(asset.asset),
         "project": asset.project,
-        "header": {}, "line": asset.line, "folded": folded(asset.asset, asset.project),
+        "header": {}, "line": asset.line, **box_around(asset.line),
+        "folded": folded(asset.asset, asset.project),
         "changed_at": MADE_AT, "changed_by": "test",
     }  # fmt: skip
 
@@ -78,7 +80,8 @@ def inspection_row(number: int, survey: Inspected) -> dict[str, Any]:
     header = {"asset_id": survey.asset, "date": survey.day, "project": survey.project}
     return {
         "id": f"{number:032x}", "name": f"{survey.asset} {survey.day}", "status": survey.status,
-        "rig": clip_rig(), "header": header | survey.place, "source_kind": "upload",
+        "rig": clip_rig(), "header": header | survey.place, "project": survey.project,
+        "source_kind": "upload",
         "source_filename": "a.mp4", "source_size": 1, "source_sha256": "0" * 64,
         "video_file": "video.mp4", "video": {}, "corrections": {}, "revision": 0,
         "created_at": MADE_AT, "queued_at": MADE_AT, "finished_at": MADE_AT, "priority": 0,

@@ -105,9 +105,9 @@ def assets_of(
     alike |= {one.normalised_id: one.line for one in register if one.line}
     for one in register:
         line = one.line or lines.get(one.asset) or alike.get(one.normalised_id, [])
-        yield _asset(one.asset, one.project, line, by_asset.pop(one.asset, []))
+        yield asset_with(one.asset, one.project, line, by_asset.pop(one.asset, []))
     for asset, own in by_asset.items():
-        yield _asset(asset, None, lines[asset] or alike.get(own[0].normalised_id, []), own)
+        yield asset_with(asset, None, lines[asset] or alike.get(own[0].normalised_id, []), own)
 
 
 def _newest_line(surveys: Sequence[SurveyedPlace]) -> list[list[float]]:
@@ -115,12 +115,18 @@ def _newest_line(surveys: Sequence[SurveyedPlace]) -> list[list[float]]:
     return next((survey.line for survey in reversed(surveys) if survey.line), [])
 
 
-def _asset(
+def asset_with(
     asset: str,
     project: str | None,
     line: list[list[float]],
     surveys: Sequence[SurveyedPlace],
 ) -> MappedAsset:
+    """Return an asset with its inspections in figures.
+
+    Args:
+        asset, project, line: Of the register, as far as it is in there.
+        surveys: Its inspections, from the oldest to the newest.
+    """
     newest = _newest(surveys)
     return MappedAsset(
         asset=asset,

@@ -24,12 +24,17 @@ from app.storage.database.tables import (
     Inspection,
 )
 from app.storage.index.defect_index import STATED, DefectIndex, Token
+from app.storage.records.assets import AssetStore
+from app.storage.records.assets import asset_of as registered_asset
 from app.storage.records.inspections import InspectionStore
+from app.survey.assets.box import box_around
+from app.survey.assets.register import Line, one_line
 from app.survey.catalogue.table import CodeTable
 from app.survey.distances.film_quality import quality_of
 from app.survey.distances.interval import half_width_m
 from app.survey.fields.header import asset_of, number_of, project_of
 from app.survey.folding import folded, storable
+from app.survey.places.alignment import Alignment, alignment_of
 from app.survey.places.clock_hours import hour_bits
 from app.survey.places.place import ObservationView
 from app.survey.rounding import metres
@@ -58,6 +63,7 @@ class Indexer:
         corrections: Corrections,
         tracks: Tracks,
         packs: Packs,
+        register: AssetStore,
     ) -> None:
         self._index = index
         self._inspections = inspections
@@ -65,6 +71,7 @@ class Indexer:
         self._corrections = corrections
         self._tracks = tracks
         self._packs = packs
+        self._register = register
         self._failed: dict[str, Token] = {}
         """Inspections that could not be derived, and in which state."""
 
@@ -106,10 +113,25 @@ class Indexer:
             return
         views = self._observations.all(inspection_id)
         table = self._packs.table_of(row.header)
-        self._index.put(token, self._indexed(row), [_defect(view, table) for view in views])
+        end = self._corrections.end(row) or (None, None)
+        registered = self._line_of(row.header)
+        surveyed_m = None if end[0] is None else metres(end[0])
+        course = alignment_of(row.header, registered, surveyed_m)
+        indexed = self._indexed(row, end, _line(row.header, registered, course))
+        self._index.put(token, indexed, [_defect(view, table, course) for view in views])
 
-    def _indexed(self, row: Inspection) -> IndexedInspection:
-        distance_mm, sigma_mm = self._corrections.end(row) or (None, None)
+    def _line_of(self, header: Mapping[str, Any]) -> Line:
+        asset_id = asset_of(header)
+        row = self._register.find(one_line(asset_id)) if asset_id else None
+        return registered_asset(row).line if row else ()
+
+    def _indexed(
+        self,
+        row: Inspection,
+        end: tuple[float | None, float | None],
+        line: list[list[float]],
+    ) -> IndexedInspection:
+        distance_mm, sigma_mm = end
         quality = quality_of(self._tracks.get(row.id), self._tracks.health(row.id).columns())
         return IndexedInspection(
             inspection_id=row.id,
@@ -122,7 +144,22 @@ class Indexer:
             **{} if quality is None else vars(quality),
             **_position(row.header, "start"),
             **_position(row.header, "end"),
+            line=line or None,
+            **box_around(line),
         )
+
+
+def _line(
+    header: Mapping[str, Any], registered: Line, course: Alignment | None
+) -> list[list[float]]:
+    """Return the course; without its length the line of the register, else the stated ends."""
+    if course is not None:
+        return [list(point) for point in course.part(0.0, course.length_m)]
+    if registered:
+        return [list(point) for point in registered]
+    stated = {**_position(header, "start"), **_position(header, "end")}
+    ends = ("start", "end")
+    return [[stated[f"{end}_lon"], stated[f"{end}_lat"]] for end in ends if f"{end}_lon" in stated]
 
 
 def _position(header: Mapping[str, Any], end: str) -> dict[str, float]:
@@ -141,11 +178,11 @@ def surveyed_on(header: Mapping[str, Any], created_at: datetime) -> date:
         return created_at.date()
 
 
-def _defect(view: ObservationView, table: CodeTable) -> IndexedDefect:
+def _defect(view: ObservationView, table: CodeTable, course: Alignment | None) -> IndexedDefect:
     row, tag, place = view.row, view.row.tag, view.place
     kind = table.named(tag.code, tag.char1, tag.char2)
     stated = {name: getattr(tag, name) for name in STATED}
-    derived = {
+    derived: dict[str, Any] = {
         "observation_id": row.id,
         "seq": row.seq,
         "created_at": row.created_at,
@@ -159,6 +196,8 @@ def _defect(view: ObservationView, table: CodeTable) -> IndexedDefect:
         "clock_hours": hour_bits(view.clock, tag.clock_to),
         "remark": None if tag.remark is None else storable(tag.remark),
     }
+    if course is not None and derived["distance_m"] is not None:
+        derived["lon"], derived["lat"] = course.at(derived["distance_m"])
     labels = (kind.label, *kind.labels.values()) if kind else ()
     return IndexedDefect(folded=folded(derived["remark"], tag.code, *labels), **stated | derived)
 

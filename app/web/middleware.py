@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import ipaddress
 import logging
 import re
@@ -289,6 +290,8 @@ class Guard:
             inspection_id, ticket = ticketed.groups()
             return await asyncio.to_thread(access.by_ticket, ticket, inspection_id)
         scheme, _, token = connection.headers.get("authorization", "").partition(" ")
+        if scheme.lower() == "basic" and _is_for_gis(connection.scope["path"]):
+            scheme, token = "bearer", _password_of(token)
         if scheme.lower() == "bearer":
             address = address_of(connection)
             return await asyncio.to_thread(access.by_token, token.strip(), address)
@@ -310,6 +313,21 @@ def _logged(scope: Scope) -> str:
     """Return the path of a request as the log may show it: without the secret of a link."""
     path: str = scope["path"]
     return f"{_BY_LINK}..." if path.startswith(_BY_LINK) else path
+
+
+def _is_for_gis(path: str) -> bool:
+    """Return whether a token may come as the password of a user: only where nothing can be changed,
+    because a browser may send a password by itself.
+    """
+    return path == "/ogc" or path.startswith("/ogc/")
+
+
+def _password_of(credentials: str) -> str:
+    """Return the password of Basic credentials (RFC 7617), whatever the user is called."""
+    try:
+        return base64.b64decode(credentials, validate=True).decode("utf-8").partition(":")[2]
+    except ValueError:
+        return ""
 
 
 async def require_seen(connection: HTTPConnection) -> None:
@@ -405,7 +423,10 @@ def _refusal(scope: Scope, error: Unauthenticated) -> Response:
         # A token in a wrong address is not passed on.
         wanted = f"{path}?{query}" if query and "token=" not in query else path
         return RedirectResponse(f"/login?next={quote(wanted)}", 303)
-    return answer(error)
+    response = answer(error)
+    if _is_for_gis(path):
+        response.headers["WWW-Authenticate"] = 'Basic realm="Chainage", charset="UTF-8"'
+    return response
 
 
 def _is_address(host: str) -> bool:

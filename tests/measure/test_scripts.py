@@ -11,6 +11,7 @@ SHORTEST = {
     "archive": ["equal", "--films", "2"],
     "collection": [],
     "counter": ["--only", "white on a light wall"],
+    "features": ["--features", "3000"],
     "film_of_the_desk": ["{out}/desk.webp"],
     "long_survey": ["20x2000"],
     "map": ["--assets", "200", "--inspections", "1"],

@@ -82,6 +82,18 @@ class Base(DeclarativeBase):
         return {column.key: getattr(self, column.key) for column in self.__table__.columns}
 
 
+BOX = ("south", "north", "west", "east")
+
+
+class Boxed:
+    """What lies on the map, with the box around it in degrees; all None if its place is unknown."""
+
+    west: Mapped[float | None] = mapped_column(Float)
+    south: Mapped[float | None] = mapped_column(Float)
+    east: Mapped[float | None] = mapped_column(Float)
+    north: Mapped[float | None] = mapped_column(Float)
+
+
 class LoginSession(Base):
     """A browser that exchanged a token for a cookie; only the cookie's SHA-256 is kept."""
 
@@ -585,11 +597,12 @@ class Heartbeat(Base):
     at: Mapped[datetime]
 
 
-class RegisteredAsset(Base):
+class RegisteredAsset(Boxed, Base):
     """A culvert of the owner's register, inspected or not."""
 
     PROJECT = "project"
     __tablename__ = "assets"
+    __table_args__ = (Index("ix_assets_box", *BOX, "asset_id"),)
 
     asset_id: Mapped[str] = mapped_column(String(200), primary_key=True)
     """As people write it in the header of an inspection."""
@@ -630,10 +643,11 @@ class InspectionLabel(Base):
     label: Mapped[str] = mapped_column(String(50), primary_key=True, index=True)
 
 
-class IndexedInspection(Base):
+class IndexedInspection(Boxed, Base):
     """What the search knows of an inspection; derived, so that it may be deleted at any time."""
 
     __tablename__ = "indexed_inspections"
+    __table_args__ = (Index("ix_indexed_inspections_box", *BOX, "inspection_id"),)
 
     inspection_id: Mapped[str] = mapped_column(
         String(32), ForeignKey("inspections.id", ondelete="CASCADE"), primary_key=True
@@ -656,6 +670,8 @@ class IndexedInspection(Base):
     start_lon: Mapped[float | None] = mapped_column(Float)
     end_lat: Mapped[float | None] = mapped_column(Float)
     end_lon: Mapped[float | None] = mapped_column(Float)
+    line: Mapped[list[list[float]] | None] = mapped_column(JSON(none_as_null=True))
+    """Course on the map: longitude and latitude in degrees, from where the distance is 0."""
     distance_m: Mapped[float | None] = mapped_column(Float)
     """Corrected distance of the end, with half of its 95 % interval."""
     distance_u95_m: Mapped[float | None] = mapped_column(Float)
@@ -678,6 +694,7 @@ class IndexedDefect(Base):
     __tablename__ = "indexed_defects"
     __table_args__ = (
         Index("ix_indexed_defects_asset", "asset"),
+        Index("ix_indexed_defects_place", "lat", "lon", "inspection_id", "observation_id"),
         Index("ix_indexed_defects_newest", "created_at", "inspection_id", "observation_id"),
         # All that is filtered but text: SQLite reads it in place of the rows, five times as fast.
         Index(
@@ -721,6 +738,9 @@ class IndexedDefect(Base):
     continuous: Mapped[str | None] = mapped_column(String(4))
     distance_m: Mapped[float | None] = mapped_column(Float)
     distance_u95_m: Mapped[float | None] = mapped_column(Float)
+    lon: Mapped[float | None] = mapped_column(Float)
+    """Place on the course of the inspection, in degrees; latitude follows."""
+    lat: Mapped[float | None] = mapped_column(Float)
     clock: Mapped[int | None]
     clock_to: Mapped[int | None]
     clock_hours: Mapped[int]

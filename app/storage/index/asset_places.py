@@ -44,6 +44,21 @@ class SurveyedPlace(NamedTuple):
         return [[lon, lat] for lon, lat in ends if lon is not None and lat is not None]
 
 
+SURVEYED = select(
+    IndexedInspection.asset,
+    IndexedInspection.asset_normalised_id,
+    IndexedInspection.project,
+    HAS_RUN,
+    IndexedInspection.surveyed_on,
+    IndexedInspection.worst_severity,
+    IndexedInspection.start_lon,
+    IndexedInspection.start_lat,
+    IndexedInspection.end_lon,
+    IndexedInspection.end_lat,
+).join(Inspection, Inspection.id == IndexedInspection.inspection_id)
+"""The fields of a `SurveyedPlace`."""
+
+
 class AssetPlaces(Store):
     """Reads the register and the index for the map."""
 
@@ -63,22 +78,8 @@ class AssetPlaces(Store):
             RegisteredAsset.project,
             RegisteredAsset.line,
         ).order_by(RegisteredAsset.asset_id)
-        surveyed = (
-            select(
-                IndexedInspection.asset,
-                IndexedInspection.asset_normalised_id,
-                IndexedInspection.project,
-                HAS_RUN,
-                IndexedInspection.surveyed_on,
-                IndexedInspection.worst_severity,
-                IndexedInspection.start_lon,
-                IndexedInspection.start_lat,
-                IndexedInspection.end_lon,
-                IndexedInspection.end_lat,
-            )
-            .join(Inspection, Inspection.id == IndexedInspection.inspection_id)
-            .where(IndexedInspection.asset_normalised_id.is_not(None))
-            .order_by(*NEWEST_LAST, Inspection.created_at)
+        surveyed = SURVEYED.where(IndexedInspection.asset_normalised_id.is_not(None)).order_by(
+            *NEWEST_LAST, Inspection.created_at
         )
         if normalised_id is not None:
             registered = registered.where(RegisteredAsset.normalised_id == normalised_id)

@@ -37,7 +37,7 @@ from app.survey.folding import folded, normalised_id
 from app.survey.observations.defects import NO_DEFECTS, is_defect, part_of
 from app.survey.observations.tag import Tag
 
-INDEX_VERSION = 4
+INDEX_VERSION = 5
 """Version of how rows are derived: rows of another version are made again."""
 
 _PAGE = 2_000
@@ -153,12 +153,12 @@ class DefectIndex(Store):
         total = counted(session, select(IndexedDefect.inspection_id).where(*conditions))
         if total <= page.offset:
             return total, []  # without a second search through all of them
-        return total, _found(session, _WITH_PHOTO.join(keys, is_wanted).order_by(*order))
+        return total, _found(session, WITH_PHOTO.join(keys, is_wanted).order_by(*order))
 
     @reading
     def defects_of(self, session: Session, inspection_ids: Sequence[str]) -> list[FoundDefect]:
         """Return the defects of some inspections, each in the order of its numbers."""
-        query = _WITH_PHOTO.where(IndexedDefect.inspection_id.in_(inspection_ids)).order_by(
+        query = WITH_PHOTO.where(IndexedDefect.inspection_id.in_(inspection_ids)).order_by(
             IndexedDefect.inspection_id, IndexedDefect.seq
         )
         return _found(session, query)
@@ -200,7 +200,7 @@ class DefectIndex(Store):
         """Yield all indexed defects, by inspection and id, some at a time."""
         last = ("", "")
         while True:
-            query = _WITH_PHOTO.where(tuple_(*_KEY) > last).order_by(*_KEY).limit(_PAGE)
+            query = WITH_PHOTO.where(tuple_(*_KEY) > last).order_by(*_KEY).limit(_PAGE)
             with self.database.read() as session:
                 found = _found(session, query)
             if not found:
@@ -227,10 +227,10 @@ _STALE = _TOKEN.outerjoin(
         IndexedInspection.newest_event.is_distinct_from(_NEWEST),
     )
 )
-_WITH_PHOTO = select(
-    IndexedDefect,
-    and_(ObservationRow.photo_frame == ObservationRow.frame, ObservationRow.photo_error.is_(None)),
-).join(
+HAS_PHOTO = and_(
+    ObservationRow.photo_frame == ObservationRow.frame, ObservationRow.photo_error.is_(None)
+)
+WITH_PHOTO = select(IndexedDefect, HAS_PHOTO).join(
     ObservationRow,
     and_(
         ObservationRow.inspection_id == IndexedDefect.inspection_id,

@@ -15,6 +15,7 @@ from app.storage.database.database import batches
 from app.storage.database.store import Store, reading, writing
 from app.storage.database.tables import IndexedInspection, RegisteredAsset
 from app.storage.index.queries import a_page, with_words
+from app.survey.assets.box import box_around
 from app.survey.assets.register import Asset, texts_of
 from app.survey.assets.register_table import Stated, Step, steps
 from app.survey.assets.search_terms import Page
@@ -75,6 +76,7 @@ class AssetStore(Store):
         """
         row = session.get(RegisteredAsset, asset.asset_id)
         require(None if row is None else asset_of(row))
+        _place_again(session, {asset.asset_id: [list(point) for point in asset.line]})
         return session.merge(RegisteredAsset(**columns_of(asset, who, datetime.now(UTC))))
 
     @writing
@@ -89,6 +91,7 @@ class AssetStore(Store):
         if row is None:
             raise AssetNotFound("There is no such asset in the register.")
         require(asset_of(row))
+        _place_again(session, {asset_id: []})
         session.delete(row)
 
     @reading
@@ -149,6 +152,7 @@ def columns_of(asset: Asset, who: str, now: datetime) -> dict[str, Any]:
         "project": asset.project,
         "header": dict(asset.header),
         "line": [list(point) for point in asset.line],
+        **box_around(asset.line),
         "folded": folded(normalised, *texts_of(asset)),
         "changed_at": now,
         "changed_by": who,
@@ -161,10 +165,22 @@ def _applied(
     """Insert and update rows, unless the register is no longer in the state of the plan."""
     if _state(session) != state:
         return False
+    _place_again(session, {row["asset_id"]: row["line"] for row in (*added, *changed)})
     for change, rows in ((insert, added), (update, changed)):
         if rows:
             session.execute(change(RegisteredAsset), rows)
     return True
+
+
+def _place_again(session: Session, lines: Mapping[str, list[list[float]]]) -> None:
+    """Have the inspections of those assets indexed again that are to get another line."""
+    for some in batches(lines):
+        is_of = RegisteredAsset.asset_id.in_(some)
+        query = select(RegisteredAsset.asset_id, RegisteredAsset.line).where(is_of)
+        stored = {asset_id: line for asset_id, line in session.execute(query)}  # noqa: C416
+        moved = [asset_id for asset_id in some if stored.get(asset_id, []) != lines[asset_id]]
+        indexed = IndexedInspection.asset.in_(moved)
+        session.execute(update(IndexedInspection).where(indexed).values(index_version=0))
 
 
 def _state(session: Session) -> Hashable:

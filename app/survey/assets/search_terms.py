@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from datetime import date
 from typing import Generic, Literal, TypeVar
 
+from app.survey.assets.box import Box
+
 Problem = Literal["lost", "too_fast", "too_dark", "overexposed", "blurred", "lens_dirty"]
 """What is wrong with a film; `app.survey.distances.film_quality` decides it."""
 DefectSort = Literal[
@@ -112,3 +114,18 @@ class InspectionFilter:
     label: str | None = None
     outdated: bool = False
     """Only those whose film an older program tracked."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FeatureFilter:
+    """Which assets, inspections or observations a map of another program wants; None wants all."""
+
+    box: Box | None = None
+    first: date | None = None
+    """First day of the surveys, and the last one."""
+    last: date | None = None
+    project: str | None = None
+    asset: str | None = None
+    code: str | None = None
+    key: tuple[str, ...] | None = None
+    """Of the only one that is wanted."""

@@ -1,0 +1,1 @@
+"""OGC API Features: what geographic information systems open as layers."""
