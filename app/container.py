@@ -60,6 +60,7 @@ from app.ops.memory import give_back
 from app.ops.metrics import Metrics, WatchedServices
 from app.reports.bulk import BulkExports
 from app.search.asset_map import AssetMaps, Background
+from app.search.features import Features
 from app.search.indexer import IndexWorker
 from app.search.search import Search
 from app.services import Services
@@ -410,7 +411,7 @@ class _Building:
         )
         background = Background(settings.map_tiles, settings.map_attribution)
         services.add(AssetMaps(AssetPlaces(database), background))
-        services.add(FeatureIndex(database))
+        services.add(Features(FeatureIndex(database)))
         services.add(records.archive_export)
 
     def _tell_client(self) -> None:

@@ -106,6 +106,8 @@ const WORDED_BY_THE_SERVER = new Set([
   'sample_failed',
   'camera_unreachable',
   'export_not_available',
+  'feature_not_found',
+  'invalid_query',
   'invalid_table',
   'no_such_film',
   'film_missing',

@@ -12,6 +12,7 @@ from typing import Any
 from starlette.datastructures import QueryParams
 
 from app.errors import InvalidQuery
+from app.search.features import AFTER
 from app.survey.assets.box import Box
 from app.survey.assets.search_terms import FeatureFilter
 from app.survey.given import LINE
@@ -24,9 +25,6 @@ _INSTANT = re.compile(
     r"\d{4}-\d{2}-\d{2}([Tt ]\d{2}:\d{2}:\d{2}(\.\d{1,9})?([Zz]|[+-]\d{2}:\d{2}))?", re.ASCII
 )
 _OPEN = ("", "..")
-
-AFTER = "after"
-"""Begins a page behind a feature; a client takes it from the link `next`."""
 
 
 def parameters(names: Collection[str]) -> list[dict[str, Any]]:

@@ -10,11 +10,10 @@ import msgspec
 from fastapi import APIRouter, Path, Request, Response
 
 from app import errors
-from app.storage.index.features import FeatureIndex
+from app.search.features import AFTER, COLLECTIONS, Collection, Features
 from app.survey.assets.search_terms import FeatureFilter
 from app.web.deps import Service, of_projects, viewer
-from app.web.routers.ogc.features import COLLECTIONS, Collection
-from app.web.routers.ogc.query import AFTER, parameters, parsed, require_known
+from app.web.routers.ogc.query import parameters, parsed, require_known
 from app.web.schemas.failures import content, failures
 from app.web.slow import slow
 
@@ -93,16 +92,14 @@ def collection(collection_id: CollectionId, request: Request) -> dict[str, Any]:
 @viewer
 @of_projects
 @slow
-def items(
-    collection_id: CollectionId, request: Request, features: Service[FeatureIndex]
-) -> Response:
+def items(collection_id: CollectionId, request: Request, features: Service[Features]) -> Response:
     """Return a page of features: from the index, which follows changes within seconds."""
     kind = _collection(collection_id)
     query = parsed(request.query_params, kind.parameters)
     after = None if query.after is None else kind.key(query.after)
     if query.after is not None and after is None:
         raise errors.InvalidQuery(f"{AFTER} is taken from the link next of another page.")
-    page = kind.read(features, query.wanted, after, query.limit)
+    page = features.page(kind, query.wanted, after, query.limit)
     server = _server(request)
     found = [kind.feature(row, server) for row in page.rows]
     here = f"{server}/ogc/collections/{kind.id}"
@@ -137,13 +134,13 @@ def item(
     collection_id: CollectionId,
     feature_id: FeatureId,
     request: Request,
-    features: Service[FeatureIndex],
+    features: Service[Features],
 ) -> Response:
     """Return a feature."""
     kind = _collection(collection_id)
     require_known(request.query_params)
     key = kind.key(feature_id)
-    rows = kind.read(features, FeatureFilter(key=key), None, 1).rows if key else ()
+    rows = features.page(kind, FeatureFilter(key=key), None, 1).rows if key else ()
     if not rows:
         raise errors.FeatureNotFound(f"There is no such feature in {kind.id}.")
     server = _server(request)

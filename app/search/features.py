@@ -12,13 +12,27 @@ from app.storage.database.tables import IndexedInspection, RegisteredAsset
 from app.storage.index.asset_places import SurveyedPlace
 from app.storage.index.features import FeatureIndex, FeaturePage, Key, Seen
 from app.survey.assets.search_terms import FeatureFilter
-from app.web.routers.ogc.query import AFTER
 
+AFTER = "after"
+"""Begins a page behind a feature; a client takes it from the link `next`."""
 Feature = dict[str, Any]
 _INSPECTED = (
     "name", "project", "asset", "surveyed_on", "distance_m", "distance_u95_m", "defects",
     "worst_severity",
 )  # fmt: skip
+
+
+class Features:
+    """Reads the collections."""
+
+    def __init__(self, index: FeatureIndex) -> None:
+        self._index = index
+
+    def page(
+        self, kind: Collection, wanted: FeatureFilter, after: Key | None, limit: int
+    ) -> FeaturePage[Any]:
+        """Return rows of a collection, those behind the key `after`."""
+        return kind.read(self._index, wanted, after, limit)
 
 
 @dataclass(frozen=True)
