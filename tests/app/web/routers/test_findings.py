@@ -7,6 +7,7 @@ import uuid
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -14,10 +15,13 @@ import httpx
 import numpy as np
 import onnx_files
 import pytest
-from builders import Client, assert_error, wait_until
+from builders import Client, assert_error, children, serving, wait_until
 from proposals import WAITING, finding, findings_of, settle
+from surveys import Survey
 
-from app.storage.database.database import FILE
+from app.storage.database.database import FILE, Database
+from app.storage.records.findings import FindingStore
+from app.storage.records.observations import ObservationStore
 
 FINDS_DARK = """
 name: Dark lines
@@ -80,6 +84,9 @@ def wall(shared: Client, own: str) -> Wall:
     wall = Wall(shared, own)
     settle(shared, own, finding(own), finding(own, 120.0))
     return wall
+
+
+WORKING = ("waiting", "searching")
 
 
 @pytest.fixture(scope="module")
@@ -233,3 +240,25 @@ def test_models_are_listed_deleted_and_refused(shared: Client, model: str) -> No
     body = {"upload_id": shared.upload(b"no model"), "declaration": other}
     assert_error(shared.post("/api/detectors", json=body), 422, "invalid_detector")
     assert shared.get("/healthz").status_code == 200
+
+
+def test_a_server_searches_what_waited_and_again_what_is_tracked_again(
+    survey: Survey, tmp_path: Path
+) -> None:
+    with closing(Database(survey.copied_to(tmp_path) / FILE)) as database:
+        store = FindingStore(database, ObservationStore(database))
+        store.put_search(survey.id, WAITING)  # as a server leaves it that dies in the middle
+    with serving(tmp_path, find_defects=True) as client:
+        wall = Wall(client, survey.id)
+        wait_until(lambda: wall.all()["search"]["state"] == "done")
+        rejected = finding(survey.id)
+        settle(client, survey.id, rejected)
+        wall.decide(rejected.id, "reject")
+        assert client.post(f"/api/inspections/{survey.id}/retry").is_success
+        wait_until(lambda: wall.all()["search"]["state"] != "done")
+        wait_until(lambda: wall.all()["search"]["state"] == "done")
+        assert wall.all()["counts"]["rejected"] == 1
+        assert client.post(f"{wall.path}/search", json={}).json()["state"] in WORKING
+        assert client.delete(f"/api/inspections/{survey.id}").status_code == 204
+        wait_until(lambda: not children("app.jobs.requests.finder"))
+        assert_error(client.get(wall.path), 404, "inspection_not_found")
