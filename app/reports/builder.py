@@ -34,6 +34,7 @@ from app.reports.report import (
     Units,
     along_the_pipe,
 )
+from app.reports.template import Section
 from app.reports.templates import ReportTemplates, company_of
 from app.reports.text.naming import file_stem
 from app.storage.blobs import keys
@@ -67,6 +68,10 @@ from vo_core.errors import InvalidRig
 from vo_core.mosaic.layout import Layout
 
 NO_EXTRAS = Extras()
+_NOT_BY_LINK: tuple[Section, ...] = ("scene", "checks")
+"""Sections that a client does not see by a link: what needs scripts, and the history, in which
+colleagues talk to each other.
+"""
 _ROLES: Mapping[str, Role] = {"A": "start", "C": "change", "B": "finish"}
 _OF_ROW = (
     "id", "name", "status", "created_at", "finished_at", "revision", "header", "reviewed_by",
@@ -195,6 +200,9 @@ class ReportBuilder:
         observations = self._observations.all(inspection_id)
         attachments = self._attachments.listed(inspection_id)
         template = self._templates.of_project(project_of(row.header)).template
+        if extras.for_acceptance:
+            chosen = [one for one in template.sections if one not in _NOT_BY_LINK]
+            template = template.model_copy(update={"sections": chosen})
         line = self._line_of(row.header)
         words = Translator(language, units)
         attached = Attached(

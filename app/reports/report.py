@@ -143,7 +143,7 @@ class Extras:
     """Photos and voice notes, in the JSON report."""
     csv_style: CsvStyle = "standard"
     for_acceptance: bool = False
-    """A mark on the pages and pictures of PDF and HTML, which then has no 3D view."""
+    """A mark on the pages and pictures of PDF and HTML, which then have no 3D view and history."""
 
 
 @dataclass(frozen=True, kw_only=True)

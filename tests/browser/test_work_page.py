@@ -82,3 +82,29 @@ def test_a_project_is_made_on_the_page_and_deleted_while_it_is_empty(
     page.get_by_role("button", name="Delete").click()
     expect(page.get_by_role("link", name="Round 2026")).to_be_visible()
     expect(page.get_by_role("link", name="Round 2027")).to_have_count(0)
+
+
+def test_orders_of_a_table_are_shown_with_their_day_and_end(page: Page, server: Server) -> None:
+    table = "Order;Asset;Reason;Due\nWO-7;CV-3;=Flood;01.02.2020\nWO-8;CV-1;;2099-12-31\nX;CV-9;;\n"
+    log_in(page, server)
+    rows = page.locator("tbody tr")
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Import work orders").click()
+    chooser.value.set_files(
+        {"name": "orders.csv", "mimeType": "text/csv", "buffer": table.encode()}
+    )
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("Not in the register")
+    expect_no_fault(page, within="dialog[open]")
+    dialog.get_by_role("button", name="Import 2 orders").click()
+    page.get_by_role("button", name="Overdue", exact=True).click()
+    expect(rows).to_have_count(1)
+    expect(rows.first).to_contain_text("overdue since")
+    expect(rows.first).to_contain_text("=Flood")
+    expect(rows.first.locator(".chip").first).to_have_text("To do")  # inspected before the order
+    expect_no_fault(page)
+    start = page.get_by_role("link", name="Start inspection of CV-3")
+    assert "order=WO-7" in (start.get_attribute("href") or "")
+    page.get_by_role("button", name="End order WO-7").click()
+    page.get_by_role("button", name="Cancel order").click()
+    expect(page.get_by_text("No section fits.")).to_be_visible()

@@ -105,7 +105,7 @@ TEMPLATES.globals |= {
 def write(report: Report) -> Written:
     """Write the report in its language and units."""
     t, is_marked = Translator.of(report), report.extras.for_acceptance
-    chosen = [one for one in report.template.sections if not (is_marked and one == "scene")]
+    chosen = report.template.sections
     scene, losses = _scene(report) if "scene" in chosen else (None, ())
     shown = shown_photos.shown_photos(report) if "photos" in chosen else []
     page = TEMPLATES.get_template("web_page.html").render(

@@ -112,6 +112,7 @@ def test_a_question_comes_back_into_the_review_and_its_reply_to_the_client(
     assert shared.put(path, json={"reply": "It is <there>."}).status_code == 200
     assert_error(shared.put(path[:-1] + "x", json={"reply": "a"}), 422, "invalid_request")
     page = delivery.page(1).text
+    assert "review moved on" not in page  # colleagues talk to each other in the history
     assert "Why &lt;b&gt;here&lt;/b&gt;?" in page
     assert "It is &lt;there&gt;." in page
     assert delivery.standing() == "answered"
