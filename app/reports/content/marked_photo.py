@@ -42,7 +42,7 @@ class MarkedPhoto:
     strokes: Sequence[Stroke]
     caption: str | None
     """Written below the picture, so that it hides nothing; it may have several lines."""
-    mark: str | None
+    mark: str | None = None
     """Written across the picture, which shows through."""
 
     @property
