@@ -45,6 +45,8 @@ class Truth:
     width_mm: float
     is_line: bool = True
     """Whether the outline of a crack is its line; otherwise it is the box in which it winds."""
+    is_visible: bool = True
+    """Whether most of it is in view; a finding on a part of it is not false in any case."""
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,8 @@ def score(metres: float, truth: Sequence[Truth], found: Sequence[Finding]) -> Sc
         shares = np.array([_share(each, finding) for finding in found])
         on_it = np.flatnonzero(shares > 0)
         touched.update(on_it.tolist())
+        if not each.is_visible:
+            continue
         is_found = bool(shares.sum() >= (FOUND if each.kind == "crack" else 1.0))
         cases.append(Case(each, found[int(shares.argmax())] if is_found else None))
     false = tuple(finding for k, finding in enumerate(found) if k not in touched)

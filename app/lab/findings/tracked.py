@@ -37,7 +37,8 @@ def tracked_wall(name: str, seed: int) -> PaintedWall:
     tiles |= {tile.index: tile for tile in mosaic.finish()}
     wall = PaintedWall(tiles, mosaic.layout, girth_of(scenario.rig, mosaic.layout), ())
     truth = [_truth(defect) for defect in scenario.defects]
-    return replace(wall, truth=tuple(each for each in truth if _is_visible(wall, each)))
+    seen = (replace(each, is_visible=_is_visible(wall, each)) for each in truth)
+    return replace(wall, truth=tuple(seen))
 
 
 def _with_defects(scenario: Scenario, seed: int) -> Scenario:
