@@ -1,6 +1,6 @@
 """Measures how well the walls of two surveys of one rendered culvert are aligned.
 
-    python tests/measure walls [--culverts 20] [--tracked 3] [--length-mm 6000]
+    python tests/measure walls [--culverts 20] [--tracked 2] [--length-mm 6000]
                                [--write docs/changes.md]
 
 The later survey has another lens, height, resolution and light, a fifth of the wall is under new
@@ -157,7 +157,9 @@ def table(rows: Sequence[tuple[str, Sequence[Row]]], false: tuple[int, int]) -> 
 def _judged(task: tuple[int, float, bool]) -> Row:
     seed, length_mm, is_tracked = task
     earlier, later, is_opposite = kept(seed, length_mm, is_tracked=is_tracked)
-    return judged(earlier, later, is_opposite=is_opposite, length_mm=length_mm)
+    row = judged(earlier, later, is_opposite=is_opposite, length_mm=length_mm)
+    print(f"culvert {seed}: end {row.end_mm:.2f} mm, holds {row.holds:.3f}", flush=True)
+    return row
 
 
 def _is_false(task: tuple[int, int, float]) -> bool:
@@ -172,7 +174,7 @@ def main() -> None:
     """Measure, print, and write the figures if a file is named."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--culverts", type=int, default=20)
-    parser.add_argument("--tracked", type=int, default=3)
+    parser.add_argument("--tracked", type=int, default=2)
     parser.add_argument("--length-mm", type=float, default=6000.0)
     parser.add_argument("--write", type=Path)
     options = parser.parse_args()
