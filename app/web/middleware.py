@@ -331,9 +331,11 @@ def _password_of(credentials: str) -> str:
 
 
 async def require_seen(connection: HTTPConnection) -> None:
-    """Raise InspectionNotFound unless the running request sees the inspection in its address."""
+    """Raise InspectionNotFound unless the running request sees the inspections in its address."""
     inspections: Inspections = connection.app.state.services[Inspections]
-    await asyncio.to_thread(inspections.row, connection.path_params["inspection_id"])
+    for name in ("inspection_id", "earlier_id"):
+        if name in connection.path_params:
+            await asyncio.to_thread(inspections.row, connection.path_params[name])
 
 
 def _is_foreign_failure(status: int, headers: MutableHeaders) -> bool:
