@@ -20,6 +20,10 @@ LINE_CELLS = 5
 SAME = 0.3
 """Share of the smaller of two findings that lies on the other if they are one."""
 
+APART_MM = 10.0
+"""By so much each of two findings goes on farther than the other if the one is cut, and not only
+seen a little differently."""
+
 LONGEST_MM = 10_000.0
 """A finding that goes on for longer is told in parts, so that a crew need not wait for its end."""
 
@@ -132,11 +136,11 @@ def joined(one: Finding, other: Finding, border_mm: float | None) -> Finding:
             surroundings; None if both lie in one patch.
     """
     longer = max(one, other, key=_reach_mm)
-    (a_from, a_to), (b_from, b_to) = one.axial_range_mm, other.axial_range_mm
-    goes_on = border_mm is not None and min(a_to, b_to) > border_mm > max(a_from, b_from)
-    if not goes_on or border_mm is None or a_from <= b_from <= b_to <= a_to:
+    left, right = sorted((one, other), key=lambda each: each.axial_range_mm)
+    (left_from, left_to), (right_from, right_to) = left.axial_range_mm, right.axial_range_mm
+    tells_more = right_from - left_from > APART_MM and right_to - left_to > APART_MM
+    if border_mm is None or not (tells_more and right_from < border_mm < left_to):
         return replace(longer, score=max(one.score, other.score))
-    left, right = (one, other) if a_from < b_from else (other, one)
     outline = _line_over(left, right, border_mm) if one.kind == "crack" else _area_over(left, right)
     whole = replace(longer, outline_mm=outline, score=max(one.score, other.score))
     whole_mm = _reach_mm(whole)
@@ -156,11 +160,14 @@ def _longer(size: Size | None, by_mm: float) -> Size | None:
 
 
 def _line_over(left: Finding, right: Finding, border_mm: float) -> Matrix:
-    """Line of `left` before the border and of `right` beyond it."""
-    lines = [each.outline_mm for each in (left, right)]
-    lines = [line if line[0, 0] <= line[-1, 0] else line[::-1] for line in lines]
-    before, beyond = lines[0][lines[0][:, 0] < border_mm], lines[1][lines[1][:, 0] >= border_mm]
-    return np.vstack([before, beyond])
+    """Line of `left` up to the border, and of `right` from the place that is nearest to there."""
+    before, beyond = (
+        line if line[0, 0] <= line[-1, 0] else line[::-1]
+        for line in (left.outline_mm, right.outline_mm)
+    )
+    before = before[: int(np.argmax(before[:, 0] >= border_mm)) + 1]
+    nearest = int(np.hypot(*(beyond - before[-1]).T).argmin())
+    return np.vstack([before, beyond[nearest + 1 :]])
 
 
 def _area_over(left: Finding, right: Finding) -> Matrix:

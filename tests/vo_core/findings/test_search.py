@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from vo_core.findings.finding import Finding
+from vo_core.findings.measuring import length_of
 from vo_core.findings.patches import blocks_of, patch_of, tiles_of
 from vo_core.findings.search import Search, propose
 from vo_core.mosaic.layout import Layout
@@ -71,6 +72,32 @@ def test_a_growing_wall_tells_each_finding_once_when_it_is_complete(order):
     every = [box for part in told for box in part] + boxes(search.finish())
     assert sorted(every) == boxes(propose(DarkAreas(), patches))
     assert len(every) == len(areas)
+
+
+class OneCrack:
+    """Proposes the part of a line that a patch shows, seen a little differently by each."""
+
+    def __init__(self, line_mm):
+        self.line_mm = line_mm
+
+    def propose(self, patch):
+        to_mm = patch.axial_from_mm + patch.image.shape[1] * patch.mm_per_px
+        axial_mm = self.line_mm[:, 0]
+        line_mm = self.line_mm[(axial_mm > patch.axial_from_mm) & (axial_mm < to_mm)]
+        if len(line_mm) < 2:
+            return []
+        line_mm = line_mm + [0.0, 1.0 if patch.axial_from_mm > 0 else -1.0]
+        return [Finding("crack", line_mm, length_of(line_mm), None, None, 0.5)]
+
+
+@pytest.mark.parametrize("end_mm", [(1020.0, 200.0), (1700.0, -150.0)])
+def test_a_crack_that_winds_about_the_border_of_two_patches_is_as_long_as_it_is(end_mm):
+    share = np.linspace(0.0, 1.0, 400)[:, None]
+    line_mm = (1 - share) * [980.0, -200.0] + share * end_mm
+    line_mm += np.sin(40 * share) * [15.0, 0.0]
+    (found,) = propose(OneCrack(line_mm), wall((-1, -1, 0, 0)))
+    assert found.length.mm == pytest.approx(length_of(line_mm).mm, abs=5)
+    assert length_of(found.outline_mm).mm == pytest.approx(found.length.mm)
 
 
 def test_two_areas_beside_each_other_stay_two():
