@@ -100,16 +100,16 @@ def test_what_is_missing_is_named_and_what_is_typed_is_kept_and_saved(
     ]  # fmt: skip
 
     # Tabs are moved by arrows.
-    header = panel.get_by_role("tab", name="Header")
     defects = panel.get_by_role("tab", name="Defects")
-    header.focus()
+    proposals = panel.get_by_role("tab", name="Look here")
+    panel.get_by_role("tab", name="Header").focus()
     panel.keyboard.press("Home")
     expect(defects).to_be_focused()
     expect(defects).to_have_attribute("aria-selected", "true")
     expect(panel.get_by_role("tabpanel", name="Defects")).to_be_visible()
     panel.keyboard.press("ArrowRight")
-    expect(header).to_be_focused()
-    expect(panel.get_by_role("tabpanel", name="Header")).to_be_visible()
+    expect(proposals).to_be_focused()
+    expect(panel.get_by_role("tabpanel", name="Look here")).to_be_visible()
 
 
 def test_the_rig_and_the_clock_fill_a_new_header(page: Page, server: Server) -> None:
