@@ -9,7 +9,7 @@ import { t } from './words.js';
  * @property {string} [label] what it does, for the help; none: the help does not list it
  * @property {string[]} [shown] the keys as the help writes them, if not all of `keys`
  * @property {(event: KeyboardEvent, key: string) => void} [run] none: the help alone lists it
- * @property {() => boolean} [when] its scope: elsewhere the key belongs to a later binding
+ * @property {() => boolean} [when] its scope: within it the key is taken from a binding without one
  */
 
 /**
@@ -99,6 +99,7 @@ export function isTaken(target, key) {
  */
 export function bindKeys(target, bindings, signal, except = new Set()) {
   let isFree = false;
+  const scopedFirst = bindings.toSorted((a, b) => Number(!a.when) - Number(!b.when));
   target.addEventListener(
     'keydown',
     (/** @type {any} */ event) => {
@@ -112,7 +113,9 @@ export function bindKeys(target, bindings, signal, except = new Set()) {
     (/** @type {any} */ event) => {
       const key = keyName(event);
       // Looked up each time: the person may have put it on another key meanwhile.
-      const binding = bindings.find(({ keys, when = always }) => keys.some((usual) => keyFor(usual) === key) && when());
+      const binding = scopedFirst.find(
+        ({ keys, when = always }) => keys.some((usual) => keyFor(usual) === key) && when(),
+      );
       if (!binding || !isKeyOn(key) || event.altKey || except.has(key) || !isFree) return;
       event.preventDefault();
       binding.run(

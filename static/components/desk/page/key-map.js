@@ -24,7 +24,7 @@ const PAN = {
  */
 export function keyMap(page) {
   const isAllowed = (/** @type {any} */ { needs = 'viewer' }) => (needs === 'operator' ? mayEdit() : may(needs));
-  return [findingKeys(page), tagKeys(page), playKeys(page), defectKeys(page), stripKeys(page), helpKeys(page)]
+  return [tagKeys(page), playKeys(page), defectKeys(page), findingKeys(page), stripKeys(page), helpKeys(page)]
     .filter(isAllowed)
     .map(({ title, bindings }) => ({ title, bindings: bindings.filter(isAllowed) }));
 }
