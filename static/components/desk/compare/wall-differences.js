@@ -34,5 +34,11 @@ const rowMarkup = ({ mark, finding, run }) => {
   return html`<li class="row wrap gap-row"><b>${wordFor('assets.change', mark)}</b>
     <a class="shrinks" href="${where}">${titleOf(finding)}</a>
     <span class="number dim">${[placeText(finding), sizeText(finding)].filter(Boolean).join(' · ')}</span>
-    <span class="dim">${finding.state === 'offered' ? t('walls.undecided') : wordFor('finding_state', finding.state)}</span></li>`;
+    <span class="dim">${stateOf(mark, finding)}</span></li>`;
+};
+
+/** What is gone was proposed in the earlier run: nobody need decide about it now. */
+const stateOf = (mark, { state }) => {
+  if (state !== 'offered') return wordFor('finding_state', state);
+  return mark === 'gone' ? t('walls.only_earlier') : t('walls.undecided');
 };

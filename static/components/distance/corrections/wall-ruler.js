@@ -76,7 +76,7 @@ export class WallRuler extends Component {
 
   #show() {
     const { earlier_id: earlier, state, version, known } = this.#offer;
-    const isDone = state === 'done' && (known.length === 0 || recall(this.key, null) === version);
+    const isDone = state === 'done' && (known.length === 0 || recall(this.key, '') === version);
     this.hidden = !earlier || isDone;
     if (this.hidden) return;
     renderNew(this, html`<h3>${t('ruler.title')}</h3>${this.#stateMarkup()}`);

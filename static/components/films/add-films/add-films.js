@@ -137,7 +137,7 @@ const formMarkup =
       <span class="fault" role="alert" data-part="folderFault"></span>
       <span class="help">${t('add.folder_help')}</span></div>
     <div class="field"><label for="add-header">${t('add.header')} <span class="required">${t('page.optional')}</span></label>
-      <input class="input add__file" id="add-header" type="file" accept=".csv,text/csv" aria-describedby="add-header-help" data-part="header" />
+      <input class="input" id="add-header" type="file" accept=".csv,text/csv" aria-describedby="add-header-help" data-part="header" />
       <span class="help" id="add-header-help">${t('add.header_help')}</span></div>
     <div class="field"><label for="add-priority">${t('archive.priority')} <span class="required">${t('page.optional')}</span></label>
       <input class="input" id="add-priority" type="number" min="-9" max="9" step="1" aria-describedby="add-priority-help" data-part="priority" />
