@@ -8,18 +8,13 @@ from typing import Any
 from urllib.parse import quote
 
 from app.search.asset_map import asset_with
-from app.storage.database.tables import IndexedInspection, RegisteredAsset
 from app.storage.index.asset_places import SurveyedPlace
-from app.storage.index.features import FeatureIndex, FeaturePage, Key, Seen
+from app.storage.index.features import FeatureIndex, FeaturePage, Inspected, Key, Listed, Seen
 from app.survey.assets.search_terms import FeatureFilter
 
 AFTER = "after"
 """Begins a page behind a feature; a client takes it from the link `next`."""
 Feature = dict[str, Any]
-_INSPECTED = (
-    "name", "project", "asset", "surveyed_on", "distance_m", "distance_u95_m", "defects",
-    "worst_severity",
-)  # fmt: skip
 
 
 class Features:
@@ -54,7 +49,7 @@ class Collection:
         return parts if is_whole and "\x00" not in feature_id else None
 
 
-def _asset(row: tuple[RegisteredAsset, list[SurveyedPlace]], server: str) -> Feature:
+def _asset(row: tuple[Listed, list[SurveyedPlace]], server: str) -> Feature:
     asset, surveys = row
     figures = asset_with(asset.asset_id, asset.project, asset.line, surveys)
     properties = {
@@ -69,10 +64,11 @@ def _asset(row: tuple[RegisteredAsset, list[SurveyedPlace]], server: str) -> Fea
     return _feature(asset.asset_id, asset.line, properties)
 
 
-def _inspection(row: IndexedInspection, server: str) -> Feature:
-    properties = {name: getattr(row, name) for name in _INSPECTED}
-    properties["page"] = f"{server}/inspections/{row.inspection_id}"
-    return _feature(row.inspection_id, row.line, properties)
+def _inspection(row: Inspected, server: str) -> Feature:
+    properties: dict[str, Any] = row._asdict()
+    inspection_id, line = properties.pop("inspection_id"), properties.pop("line")
+    properties["page"] = f"{server}/inspections/{inspection_id}"
+    return _feature(inspection_id, line, properties)
 
 
 def _observation(row: Seen, server: str) -> Feature:

@@ -42,6 +42,30 @@ class FeaturePage(Generic[Row]):
     is_last: bool
 
 
+class Listed(NamedTuple):
+    """What a map shows of a registered asset."""
+
+    asset_id: str
+    project: str | None
+    header: dict[str, Any]
+    line: list[list[float]]
+
+
+class Inspected(NamedTuple):
+    """What a map shows of an indexed inspection."""
+
+    inspection_id: str
+    name: str
+    project: str | None
+    asset: str | None
+    surveyed_on: date
+    line: list[list[float]] | None
+    distance_m: float | None
+    distance_u95_m: float | None
+    defects: int
+    worst_severity: int | None
+
+
 class Seen(NamedTuple):
     """What a map shows of an indexed observation."""
 
@@ -74,6 +98,8 @@ class Seen(NamedTuple):
 
 
 # Columns, as rows of a mapped class take twice as long.
+_LISTED = select(*(getattr(RegisteredAsset, name) for name in Listed._fields))
+_INSPECTED = select(*(getattr(IndexedInspection, name) for name in Inspected._fields))
 _SEEN = WITH_PHOTO.with_only_columns(
     *(getattr(IndexedDefect, name) for name in Seen._fields[:-1]), HAS_PHOTO
 )
@@ -85,12 +111,12 @@ class FeatureIndex(Store):
     @reading
     def assets(
         self, session: Session, wanted: FeatureFilter, after: Key | None, limit: int
-    ) -> FeaturePage[tuple[RegisteredAsset, list[SurveyedPlace]]]:
+    ) -> FeaturePage[tuple[Listed, list[SurveyedPlace]]]:
         """Return registered assets, each with its inspections from the oldest to the newest."""
         key = (RegisteredAsset.asset_id,)
         conditions = list(_of_asset(wanted))
-        page = _page(session, select(RegisteredAsset), conditions, key, after, limit)
-        rows = [row for (row,) in page.rows]
+        page = _page(session, _LISTED, conditions, key, after, limit)
+        rows = [Listed._make(row) for row in page.rows]
         surveys: dict[str, list[SurveyedPlace]] = {row.asset_id: [] for row in rows}
         found = SURVEYED.where(IndexedInspection.asset.in_(surveys))
         for each in session.execute(found.order_by(*NEWEST_LAST, Inspection.created_at)):
@@ -101,12 +127,12 @@ class FeatureIndex(Store):
     @reading
     def inspections(
         self, session: Session, wanted: FeatureFilter, after: Key | None, limit: int
-    ) -> FeaturePage[IndexedInspection]:
+    ) -> FeaturePage[Inspected]:
         """Return indexed inspections."""
         key = (IndexedInspection.inspection_id,)
         conditions = list(_of_inspection(wanted))
-        page = _page(session, select(IndexedInspection), conditions, key, after, limit)
-        return FeaturePage(page.matched, [row for (row,) in page.rows], page.is_last)
+        page = _page(session, _INSPECTED, conditions, key, after, limit)
+        return FeaturePage(page.matched, [Inspected._make(row) for row in page.rows], page.is_last)
 
     @reading
     def observations(
