@@ -190,7 +190,7 @@ class Guard:
             except AppError as error:
                 await answer(error)(scope, receive, send)
             else:
-                principal: Principal | None = scope["state"].get("principal")
+                principal: Principal | None = scope.get("state", {}).get("principal")
                 stack.enter_context(limits.limited(principal.limit if principal else None))
                 if scope["type"] == "websocket":
                     await self._serve_while_logged_in(connection, receive, send)

@@ -59,7 +59,7 @@ export class WallMap {
   gapsWithin(low, high) {
     const held = this.pieces
       .map((piece) => ({ piece, ends: [piece.from.earlier, piece.to.earlier].sort((a, b) => a - b) }))
-      .sort((a, b) => a.ends[0] - b.ends[0]);
+      .sort((a, b) => a.ends[0] - b.ends[0] || a.ends[1] - b.ends[1]);
     const edges = [low, ...held.flatMap(({ ends }) => ends), high];
     /** @type {Gap[]} */
     const gaps = [];

@@ -143,5 +143,7 @@ def test_the_code_pack_is_complete(shared: Client) -> None:
         "needs_clock": "yes", "needs_q1": "opt", "needs_q2": "no", "unit_q1": "mm",
         "unit_q2": None, "continuous_allowed": True, "grade_s": None, "grade_o": None,
         "hotkey": None, "icon": None, "labels": built_in().rows[3].labels,
+        "bounds": [[None, None], [None, None]], "grade_by": None, "grades": [],
+        "en13508": None, "finding": None,
     }  # fmt: skip
     json.dumps(codes, allow_nan=False)

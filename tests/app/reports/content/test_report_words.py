@@ -36,12 +36,16 @@ OTHERS = [language for language in LANGUAGES if language != "en"]
 SOURCE = "\n".join(
     path.read_text("utf-8")
     for pattern in ("*.py", "templates/*.html", "templates/*.typ")
-    for path in [*FOLDER.rglob(pattern), FOLDER.parent / "viewer/wording.py"]
+    for path in [
+        *FOLDER.rglob(pattern),
+        FOLDER.parent / "viewer/wording.py",
+        FOLDER.parent / "web/routers/server/accept.py",
+    ]
 )
-NAMED = set(re.findall(r"[\"']([a-z]+\.(?!json\b|typ\b)\w+)[\"']", SOURCE))
+NAMED = set(re.findall(r"[\"']([a-z_]+\.(?!html\b|json\b|typ\b)\w+)[\"']", SOURCE))
 AREAS = {
     area
-    for pattern in (r"f\"([a-z]+)\.\w*\{", r"one_of\(\"(\w+)\"", r"\"([a-z]+)\.\" ~")
+    for pattern in (r"f\"([a-z]+)\.\w*\{", r"one_of\(\"(\w+)\"", r"\"([a-z_]+)\.\" ~")
     for area in re.findall(pattern, SOURCE)
 }
 """Of which a key is put together."""
