@@ -106,7 +106,7 @@ def test_a_pack_is_imported_coded_with_and_moved_to_its_next_version(
     expect(page.locator("#question-asked")).to_have_text("Kind")
     for key in ("w", "l", "1", "2", "Enter"):
         page.keyboard.press(key)
-    expect(page.locator("defect-form .chip")).to_have_text("Grade 4 by the code pack")
+    expect(page.locator("defect-form [data-part=grade]")).to_have_text("Grade 4 by the code pack")
     page.keyboard.press("4")
     expect_saved(page)
     (tagged,) = observations(server, inspection)

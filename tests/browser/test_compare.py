@@ -40,15 +40,15 @@ LIKE = 0.8
 """Correlation of one wall that was painted twice; of two walls it is about 0."""
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def server(several: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with Server(several.copied_to(tmp_path_factory.mktemp("data"))) as running:
         yield running
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def runs(server: Server) -> tuple[str, str]:
-    """The later one is called so, and has a crack that has grown."""
+    """Of its own for each test, as one paints their walls. The later one is called so, and has a crack that has grown."""
     a, b, other = ids_of(server)
     server.ask("DELETE", f"/api/inspections/{other}")
     server.ask("PATCH", f"/api/inspections/{b}", {"name": "later"})

@@ -80,7 +80,7 @@ export class DefectForm extends Component {
               placeholder="${t('form.code_hint')}" data-part="code" />
             <span class="small strong weak" id="needs-code" data-part="codeNeeded" hidden>${t('form.needed')}</span>
             <span class="help grow shrinks" id="defect-code-label" data-part="label"></span>
-            <span class="chip unless-empty" role="status" data-part="grade"></span>
+            <span class="help unless-empty" role="status" data-part="grade"></span>
             <ul class="code-search__list panel" id="defect-codes" role="listbox" aria-label="${t('form.codes')}" data-part="codes" hidden></ul>
           </div>
           <code-questions class="stack" data-part="questions"></code-questions>
