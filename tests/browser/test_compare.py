@@ -48,7 +48,7 @@ def server(several: Survey, tmp_path_factory: pytest.TempPathFactory) -> Iterato
 
 @pytest.fixture
 def runs(server: Server) -> tuple[str, str]:
-    """Of its own for each test, as one paints their walls. The later one is called so, and has a crack that has grown."""
+    """The later one is called so, and has a crack that has grown; a test may paint their walls."""
     a, b, other = ids_of(server)
     server.ask("DELETE", f"/api/inspections/{other}")
     server.ask("PATCH", f"/api/inspections/{b}", {"name": "later"})
